@@ -1,0 +1,27 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "predictive_stereo/matcher.h"
+
+namespace predictive_stereo {
+
+/// Full search at half resolution: the part of the search ranges that does not depend on the past,
+/// and the samples for row alignment. Costs an eighth of a full search.
+class CoarseMatcher {
+ public:
+  /// @param params  of the full-resolution matcher; its disparity range is halved.
+  explicit CoarseMatcher(const MatcherParams& params);
+
+  /// @param disparity_px  of size (width / 2, height / 2), in pixels of the **full** resolution;
+  ///   params.range.invalid() where unknown. Pixel (x, y) covers (2x, 2y) to (2x + 1, 2y + 1).
+  void match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px);
+
+ private:
+  MatcherParams full_params_;
+  StereoMatcher matcher_;
+  cv::Mat1b left_half_, right_half_;
+  Match match_;
+};
+
+}  // namespace predictive_stereo

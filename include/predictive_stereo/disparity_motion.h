@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "predictive_stereo/stereo_rig.h"
+
+namespace predictive_stereo {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+/// The camera's motion between two frames.
+struct CameraMotion {
+  /// Maps points of the previous left camera's optical frame into the current one's [m].
+  Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();
+  /// Covariance of a left-multiplied perturbation (translation [m], rotation [rad]) of T_cam_prev,
+  /// expressed in the current camera frame; zero where unknown.
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+/// H of the paper's eq. 2: moves homogeneous disparity-space points (x, y, d, 1) [px] of the
+/// previous frame into the current one, H = M^-1 T_cam_prev M, where M takes (x, y, d, 1) to
+/// homogeneous Euclidean points (Demirdjian and Darrell 2001).
+Eigen::Matrix4d disparityMotion(const StereoRig& rig, const Eigen::Isometry3d& T_cam_prev);
+
+/// Derivative of the predicted disparity [px] of a static point by the perturbation of T_cam_prev
+/// described at CameraMotion::covariance, for a point that is seen at (x, y, d) in the current
+/// frame.
+Vector6d disparityJacobian(const StereoRig& rig, double x_px, double y_px, double disparity_px);
+
+}  // namespace predictive_stereo

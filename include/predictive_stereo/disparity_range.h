@@ -1,0 +1,27 @@
+#pragma once
+
+namespace predictive_stereo {
+
+/// The disparities that are searched: min_disparity, ..., min_disparity + count - 1 [px].
+///
+/// Every disparity map of this package is 32-bit float, in pixels of the full-resolution left
+/// image, and marks unknown pixels by the one finite value `invalid()`, which lies below every
+/// valid disparity (NaN would break consumers such as cv::reprojectImageTo3D).
+struct DisparityRange {
+  int min_disparity = 0;  ///< smallest disparity [px]
+  int count = 128;        ///< number of integer disparities, a multiple of 16, at most 256
+
+  float invalid() const { return static_cast<float>(min_disparity - 1); }
+  bool isValid(float disparity_px) const {
+    return disparity_px >= static_cast<float>(min_disparity);
+  }
+  int max_disparity() const { return min_disparity + count - 1; }
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("min_disparity", min_disparity, -256, 256);
+    v("count", count, 16, 256);
+  }
+};
+
+}  // namespace predictive_stereo

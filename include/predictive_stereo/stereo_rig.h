@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core/types.hpp>
+
+namespace predictive_stereo {
+
+using Matrix34d = Eigen::Matrix<double, 3, 4>;
+
+/// A rectified stereo rig: two pinhole cameras with parallel axes, the right one displaced along x.
+///
+/// Disparity here is d = x_left - x_right - (cx_left - cx_right), so that depth Z = fx * baseline /
+/// d also where the two principal points differ.
+struct StereoRig {
+  cv::Size size;           ///< image size [px]
+  double fx_px = 0;        ///< focal length in x [px]
+  double fy_px = 0;        ///< focal length in y [px]
+  double cx_left_px = 0;   ///< principal point of the left image, column [px]
+  double cx_right_px = 0;  ///< principal point of the right image, column [px]
+  double cy_px = 0;        ///< principal point of both images, row [px]
+  double baseline_m = 0;   ///< distance of the optical centres [m], positive
+
+  /// Builds the rig from the 3x4 projection matrices of two rectified cameras (CameraInfo.P,
+  /// KITTI's P_rect). baseline = (P_left(0,3) - P_right(0,3)) / fx: both cameras may have an
+  /// offset, as KITTI's colour pair does.
+  /// @throws std::invalid_argument for an empty size, focal lengths that are not positive or differ
+  ///   between the cameras, or a baseline that is not positive (swapped cameras); both P are
+  ///   printed.
+  static StereoRig fromProjections(const Matrix34d& P_left, const Matrix34d& P_right,
+                                   cv::Size size);
+
+  /// fx * baseline [px m]: disparity times depth.
+  double disparityTimesDepth() const { return fx_px * baseline_m; }
+  double depthFromDisparity(double disparity_px) const {
+    return disparityTimesDepth() / disparity_px;
+  }
+
+  /// The point in the left camera's optical frame [m] seen at (x, y) with this disparity [px] (>
+  /// 0).
+  Eigen::Vector3d pointFromDisparity(double x_px, double y_px, double disparity_px) const;
+
+  /// (x, y, d) in disparity space [px] of a point in the left camera's optical frame [m], Z > 0.
+  Eigen::Vector3d disparityFromPoint(const Eigen::Vector3d& point_cam_m) const;
+
+  /// The rig of images resampled by `scale` (0.5: half resolution), pixel centres at integers.
+  StereoRig scaled(double scale) const;
+
+  bool operator==(const StereoRig& other) const;
+  bool operator!=(const StereoRig& other) const { return !(*this == other); }
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,80 @@
+#include "predictive_stereo/stereo_rig.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace predictive_stereo {
+namespace {
+
+[[noreturn]] void refuse(const std::string& reason, const Matrix34d& P_left,
+                         const Matrix34d& P_right) {
+  std::ostringstream text;
+  text << "stereo calibration refused: " << reason << "\nP_left =\n"
+       << P_left << "\nP_right =\n"
+       << P_right;
+  throw std::invalid_argument(text.str());
+}
+
+}  // namespace
+
+StereoRig StereoRig::fromProjections(const Matrix34d& P_left, const Matrix34d& P_right,
+                                     cv::Size size) {
+  if (size.width <= 0 || size.height <= 0)
+    refuse("image size is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+               "; is the camera calibrated?",
+           P_left, P_right);
+  if (!P_left.allFinite() || !P_right.allFinite())
+    refuse("a projection matrix is not finite", P_left, P_right);
+  StereoRig rig;
+  rig.size = size;
+  rig.fx_px = P_left(0, 0);
+  rig.fy_px = P_left(1, 1);
+  rig.cx_left_px = P_left(0, 2);
+  rig.cx_right_px = P_right(0, 2);
+  rig.cy_px = P_left(1, 2);
+  if (!(rig.fx_px > 0) || !(rig.fy_px > 0))
+    refuse("focal length " + std::to_string(rig.fx_px) + " x " + std::to_string(rig.fy_px) +
+               " px is not positive; is the camera calibrated?",
+           P_left, P_right);
+  if (std::abs(P_right(0, 0) - rig.fx_px) > 1e-3 * rig.fx_px ||
+      std::abs(P_right(1, 1) - rig.fy_px) > 1e-3 * rig.fy_px)
+    refuse("focal lengths differ; the images must be rectified as a pair", P_left, P_right);
+  rig.baseline_m = (P_left(0, 3) - P_right(0, 3)) / rig.fx_px;
+  if (!(rig.baseline_m > 0))
+    refuse("baseline " + std::to_string(rig.baseline_m) +
+               " m is not positive; are left and right swapped, or is the pair not calibrated?",
+           P_left, P_right);
+  return rig;
+}
+
+Eigen::Vector3d StereoRig::pointFromDisparity(double x_px, double y_px, double disparity_px) const {
+  const double depth_m = depthFromDisparity(disparity_px);
+  return {(x_px - cx_left_px) / fx_px * depth_m, (y_px - cy_px) / fy_px * depth_m, depth_m};
+}
+
+Eigen::Vector3d StereoRig::disparityFromPoint(const Eigen::Vector3d& point_cam_m) const {
+  return {fx_px * point_cam_m.x() / point_cam_m.z() + cx_left_px,
+          fy_px * point_cam_m.y() / point_cam_m.z() + cy_px,
+          disparityTimesDepth() / point_cam_m.z()};
+}
+
+StereoRig StereoRig::scaled(double scale) const {
+  const auto centre = [scale](double c) { return (c + 0.5) * scale - 0.5; };
+  StereoRig rig = *this;
+  rig.size = cv::Size(static_cast<int>(size.width * scale), static_cast<int>(size.height * scale));
+  rig.fx_px *= scale;
+  rig.fy_px *= scale;
+  rig.cx_left_px = centre(cx_left_px);
+  rig.cx_right_px = centre(cx_right_px);
+  rig.cy_px = centre(cy_px);
+  return rig;
+}
+
+bool StereoRig::operator==(const StereoRig& other) const {
+  return size == other.size && fx_px == other.fx_px && fy_px == other.fy_px &&
+         cx_left_px == other.cx_left_px && cx_right_px == other.cx_right_px &&
+         cy_px == other.cy_px && baseline_m == other.baseline_m;
+}
+
+}  // namespace predictive_stereo

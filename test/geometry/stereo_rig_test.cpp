@@ -1,0 +1,94 @@
+#include "predictive_stereo/stereo_rig.h"
+
+#include <gtest/gtest.h>
+
+#include "predictive_stereo/disparity_motion.h"
+
+namespace predictive_stereo {
+namespace {
+
+Matrix34d projection(double focal_px, double cx_px, double cy_px, double offset_px_m) {
+  Matrix34d P;
+  P << focal_px, 0, cx_px, offset_px_m, 0, focal_px, cy_px, 0, 0, 0, 1, 0;
+  return P;
+}
+
+StereoRig kittiColour() {
+  return StereoRig::fromProjections(projection(721.5, 609.5, 172.8, 44.857),
+                                    projection(721.5, 609.5, 172.8, -339.524), {1242, 375});
+}
+
+TEST(StereoRig, BaselineUsesBothCameras) { EXPECT_NEAR(kittiColour().baseline_m, 0.5327, 1e-4); }
+
+TEST(StereoRig, RefusesSwappedCamerasAndPrintsBothMatrices) {
+  try {
+    StereoRig::fromProjections(projection(721.5, 609.5, 172.8, -339.524),
+                               projection(721.5, 609.5, 172.8, 44.857), {1242, 375});
+    FAIL() << "a negative baseline was accepted";
+  } catch (const std::invalid_argument& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("baseline -0.53"), std::string::npos) << text;
+    EXPECT_NE(text.find("P_left"), std::string::npos);
+    EXPECT_NE(text.find("P_right"), std::string::npos);
+  }
+}
+
+TEST(StereoRig, RefusesUncalibratedCameras) {
+  EXPECT_THROW(StereoRig::fromProjections(Matrix34d::Zero(), Matrix34d::Zero(), {640, 480}),
+               std::invalid_argument);
+  EXPECT_THROW(StereoRig::fromProjections(projection(700, 320, 240, 0),
+                                          projection(700, 320, 240, -70), {0, 0}),
+               std::invalid_argument);
+}
+
+TEST(StereoRig, DisparityAndPointAreInverse) {
+  const StereoRig rig = kittiColour();
+  const Eigen::Vector3d point_m(1.5, -0.7, 12.0);
+  const Eigen::Vector3d omega = rig.disparityFromPoint(point_m);
+  EXPECT_TRUE(rig.pointFromDisparity(omega.x(), omega.y(), omega.z()).isApprox(point_m, 1e-12));
+}
+
+TEST(StereoRig, HalfResolutionSeesTheSamePoints) {
+  const StereoRig half = kittiColour().scaled(0.5);
+  EXPECT_EQ(half.size, cv::Size(621, 187));
+  const Eigen::Vector3d point_m(1.5, -0.7, 12.0);
+  const Eigen::Vector3d full = kittiColour().disparityFromPoint(point_m);
+  const Eigen::Vector3d scaled = half.disparityFromPoint(point_m);
+  EXPECT_NEAR(scaled.x(), full.x() / 2 - 0.25, 1e-9);  // pixel 0 covers pixels 0 and 1
+  EXPECT_NEAR(scaled.z(), full.z() / 2, 1e-9);
+}
+
+TEST(DisparityMotion, MovesPointsLikeTheirEuclideanMotion) {
+  const StereoRig rig = kittiColour();
+  Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();
+  T_cam_prev.linear() = Eigen::AngleAxisd(0.03, Eigen::Vector3d(1, 2, -1).normalized()).matrix();
+  T_cam_prev.translation() << 0.1, -0.05, -1.2;
+  const Eigen::Matrix4d H = disparityMotion(rig, T_cam_prev);
+  for (const auto& point_m : {Eigen::Vector3d(1, 2, 8), Eigen::Vector3d(-9, -1, 40)}) {
+    Eigen::Vector4d moved = H * rig.disparityFromPoint(point_m).homogeneous();
+    moved /= moved.w();
+    const Eigen::Vector3d expected = rig.disparityFromPoint(T_cam_prev * point_m);
+    EXPECT_TRUE(moved.head<3>().isApprox(expected, 1e-9));
+  }
+}
+
+TEST(DisparityMotion, StandstillIsIdentity) {
+  const Eigen::Matrix4d H = disparityMotion(kittiColour(), Eigen::Isometry3d::Identity());
+  EXPECT_TRUE((H / H(3, 3)).isApprox(Eigen::Matrix4d::Identity(), 1e-9));
+}
+
+TEST(DisparityMotion, JacobianIsTheDerivativeByThePerturbation) {
+  const StereoRig rig = kittiColour();
+  const Eigen::Vector3d point_m(2.0, 1.0, 15.0);
+  const Eigen::Vector3d omega = rig.disparityFromPoint(point_m);
+  const Vector6d jacobian = disparityJacobian(rig, omega.x(), omega.y(), omega.z());
+  for (int i = 0; i < 6; ++i) {
+    Vector6d step = Vector6d::Zero();
+    step[i] = 1e-6;
+    const Eigen::Vector3d moved_m = point_m + step.head<3>() + step.tail<3>().cross(point_m);
+    EXPECT_NEAR((rig.disparityFromPoint(moved_m).z() - omega.z()) / 1e-6, jacobian[i], 1e-4);
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
