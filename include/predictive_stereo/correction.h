@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "predictive_stereo/matcher.h"
+#include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/params.h"
 #include "predictive_stereo/prediction.h"
 
@@ -13,18 +13,21 @@ struct CorrectionParams {
   double measurement_noise_px2 = 0.4;  ///< r of eq. 6
   double gate_sigma =
       3.0;  ///< a larger |innovation| resets the filter to the measurement; 0: never
+  int max_missed_frames = 3;  ///< predictions outlive this many frames without a measurement
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("measurement_noise_px2", measurement_noise_px2, 1e-6, 100.0);
     v("gate_sigma", gate_sigma, 0.0, 100.0);
+    v("max_missed_frames", max_missed_frames, 0, 100);
   }
 };
 
-/// Updates the filters. Where only one of prediction and measurement exists that one is taken, and
-/// `missed_frames` counts on where it is the prediction.
+/// Updates the filters with this frame's measurement: d = d_pred + K (d_z - d_pred), p = (1 - K)^2
+/// p_pred + K^2 r, K = p_pred / (p_pred + r). Without a prediction, or where the innovation fails
+/// the gate, the filter starts anew with the measurement; without a measurement the prediction
+/// lives on until max_missed_frames is exceeded.
 void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-             const cv::Mat1f& measured_variance_px2, const DisparityRange& range,
-             const CorrectionParams& params, DisparityState& state);
+             const DisparityRange& range, const CorrectionParams& params, DisparityState& state);
 
 }  // namespace predictive_stereo

@@ -2,16 +2,18 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "predictive_stereo/coarse_matcher.h"
 #include "predictive_stereo/correction.h"
 #include "predictive_stereo/ego_motion.h"
 #include "predictive_stereo/matcher.h"
+#include "predictive_stereo/measurement_noise.h"
 #include "predictive_stereo/moving_objects.h"
+#include "predictive_stereo/post_filter.h"
 #include "predictive_stereo/prediction.h"
 #include "predictive_stereo/row_alignment.h"
 #include "predictive_stereo/search_ranges.h"
+#include "predictive_stereo/stage_times.h"
 #include "predictive_stereo/stereo_rig.h"
 
 namespace predictive_stereo {
@@ -21,7 +23,9 @@ struct DisparityParams {
   RowAlignmentParams row_alignment;
   PredictionParams prediction;
   SearchRangeParams search;
+  MeasurementNoiseParams measurement_noise;
   CorrectionParams correction;
+  int min_support = 10;  ///< see filterBySupport; 0: no support filter
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -29,7 +33,9 @@ struct DisparityParams {
     v("row_alignment", row_alignment);
     v("prediction", prediction);
     v("search", search);
+    v("measurement_noise", measurement_noise);
     v("correction", correction);
+    v("min_support", min_support, 0, 25);
   }
 };
 
@@ -37,52 +43,103 @@ struct DisparityParams {
 /// and type are written in place. See DisparityRange for invalid disparities; variances are 0
 /// there.
 struct DisparityOutput {
-  cv::Mat1f disparity_px;            ///< filtered, then 3x3 median
-  cv::Mat1f disparity_variance_px2;  ///< variance of disparity_px
-  cv::Mat1f measured_disparity_px;   ///< this frame's match alone
+  cv::Mat1f disparity_px;  ///< filtered, then 3x3 median
+  cv::Mat1f disparity_variance_px2;
+  cv::Mat1f measured_disparity_px;  ///< this frame's match alone
   cv::Mat1f measured_variance_px2;
   cv::Mat1f predicted_disparity_px;  ///< from the past alone; all invalid without a past
-  cv::Mat1f predicted_variance_px2;
-  cv::Mat1w search_width_px;  ///< disparities searched
+  cv::Mat1f predicted_variance_px2;  ///< see Prediction
+  cv::Mat1w search_width_px;         ///< disparities that were searched
   RowAlignment row_alignment;
   bool predicted = false;  ///< whether the past was used
-  double mean_search_width_px = 0;
-  double full_search_fraction = 0;  ///< share of pixels searched over the whole range
 };
-
-/// Duration of one stage of one frame, for diagnostics and benchmarks.
-struct StageTime {
-  const char* name;
-  double ms;
-};
-using StageTimes = std::vector<StageTime>;
 
 /// Disparity with prediction: the closed loop of the paper's block diagram.
 ///
 /// A frame comes in two steps, so that the first can run while the ego-motion is still computed.
+/// The images must stay alive and unchanged from prepare() to the end of estimate().
 class DisparityEstimator {
  public:
+  /// @throws std::invalid_argument for parameters outside their limits.
   explicit DisparityEstimator(const DisparityParams& params);
 
-  /// Step 1: what needs no past. Half-resolution match and row alignment.
+  /// Step 1, which needs no past: half-resolution match and row alignment.
+  /// @param left, right  rectified 8-bit grey images of rig.size.
+  /// @throws std::invalid_argument where sizes differ from rig.size.
   void prepare(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
 
   /// Step 2: prediction, search ranges, matching, correction.
-  /// @param motion  from the frame that was last estimated to the prepared one; none: the frame is
+  /// @param motion  from the frame that was last estimated to the prepared one. None: the frame is
   ///   matched without prediction, and the filters start anew.
   void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output);
 
+  /// Forgets the past.
   void reset();
+
+  const DisparityParams& params() const { return params_; }
+  /// Of the last frame.
   const StageTimes& times() const { return times_; }
 
  private:
   DisparityParams params_;
-  StereoRig rig_;
-  StageTimes times_;
   CoarseMatcher coarse_matcher_;
   RowAligner row_aligner_;
+  Predictor predictor_;
+  SearchRangeBuilder range_builder_;
   StereoMatcher matcher_;
+
+  // The frame in work.
+  StereoRig rig_;
+  cv::Mat1b left_, right_, shifted_right_, aligned_right_;
+  cv::Mat1f coarse_disparity_px_;
+  RowAlignment row_alignment_;
+  Prediction prediction_;
+  SearchRanges ranges_;
+  Match match_;
+  StageTimes times_;
+
+  // What is carried to the next frame.
   DisparityState state_;
+};
+
+struct PipelineParams {
+  EgoMotionParams ego_motion;
+  DisparityParams disparity;
+  DetectionParams detection;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("ego_motion", ego_motion);
+    v("disparity", disparity);
+    v("detection", detection);
+  }
+};
+
+struct PipelineOutput {
+  EgoMotionEstimate ego_motion;
+  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();  ///< the first frame is the origin
+  DisparityOutput disparity;
+  Detections detections;
+};
+
+/// The whole package on one stereo sequence, without ROS.
+class Pipeline {
+ public:
+  explicit Pipeline(const PipelineParams& params);
+
+  /// Frames must come in the order of their stamps.
+  void process(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig, double stamp_s,
+               PipelineOutput& output);
+  void reset();
+
+  const StageTimes& times() const { return times_; }
+
+ private:
+  EgoMotion ego_motion_;
+  DisparityEstimator disparity_;
+  MovingObjectDetector detector_;
+  Eigen::Isometry3d T_odom_cam_ = Eigen::Isometry3d::Identity();
+  StageTimes times_;
 };
 
 }  // namespace predictive_stereo

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/disparity_range.h"
@@ -22,8 +23,7 @@ struct PredictionParams {
   double process_noise_px2 = 0.1;     ///< q of eq. 4, or its floor where motion covariance is used
   bool use_motion_covariance = true;  ///< q grows by J Sigma J^T of the ego-motion
   double edge_jump_px = 3.0;          ///< neighbours that differ by more are a discontinuity
-  int edge_margin_px = 2;             ///< predictions this near to a discontinuity are dropped
-  int max_missed_frames = 3;          ///< a pixel not measured for longer is dropped
+  int edge_margin_px = 2;             ///< pixels this near to a discontinuity are reset
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -31,19 +31,53 @@ struct PredictionParams {
     v("use_motion_covariance", use_motion_covariance);
     v("edge_jump_px", edge_jump_px, 0.5, 64.0);
     v("edge_margin_px", edge_margin_px, 0, 10);
-    v("max_missed_frames", max_missed_frames, 0, 100);
   }
 };
 
 /// What the past says of the current frame.
 struct Prediction {
-  cv::Mat1f disparity_px;   ///< range.invalid() where nothing is predicted
-  cv::Mat1f variance_px2;   ///< 0 where nothing is predicted
+  cv::Mat1f disparity_px;  ///< range.invalid() where nothing is predicted
+  /// 0 where nothing is predicted. Near predicted discontinuities it is reset to that of any
+  /// disparity of the range being equally likely, count^2 / 12, whatever the value predicted.
+  cv::Mat1f variance_px2;
   cv::Mat1b missed_frames;  ///< as in DisparityState, moved along
   cv::Mat1b near_edge;      ///< 255 near a predicted discontinuity
-  cv::Mat1b filled;         ///< 255 where two neighbours gave the value (the zooming effect)
+};
 
-  bool empty() const { return disparity_px.empty(); }
+/// Moves the filters of the previous frame into the current one. Keeps its buffers between calls.
+class Predictor {
+ public:
+  Predictor(const DisparityRange& range, const PredictionParams& params);
+
+  /// Forward warp by H (eq. 2) with a z-buffer (the nearer surface wins), variance by Phi^2 p + q
+  /// (eq. 3, 4); a hole with two known neighbours in its row or its column takes their average (the
+  /// zooming effect); then the reset near discontinuities. The result does not depend on the number
+  /// of threads.
+  void predict(const DisparityState& previous, const StereoRig& rig, const CameraMotion& motion,
+               Prediction& prediction);
+
+  /// The prediction where there is no past: unknown everywhere.
+  void predictNothing(cv::Size size, Prediction& prediction) const;
+
+ private:
+  void warp(const DisparityState& previous, const StereoRig& rig, const CameraMotion& motion);
+  void scatter(const DisparityState& previous);
+  void fillHoles(Prediction& prediction) const;
+  void addProcessNoise(const StereoRig& rig, const CameraMotion& motion,
+                       Prediction& prediction) const;
+  void resetNearEdges(Prediction& prediction);
+
+  DisparityRange range_;
+  PredictionParams params_;
+  // Where each pixel of the previous frame goes: its index in the current frame (-1: nowhere), and
+  // its disparity and variance there.
+  cv::Mat1i target_;
+  cv::Mat1f target_disparity_px_, target_variance_px2_;
+  std::vector<cv::Range> target_rows_;  // the rows that a row of the previous frame goes to
+  // The current frame after the z-buffer, still with holes.
+  cv::Mat1f warped_disparity_px_, warped_variance_px2_;
+  cv::Mat1b warped_missed_frames_;
+  cv::Mat1b edges_;
 };
 
 }  // namespace predictive_stereo

@@ -11,15 +11,16 @@
 namespace predictive_stereo {
 
 enum class SearchScheme {
-  kFull,       ///< every disparity, every frame: the reference
-  kPaper,      ///< d +- p of the prediction; everything near discontinuities or without prediction
-  kPredictive  ///< hull of prediction and half-resolution match, widened; everything with neither
+  kFull,        ///< every disparity, every frame: the reference
+  kPaper,       ///< d +- p of the prediction; everything near discontinuities or without prediction
+  kPredictive,  ///< hull of prediction and half-resolution match, widened; everything with neither
 };
 
 struct SearchRangeParams {
   SearchScheme scheme = SearchScheme::kPredictive;
-  double margin_px = 2.0;     ///< least widening on both sides
-  double margin_sigma = 3.0;  ///< widening by this many predicted standard deviations
+  double margin_px = 2.0;      ///< least widening on both sides
+  double margin_sigma = 3.0;   ///< predictive: widening by this many predicted standard deviations
+  double max_margin_px = 4.0;  ///< predictive: largest widening
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -29,13 +30,31 @@ struct SearchRangeParams {
                             {"predictive", SearchScheme::kPredictive}});
     v("margin_px", margin_px, 0.0, 64.0);
     v("margin_sigma", margin_sigma, 0.0, 10.0);
+    v("max_margin_px", max_margin_px, 0.0, 64.0);
   }
 };
 
-/// @param prediction  may be empty: nothing is predicted then.
-/// @param coarse_disparity_px  from CoarseMatcher; may be empty with the paper's scheme.
-void buildSearchRanges(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
-                       cv::Size size, const DisparityRange& range, const SearchRangeParams& params,
-                       SearchRanges& ranges);
+/// Builds the ranges of one frame. Keeps its buffers between calls.
+class SearchRangeBuilder {
+ public:
+  /// @throws std::invalid_argument for parameters outside their limits, max_margin_px < margin_px.
+  SearchRangeBuilder(const DisparityRange& range, const SearchRangeParams& params);
+
+  /// @param coarse_disparity_px  from CoarseMatcher, (width / 2, height / 2); not used by the
+  /// paper's
+  ///   scheme; may be empty.
+  void build(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
+             SearchRanges& ranges);
+
+ private:
+  void aroundPrediction(const Prediction& prediction, SearchRanges& ranges) const;
+  void widenPrediction(const Prediction& prediction);
+  void widenCoarse(const cv::Mat1f& coarse_disparity_px);
+  void unite(SearchRanges& ranges) const;
+
+  DisparityRange range_;
+  SearchRangeParams params_;
+  SearchRanges predicted_, coarse_, coarse_hull_;
+};
 
 }  // namespace predictive_stereo

@@ -1,0 +1,132 @@
+#include "predictive_stereo/pipeline.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace predictive_stereo {
+namespace {
+
+std::string text(cv::Size size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+void requireSize(const char* name, const cv::Mat1b& image, cv::Size expected) {
+  if (image.size() != expected)
+    throw std::invalid_argument(std::string(name) + " image is " + text(image.size()) +
+                                " but the calibration is for " + text(expected));
+}
+
+}  // namespace
+
+DisparityEstimator::DisparityEstimator(const DisparityParams& params)
+    : params_(params),
+      coarse_matcher_(params.matcher),
+      row_aligner_(params.row_alignment),
+      predictor_(params.matcher.range, params.prediction),
+      range_builder_(params.matcher.range, params.search),
+      matcher_(params.matcher) {
+  validate(params);
+}
+
+void DisparityEstimator::prepare(const cv::Mat1b& left, const cv::Mat1b& right,
+                                 const StereoRig& rig) {
+  requireSize("left", left, rig.size);
+  requireSize("right", right, rig.size);
+  if (rig != rig_) reset();
+  rig_ = rig;
+  left_ = left;
+  times_.clear();
+  Stopwatch watch;
+
+  alignRightImage(right, RowAlignment(), rig.cx_left_px - rig.cx_right_px, shifted_right_);
+  coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_);
+  watch.lap("half-resolution match", times_);
+
+  row_alignment_ =
+      row_aligner_.estimate(left_, shifted_right_, coarse_disparity_px_, params_.matcher.range);
+  alignRightImage(shifted_right_, row_alignment_, 0.0, aligned_right_);
+  watch.lap("row alignment", times_);
+}
+
+// The block diagram of the paper. Prediction and match are written into the caller's memory.
+void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
+                                  DisparityOutput& output) {
+  const DisparityRange& range = params_.matcher.range;
+  prediction_.disparity_px = output.predicted_disparity_px;
+  prediction_.variance_px2 = output.predicted_variance_px2;
+  match_.disparity_px = output.measured_disparity_px;
+  match_.search_width = output.search_width_px;
+  Stopwatch watch;
+
+  output.predicted = motion.has_value() && !state_.empty();
+  if (output.predicted)
+    predictor_.predict(state_, rig_, *motion, prediction_);
+  else
+    predictor_.predictNothing(rig_.size, prediction_);
+  watch.lap("prediction", times_);
+
+  range_builder_.build(prediction_, coarse_disparity_px_, ranges_);
+  watch.lap("search ranges", times_);
+
+  matcher_.match(left_, aligned_right_, ranges_, match_);
+  watch.lap("matching", times_);
+
+  filterBySupport(range, params_.min_support, match_.disparity_px);
+  measurementVariance(match_.disparity_px, match_.ambiguity, range, params_.measurement_noise,
+                      output.measured_variance_px2);
+  watch.lap("support", times_);
+
+  correct(prediction_, match_.disparity_px, range, params_.correction, state_);
+  watch.lap("correction", times_);
+
+  median3x3(range, state_.disparity_px, output.disparity_px);
+  publishedVariance(state_, output.measured_variance_px2, params_.correction,
+                    output.disparity_variance_px2);
+  watch.lap("median", times_);
+
+  output.predicted_disparity_px = prediction_.disparity_px;
+  output.predicted_variance_px2 = prediction_.variance_px2;
+  output.measured_disparity_px = match_.disparity_px;
+  output.search_width_px = match_.search_width;
+  output.row_alignment = row_alignment_;
+}
+
+void DisparityEstimator::reset() {
+  row_aligner_.reset();
+  state_ = DisparityState();
+}
+
+Pipeline::Pipeline(const PipelineParams& params)
+    : ego_motion_(params.ego_motion), disparity_(params.disparity), detector_(params.detection) {}
+
+void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
+                       double stamp_s, PipelineOutput& output) {
+  Stopwatch watch;
+  output.ego_motion = ego_motion_.estimate(left, right, rig);
+  const bool tracked = output.ego_motion.status == EgoMotionStatus::kTracked;
+  T_odom_cam_ = T_odom_cam_ * output.ego_motion.motion.T_cam_prev.inverse();
+  output.T_odom_cam = T_odom_cam_;
+  times_.clear();
+  watch.lap("ego-motion", times_);
+
+  disparity_.prepare(left, right, rig);
+  disparity_.estimate(tracked ? std::optional(output.ego_motion.motion) : std::nullopt,
+                      output.disparity);
+  times_.insert(times_.end(), disparity_.times().begin(), disparity_.times().end());
+  watch = Stopwatch();
+
+  detector_.detect({stamp_s, rig, left, output.disparity.measured_disparity_px,
+                    output.disparity.measured_variance_px2, output.disparity.predicted_disparity_px,
+                    output.disparity.predicted_variance_px2, tracked, output.T_odom_cam},
+                   output.detections);
+  watch.lap("detection", times_);
+}
+
+void Pipeline::reset() {
+  ego_motion_.reset();
+  disparity_.reset();
+  detector_.reset();
+  T_odom_cam_ = Eigen::Isometry3d::Identity();
+}
+
+}  // namespace predictive_stereo
