@@ -80,8 +80,8 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   watch.lap("correction", times_);
 
   median3x3(range, state_.disparity_px, output.disparity_px);
-  publishedVariance(state_, output.measured_variance_px2, params_.correction,
-                    output.disparity_variance_px2);
+  filteredVariance(state_, output.measured_variance_px2, params_.correction.measurement_noise_px2,
+                   output.disparity_variance_px2);
   watch.lap("median", times_);
 
   output.predicted_disparity_px = prediction_.disparity_px;

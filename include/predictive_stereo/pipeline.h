@@ -7,7 +7,6 @@
 #include "predictive_stereo/correction.h"
 #include "predictive_stereo/ego_motion.h"
 #include "predictive_stereo/matcher.h"
-#include "predictive_stereo/measurement_noise.h"
 #include "predictive_stereo/moving_objects.h"
 #include "predictive_stereo/post_filter.h"
 #include "predictive_stereo/prediction.h"
@@ -15,6 +14,7 @@
 #include "predictive_stereo/search_ranges.h"
 #include "predictive_stereo/stage_times.h"
 #include "predictive_stereo/stereo_rig.h"
+#include "predictive_stereo/variance.h"
 
 namespace predictive_stereo {
 

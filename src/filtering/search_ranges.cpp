@@ -51,7 +51,7 @@ SearchRangeBuilder::SearchRangeBuilder(const DisparityRange& range, const Search
 }
 
 void SearchRangeBuilder::build(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
-                               cv::Size size, SearchRanges& ranges) {
+                               SearchRanges& ranges) {
   create(prediction.disparity_px.size(), ranges);
   if (params_.scheme == SearchScheme::kPaper) {
     aroundPrediction(prediction, ranges);

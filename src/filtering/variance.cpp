@@ -1,4 +1,4 @@
-#include "predictive_stereo/measurement_noise.h"
+#include "predictive_stereo/variance.h"
 
 #include <algorithm>
 #include <array>
@@ -28,6 +28,21 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
         const float sigma = sigma_by_ambiguity[ambiguous[x]] + per_disparity * std::max(d, 0.0f);
         variance[x] = d >= smallest ? sigma * sigma : 0.0f;
       }
+    }
+  });
+}
+
+void filteredVariance(const DisparityState& state, const cv::Mat1f& measured_variance_px2,
+                      double measurement_noise_px2, cv::Mat1f& variance_px2) {
+  const float per_r = static_cast<float>(1.0 / measurement_noise_px2);
+  variance_px2.create(measured_variance_px2.size());
+  cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
+    for (int y = part.start; y < part.end; ++y) {
+      const float* p = state.variance_px2[y];
+      const float* measured = measured_variance_px2[y];
+      float* variance = variance_px2[y];
+      for (int x = 0; x < variance_px2.cols; ++x)
+        variance[x] = measured[x] > 0.0f ? measured[x] * p[x] * per_r : p[x];
     }
   });
 }

@@ -1,11 +1,11 @@
-/// How far a single match can be trusted.
+/// How far a disparity can be trusted.
 #pragma once
 
 #include <opencv2/core.hpp>
 
 #include "predictive_stereo/disparity_range.h"
-#include "predictive_stereo/matcher.h"
 #include "predictive_stereo/params.h"
+#include "predictive_stereo/prediction.h"
 
 namespace predictive_stereo {
 
@@ -31,5 +31,12 @@ struct MeasurementNoiseParams {
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const MeasurementNoiseParams& params,
                          cv::Mat1f& variance_px2);
+
+/// Variance [px^2] of the filtered disparities, 0 where unknown. The filter's own p counts the
+/// errors of successive matches as independent, which they are not: what a match measured keeps the
+/// variance of that match, reduced by the filter's gain; what only lives on keeps its predicted
+/// variance.
+void filteredVariance(const DisparityState& state, const cv::Mat1f& measured_variance_px2,
+                      double measurement_noise_px2, cv::Mat1f& variance_px2);
 
 }  // namespace predictive_stereo
