@@ -62,7 +62,7 @@ class Predictor {
  private:
   void warp(const DisparityState& previous, const StereoRig& rig, const CameraMotion& motion);
   void scatter(const DisparityState& previous);
-  void fillHoles(Prediction& prediction) const;
+  void fillHoles(Prediction& prediction);
   void addProcessNoise(const StereoRig& rig, const CameraMotion& motion,
                        Prediction& prediction) const;
   void resetNearEdges(Prediction& prediction);

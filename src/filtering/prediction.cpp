@@ -130,32 +130,39 @@ void Predictor::scatter(const DisparityState& previous) {
   });
 }
 
-void Predictor::fillHoles(Prediction& prediction) const {
+// Rows first and then columns, so that the crossings of missing rows and missing columns are
+// filled.
+void Predictor::fillHoles(Prediction& prediction) {
   const cv::Size size = warped_disparity_px_.size();
-  warped_disparity_px_.copyTo(prediction.disparity_px);
-  warped_variance_px2_.copyTo(prediction.variance_px2);
-  warped_missed_frames_.copyTo(prediction.missed_frames);
   const float invalid = range_.invalid();
+  const auto averageOfWarped = [&](cv::Point a, cv::Point b, cv::Mat1f& disparity_px,
+                                   cv::Mat1f& variance_px2, cv::Mat1b& missed, cv::Point at) {
+    disparity_px(at) = 0.5f * (warped_disparity_px_(a) + warped_disparity_px_(b));
+    variance_px2(at) = 0.5f * (warped_variance_px2_(a) + warped_variance_px2_(b));
+    missed(at) = std::max(warped_missed_frames_(a), warped_missed_frames_(b));
+  };
+  // In place: of two holes side by side neither has two known neighbours.
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y) {
       const float* row = warped_disparity_px_[y];
-      const auto known = [&](int row_index, int x) {
-        return row_index >= 0 && row_index < size.height && x >= 0 && x < size.width &&
-               warped_disparity_px_(row_index, x) != invalid;
-      };
-      const auto takeAverage = [&](int x, cv::Point a, cv::Point b) {
-        prediction.disparity_px(y, x) = 0.5f * (warped_disparity_px_(a) + warped_disparity_px_(b));
-        prediction.variance_px2(y, x) = 0.5f * (warped_variance_px2_(a) + warped_variance_px2_(b));
-        prediction.missed_frames(y, x) =
-            std::max(warped_missed_frames_(a), warped_missed_frames_(b));
-      };
-      for (int x = 0; x < size.width; ++x) {
-        if (row[x] != invalid) continue;
-        if (known(y, x - 1) && known(y, x + 1))
-          takeAverage(x, {x - 1, y}, {x + 1, y});
-        else if (known(y - 1, x) && known(y + 1, x))
-          takeAverage(x, {x, y - 1}, {x, y + 1});
-      }
+      for (int x = 1; x + 1 < size.width; ++x)
+        if ((row[x] == invalid) & (row[x - 1] != invalid) & (row[x + 1] != invalid))
+          averageOfWarped({x - 1, y}, {x + 1, y}, warped_disparity_px_, warped_variance_px2_,
+                          warped_missed_frames_, {x, y});
+    }
+  });
+  warped_disparity_px_.copyTo(prediction.disparity_px);
+  warped_variance_px2_.copyTo(prediction.variance_px2);
+  warped_missed_frames_.copyTo(prediction.missed_frames);
+  cv::parallel_for_(cv::Range(1, std::max(size.height - 1, 1)), [&](const cv::Range& part) {
+    for (int y = part.start; y < part.end; ++y) {
+      const float* row = warped_disparity_px_[y];
+      const float* above = warped_disparity_px_[y - 1];
+      const float* below = warped_disparity_px_[y + 1];
+      for (int x = 0; x < size.width; ++x)
+        if ((row[x] == invalid) & (above[x] != invalid) & (below[x] != invalid))
+          averageOfWarped({x, y - 1}, {x, y + 1}, prediction.disparity_px, prediction.variance_px2,
+                          prediction.missed_frames, {x, y});
     }
   });
 }

@@ -118,6 +118,7 @@ void SearchRangeBuilder::widenCoarse(const cv::Mat1f& coarse_disparity_px) {
   const cv::Size size = coarse_disparity_px.size();
   create(size, coarse_);
   create(size, coarse_hull_);
+  if (size.empty()) return;
   const float smallest = static_cast<float>(range_.min_disparity);
   const float margin = static_cast<float>(params_.margin_px);
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {

@@ -11,7 +11,7 @@ const DisparityRange kRange{0, 128};
 
 struct Pixel {
   Prediction prediction;
-  cv::Mat1f measured_px{1, 1, kRange.invalid()};
+  cv::Mat1f measured_px = cv::Mat1f(1, 1, kRange.invalid());
   DisparityState state;
 
   Pixel() { Predictor(kRange, PredictionParams()).predictNothing({1, 1}, prediction); }
@@ -51,7 +51,9 @@ TEST(Correction, InnovationBeyondTheGateStartsAnew) {
     pixel.correctBy(params);
     const bool reset = factor > 1;
     EXPECT_EQ(pixel.disparity() == pixel.measured_px(0), reset);
-    if (reset) EXPECT_FLOAT_EQ(pixel.variance(), 0.4f);
+    if (reset) {
+      EXPECT_FLOAT_EQ(pixel.variance(), 0.4f);
+    }
   }
 }
 

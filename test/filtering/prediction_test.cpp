@@ -113,7 +113,9 @@ TEST(Prediction, FollowsEveryPixelLikeTheNaiveWarp) {
                        prediction.variance_px2(y, x) < variance_px2(y, x);
         }
     EXPECT_LE(different, compared / 200) << size;
-    if (size.area() > 1000) EXPECT_GT(compared, size.area() / 2);
+    if (size.area() > 1000) {
+      EXPECT_GT(compared, size.area() / 2);
+    }
   }
 }
 
