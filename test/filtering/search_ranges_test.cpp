@@ -8,16 +8,21 @@
 namespace predictive_stereo {
 namespace {
 
+// Sixteenths of a pixel: rounding outwards is then exact in single precision too.
+float sixteenths(cv::RNG& rng, const DisparityRange& range) {
+  return rng.uniform(16 * range.min_disparity, 16 * range.max_disparity()) / 16.0f;
+}
+
 Prediction randomPrediction(cv::Size size, const DisparityRange& range, uint64_t seed) {
   cv::RNG rng(seed);
   Prediction prediction;
   Predictor(range, PredictionParams()).predictNothing(size, prediction);
   for (int i = 0; i < size.area(); ++i) {
     if (rng.uniform(0, 5) == 0) continue;
-    prediction.disparity_px(i) = rng.uniform(static_cast<float>(range.min_disparity),
-                                             static_cast<float>(range.max_disparity()));
+    prediction.disparity_px(i) = sixteenths(rng, range);
     prediction.near_edge(i) = rng.uniform(0, 4) == 0 ? 255 : 0;
-    prediction.variance_px2(i) = prediction.near_edge(i) != 0 ? 1365.0f : rng.uniform(0.05f, 9.0f);
+    prediction.variance_px2(i) =
+        prediction.near_edge(i) != 0 ? 1365.0f : rng.uniform(1, 144) / 16.0f;
   }
   return prediction;
 }
@@ -26,9 +31,7 @@ cv::Mat1f randomCoarse(cv::Size size, const DisparityRange& range, uint64_t seed
   cv::RNG rng(seed);
   cv::Mat1f coarse(size.height / 2, size.width / 2, range.invalid());
   for (float& d : coarse)
-    if (rng.uniform(0, 3) != 0)
-      d = rng.uniform(static_cast<float>(range.min_disparity),
-                      static_cast<float>(range.max_disparity()));
+    if (rng.uniform(0, 3) != 0) d = sixteenths(rng, range);
   return coarse;
 }
 
