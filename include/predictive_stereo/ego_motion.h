@@ -15,11 +15,13 @@ namespace predictive_stereo {
 struct EgoMotionParams {
   int features = 500;          ///< corners that are followed from frame to frame
   int max_disparity_px = 128;  ///< nearest points that are used
+  RowAlignmentParams row_alignment;
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("features", features, 50, 5000);
     v("max_disparity_px", max_disparity_px, 16, 512);
+    v("row_alignment", row_alignment);
   }
 };
 
@@ -31,7 +33,7 @@ enum class EgoMotionStatus {
 
 struct EgoMotionEstimate {
   EgoMotionStatus status = EgoMotionStatus::kFirstFrame;
-  CameraMotion motion;         ///< from the previous frame to this one
+  CameraMotion motion;         ///< from the last frame that was not lost to this one
   int features = 0;            ///< corners followed from the previous frame in both cameras
   int inliers = 0;             ///< those that agree with the motion
   double residual_px = 0;      ///< root mean square reprojection error of the inliers

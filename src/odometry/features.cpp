@@ -1,0 +1,96 @@
+#include "odometry/features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/features2d.hpp>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kPerCell = 3;
+constexpr float kSmallestDistancePx = 8;
+// Tried one after the other until a row of cells has enough corners: strong ones first, and at
+// night whatever there is.
+constexpr int kThresholds[] = {20, 7};
+
+bool strongerFirst(const cv::KeyPoint& a, const cv::KeyPoint& b) {
+  if (a.response != b.response) return a.response > b.response;
+  return a.pt.y != b.pt.y ? a.pt.y < b.pt.y : a.pt.x < b.pt.x;
+}
+
+bool farFromAll(cv::Point2f point, const std::vector<cv::Point2f>& others) {
+  return std::none_of(others.begin(), others.end(), [&](cv::Point2f other) {
+    const cv::Point2f d = point - other;
+    return d.dot(d) < kSmallestDistancePx * kSmallestDistancePx;
+  });
+}
+
+}  // namespace
+
+void CornerDetector::detect(const cv::Mat1b& image, int count,
+                            const std::vector<cv::Point2f>& taken, int border_px,
+                            std::vector<cv::Point2f>& corners) {
+  const cv::Rect area(border_px, border_px, image.cols - 2 * border_px, image.rows - 2 * border_px);
+  if (area.width <= 0 || area.height <= 0) return;
+  // Half of the cells lie on sky or bare road: so make room for twice the number.
+  const double side = std::sqrt(static_cast<double>(area.area()) * kPerCell / (2.0 * count));
+  const int columns = std::max(1, static_cast<int>(std::lround(area.width / side)));
+  const int rows = std::max(1, static_cast<int>(std::lround(area.height / side)));
+  const auto column = [&](float x) {
+    return std::clamp(static_cast<int>((x - area.x) * columns / area.width), 0, columns - 1);
+  };
+  const auto row = [&](float y) {
+    return std::clamp(static_cast<int>((y - area.y) * rows / area.height), 0, rows - 1);
+  };
+
+  cells_.resize(static_cast<size_t>(columns) * rows);
+  for (Cell& cell : cells_) {
+    cell.vacant = kPerCell;
+    cell.taken.clear();
+  }
+  for (cv::Point2f point : taken) {
+    Cell& cell = cells_[row(point.y) * columns + column(point.x)];
+    --cell.vacant;
+    cell.taken.push_back(point);
+  }
+
+  // One strip of cells is one piece of work, so that nothing depends on the number of threads.
+  std::vector<std::vector<cv::Point2f>> found(rows);
+  cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
+    std::vector<cv::KeyPoint> candidates;
+    for (int r = range.start; r < range.end; ++r) {
+      const int top = area.y + (r * area.height + rows - 1) / rows;
+      const int bottom = area.y + ((r + 1) * area.height + rows - 1) / rows;
+      Cell* cells = &cells_[static_cast<size_t>(r) * columns];
+      int wanted = 0;
+      for (int c = 0; c < columns; ++c) wanted += std::max(0, cells[c].vacant);
+      if (wanted == 0) continue;
+      constexpr int kFastRadius = 3 + 1;  // of the circle, and one for the non-maximum suppression
+      const cv::Rect strip =
+          cv::Rect(area.x - kFastRadius, top - kFastRadius, area.width + 2 * kFastRadius,
+                   bottom - top + 2 * kFastRadius) &
+          cv::Rect(0, 0, image.cols, image.rows);
+      for (int threshold : kThresholds) {
+        candidates.clear();
+        cv::FAST(image(strip), candidates, threshold, true);
+        std::sort(candidates.begin(), candidates.end(), strongerFirst);
+        for (const cv::KeyPoint& candidate : candidates) {
+          const cv::Point2f point = candidate.pt + cv::Point2f(strip.tl());
+          if (point.y < top || point.y >= bottom || point.x < area.x ||
+              point.x >= area.x + area.width)
+            continue;
+          Cell& cell = cells[column(point.x)];
+          if (cell.vacant <= 0 || !farFromAll(point, cell.taken)) continue;
+          --cell.vacant;
+          --wanted;
+          cell.taken.push_back(point);
+          found[r].push_back(point);
+        }
+        if (3 * wanted < columns * kPerCell) break;
+      }
+    }
+  });
+  for (const auto& of_row : found) corners.insert(corners.end(), of_row.begin(), of_row.end());
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,49 @@
+/// Sub-pixel alignment of small patches: inverse-compositional Lucas-Kanade with a gain and an
+/// offset of brightness.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+namespace predictive_stereo {
+
+/// A square patch of an image, ready to be found again in another one.
+class Patch {
+ public:
+  static constexpr int kSize = 12;  ///< side [px]
+
+  /// Where a patch was found.
+  struct Match {
+    cv::Point2f position;   ///< of its centre [px]
+    float correlation = 0;  ///< zero-mean normalised correlation there, -1..1
+    bool converged = false;
+  };
+
+  /// Samples the patch around `centre`; the patch then covers kSize * `scale` pixels of `image`, so
+  /// that it looks like the same surface in an image where it appears 1 / scale times as large.
+  /// False where it leaves the image or has no texture in some direction.
+  bool sample(const cv::Mat1b& image, cv::Point2f centre, float scale = 1);
+
+  /// Finds the patch near `start`.
+  Match align(const cv::Mat1b& image, cv::Point2f start, int max_iterations) const;
+
+  /// Given that the true row differs from the one found by `row_error_px` (found - true): what has
+  /// to be subtracted from the column found. On oblique edges the two errors go together.
+  float columnErrorFromRowError(float row_error_px) const;
+
+  /// Inverse of the summed products of gradients, per squared grey value, [px^2]: the covariance of
+  /// a found position for image noise of one grey value.
+  const cv::Matx22f& covariance() const { return inverse_; }
+
+ private:
+  static constexpr int kArea = kSize * kSize;
+
+  float texture_[kArea];     // zero mean
+  float gradient_x_[kArea];  // zero mean
+  float gradient_y_[kArea];  // zero mean
+  float texture_norm_;
+  float gradient_x_texture_, gradient_y_texture_;  // sums of products
+  float xx_, xy_;
+  cv::Matx22f inverse_;
+};
+
+}  // namespace predictive_stereo

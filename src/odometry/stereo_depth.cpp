@@ -1,0 +1,122 @@
+#include "odometry/stereo_depth.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "odometry/patch.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kBlock = 10;  // side of the blocks compared at half resolution [px]
+constexpr float kSmallestCorrelation = 0.8f;
+constexpr float kUniqueness = 0.03f;     // by which the best must beat any other place
+constexpr float kLargestSurprisePx = 3;  // from an expected shift
+constexpr int kIterations = 12;
+
+float blockCorrelation(const cv::Mat1b& a, cv::Point at_a, const cv::Mat1b& b, cv::Point at_b) {
+  int sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
+  for (int y = 0; y < kBlock; ++y) {
+    const uchar* row_a = a.ptr<uchar>(at_a.y + y) + at_a.x;
+    const uchar* row_b = b.ptr<uchar>(at_b.y + y) + at_b.x;
+    for (int x = 0; x < kBlock; ++x) {
+      sum_a += row_a[x];
+      sum_b += row_b[x];
+      sum_aa += row_a[x] * row_a[x];
+      sum_bb += row_b[x] * row_b[x];
+      sum_ab += row_a[x] * row_b[x];
+    }
+  }
+  constexpr int kArea = kBlock * kBlock;
+  const float cov = static_cast<float>(kArea * sum_ab - sum_a * sum_b);
+  const float var_a = static_cast<float>(kArea * sum_aa - sum_a * sum_a);
+  const float var_b = static_cast<float>(kArea * sum_bb - sum_b * sum_b);
+  return cov / std::sqrt(std::max(var_a * var_b, 1.f));
+}
+
+// Shift and row offset of the best place at half resolution [px there].
+struct Coarse {
+  int shift = 0, row_offset = 0;
+  bool found = false;
+};
+
+Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f point,
+                    float row_offset, const StereoSearch& search) {
+  Coarse coarse;
+  const cv::Point corner(cvRound(point.x) - kBlock / 2, cvRound(point.y) - kBlock / 2);
+  if (corner.x < 0 || corner.y < 0 || corner.x + kBlock > left.cols ||
+      corner.y + kBlock > left.rows)
+    return coarse;
+  const int first = std::max((search.smallest_shift_px - 1) / 2, corner.x + kBlock - right.cols);
+  const int last = std::min((search.largest_shift_px + 1) / 2, corner.x);
+  const int middle_row = cvRound(corner.y + row_offset);
+  const int row_radius = (search.row_radius_px + 1) / 2;
+  const int top = std::max(0, middle_row - row_radius);
+  const int bottom = std::min(right.rows - kBlock, middle_row + row_radius);
+  if (first > last || top > bottom) return coarse;
+
+  float best = -1;
+  // The best of all rows for every shift, to see whether another shift does as well.
+  std::vector<float> of_shift(last - first + 1, -1.f);
+  for (int row = top; row <= bottom; ++row)
+    for (int shift = first; shift <= last; ++shift) {
+      const float c = blockCorrelation(left, corner, right, {corner.x - shift, row});
+      of_shift[shift - first] = std::max(of_shift[shift - first], c);
+      if (c > best) {
+        best = c;
+        coarse.shift = shift;
+        coarse.row_offset = row - corner.y;
+      }
+    }
+  float second = -1;
+  for (int shift = first; shift <= last; ++shift)
+    if (std::abs(shift - coarse.shift) > 2) second = std::max(second, of_shift[shift - first]);
+  coarse.found = best > kSmallestCorrelation && second < best - kUniqueness;
+  return coarse;
+}
+
+void matchPoint(const ImagePyramid& left, const ImagePyramid& right, const RowAlignment& alignment,
+                const StereoSearch& search, cv::Point2f point, StereoMatch& match) {
+  match.found = false;
+  Patch patch;
+  if (!patch.sample(left.level(0), point)) return;
+  const auto row_offset =
+      static_cast<float>(alignment.offset(point.x, point.y, left.level(0).size()));
+
+  const auto refine = [&](cv::Point2f start, float farthest) {
+    const Patch::Match fine = patch.align(right.level(0), start, kIterations);
+    const cv::Point2f moved = fine.position - start;
+    if (!fine.converged || fine.correlation < kSmallestCorrelation ||
+        moved.dot(moved) > farthest * farthest)
+      return false;
+    match.shift_px = point.x - fine.position.x;
+    match.row_offset_px = fine.position.y - point.y;
+    match.shift_by_row = patch.columnErrorFromRowError(1);
+    match.variance = patch.covariance()(0, 0);
+    match.found = true;
+    return true;
+  };
+
+  if (match.expected &&
+      refine({point.x - match.shift_px, point.y + row_offset}, kLargestSurprisePx))
+    return;
+  const Coarse coarse =
+      searchCoarse(left.level(1), right.level(1), point * 0.5f, row_offset * 0.5f, search);
+  if (!coarse.found) return;
+  const float start_row = search.row_radius_px > 1 ? 2.f * coarse.row_offset : row_offset;
+  refine({point.x - 2.f * coarse.shift, point.y + start_row}, 4);
+}
+
+}  // namespace
+
+void matchStereo(const ImagePyramid& left, const ImagePyramid& right, const RowAlignment& alignment,
+                 const StereoSearch& search, const std::vector<cv::Point2f>& points,
+                 std::vector<StereoMatch>& matches) {
+  CV_Assert(points.size() == matches.size() && left.levels() > 1);
+  cv::parallel_for_(cv::Range(0, static_cast<int>(points.size())), [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i)
+      matchPoint(left, right, alignment, search, points[i], matches[i]);
+  });
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,106 @@
+#include "predictive_stereo/ego_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core/utility.hpp>
+
+#include "odometry/corridor.h"
+
+namespace predictive_stereo {
+namespace {
+
+StereoRig smallRig() {
+  StereoRig rig;
+  rig.size = {640, 240};
+  rig.fx_px = rig.fy_px = 400;
+  rig.cx_left_px = rig.cx_right_px = 319.5;
+  rig.cy_px = 119.5;
+  rig.baseline_m = 0.5;
+  return rig;
+}
+
+struct Pair {
+  cv::Mat1b left, right;
+};
+
+Pair look(const testing::Corridor& corridor, const StereoRig& rig,
+          const Eigen::Isometry3d& T_world_cam, int noise_seed) {
+  return {corridor.render(rig, T_world_cam, 0, 1.5, 2 * noise_seed + 1),
+          corridor.render(rig, T_world_cam, rig.baseline_m, 1.5, 2 * noise_seed + 2)};
+}
+
+Eigen::Isometry3d pose(double x_m, double z_m, double yaw_rad) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << x_m, 0, z_m;
+  T.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  return T;
+}
+
+struct Error {
+  double translation_m, rotation_rad;
+};
+
+Error errorOf(const EgoMotionEstimate& estimate, const Eigen::Isometry3d& T_world_prev,
+              const Eigen::Isometry3d& T_world_cam) {
+  const Eigen::Isometry3d delta =
+      estimate.motion.T_cam_prev * (T_world_cam.inverse() * T_world_prev).inverse();
+  return {delta.translation().norm(), Eigen::AngleAxisd(delta.linear()).angle()};
+}
+
+TEST(EgoMotion, DrivesThroughACorridor) {
+  const testing::Corridor corridor(1);
+  const StereoRig rig = smallRig();
+  EgoMotion ego_motion{EgoMotionParams()};
+  Eigen::Isometry3d previous;
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Isometry3d current = pose(0.1 * std::sin(0.3 * k), 0.6 * k, 0.01 * k);
+    const Pair pair = look(corridor, rig, current, k);
+    const EgoMotionEstimate estimate = ego_motion.estimate(pair.left, pair.right, rig);
+    if (k == 0) {
+      EXPECT_EQ(estimate.status, EgoMotionStatus::kFirstFrame);
+    } else {
+      ASSERT_EQ(estimate.status, EgoMotionStatus::kTracked);
+      const Error error = errorOf(estimate, previous, current);
+      EXPECT_LT(error.translation_m, 0.012);
+      EXPECT_LT(error.rotation_rad, 0.001);
+      EXPECT_GT(estimate.inliers, 60);
+    }
+    previous = current;
+  }
+}
+
+TEST(EgoMotion, RefusesImagesOfAnotherSize) {
+  EgoMotion ego_motion{EgoMotionParams()};
+  const StereoRig rig = smallRig();
+  const cv::Mat1b right_size(rig.size, uchar{0}), other(100, 100, uchar{0});
+  EXPECT_THROW(ego_motion.estimate(other, right_size, rig), std::invalid_argument);
+  EXPECT_THROW(ego_motion.estimate(right_size, other, rig), std::invalid_argument);
+  EXPECT_THROW(ego_motion.estimate(right_size, right_size, rig, other), std::invalid_argument);
+}
+
+TEST(EgoMotion, RefusesParametersOutOfRange) {
+  EgoMotionParams params;
+  params.features = 3;
+  EXPECT_THROW(EgoMotion{params}, std::invalid_argument);
+}
+
+TEST(EgoMotion, SameForAnyNumberOfThreads) {
+  const testing::Corridor corridor(2);
+  const StereoRig rig = smallRig();
+  std::vector<Pair> pairs;
+  for (int k = 0; k < 4; ++k) pairs.push_back(look(corridor, rig, pose(0, 0.5 * k, 0.02 * k), k));
+  std::vector<Eigen::Matrix4d> expected;
+  for (int threads : {1, 2, 3, 7}) {
+    cv::setNumThreads(threads);
+    EgoMotion ego_motion{EgoMotionParams()};
+    for (size_t k = 0; k < pairs.size(); ++k) {
+      const auto estimate = ego_motion.estimate(pairs[k].left, pairs[k].right, rig);
+      if (threads == 1) expected.push_back(estimate.motion.T_cam_prev.matrix());
+      EXPECT_EQ(estimate.motion.T_cam_prev.matrix(), expected[k]) << threads << " threads";
+    }
+  }
+  cv::setNumThreads(-1);
+}
+
+}  // namespace
+}  // namespace predictive_stereo

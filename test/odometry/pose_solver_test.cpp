@@ -1,0 +1,166 @@
+#include "odometry/pose_solver.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <random>
+
+namespace predictive_stereo {
+namespace {
+
+StereoRig kittiRig() {
+  StereoRig rig;
+  rig.size = {1242, 375};
+  rig.fx_px = rig.fy_px = 721.5;
+  rig.cx_left_px = rig.cx_right_px = 609.5;
+  rig.cy_px = 172.8;
+  rig.baseline_m = 0.537;
+  return rig;
+}
+
+Eigen::Isometry3d motion(const Eigen::Vector3d& t_m, const Eigen::Vector3d& r_rad) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = t_m;
+  if (r_rad.norm() > 0)
+    T.linear() = Eigen::AngleAxisd(r_rad.norm(), r_rad.normalized()).toRotationMatrix();
+  return T;
+}
+
+const Eigen::Isometry3d kDriving = motion({0.02, -0.01, -1.1}, {0.002, 0.02, -0.001});
+
+// Points of a street, seen before and after `T`; noise is added to the five coordinates that are
+// measured (previous x and y define the point).
+std::vector<Correspondence> observe(const StereoRig& rig, const Eigen::Isometry3d& T, int n,
+                                    double sigma_px, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  std::normal_distribution<double> noise(0, 1);
+  std::vector<Correspondence> all;
+  while (static_cast<int>(all.size()) < n) {
+    const double depth_m = 1 / (1 / 60.0 + uniform(random) * (1 / 5.0 - 1 / 60.0));
+    const Eigen::Vector3d previous(uniform(random) * rig.size.width,
+                                   uniform(random) * rig.size.height,
+                                   rig.disparityTimesDepth() / depth_m);
+    const Eigen::Vector3d moved_m =
+        T * rig.pointFromDisparity(previous.x(), previous.y(), previous.z());
+    if (moved_m.z() < 1) continue;
+    Correspondence c;
+    c.previous = previous + Eigen::Vector3d(0, 0, sigma_px * noise(random));
+    c.current = rig.disparityFromPoint(moved_m) +
+                sigma_px * Eigen::Vector3d(noise(random), noise(random), noise(random));
+    all.push_back(c);
+  }
+  return all;
+}
+
+Vector6d errorOf(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth) {
+  const Eigen::Isometry3d delta = estimated * truth.inverse();
+  const Eigen::AngleAxisd rotation(delta.linear());
+  Vector6d error;
+  error << delta.translation(), rotation.angle() * rotation.axis();
+  return error;
+}
+
+TEST(PoseSolver, ExactOnExactObservations) {
+  const StereoRig rig = kittiRig();
+  for (const auto& T :
+       {kDriving, motion({0, 0, 0}, {0, 0, 0}), motion({0.3, 0, 0.1}, {0, 0.4, 0})}) {
+    const auto all = observe(rig, T, 200, 0, 1);
+    const PoseSolution solution =
+        solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+    ASSERT_TRUE(solution.found);
+    EXPECT_EQ(solution.inliers, 200);
+    EXPECT_LT(errorOf(solution.T_cam_prev, T).norm(), 1e-7);
+  }
+}
+
+TEST(PoseSolver, CovarianceTellsTheError) {
+  const StereoRig rig = kittiRig();
+  double sum = 0;
+  constexpr int kRuns = 300;
+  for (unsigned run = 0; run < kRuns; ++run) {
+    const auto all = observe(rig, kDriving, 150, 0.2, run);
+    const PoseSolution solution = solvePose(rig, all, kDriving, 0.3, PoseSolverParams());
+    ASSERT_TRUE(solution.found);
+    EXPECT_NEAR(solution.sigma_px, 0.2, 0.06);
+    const Vector6d error = errorOf(solution.T_cam_prev, kDriving);
+    sum += error.dot(solution.covariance.inverse() * error) / 6;
+  }
+  EXPECT_GT(sum / kRuns, 0.8);
+  EXPECT_LT(sum / kRuns, 1.25);
+}
+
+TEST(PoseSolver, OutliersAndAMoverDoNotMatter) {
+  const StereoRig rig = kittiRig();
+  auto all = observe(rig, kDriving, 150, 0.1, 1);
+  // A lorry that overtakes: a rigid motion as convincing as the street's.
+  const auto lorry = observe(rig, motion({0.1, 0, 0.4}, {0, 0, 0}), 100, 0.1, 2);
+  all.insert(all.end(), lorry.begin(), lorry.end());
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0, 100);
+  for (int i = 0; i < 50; ++i) {
+    all.push_back(all[i]);
+    all.back().current += Eigen::Vector3d(uniform(random), uniform(random), uniform(random));
+  }
+  const PoseSolution solution =
+      solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  ASSERT_TRUE(solution.found);
+  EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).head<3>().norm(), 0.005);
+  EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).tail<3>().norm(), 2e-4);
+  int lorry_inliers = 0;
+  for (size_t i = 150; i < 250; ++i) lorry_inliers += solution.inlier[i];
+  EXPECT_LT(lorry_inliers, 5);
+}
+
+TEST(PoseSolver, PointsKnownToBeStaticOutvoteAMoverThatFillsTheView) {
+  const StereoRig rig = kittiRig();
+  auto all = observe(rig, kDriving, 80, 0.1, 1);
+  auto mover = observe(rig, motion({0.1, 0, 0.4}, {0, 0, 0}), 120, 0.1, 2);
+  for (Correspondence& c : mover) c.trust = 0.5;
+  all.insert(all.end(), mover.begin(), mover.end());
+  const PoseSolution solution =
+      solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  ASSERT_TRUE(solution.found);
+  EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).head<3>().norm(), 0.01);
+}
+
+TEST(PoseSolver, FarPointsAloneGiveTheRotation) {
+  const StereoRig rig = kittiRig();
+  auto all = observe(rig, kDriving, 100, 0.1, 1);
+  auto far = observe(rig, motion({0, 0, 0}, {0.002, 0.02, -0.001}), 100, 0.1, 2);
+  for (Correspondence& c : far) {  // at infinity, where a rig that squints measures d < 0
+    const Eigen::Vector3d ray = rig.pointFromDisparity(c.previous.x(), c.previous.y(), 1);
+    c.current.head<2>() = rig.disparityFromPoint(kDriving.linear() * ray).head<2>();
+    c.previous.z() = c.current.z() = -0.1;
+  }
+  all.insert(all.end(), far.begin(), far.end());
+  const PoseSolution solution =
+      solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  ASSERT_TRUE(solution.found);
+  EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).tail<3>().norm(), 2e-4);
+  EXPECT_GT(solution.inliers, 180);
+}
+
+TEST(PoseSolver, TooFewOrContradictoryPointsGiveNothing) {
+  const StereoRig rig = kittiRig();
+  const auto few = observe(rig, kDriving, 8, 0, 1);
+  EXPECT_FALSE(solvePose(rig, few, kDriving, 0.3, PoseSolverParams()).found);
+  EXPECT_FALSE(solvePose(rig, {}, kDriving, 0.3, PoseSolverParams()).found);
+  auto nonsense = observe(rig, kDriving, 12, 0, 1);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-300, 300);
+  for (Correspondence& c : nonsense)
+    c.current.head<2>() += Eigen::Vector2d(uniform(random), uniform(random));
+  EXPECT_FALSE(solvePose(rig, nonsense, kDriving, 0.3, PoseSolverParams()).found);
+}
+
+TEST(PoseSolver, SameEveryTime) {
+  const StereoRig rig = kittiRig();
+  const auto all = observe(rig, kDriving, 150, 0.3, 1);
+  const auto first = solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  const auto again = solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  EXPECT_EQ(first.T_cam_prev.matrix(), again.T_cam_prev.matrix());
+}
+
+}  // namespace
+}  // namespace predictive_stereo
