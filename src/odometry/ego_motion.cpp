@@ -151,7 +151,7 @@ void EgoMotion::State::updateRowAlignment() {
 }
 
 float EgoMotion::State::disparity(cv::Point2f position, const StereoMatch& match) const {
-  const auto row_offset = static_cast<float>(alignment.offset(position.x, position.y, rig.size));
+  const float row_offset = rowOffset(alignment, position, rig.size);
   return match.shift_px + match.shift_by_row * (match.row_offset_px - row_offset) -
          static_cast<float>(rig.cx_left_px - rig.cx_right_px);
 }

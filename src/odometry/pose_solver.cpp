@@ -11,6 +11,10 @@ namespace {
 
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
+// Covariance of the robust estimate by that of least squares with the same weights held constant,
+// for normal noise in three dimensions and the weight 1 / (1 + m^2 / 4).
+constexpr double kRobustCovariance = 0.692;
+
 Eigen::Isometry3d perturbed(const Eigen::Isometry3d& T, const Vector6d& step) {
   const Eigen::Vector3d rotation = step.tail<3>();
   const double angle = rotation.norm();
@@ -226,7 +230,7 @@ PoseSolution solvePose(const StereoRig& rig, const std::vector<Correspondence>& 
   solution.T_cam_prev = T;
   solution.sigma_px = sigma;
   solution.residual_px = std::sqrt(sum / (3 * solution.inliers));
-  solution.covariance = sigma * sigma * lu.inverse();
+  solution.covariance = kRobustCovariance * sigma * sigma * lu.inverse();
   return solution;
 }
 

@@ -19,6 +19,10 @@ Terms terms(cv::Point2f position, cv::Size size) {
 
 }  // namespace
 
+float rowOffset(const RowAlignment& alignment, cv::Point2f position, cv::Size size) {
+  return static_cast<float>(terms(position, size).dot(alignment.coefficients_px));
+}
+
 RowAlignment fitRowOffset(const std::vector<RowOffsetSample>& samples, cv::Size size,
                           const RowAlignment& past, const RowAlignmentParams& params) {
   const auto enough = static_cast<size_t>(params.min_samples);

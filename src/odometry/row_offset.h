@@ -14,6 +14,9 @@ struct RowOffsetSample {
   float offset_px;
 };
 
+/// The offset of `alignment` at a position of the left image.
+float rowOffset(const RowAlignment& alignment, cv::Point2f position, cv::Size size);
+
 /// Robust fit of the offset's six coefficients, drawn towards `past` by `params.smoothing`. Returns
 /// `past` where samples are too few, do not agree, or show an offset that is too large.
 RowAlignment fitRowOffset(const std::vector<RowOffsetSample>& samples, cv::Size size,

@@ -4,14 +4,16 @@
 #include <cmath>
 
 #include "odometry/patch.h"
+#include "odometry/row_offset.h"
 
 namespace predictive_stereo {
 namespace {
 
 constexpr int kBlock = 10;  // side of the blocks compared at half resolution [px]
 constexpr float kSmallestCorrelation = 0.8f;
-constexpr float kUniqueness = 0.03f;     // by which the best must beat any other place
-constexpr float kLargestSurprisePx = 3;  // from an expected shift
+constexpr float kExpectedCorrelation = 0.9f;  // to be accepted without a search
+constexpr float kUniqueness = 0.03f;          // by which the best must beat any other place
+constexpr float kLargestSurprisePx = 3;       // from an expected shift
 constexpr int kIterations = 12;
 
 float blockCorrelation(const cv::Mat1b& a, cv::Point at_a, const cv::Mat1b& b, cv::Point at_b) {
@@ -80,13 +82,12 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right, const RowAl
   match.found = false;
   Patch patch;
   if (!patch.sample(left.level(0), point)) return;
-  const auto row_offset =
-      static_cast<float>(alignment.offset(point.x, point.y, left.level(0).size()));
+  const float row_offset = rowOffset(alignment, point, left.level(0).size());
 
-  const auto refine = [&](cv::Point2f start, float farthest) {
+  const auto refine = [&](cv::Point2f start, float farthest, float smallest_correlation) {
     const Patch::Match fine = patch.align(right.level(0), start, kIterations);
     const cv::Point2f moved = fine.position - start;
-    if (!fine.converged || fine.correlation < kSmallestCorrelation ||
+    if (!fine.converged || fine.correlation < smallest_correlation ||
         moved.dot(moved) > farthest * farthest)
       return false;
     match.shift_px = point.x - fine.position.x;
@@ -97,14 +98,14 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right, const RowAl
     return true;
   };
 
-  if (match.expected &&
-      refine({point.x - match.shift_px, point.y + row_offset}, kLargestSurprisePx))
+  if (match.expected && refine({point.x - match.shift_px, point.y + row_offset}, kLargestSurprisePx,
+                               kExpectedCorrelation))
     return;
   const Coarse coarse =
       searchCoarse(left.level(1), right.level(1), point * 0.5f, row_offset * 0.5f, search);
   if (!coarse.found) return;
   const float start_row = search.row_radius_px > 1 ? 2.f * coarse.row_offset : row_offset;
-  refine({point.x - 2.f * coarse.shift, point.y + start_row}, 4);
+  refine({point.x - 2.f * coarse.shift, point.y + start_row}, 4, kSmallestCorrelation);
 }
 
 }  // namespace

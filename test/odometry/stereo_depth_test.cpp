@@ -62,7 +62,7 @@ void expectFound(const Pair& pair, const std::vector<cv::Point2f>& points,
 
 TEST(StereoDepth, FindsAnyShiftInRange) {
   const auto points = grid();
-  for (const auto& [far, near] : {std::pair{5.3, 7.9}, {40.2, 44.1}, {80.0, 99.0}}) {
+  for (const auto& [far, near] : {std::pair{5.3, 7.9}, {40.2, 44.1}, {90.0, 95.0}}) {
     std::vector<StereoMatch> matches(points.size());
     const Pair pair(far, near, 0);
     matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), points, matches);

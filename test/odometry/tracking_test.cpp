@@ -21,7 +21,8 @@ struct Pair {
 
   explicit Pair(cv::Point2d flow, double scale = 1) {
     constexpr int kFine = 4;
-    const cv::Mat1f fine = testing::smoothTexture({2048, 2048}, 3, 2.0 * kFine);
+    const cv::Mat1f fine = testing::smoothTexture({2048, 2048}, 3, 2.0 * kFine, 25) +
+                           testing::smoothTexture({2048, 2048}, 4, 12.0 * kFine, 35) - 128;
     const auto take = [&](cv::Point2d moved, double zoom) {
       // Image (x, y) shows original centre + kFine ((x, y) - middle - moved) / zoom.
       const double s = kFine / zoom;
