@@ -3,8 +3,10 @@
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "predictive_stereo/disparity_range.h"
+#include "predictive_stereo/params.h"
 
 namespace predictive_stereo {
 
@@ -12,7 +14,7 @@ struct RowAlignmentParams {
   bool enabled = true;
   int min_samples = 100;       ///< fewer samples in agreement: identity
   double max_offset_px = 3.0;  ///< a fit that exceeds this anywhere is refused: identity
-  double smoothing = 0.5;      ///< weight of the past frames' offsets, 0: each frame by itself
+  double smoothing = 0.5;      ///< weight of a frame's samples in the next frame, 0: none
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -23,9 +25,13 @@ struct RowAlignmentParams {
   }
 };
 
-/// The vertical offset between the images of a pair: a point seen in row y of the left image lies
-/// in row y + offset(x, y) of the right one, where (x, y) are coordinates of the **left** image:
+/// The vertical offset between the images of a pair: a point seen in row y of the left image and
+/// in column x of the **right** one lies in row y + offset(x, y) of the right one,
 /// offset = c0 + c1 u + c2 v + c3 u^2 + c4 u v + c5 v^2, u = 2x / width - 1, v = 2y / height - 1.
+///
+/// It is a function of the right image's columns because it can then be undone without knowing
+/// disparities; it fits real rigs as well as one of the left image's columns does. Where no
+/// disparity is known the left column may stand in: on KITTI that errs by 0.1 px at most.
 struct RowAlignment {
   Eigen::Matrix<double, 6, 1> coefficients_px = Eigen::Matrix<double, 6, 1>::Zero();
   int samples = 0;               ///< samples in agreement with the fit; 0: identity
@@ -33,29 +39,58 @@ struct RowAlignment {
   double largest_offset_px = 0;  ///< largest |offset| over the image: the calibration's health
 
   bool isIdentity() const { return samples == 0; }
-  double offset(double x_px, double y_px, cv::Size size) const;
+  double offset(double x_right_px, double y_px, cv::Size size) const;
 };
 
-/// Estimates the offset in every frame, smoothed over the past frames.
+/// Estimates the offset in every frame.
+///
+/// Samples are small patches with texture, one in every few pixels of the half-resolution match,
+/// that are looked for some rows up and down in the right image. Six quadratic terms are fitted
+/// robustly to them and, with a weight that fades, to those of the past frames: a frame that shows
+/// little is then aligned by what was seen before.
 class RowAligner {
  public:
+  /// @throws std::invalid_argument for parameters outside their limits.
   explicit RowAligner(const RowAlignmentParams& params);
 
+  /// @param left, right  8-bit grey images of one size.
   /// @param coarse_disparity_px  the half-resolution match of this pair (CoarseMatcher).
-  /// Identity where switched off, or where samples are too few or do not agree.
+  /// @return identity where switched off, or where samples are too few or do not agree.
+  /// @throws std::invalid_argument for sizes that do not fit together.
   RowAlignment estimate(const cv::Mat1b& left, const cv::Mat1b& right,
                         const cv::Mat1f& coarse_disparity_px, const DisparityRange& range);
+  /// Forgets the past frames.
   void reset();
 
  private:
+  struct Sample {
+    Eigen::Matrix<double, 6, 1> terms;  // of the quadratic at this place
+    double offset_px;
+    bool valid;
+  };
+  // Normal equations of a weighted least-squares fit.
+  struct Fit {
+    Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> weighted_offset = Eigen::Matrix<double, 6, 1>::Zero();
+    double samples = 0;
+    double squared_residuals = 0;
+
+    void fade(double weight);
+  };
+
   RowAlignmentParams params_;
-  RowAlignment past_;
+  std::vector<Sample> samples_;
+  Fit past_;
+  Eigen::Matrix<double, 6, 1> prior_px_ = Eigen::Matrix<double, 6, 1>::Zero();
 };
 
 /// Moves the right image vertically, so that its rows are those of the left image, and by
 /// `column_shift_px` to the right, so that principal points that differ cost nothing later on
-/// (linear interpolation, borders replicated). Where nothing is to be moved nothing is copied:
-/// `aligned` then shares the pixels of `right`.
+/// (linear interpolation to 1/128 px, borders replicated). The alignment's columns are those after
+/// the shift.
+///
+/// Where nothing is to be moved nothing is copied: `aligned` then shares the pixels of `right`.
+/// Otherwise its memory is reused, unless somebody else shares it.
 void alignRightImage(const cv::Mat1b& right, const RowAlignment& alignment, double column_shift_px,
                      cv::Mat1b& aligned);
 
