@@ -1,0 +1,57 @@
+#include "predictive_stereo/coarse_matcher.h"
+
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+#include <stdexcept>
+
+namespace predictive_stereo {
+namespace {
+
+/// Half disparities that cover the full-resolution interval.
+MatcherParams halved(MatcherParams params) {
+  const DisparityRange full = params.range;
+  const auto floorOfHalf = [](int value) { return (value - (value & 1)) / 2; };
+  params.range.min_disparity = floorOfHalf(full.min_disparity);
+  const int needed = floorOfHalf(full.max_disparity()) - params.range.min_disparity + 1;
+  params.range.count = (needed + 15) / 16 * 16;
+  if (params.left_right_tolerance_px > 0) params.left_right_tolerance_px = 1;
+  return params;
+}
+
+}  // namespace
+
+CoarseMatcher::CoarseMatcher(const MatcherParams& params)
+    : full_params_(params), matcher_(halved(params)) {}
+
+void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px) {
+  if (left.cols < 2 || left.rows < 2) {
+    std::ostringstream text;
+    text << "the left image is " << left.cols << "x" << left.rows
+         << ": the half-resolution search needs at least 2x2 pixels";
+    throw std::invalid_argument(text.str());
+  }
+  if (left.size() != right.size()) {
+    std::ostringstream text;
+    text << "the right image is " << right.cols << "x" << right.rows << ", the left one "
+         << left.cols << "x" << left.rows << ": both must have one size";
+    throw std::invalid_argument(text.str());
+  }
+  const cv::Rect even(0, 0, left.cols / 2 * 2, left.rows / 2 * 2);
+  cv::resize(left(even), left_half_, even.size() / 2, 0, 0, cv::INTER_AREA);
+  cv::resize(right(even), right_half_, even.size() / 2, 0, 0, cv::INTER_AREA);
+  matcher_.match(left_half_, right_half_, match_);
+
+  const float half_invalid = matcher_.params().range.invalid();
+  const DisparityRange& range = full_params_.range;
+  disparity_px.create(match_.disparity_px.size());
+  for (int y = 0; y < disparity_px.rows; ++y)
+    for (int x = 0; x < disparity_px.cols; ++x) {
+      const float half = match_.disparity_px(y, x);
+      const float full = 2.0F * half;
+      const bool known = half != half_invalid && full >= range.min_disparity &&
+                         full <= static_cast<float>(range.max_disparity());
+      disparity_px(y, x) = known ? full : range.invalid();
+    }
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,189 @@
+#include "matching/reference_sgm.h"
+
+#include <algorithm>
+#include <bitset>
+#include <cstdint>
+#include <cstdlib>
+#include <utility>
+#include <vector>
+
+#include "matching/census.h"
+#include "matching/winner.h"
+
+namespace predictive_stereo {
+namespace {
+
+using std::uint8_t;
+
+constexpr int kNoDisparity = -1;
+
+/// Aggregation of one image pair. Disparities are indices here: 0 is min_disparity.
+class ReferenceSgm {
+ public:
+  ReferenceSgm(const cv::Mat1b& left, const cv::Mat1b& right, const MatcherParams& params,
+               const SearchWindows& windows)
+      : params_(params),
+        windows_(windows),
+        size_(left.size()),
+        count_(params.range.count),
+        sums_(left.total() * params.range.count, 0) {
+    censusReference(left, params.census, left_census_);
+    censusReference(right, params.census, right_census_);
+  }
+
+  void aggregate() {
+    if (params_.paths != PathSet::kDiagonal4)
+      for (const auto& [dx, dy] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}})
+        aggregatePath(dx, dy);
+    if (params_.paths != PathSet::kStraight4)
+      for (const auto& [dx, dy] : {std::pair(1, 1), {-1, -1}, {-1, 1}, {1, -1}})
+        aggregatePath(dx, dy);
+  }
+
+  void chooseWinners(Match& match) const {
+    std::vector<int> right_indices;
+    for (int y = 0; y < size_.height; ++y) {
+      chooseRightWinners(y, right_indices);
+      for (int x = 0; x < size_.width; ++x) describe(x, y, right_indices, match);
+    }
+  }
+
+ private:
+  /// Hamming distance; columns that lie outside the right image repeat its border.
+  int cost(int x, int y, int index) const {
+    const int right_x = std::clamp(x - params_.range.min_disparity - index, 0, size_.width - 1);
+    return static_cast<int>(
+        std::bitset<32>(left_census_(y, x) ^ right_census_(y, right_x)).count());
+  }
+
+  /// Eq. 1 along the path that steps by (dx, dy). A path's costs L are kept as goodness
+  /// G = max(P2 - (L - min L), 0): all that a step may pass on. Disparities outside a pixel's
+  /// window have G = 0, so that a neighbour pays P2 for reaching them.
+  void aggregatePath(int dx, int dy) {
+    // One more disparity on both sides, G = 0, saves asking whether a neighbour exists.
+    const int stride = count_ + 2;
+    std::vector<uint8_t> current(size_.width * stride), previous(current.size());
+    for (int row = 0; row < size_.height; ++row) {
+      const int y = dy < 0 ? size_.height - 1 - row : row;
+      std::swap(current, previous);
+      for (int column = 0; column < size_.width; ++column) {
+        const int x = dx < 0 ? size_.width - 1 - column : column;
+        const auto& neighbours = dy == 0 ? current : previous;
+        const bool starts = !isSearched(x - dx, y - dy);
+        const uint8_t* neighbour = starts ? nullptr : &neighbours[(x - dx) * stride + 1];
+        step(x, y, neighbour, &current[x * stride + 1]);
+      }
+    }
+  }
+
+  /// One pixel of a path; no neighbour: the path starts here.
+  void step(int x, int y, const uint8_t* neighbour, uint8_t* goodness) {
+    const int first = windows_.first(y, x), end = first + windows_.width(y, x);
+    int path_costs[256], lowest = 255;
+    for (int i = first; i < end; ++i) {
+      int carried = params_.p2;
+      if (neighbour)
+        carried =
+            std::max<int>(neighbour[i], std::max(neighbour[i - 1], neighbour[i + 1]) - params_.p1);
+      path_costs[i] = cost(x, y, i) + params_.p2 - std::max(carried, 0);
+      lowest = std::min(lowest, path_costs[i]);
+    }
+    std::fill(goodness, goodness + count_, uint8_t{0});
+    uint8_t* sums = sumsOf(x, y);
+    for (int i = first; i < end; ++i) {
+      goodness[i] = static_cast<uint8_t>(std::max(params_.p2 - (path_costs[i] - lowest), 0));
+      sums[i] = static_cast<uint8_t>(std::min(sums[i] + path_costs[i], 255));
+    }
+  }
+
+  /// The right image's winners, searched along the diagonals of the left image's sums.
+  void chooseRightWinners(int y, std::vector<int>& indices) const {
+    std::vector<int> lowest(size_.width, 256);
+    indices.assign(size_.width, kNoDisparity);
+    for (int index = 0; index < count_; ++index)
+      for (int x = 0; x < size_.width; ++x) {
+        const int right_x = x - params_.range.min_disparity - index;
+        const bool exists = right_x >= 0 && right_x < size_.width && isInWindow(x, y, index);
+        if (!exists || sumsOf(x, y)[index] >= lowest[right_x]) continue;
+        lowest[right_x] = sumsOf(x, y)[index];
+        indices[right_x] = index;
+      }
+  }
+
+  Winner findWinner(int x, int y) const {
+    const int first = windows_.first(y, x), end = first + windows_.width(y, x);
+    const uint8_t* sums = sumsOf(x, y);
+    Winner winner{};
+    winner.index = static_cast<int>(std::min_element(sums + first, sums + end) - sums);
+    winner.cost = sums[winner.index];
+    winner.inside = winner.index > first && winner.index < end - 1;
+    if (winner.inside) {
+      winner.below = sums[winner.index - 1];
+      winner.above = sums[winner.index + 1];
+    }
+    winner.runner_up = 255;
+    for (int i = first; i < end; ++i)
+      if (std::abs(i - winner.index) > 1) winner.runner_up = std::min(winner.runner_up, sums[i]);
+    return winner;
+  }
+
+  void describe(int x, int y, const std::vector<int>& right_indices, Match& match) const {
+    match.disparity_px(y, x) = params_.range.invalid();
+    match.ambiguity(y, x) = 255;
+    match.cost(y, x) = 255;
+    match.at_range_border(y, x) = 0;
+    if (!isSearched(x, y)) return;
+
+    const Winner winner = findWinner(x, y);
+    const int paths = params_.paths == PathSet::kAll8 ? 8 : 4;
+    match.ambiguity(y, x) = ambiguity(winner);
+    match.cost(y, x) = static_cast<uint8_t>(winner.cost / paths);
+    const bool at_interval_border = winner.index == 0 || winner.index == count_ - 1;
+    match.at_range_border(y, x) = !winner.inside && !at_interval_border ? 255 : 0;
+
+    const int disparity = params_.range.min_disparity + winner.index;
+    if (params_.left_right_tolerance_px >= 0) {
+      const int right_x = x - disparity;
+      if (right_x < 0 || right_x >= size_.width) return;
+      if (std::abs(right_indices[right_x] - winner.index) > params_.left_right_tolerance_px) return;
+    }
+    match.disparity_px(y, x) = static_cast<float>(disparity) + subpixelOffset(winner);
+  }
+
+  bool isSearched(int x, int y) const {
+    const bool inside = x >= 0 && x < size_.width && y >= 0 && y < size_.height;
+    return inside && windows_.width(y, x) > 0;
+  }
+  bool isInWindow(int x, int y, int index) const {
+    const int first = windows_.first(y, x);
+    return index >= first && index < first + windows_.width(y, x);
+  }
+  uint8_t* sumsOf(int x, int y) {
+    return &sums_[(static_cast<size_t>(y) * size_.width + x) * count_];
+  }
+  const uint8_t* sumsOf(int x, int y) const {
+    return &sums_[(static_cast<size_t>(y) * size_.width + x) * count_];
+  }
+
+  const MatcherParams& params_;
+  const SearchWindows& windows_;
+  const cv::Size size_;
+  const int count_;
+  cv::Mat1i left_census_, right_census_;
+  std::vector<uint8_t> sums_;  ///< saturating sums over the paths, [y][x][index]
+};
+
+}  // namespace
+
+void matchReference(const cv::Mat1b& left, const cv::Mat1b& right, const MatcherParams& params,
+                    const SearchWindows& windows, Match& match) {
+  match.disparity_px.create(left.size());
+  match.ambiguity.create(left.size());
+  match.cost.create(left.size());
+  match.at_range_border.create(left.size());
+  ReferenceSgm sgm(left, right, params, windows);
+  sgm.aggregate();
+  sgm.chooseWinners(match);
+}
+
+}  // namespace predictive_stereo

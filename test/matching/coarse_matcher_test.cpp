@@ -1,0 +1,43 @@
+#include "predictive_stereo/coarse_matcher.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "matching/matching_scenes.h"
+
+namespace predictive_stereo {
+namespace {
+
+TEST(CoarseMatcher, FindsFullResolutionDisparities) {
+  for (const int min_disparity : {-16, 0, 16}) {
+    TestPair pair = makeTestPair({401, 121}, min_disparity + 30, min_disparity + 30, 1);
+    cv::GaussianBlur(pair.left, pair.left, {5, 5}, 1.5);
+    cv::GaussianBlur(pair.right, pair.right, {5, 5}, 1.5);
+    MatcherParams params;
+    params.range = {min_disparity, 64};
+    cv::Mat1f disparity_px;
+    CoarseMatcher(params).match(pair.left, pair.right, disparity_px);
+    ASSERT_EQ(disparity_px.size(), cv::Size(200, 60));
+    int valid = 0, correct = 0;
+    for (const float disparity : disparity_px) {
+      valid += params.range.isValid(disparity);
+      correct += std::abs(disparity - static_cast<float>(min_disparity + 30)) < 0.5F;
+    }
+    EXPECT_GT(valid, 0.7 * disparity_px.total());
+    EXPECT_GT(correct, 0.95 * valid);
+  }
+}
+
+TEST(CoarseMatcher, RefusesWhatItCannotMatch) {
+  CoarseMatcher matcher{MatcherParams()};
+  cv::Mat1f disparity_px;
+  const cv::Mat1b image(20, 30, uchar{7});
+  EXPECT_THROW(matcher.match(cv::Mat1b(), cv::Mat1b(), disparity_px), std::invalid_argument);
+  EXPECT_THROW(matcher.match(cv::Mat1b(1, 30), cv::Mat1b(1, 30), disparity_px),
+               std::invalid_argument);
+  EXPECT_THROW(matcher.match(image, cv::Mat1b(20, 31), disparity_px), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace predictive_stereo

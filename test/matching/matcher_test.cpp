@@ -1,0 +1,148 @@
+#include "predictive_stereo/matcher.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "matching/matching_scenes.h"
+
+namespace predictive_stereo {
+namespace {
+
+MatcherParams smallParams(int min_disparity, int count) {
+  MatcherParams params;
+  params.range = {min_disparity, count};
+  return params;
+}
+
+SearchRanges uniformRanges(cv::Size size, int first, int last) {
+  return {cv::Mat1s(size, static_cast<short>(first)), cv::Mat1s(size, static_cast<short>(last))};
+}
+
+void expectEqual(const Match& a, const Match& b) {
+  EXPECT_EQ(cv::countNonZero(a.disparity_px != b.disparity_px), 0);
+  EXPECT_EQ(cv::countNonZero(a.ambiguity != b.ambiguity), 0);
+  EXPECT_EQ(cv::countNonZero(a.cost != b.cost), 0);
+  EXPECT_EQ(cv::countNonZero(a.at_range_border != b.at_range_border), 0);
+  EXPECT_EQ(cv::countNonZero(a.search_width != b.search_width), 0);
+}
+
+/// Share of valid pixels, and of those within 1 px of the truth.
+struct Score {
+  double density, correct;
+};
+Score score(const Match& match, const TestPair& pair, const DisparityRange& range) {
+  int valid = 0, correct = 0;
+  for (int y = 0; y < match.disparity_px.rows; ++y)
+    for (int x = 0; x < match.disparity_px.cols; ++x) {
+      if (!range.isValid(match.disparity_px(y, x))) continue;
+      ++valid;
+      correct += std::abs(match.disparity_px(y, x) - pair.disparity_px(y, x)) <= 1;
+    }
+  return {valid / double(match.disparity_px.total()), correct / std::max(1.0, double(valid))};
+}
+
+TEST(Matcher, FindsTheDisparitiesOfEveryPathSetAndCensusForm) {
+  for (const int min_disparity : {-16, 0, 16}) {
+    const TestPair pair = makeTestPair({160, 90}, min_disparity + 3, min_disparity + 40, 1);
+    for (const PathSet paths : {PathSet::kStraight4, PathSet::kDiagonal4, PathSet::kAll8})
+      for (const CensusForm census :
+           {CensusForm::k5x5, CensusForm::kCentreSymmetric9x5, CensusForm::kCentreSymmetric9x7}) {
+        MatcherParams params = smallParams(min_disparity, 48);
+        params.paths = paths;
+        params.census = census;
+        Match match;
+        StereoMatcher(params).match(pair.left, pair.right, match);
+        const Score result = score(match, pair, params.range);
+        EXPECT_GT(result.density, 0.6);
+        EXPECT_GT(result.correct, 0.9) << static_cast<int>(paths) << static_cast<int>(census);
+        EXPECT_EQ(cv::countNonZero(match.at_range_border), 0);
+        EXPECT_EQ(cv::countNonZero(match.search_width != 48), 0);
+      }
+  }
+}
+
+TEST(Matcher, RangesThatCoverEverythingGiveTheFullSearch) {
+  const TestPair pair = makeTestPair({101, 40}, 0, 60, 2);
+  for (const PathSet paths : {PathSet::kStraight4, PathSet::kDiagonal4, PathSet::kAll8}) {
+    MatcherParams params = smallParams(0, 80);
+    params.paths = paths;
+    StereoMatcher matcher(params);
+    Match full, reduced;
+    matcher.match(pair.left, pair.right, full);
+    matcher.match(pair.left, pair.right, uniformRanges(pair.left.size(), -1000, 1000), reduced);
+    expectEqual(full, reduced);
+  }
+}
+
+TEST(Matcher, RangesAroundTheTruthKeepTheResult) {
+  const TestPair pair = makeTestPair({200, 80}, 2, 50, 3);
+  const MatcherParams params = smallParams(0, 64);
+  SearchRanges ranges = uniformRanges(pair.left.size(), 0, 0);
+  for (int y = 0; y < ranges.first.rows; ++y)
+    for (int x = 0; x < ranges.first.cols; ++x) {
+      ranges.first(y, x) = static_cast<short>(pair.disparity_px(y, x) - 3);
+      ranges.last(y, x) = static_cast<short>(pair.disparity_px(y, x) + 3);
+    }
+  Match match;
+  StereoMatcher(params).match(pair.left, pair.right, ranges, match);
+  EXPECT_EQ(cv::countNonZero(match.search_width != 16), 0);
+  EXPECT_GT(score(match, pair, params.range).correct, 0.97);
+}
+
+TEST(Matcher, EmptyRangesGiveNothingAndStopNothingElse) {
+  const TestPair pair = makeTestPair({120, 60}, 2, 30, 4);
+  const MatcherParams params = smallParams(0, 48);
+  SearchRanges ranges = uniformRanges(pair.left.size(), 0, 47);
+  const cv::Rect hole(40, 20, 13, 11);
+  ranges.first(hole).setTo(20);
+  ranges.last(hole).setTo(19);
+  ranges.last.col(0).setTo(-5);     // wholly below the interval
+  ranges.first.col(119).setTo(48);  // wholly above it
+  ranges.last.col(119).setTo(60);
+  Match match;
+  StereoMatcher(params).match(pair.left, pair.right, ranges, match);
+  for (const cv::Rect unsearched : {hole, cv::Rect(0, 0, 1, 60), cv::Rect(119, 0, 1, 60)}) {
+    EXPECT_EQ(cv::countNonZero(match.disparity_px(unsearched) != params.range.invalid()), 0);
+    EXPECT_EQ(cv::countNonZero(match.search_width(unsearched)), 0);
+    EXPECT_EQ(cv::countNonZero(match.ambiguity(unsearched) != 255), 0);
+  }
+  EXPECT_GT(score(match, pair, params.range).correct, 0.93);
+}
+
+TEST(Matcher, ReportsWinnersOnTheBorderOfTheirRange) {
+  const TestPair pair = makeTestPair({160, 40}, 40, 40, 5);
+  const MatcherParams params = smallParams(0, 64);
+  Match match;
+  StereoMatcher(params).match(pair.left, pair.right, uniformRanges({160, 40}, 20, 25), match);
+  const cv::Rect inner(60, 5, 90, 30);
+  EXPECT_EQ(cv::countNonZero(match.search_width != 16), 0);
+  EXPECT_GT(cv::mean(match.at_range_border(inner))[0], 10.0);
+
+  StereoMatcher(params).match(pair.left, pair.right, uniformRanges({160, 40}, 37, 43), match);
+  EXPECT_EQ(cv::countNonZero(match.at_range_border(inner)), 0);
+}
+
+TEST(Matcher, RefusesWhatItCannotMatch) {
+  MatcherParams params;
+  params.range.count = 40;
+  EXPECT_THROW(StereoMatcher{params}, std::invalid_argument);
+  params.range.count = 272;
+  EXPECT_THROW(StereoMatcher{params}, std::invalid_argument);
+  params = MatcherParams();
+  params.p2 = params.p1;
+  EXPECT_THROW(StereoMatcher{params}, std::invalid_argument);
+  params.p2 = 230;
+  EXPECT_THROW(StereoMatcher{params}, std::invalid_argument);
+
+  StereoMatcher matcher{MatcherParams()};
+  Match match;
+  const cv::Mat1b image(20, 30, uchar{7});
+  EXPECT_THROW(matcher.match(cv::Mat1b(), cv::Mat1b(), match), std::invalid_argument);
+  EXPECT_THROW(matcher.match(image, cv::Mat1b(20, 31), match), std::invalid_argument);
+  EXPECT_THROW(matcher.match(image, image, uniformRanges({29, 20}, 0, 5), match),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
