@@ -7,13 +7,18 @@
 
 namespace predictive_stereo {
 
-/// Invalidates pixels with fewer than `min_support` of the 25 pixels of the 5x5 neighbourhood
-/// (the pixel itself included) within 1 px of their disparity. In place.
-void filterBySupport(const DisparityRange& range, int min_support, cv::Mat1f& disparity_px);
+/// Keeps the pixels that have at least `min_support` of the 25 pixels of their 5x5 neighbourhood
+/// (the pixel itself included; fewer at the image's border) within 1 px of their disparity, and
+/// invalidates all others. Not in place.
+/// @throws std::invalid_argument where input and output are the same memory.
+void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat1f& disparity_px,
+                     cv::Mat1f& filtered_px);
 
-/// 3x3 median of the valid neighbours of each valid pixel (section 2.3). An invalid pixel takes the
-/// median where at least five of its neighbours are valid, as the paper fills "possibly invalidated
-/// disparities". Not in place.
+/// 3x3 median (section 2.3). A valid pixel takes the median of the valid pixels around it and of
+/// itself (of an even number the lower one). An invalid pixel takes that of its valid neighbours
+/// where there are at least five, as the paper fills "possibly invalidated disparities". Not in
+/// place.
+/// @throws std::invalid_argument where input and output are the same memory.
 void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);
 
 /// Fills horizontal runs of at most `max_width` invalid pixels whose two sides agree within

@@ -1,0 +1,87 @@
+#include "predictive_stereo/post_filter.h"
+
+#include <array>
+#include <cmath>
+#include <opencv2/core/utility.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "filtering/post_filter_kernels.h"
+
+namespace predictive_stereo {
+namespace {
+
+// Calls kernel(rows around y, output row) for every row; rows outside the image are null.
+template <int kReach, class Kernel>
+void filterRows(const char* name, const cv::Mat1f& input, cv::Mat1f& output, const Kernel& kernel) {
+  output.create(input.size());
+  if (input.empty()) return;
+  if (output.datastart < input.dataend && input.datastart < output.dataend)
+    throw std::invalid_argument(std::string(name) +
+                                ": input and output share memory; give it another output");
+  cv::parallel_for_(cv::Range(0, input.rows), [&](const cv::Range& range) {
+    for (int y = range.start; y < range.end; ++y) {
+      std::array<const float*, 2 * kReach + 1> rows{};
+      for (int i = -kReach; i <= kReach; ++i)
+        if (y + i >= 0 && y + i < input.rows) rows[i + kReach] = input[y + i];
+      kernel(rows.data(), output[y]);
+    }
+  });
+}
+
+// First invalid pixel from x on, or `width`. Looks at many at once: most pixels are valid.
+int findInvalid(const float* row, int x, int width, float smallest_valid) {
+  constexpr int kBlock = 32;
+  while (x + kBlock <= width) {
+    int invalid = 0;
+    for (int i = 0; i < kBlock; ++i) invalid |= row[x + i] < smallest_valid;
+    if (invalid) break;
+    x += kBlock;
+  }
+  while (x < width && row[x] >= smallest_valid) ++x;
+  return x;
+}
+
+}  // namespace
+
+void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat1f& disparity_px,
+                     cv::Mat1f& filtered_px) {
+  filterRows<2>(
+      "filterBySupport", disparity_px, filtered_px, [&](const float* const* rows, float* filtered) {
+        filterRowBySupport(rows, disparity_px.cols, static_cast<float>(range.min_disparity),
+                           range.invalid(), min_support, filtered);
+      });
+}
+
+void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {
+  filterRows<1>("median3x3", disparity_px, filtered_px,
+                [&](const float* const* rows, float* filtered) {
+                  medianOfRow(rows, disparity_px.cols, static_cast<float>(range.min_disparity),
+                              range.invalid(), filtered);
+                });
+}
+
+void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
+               cv::Mat1f& disparity_px) {
+  const auto smallest_valid = static_cast<float>(range.min_disparity);
+  cv::parallel_for_(cv::Range(0, disparity_px.rows), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      float* row = disparity_px[y];
+      int end = 0;  // of the last run
+      while (true) {
+        const int first = findInvalid(row, end, disparity_px.cols, smallest_valid);
+        end = first;
+        while (end < disparity_px.cols && !(row[end] >= smallest_valid)) ++end;
+        if (end >= disparity_px.cols) break;
+        if (first == 0 || end - first > max_width) continue;
+        const float before = row[first - 1], after = row[end];
+        if (std::abs(after - before) > tolerance_px) continue;
+        const float step = (after - before) / static_cast<float>(end - first + 1);
+        for (int x = first; x < end; ++x)
+          row[x] = before + step * static_cast<float>(x - first + 1);
+      }
+    }
+  });
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,191 @@
+#include "predictive_stereo/post_filter.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace predictive_stereo {
+namespace {
+
+DisparityRange rangeFrom(int min_disparity) {
+  DisparityRange range;
+  range.min_disparity = min_disparity;
+  return range;
+}
+
+// Layers of slowly changing disparity with noise and a share of invalid pixels; exact multiples of
+// the range's first disparity and differences of exactly 1 px occur.
+cv::Mat1f makeMap(cv::Size size, const DisparityRange& range, double invalid_share, int seed) {
+  cv::RNG rng(seed);
+  cv::Mat1f map(size);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      const int layer = (x / 23 + y / 11) % 3;
+      const double value = 10.0 * layer + 0.02 * x + rng.uniform(0, 5) * 0.5;
+      map(y, x) = rng.uniform(0.0, 1.0) < invalid_share
+                      ? range.invalid()
+                      : static_cast<float>(range.min_disparity + (layer ? value : cvFloor(value)));
+    }
+  return map;
+}
+
+cv::Mat1f supportNaively(const DisparityRange& range, int min_support, const cv::Mat1f& map) {
+  cv::Mat1f filtered = map.clone();
+  for (int y = 0; y < map.rows; ++y)
+    for (int x = 0; x < map.cols; ++x) {
+      int support = 0;
+      for (int v = std::max(0, y - 2); v <= std::min(map.rows - 1, y + 2); ++v)
+        for (int u = std::max(0, x - 2); u <= std::min(map.cols - 1, x + 2); ++u)
+          support +=
+              range.isValid(map(v, u)) && map(v, u) >= map(y, x) - 1 && map(v, u) <= map(y, x) + 1;
+      if (!range.isValid(map(y, x)) || support < min_support) filtered(y, x) = range.invalid();
+    }
+  return filtered;
+}
+
+cv::Mat1f medianNaively(const DisparityRange& range, const cv::Mat1f& map) {
+  cv::Mat1f filtered(map.size(), range.invalid());
+  for (int y = 0; y < map.rows; ++y)
+    for (int x = 0; x < map.cols; ++x) {
+      std::vector<float> values;
+      for (int v = std::max(0, y - 1); v <= std::min(map.rows - 1, y + 1); ++v)
+        for (int u = std::max(0, x - 1); u <= std::min(map.cols - 1, x + 1); ++u)
+          if (range.isValid(map(v, u))) values.push_back(map(v, u));
+      std::sort(values.begin(), values.end());
+      if (range.isValid(map(y, x)) || values.size() >= 5)
+        filtered(y, x) = values[(values.size() - 1) / 2];
+    }
+  return filtered;
+}
+
+cv::Mat1f fillNaively(const DisparityRange& range, int max_width, float tolerance_px,
+                      const cv::Mat1f& map) {
+  cv::Mat1f filled = map.clone();
+  for (int y = 0; y < map.rows; ++y)
+    for (int x = 0; x < map.cols; ++x) {
+      if (range.isValid(map(y, x))) continue;
+      int before = x, after = x;
+      while (before >= 0 && !range.isValid(map(y, before))) --before;
+      while (after < map.cols && !range.isValid(map(y, after))) ++after;
+      if (before < 0 || after == map.cols || after - before - 1 > max_width) continue;
+      const float step = map(y, after) - map(y, before);
+      if (std::abs(step) > tolerance_px) continue;
+      filled(y, x) = map(y, before) + step / (after - before) * (x - before);
+    }
+  return filled;
+}
+
+void expectEqual(const cv::Mat1f& filtered, const cv::Mat1f& expected, const char* what,
+                 double tolerance = 0) {
+  ASSERT_EQ(filtered.size(), expected.size());
+  EXPECT_LE(cv::norm(filtered, expected, cv::NORM_INF), tolerance)
+      << what << " " << filtered.size();
+}
+
+const std::vector<cv::Size> kSizes = {{1, 1},   {2, 1},   {7, 1},   {1, 9},  {5, 5},    {8, 3},
+                                      {9, 40},  {12, 12}, {13, 2},  {20, 3}, {33, 17},  {64, 48},
+                                      {127, 5}, {300, 4}, {66, 99}, {3, 64}, {1242, 37}};
+
+// Runs `body` for every SIMD target that this machine has.
+template <class Body>
+void forEveryTarget(const Body& body) {
+  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+    const auto target = targets & ~(targets - 1);
+    hwy::SetSupportedTargetsForTest(target);
+    SCOPED_TRACE(hwy::TargetName(target));
+    body();
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(PostFilter, EqualNaiveReferences) {
+  forEveryTarget([] {
+    for (int min_disparity : {0, -16, 16})
+      for (double invalid_share : {0.0, 0.1, 0.6, 1.0})
+        for (cv::Size size : kSizes) {
+          const DisparityRange range = rangeFrom(min_disparity);
+          const cv::Mat1f map = makeMap(size, range, invalid_share, size.width);
+          cv::Mat1f filtered;
+          for (int min_support : {0, 1, 10, 25}) {
+            filterBySupport(range, min_support, map, filtered);
+            expectEqual(filtered, supportNaively(range, min_support, map), "support");
+          }
+          median3x3(range, map, filtered);
+          expectEqual(filtered, medianNaively(range, map), "median");
+          for (int max_width : {0, 2, 40}) {
+            filtered = map.clone();
+            fillHoles(range, max_width, 3, filtered);
+            expectEqual(filtered, fillNaively(range, max_width, 3, map), "holes", 1e-5);
+          }
+        }
+  });
+}
+
+TEST(PostFilter, InvalidNeighboursGiveNoSupport) {
+  // The invalid value lies exactly 1 px below the smallest disparity.
+  const DisparityRange range = rangeFrom(0);
+  cv::Mat1f map(40, 40, range.invalid()), filtered;
+  map(20, 20) = 0;
+  filterBySupport(range, 2, map, filtered);
+  EXPECT_EQ(filtered(20, 20), range.invalid());
+}
+
+TEST(PostFilter, ViewsAreReadAndWrittenInPlace) {
+  const DisparityRange range;
+  const cv::Mat1f large = makeMap({90, 70}, range, 0.2, 3);
+  const cv::Rect rect(11, 7, 53, 41);
+  const cv::Mat1f view = large(rect), copy = view.clone();
+  cv::Mat1f frame(80, 100, 77.f);
+  cv::Mat1f target = frame(cv::Rect(20, 10, 53, 41));
+  filterBySupport(range, 10, view, target);
+  expectEqual(frame(cv::Rect(20, 10, 53, 41)), supportNaively(range, 10, copy), "support");
+  median3x3(range, view, target);
+  expectEqual(frame(cv::Rect(20, 10, 53, 41)), medianNaively(range, copy), "median");
+  target = frame(cv::Rect(20, 10, 53, 41));
+  copy.copyTo(target);
+  fillHoles(range, 5, 3, target);
+  expectEqual(target, fillNaively(range, 5, 3, copy), "holes", 1e-5);
+  // Nothing around the view was touched.
+  frame(cv::Rect(20, 10, 53, 41)) = 77.f;
+  EXPECT_EQ(cv::countNonZero(frame != 77.f), 0);
+}
+
+TEST(PostFilter, ReuseMemoryAndRefuseToWorkInPlace) {
+  const DisparityRange range;
+  cv::Mat1f map = makeMap({50, 40}, range, 0.2, 3), filtered(40, 50);
+  const uchar* memory = filtered.data;
+  filterBySupport(range, 10, map, filtered);
+  median3x3(range, map, filtered);
+  EXPECT_EQ(filtered.data, memory);
+  EXPECT_THROW(filterBySupport(range, 10, map, map), std::invalid_argument);
+  EXPECT_THROW(median3x3(range, map, map), std::invalid_argument);
+  cv::Mat1f empty, nothing;
+  filterBySupport(range, 10, empty, nothing);
+  median3x3(range, empty, nothing);
+  fillHoles(range, 10, 3, nothing);
+  EXPECT_TRUE(nothing.empty());
+}
+
+TEST(PostFilter, SameForEveryNumberOfThreads) {
+  const DisparityRange range;
+  const cv::Mat1f map = makeMap({333, 101}, range, 0.2, 3);
+  const int before = cv::getNumThreads();
+  for (int threads : {1, 2, 3, 7}) {
+    cv::setNumThreads(threads);
+    cv::Mat1f filtered;
+    filterBySupport(range, 10, map, filtered);
+    expectEqual(filtered, supportNaively(range, 10, map), "support");
+    median3x3(range, map, filtered);
+    expectEqual(filtered, medianNaively(range, map), "median");
+    filtered = map.clone();
+    fillHoles(range, 20, 3, filtered);
+    expectEqual(filtered, fillNaively(range, 20, 3, map), "holes", 1e-5);
+  }
+  cv::setNumThreads(before);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
