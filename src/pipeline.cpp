@@ -54,7 +54,6 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   const DisparityRange& range = params_.matcher.range;
   prediction_.disparity_px = output.predicted_disparity_px;
   prediction_.variance_px2 = output.predicted_variance_px2;
-  match_.disparity_px = output.measured_disparity_px;
   match_.search_width = output.search_width_px;
   Stopwatch watch;
 
@@ -71,12 +70,12 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   matcher_.match(left_, aligned_right_, ranges_, match_);
   watch.lap("matching", times_);
 
-  filterBySupport(range, params_.min_support, match_.disparity_px);
-  measurementVariance(match_.disparity_px, match_.ambiguity, range, params_.measurement_noise,
+  filterBySupport(range, params_.min_support, match_.disparity_px, output.measured_disparity_px);
+  measurementVariance(output.measured_disparity_px, match_.ambiguity, range, params_.measurement_noise,
                       output.measured_variance_px2);
   watch.lap("support", times_);
 
-  correct(prediction_, match_.disparity_px, range, params_.correction, state_);
+  correct(prediction_, output.measured_disparity_px, range, params_.correction, state_);
   watch.lap("correction", times_);
 
   median3x3(range, state_.disparity_px, output.disparity_px);
@@ -86,7 +85,6 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
 
   output.predicted_disparity_px = prediction_.disparity_px;
   output.predicted_variance_px2 = prediction_.variance_px2;
-  output.measured_disparity_px = match_.disparity_px;
   output.search_width_px = match_.search_width;
   output.row_alignment = row_alignment_;
 }
