@@ -42,12 +42,48 @@ struct RowAlignment {
   double offset(double x_right_px, double y_px, cv::Size size) const;
 };
 
-/// Estimates the offset in every frame.
-///
-/// Samples are small patches with texture, one in every few pixels of the half-resolution match,
-/// that are looked for some rows up and down in the right image. Six quadratic terms are fitted
-/// robustly to them and, with a weight that fades, to those of the past frames: a frame that shows
-/// little is then aligned by what was seen before.
+/// One measurement of the offset, at column x of the right image and row y of the left one.
+struct RowOffsetMeasurement {
+  double x_right_px;
+  double y_px;
+  double offset_px;
+};
+
+/// Fits the six terms robustly to the samples of a frame and, with a weight that fades, to those of
+/// the past frames: a frame that shows little is then aligned by what was seen before. The
+/// constant term alone is taken from the present frame: it shakes on real rigs.
+class RowOffsetFilter {
+ public:
+  /// @throws std::invalid_argument for parameters outside their limits.
+  explicit RowOffsetFilter(const RowAlignmentParams& params);
+
+  /// @return identity where samples are too few or do not agree, now and in the past frames.
+  RowAlignment update(const std::vector<RowOffsetMeasurement>& samples, cv::Size size);
+  /// Forgets the past frames.
+  void reset();
+
+ private:
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  // Normal equations of a weighted least-squares fit.
+  struct Fit {
+    Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+    Vector6 weighted_offset = Vector6::Zero();
+    double samples = 0;
+    double squared_residuals = 0;
+
+    void fade(double weight);
+    void add(const Fit& other);
+  };
+  Vector6 solve(const Fit& fit) const;
+
+  RowAlignmentParams params_;
+  Fit past_;
+  Vector6 prior_px_ = Vector6::Zero();
+  std::vector<Vector6> terms_;
+};
+
+/// Estimates the offset in every frame: small patches with texture, one in every few pixels of the
+/// half-resolution match, are looked for some rows up and down in the right image.
 class RowAligner {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.
@@ -63,25 +99,15 @@ class RowAligner {
   void reset();
 
  private:
-  struct Sample {
-    Eigen::Matrix<double, 6, 1> terms;  // of the quadratic at this place
-    double offset_px;
+  struct Tried {
+    RowOffsetMeasurement sample;
     bool valid;
-  };
-  // Normal equations of a weighted least-squares fit.
-  struct Fit {
-    Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, 1> weighted_offset = Eigen::Matrix<double, 6, 1>::Zero();
-    double samples = 0;
-    double squared_residuals = 0;
-
-    void fade(double weight);
   };
 
   RowAlignmentParams params_;
-  std::vector<Sample> samples_;
-  Fit past_;
-  Eigen::Matrix<double, 6, 1> prior_px_ = Eigen::Matrix<double, 6, 1>::Zero();
+  RowOffsetFilter filter_;
+  std::vector<Tried> tried_;
+  std::vector<RowOffsetMeasurement> samples_;
 };
 
 /// Moves the right image vertically, so that its rows are those of the left image, and by

@@ -1,0 +1,101 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/core/utility.hpp>
+
+#include "predictive_stereo/row_alignment.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kTile = 64;  // columns that are warped together
+constexpr int kOne = 128;  // fixed point of offsets and weights
+
+// A row of the right image moved horizontally by a constant shift, borders replicated.
+class ShiftedRows {
+ public:
+  ShiftedRows(const cv::Mat1b& image, double shift_px) : image_(image) {
+    const auto shift = static_cast<int>(std::lround(shift_px * kOne));
+    whole_ = static_cast<int>(std::floor(-shift / static_cast<double>(kOne)));
+    fraction_ = -shift - whole_ * kOne;
+  }
+  // `count` pixels from column x on; rows outside the image are those of its border. The result
+  // points into the image where nothing is to be moved.
+  const std::uint8_t* get(int row, int x, int count, std::uint8_t* buffer) const {
+    const std::uint8_t* pixels = image_.ptr(std::clamp(row, 0, image_.rows - 1));
+    if (whole_ == 0 && fraction_ == 0) return pixels + x;
+    for (int i = 0; i < count; ++i) {
+      const int a = pixels[std::clamp(x + i + whole_, 0, image_.cols - 1)];
+      const int b = pixels[std::clamp(x + i + whole_ + 1, 0, image_.cols - 1)];
+      buffer[i] =
+          static_cast<std::uint8_t>((a * (kOne - fraction_) + b * fraction_ + kOne / 2) / kOne);
+    }
+    return buffer;
+  }
+
+ private:
+  const cv::Mat1b& image_;
+  int whole_, fraction_;
+};
+
+// Warps one row in fixed point.
+void warpRow(const ShiftedRows& right, int y, const Eigen::Matrix<double, 6, 1>& c, cv::Size size,
+             std::uint8_t* out) {
+  // The offset as a quadratic of x alone, scaled, and positive so that truncation rounds.
+  constexpr int kBias = 1 << 14;
+  const double v = 2.0 * y / size.height - 1, du = 2.0 / size.width;
+  const double c0 = c[0] + c[2] * v + c[5] * v * v, c1 = c[1] + c[4] * v, c2 = c[3];
+  const auto k0 = static_cast<float>(kOne * (c0 - c1 + c2) + 0.5);
+  const auto k1 = static_cast<float>(kOne * du * (c1 - 2 * c2));
+  const auto k2 = static_cast<float>(kOne * du * du * c2);
+
+  std::int32_t offsets[kTile];
+  std::int16_t weights[kTile];
+  std::uint8_t buffers[2][kTile];
+  for (int x = 0; x < size.width; x += kTile) {
+    const int count = std::min(kTile, size.width - x);
+    int smallest = INT32_MAX, largest = INT32_MIN;
+    for (int i = 0; i < count; ++i) {
+      const auto fx = static_cast<float>(x + i);
+      offsets[i] = static_cast<int>((k0 + fx * (k1 + fx * k2)) + kBias) - kBias;
+      smallest = std::min(smallest, offsets[i]);
+      largest = std::max(largest, offsets[i]);
+      weights[i] = static_cast<std::int16_t>(offsets[i] & (kOne - 1));
+    }
+    // The two source rows change a few times along the row: one pass for each.
+    for (int row = smallest >> 7; row <= largest >> 7; ++row) {
+      const std::uint8_t* a = right.get(y + row, x, count, buffers[0]);
+      const std::uint8_t* b = right.get(y + row + 1, x, count, buffers[1]);
+      if (smallest >> 7 == largest >> 7) {
+        for (int i = 0; i < count; ++i)
+          out[x + i] = static_cast<std::uint8_t>(
+              (a[i] * (kOne - weights[i]) + b[i] * weights[i] + kOne / 2) >> 7);
+      } else {
+        for (int i = 0; i < count; ++i)
+          if (offsets[i] >> 7 == row)
+            out[x + i] = static_cast<std::uint8_t>(
+                (a[i] * (kOne - weights[i]) + b[i] * weights[i] + kOne / 2) >> 7);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void alignRightImage(const cv::Mat1b& right, const RowAlignment& alignment, double column_shift_px,
+                     cv::Mat1b& aligned) {
+  if (alignment.isIdentity() && column_shift_px == 0) {
+    aligned = right;
+    return;
+  }
+  // Not into pixels that someone else shares: those may be the image of an earlier frame.
+  if (!aligned.u || aligned.u->refcount > 1) aligned.release();
+  aligned.create(right.size());
+  const ShiftedRows rows(right, column_shift_px);
+  cv::parallel_for_(cv::Range(0, right.rows), [&](const cv::Range& range) {
+    for (int y = range.start; y < range.end; ++y)
+      warpRow(rows, y, alignment.coefficients_px, right.size(), aligned.ptr(y));
+  });
+}
+
+}  // namespace predictive_stereo
