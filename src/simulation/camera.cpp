@@ -1,0 +1,140 @@
+#include "simulation/camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace predictive_stereo::simulation {
+namespace {
+
+using Eigen::Vector3f;
+
+// What the pixel covers of a flat surface: from the points that its neighbours' rays meet.
+Footprint footprintOf(const Surface& surface, const Vector3f& direction, float t,
+                      float pixel_per_m) {
+  Footprint footprint;
+  footprint.width_m = t * pixel_per_m;
+  if (surface.axis_u.isZero()) return footprint;
+  // A step across the ray within the plane; it grows with 1 / cosine along the view's foot.
+  const float slope = std::abs(surface.normal.dot(direction)) / direction.norm();
+  const float stretch = std::min(1.0f / std::max(slope, 1e-3f), 60.0f);
+  if (stretch < 1.3f) return footprint;
+  const float u = surface.axis_u.dot(direction), v = surface.axis_v.dot(direction);
+  const float norm = std::sqrt(u * u + v * v);
+  if (norm <= 0) return footprint;
+  footprint.length_m = stretch * footprint.width_m;
+  footprint.along_u = footprint.length_m * u / norm;
+  footprint.along_v = footprint.length_m * v / norm;
+  return footprint;
+}
+
+struct Shader {
+  const RayGrid& grid;
+  const Look& look;
+  uint32_t seed;
+
+  float operator()(const Hit& hit, float x, float y) const {
+    const Vector3f direction = grid.directionOf(x, y);
+    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, seed);
+    const Primitive& p = grid.primitive(hit.primitive);
+    const Vector3f local_direction = p.R_local_world * direction;
+    const Vector3f point = grid.originIn(hit.primitive) + hit.t * local_direction;
+    Surface surface = surfaceAt(p, hit.part, point);
+    if (surface.normal.dot(local_direction) > 0) surface.normal = -surface.normal;
+    if (p.shape == Shape::kGround) {
+      // Texture coordinates in double: the town has no end.
+      surface.u_m = p.centre_m.x() + point.x();
+      surface.v_m = p.centre_m.y() + point.y();
+    }
+    const Footprint footprint = footprintOf(surface, local_direction, hit.t, grid.pixelPerM());
+    const float albedo =
+        std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
+    const Vector3f normal = p.R_local_world.transpose() * surface.normal;
+    float light = look.ambient * (0.75f + 0.25f * normal.z());
+    light += look.sun * std::max(0.0f, normal.dot(look.to_sun));
+    if (look.street_lamps > 0) light += look.street_lamps / (1.0f + 0.012f * hit.t * hit.t);
+    float radiance = albedo * light;
+    const float mirror = look.reflections * mirrorOf(p, hit.part, point);
+    if (mirror > 0) {
+      const Vector3f view = direction.normalized();
+      const float cosine = std::min(1.0f, -normal.dot(view));
+      const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
+      radiance += fresnel * surroundings(view + 2 * cosine * normal, look, seed);
+    }
+    return radiance;
+  }
+};
+
+bool isEdge(const HitImage& hits, int x, int y) {
+  const Hit& centre = hits.at(x, y);
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int nx = std::clamp(x + dx, 0, hits.size().width - 1);
+      const int ny = std::clamp(y + dy, 0, hits.size().height - 1);
+      const Hit& other = hits.at(nx, ny);
+      if (other.primitive != centre.primitive || other.part != centre.part) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+HitImage::HitImage(const RayGrid& grid, cv::Size size, const RowOfPixel& ideal_row)
+    : size_(size), hits_(static_cast<size_t>(size.area())) {
+  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y)
+      for (int x = 0; x < size_.width; ++x)
+        hits_[static_cast<size_t>(y) * static_cast<size_t>(size_.width) + static_cast<size_t>(x)] =
+            grid.cast(static_cast<float>(x), ideal_row(x, y));
+  });
+}
+
+void renderRadiance(const RayGrid& grid, const HitImage& hits, const Look& look,
+                    const RowOfPixel& ideal_row, uint32_t seed, cv::Mat1f& radiance) {
+  // A rotated grid of four rays.
+  constexpr float kAcross[4] = {-0.125f, 0.375f, -0.375f, 0.125f};
+  constexpr float kDown[4] = {-0.375f, -0.125f, 0.125f, 0.375f};
+  radiance.create(hits.size());
+  const Shader shade{grid, look, seed};
+  cv::parallel_for_(cv::Range(0, hits.size().height), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < hits.size().width; ++x) {
+        const float row = ideal_row(x, y);
+        if (!isEdge(hits, x, y)) {
+          radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
+          continue;
+        }
+        float sum = 0;
+        for (int i = 0; i < 4; ++i) {
+          const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];
+          sum += shade(grid.cast(ray_x, ray_y), ray_x, ray_y);
+        }
+        radiance(y, x) = 0.25f * sum;
+      }
+    }
+  });
+}
+
+void expose(const cv::Mat1f& radiance, const Exposure& exposure, cv::Mat1b& image) {
+  image.create(radiance.size());
+  const auto gain = static_cast<float>(exposure.gain), offset = static_cast<float>(exposure.offset);
+  const auto floor = static_cast<float>(exposure.noise * exposure.noise);
+  const auto shot = static_cast<float>(exposure.shot_noise);
+  cv::parallel_for_(cv::Range(0, image.rows), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < image.cols; ++x) {
+        const float level = gain * radiance(y, x) + offset;
+        // The sum of four bytes is near enough to normal; its variance is 4 (256^2 - 1) / 12.
+        const uint32_t bits =
+            hashOf(exposure.seed, static_cast<uint32_t>(y), static_cast<uint32_t>(x));
+        const auto sum = static_cast<float>((bits & 255) + (bits >> 8 & 255) + (bits >> 16 & 255) +
+                                            (bits >> 24));
+        const float normal = (sum - 510.0f) * (1.0f / 147.8f);
+        const float sigma = std::sqrt(floor + shot * std::max(level, 0.0f));
+        image(y, x) = cv::saturate_cast<uchar>(level + sigma * normal);
+      }
+    }
+  });
+}
+
+}  // namespace predictive_stereo::simulation

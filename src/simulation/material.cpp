@@ -1,0 +1,199 @@
+#include "simulation/material.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simulation/town.h"
+
+namespace predictive_stereo::simulation {
+namespace {
+
+using Eigen::Vector3f;
+
+// 1 where x lies within [low, high], blurred over the footprint.
+float band(double x, double low, double high, float blur) {
+  const float width = std::max(blur, 1e-3f);
+  const auto step = [width](double distance) {
+    return std::clamp(static_cast<float>(distance) / width + 0.5f, 0.0f, 1.0f);
+  };
+  return step(x - low) * step(high - x);
+}
+
+double remainder(double x, double period) { return x - period * std::floor(x / period); }
+
+// How much of a band of this width one sees: details fade into their mean.
+float fade(float detail_m, float footprint_m) {
+  return std::clamp(detail_m / footprint_m - 0.5f, 0.0f, 1.0f);
+}
+
+// Bricks, pavers: each with its own brightness, between darker joints.
+float masonry(double u, double v, float length, float height, float joint, const Footprint& fp,
+              uint32_t seed) {
+  const float blur_v = fp.width_m + std::abs(fp.along_v),
+              blur_u = fp.width_m + std::abs(fp.along_u);
+  const int row = static_cast<int>(std::floor(v / height));
+  const double shifted = u + (row & 1 ? 0.5 * length : 0.0);
+  const int column = static_cast<int>(std::floor(shifted / length));
+  const float stone =
+      static_cast<float>(hashOf(seed, static_cast<uint32_t>(row), static_cast<uint32_t>(column))) *
+          (2.0f / 4294967296.0f) -
+      1.0f;
+  const float in_v = band(v - row * static_cast<double>(height), joint, height - joint, blur_v);
+  const float in_u =
+      band(shifted - column * static_cast<double>(length), joint, length - joint, blur_u);
+  const float stones = fade(height, blur_v) * fade(length, blur_u);
+  const float joints = in_v * in_u - 1.0f;
+  return stones * (0.17f * stone + 0.28f * joints);
+}
+
+float roadAlbedo(double x, double y, const Footprint& fp, float contrast) {
+  const float grain = texture2(x, y, fp, {0.25f, 5, 0.85f}, 11);
+  const float patches = texture2(x, y, fp, {6.0f, 4, 0.7f}, 12);
+  // Tar seams: thin dark lines where a slow noise passes through zero.
+  const float seam_width = 0.03f + fp.width_m + 0.3f * fp.length_m;
+  const float seam = std::abs(noise2(x / 3.1, y / 2.3, 13)) * 1.5f;
+  const float crack = std::max(0.0f, 1.0f - seam / seam_width) * fade(0.05f, 0.5f * seam_width);
+  float albedo = 0.30f + contrast * (0.075f * grain + 0.05f * patches - 0.12f * crack);
+  const Marking marking = markingAt(x, y);
+  if (marking.strength > 0) {
+    const float blur = fp.width_m + 0.5f * (std::abs(marking.across_u ? fp.along_u : fp.along_v));
+    const float paint = std::clamp(marking.inside_m / std::max(blur, 1e-3f) + 0.5f, 0.0f, 1.0f);
+    const float worn = 0.85f + 0.25f * texture2(x, y, fp, {0.5f, 4, 0.8f}, 14);
+    albedo += paint * marking.strength * worn * 0.5f;
+  }
+  return albedo;
+}
+
+Material materialOf(const Primitive& p, int part) {
+  return part >= kPane && part < kReveal ? Material::kGlass : p.material;
+}
+
+float plateAlbedo(const Primitive& p, const Surface& s, const Footprint& fp) {
+  // Letters of a sort: dark strokes on a bright plate.
+  const float blur = fp.width_m + fp.length_m;
+  const float cell = std::max(0.06f, 0.35f * p.half_m.z());
+  const float letters = noise2(s.u_m / cell, s.v_m / (1.7 * cell), p.seed);
+  const float stroke = std::clamp((letters - 0.15f) * cell / blur + 0.5f, 0.0f, 1.0f);
+  return p.albedo * (1.0f - 0.75f * stroke * fade(cell, blur));
+}
+
+}  // namespace
+
+float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& local,
+               const Footprint& fp, float contrast) {
+  const double u = s.u_m, v = s.v_m;
+  const uint32_t seed = p.seed + static_cast<uint32_t>(part) * 977U;
+  switch (materialOf(p, part)) {
+    case Material::kRoad:
+      return roadAlbedo(u, v, fp, contrast);
+    case Material::kPavement: {
+      if (part < 4) return 0.42f + contrast * 0.12f * texture2(u, v, fp, {0.8f, 6, 0.8f}, seed);
+      const float inside = p.half_m.x() - std::max(std::abs(local.x()), std::abs(local.y()));
+      const float kerb = band(inside, 0.0, 0.14, fp.width_m);
+      const float edge = band(inside, -1.0, kSidewalk_m, fp.width_m);
+      const float stones = 0.40f + contrast * (masonry(u, v, 0.4f, 0.4f, 0.012f, fp, seed) +
+                                               0.06f * texture2(u, v, fp, {4.0f, 8, 0.8f}, seed));
+      const float grass =
+          0.24f + contrast * (0.10f * texture2(u, v, fp, {0.5f, 6, 0.95f}, seed) +
+                              0.05f * texture2(u, v, fp, {8.0f, 4, 0.7f}, seed + 1));
+      return edge * (stones + 0.22f * kerb) + (1 - edge) * grass;
+    }
+    case Material::kPlaster: {
+      const float stains = texture2(u, v, fp, {5.0f, 8, 0.75f}, seed);
+      const float streaks = texture2(u * 3, v * 0.25, fp, {1.0f, 4, 0.8f}, seed + 1);
+      return p.albedo + contrast * (0.045f * stains + 0.04f * streaks);
+    }
+    case Material::kBrick:
+      return p.albedo + contrast * (0.7f * masonry(u, v, 0.50f, 0.24f, 0.012f, fp, seed) +
+                                    0.06f * texture2(u, v, fp, {3.0f, 7, 0.8f}, seed));
+    case Material::kRoof:
+      return p.albedo + contrast * (0.8f * masonry(u, v, 0.3f, 0.35f, 0.03f, fp, seed) +
+                                    0.04f * texture2(u, v, fp, {3.0f, 5, 0.8f}, seed));
+    case Material::kGlass:
+      // Curtains and dark rooms behind the pane.
+      return 0.10f + contrast * 0.08f * texture2(u, v, fp, {0.7f, 4, 0.7f}, seed);
+    case Material::kLeaves:
+      return p.albedo * (1.0f + contrast * 0.75f *
+                                    texture3(local.x(), local.y(), local.z(), fp.width_m,
+                                             {0.45f, 4, 0.9f}, p.seed));
+    case Material::kBark:
+      return p.albedo *
+             (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));
+    case Material::kPaint: {
+      const float dirt = texture2(u, v, fp, {0.7f, 5, 0.75f}, seed);
+      // Gaps between doors and bonnet.
+      const float gap = band(remainder(u + 0.45, 1.05), 0.0, 0.012, fp.width_m + fp.length_m) *
+                        fade(0.02f, fp.width_m + fp.length_m);
+      return p.albedo * (1.0f + contrast * (0.13f * dirt - 0.7f * gap));
+    }
+    case Material::kCabin: {
+      const bool roof = part >= 4;
+      if (roof || mirrorOf(p, part, local) < 0.2f)
+        return p.albedo * (1.0f + contrast * 0.1f * texture2(u, v, fp, {0.7f, 5, 0.7f}, seed));
+      return 0.07f + contrast * 0.05f * texture2(u, v, fp, {0.4f, 3, 0.7f}, seed);
+    }
+    case Material::kRubber: {
+      const float radius = static_cast<float>(std::hypot(u, v));
+      const bool rim = part >= 4 && radius < 0.65f * p.half_m.x();
+      const float spokes =
+          rim ? 0.3f + 0.25f * noise2(std::atan2(v, u) * 2.0, radius * 9, seed) : 0.06f;
+      return spokes + contrast * 0.04f * texture2(u, v, fp, {0.2f, 4, 0.8f}, seed);
+    }
+    case Material::kCloth:
+      return p.albedo * (1.0f + contrast * 0.45f *
+                                    texture3(local.x(), local.y(), local.z(), fp.width_m,
+                                             {0.3f, 4, 0.8f}, p.seed));
+    case Material::kSkin:
+      return p.albedo * (1.0f + contrast * 0.25f *
+                                    texture3(local.x(), local.y(), local.z(), fp.width_m,
+                                             {0.15f, 3, 0.8f}, p.seed));
+    case Material::kMetal:
+      return p.albedo * (1.0f + contrast * 0.3f * texture2(u, v, fp, {0.6f, 6, 0.75f}, seed));
+    case Material::kSign:
+      return plateAlbedo(p, s, fp);
+  }
+  return 0;
+}
+
+float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
+  switch (materialOf(p, part)) {
+    case Material::kGlass:
+      return 0.35f;
+    case Material::kPaint:
+      return 0.12f;
+    case Material::kCabin: {
+      if (part >= 4) return 0.12f;
+      // Windows begin above the belt line and end at the pillars.
+      const float height = local.z() / p.half_m.z();
+      const float along = part < 2 ? local.y() / p.half_m.y() : local.x() / p.half_m.x();
+      const float slope = part < 2 ? 0.0f : 0.25f * (height + 1);
+      const bool pillar =
+          std::abs(along) > 0.9f - slope || (part >= 2 && std::abs(along + 0.08f) < 0.035f);
+      return height < -0.75f || height > 0.82f || pillar ? 0.12f : 0.45f;
+    }
+    default:
+      return 0;
+  }
+}
+
+float surroundings(const Vector3f& direction, const Look& look, uint32_t seed) {
+  const float azimuth = std::atan2(direction.y(), direction.x());
+  // Roofs across the street stand out against the sky.
+  const float roofs = 0.25f + 0.2f * noise2(azimuth * 3, 0.5, seed);
+  const float detail = noise2(azimuth * 7, direction.z() * 7, seed + 1);
+  const float street = look.ambient * (0.75f + 0.6f * detail);
+  const float above = std::clamp((direction.z() - roofs) * 12 + 0.5f, 0.0f, 1.0f);
+  return street + above * (look.sky - street);
+}
+
+float skyRadiance(const Vector3f& direction, float pixel_per_m, const Look& look, uint32_t seed) {
+  const Vector3f unit = direction.normalized();
+  const float height = std::max(unit.z(), 0.02f);
+  Footprint footprint;
+  footprint.width_m = pixel_per_m;
+  const float clouds = texture2(std::atan2(unit.y(), unit.x()) * 2.0, std::log(height) * 0.7,
+                                footprint, {0.5f, 5, 0.6f}, seed);
+  return look.sky * (1.0f - 0.25f * height + 0.16f * clouds);
+}
+
+}  // namespace predictive_stereo::simulation

@@ -1,0 +1,91 @@
+/// The solids of which the street is built, and rays that meet them.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace predictive_stereo::simulation {
+
+enum class Shape : uint8_t {
+  kGround,     ///< the plane z = 0
+  kBox,        ///< half sizes along the local axes
+  kFrustum,    ///< a box whose top is smaller: car bodies, cabins, roofs
+  kBuilding,   ///< a box with recessed windows on its walls
+  kCylinder,   ///< axis z, radius half.x, half length half.z, with caps
+  kEllipsoid,  ///< semi-axes
+  kLeaves,     ///< an ellipsoid with holes
+  kRing,       ///< a flat ring around y, outer radius half.x: bicycle wheels
+  kBars,       ///< a plate across y with upright gaps: fences
+};
+
+enum class Material : uint8_t {
+  kRoad,
+  kPavement,
+  kPlaster,
+  kBrick,
+  kRoof,
+  kGlass,
+  kLeaves,
+  kBark,
+  kPaint,  ///< of cars: glossy
+  kCabin,  ///< of cars: windows between painted pillars
+  kRubber,
+  kCloth,
+  kSkin,
+  kMetal,
+  kSign,
+};
+
+/// Windows of a building, repeated in cells along its walls.
+struct Windows {
+  float cell_width_m = 0, cell_height_m = 0;  ///< 0: none
+  float width_m = 0, height_m = 0;            ///< of the opening, in the middle of its cell
+  float recess_m = 0;                         ///< how deep the pane lies behind the wall
+};
+
+struct Primitive {
+  Shape shape = Shape::kBox;
+  Material material = Material::kPlaster;
+  int object = 0;  ///< number of the object that it is a part of, 0: the static world
+  uint32_t seed = 0;
+  float albedo = 0.5f;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();           ///< in the world
+  Eigen::Matrix3f R_local_world = Eigen::Matrix3f::Identity();  ///< from world to local axes
+  Eigen::Vector3f half_m = Eigen::Vector3f::Ones();
+  // Frustum: its top reaches from x = top_back to x = top_front, and over |y| <= top_side.
+  float top_back_m = 0, top_front_m = 0, top_side_m = 0;
+  Windows windows;
+};
+
+/// Where a ray meets a primitive. The ray is origin + t * direction with a direction of depth 1, so
+/// that t is the depth Z in the camera.
+struct Hit {
+  float t = 0;         ///< [m], infinite: the sky
+  int primitive = -1;  ///< index, -1: the sky
+  int part = 0;        ///< see below
+
+  bool sky() const { return primitive < 0; }
+};
+
+/// Parts of boxes and frusta: 0..5 are the faces -x +x -y +y -z +z; of buildings moreover the pane
+/// (kPane + wall) and the sides (kReveal + wall) of a window.
+constexpr int kPane = 8, kReveal = 16;
+
+constexpr float kNearest_m = 0.1f;  ///< nothing nearer than this is seen
+
+/// Meets `primitive` with a ray in its local axes, nearer than `t` (and beyond kNearest_m).
+/// @param pixel_per_m  the width of a pixel at depth 1 m: holes finer than it are closed.
+/// @return true with t and part set when it is met.
+bool intersect(const Primitive& primitive, const Eigen::Vector3f& origin,
+               const Eigen::Vector3f& direction, float pixel_per_m, float& t, int& part);
+
+/// The surface at a local point: outward normal, and coordinates [m] for textures.
+struct Surface {
+  Eigen::Vector3f normal;
+  Eigen::Vector3f axis_u, axis_v;  ///< tangents of u and v; zero for curved surfaces
+  double u_m = 0, v_m = 0;
+};
+Surface surfaceAt(const Primitive& primitive, int part, const Eigen::Vector3f& point);
+
+}  // namespace predictive_stereo::simulation

@@ -1,0 +1,136 @@
+#include "simulation/ray_grid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace predictive_stereo::simulation {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr float kHuge = 1e9f;
+
+// Corners of a primitive's box in the camera's frame.
+std::array<Vector3d, 8> cornersOf(const Primitive& p, const Eigen::Isometry3d& T_cam_world) {
+  const Eigen::Matrix3d R_world_local = p.R_local_world.transpose().cast<double>();
+  Vector3d half = p.half_m.cast<double>();
+  if (p.shape == Shape::kCylinder) half.y() = half.x();
+  std::array<Vector3d, 8> corners;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d local(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(),
+                         i & 4 ? half.z() : -half.z());
+    corners[static_cast<size_t>(i)] = T_cam_world * (p.centre_m + R_world_local * local);
+  }
+  return corners;
+}
+
+}  // namespace
+
+RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
+                 const StereoRig& rig, double cx_px)
+    : primitives_(&primitives),
+      R_world_cam_(T_world_cam.linear().cast<float>()),
+      cx_(static_cast<float>(cx_px)),
+      cy_(static_cast<float>(rig.cy_px)),
+      inverse_f_(static_cast<float>(1 / rig.fx_px)),
+      inverse_fy_(static_cast<float>(1 / rig.fy_px)) {
+  columns_ = (rig.size.width + 2 * kMargin_px + kTile_px - 1) / kTile_px;
+  rows_ = (rig.size.height + 2 * kMargin_px + kTile_px - 1) / kTile_px;
+  tiles_.resize(static_cast<size_t>(columns_) * static_cast<size_t>(rows_));
+  placed_.resize(primitives.size());
+  const Eigen::Isometry3d T_cam_world = T_world_cam.inverse();
+  std::vector<int> order(primitives.size());
+  for (size_t i = 0; i < primitives.size(); ++i) {
+    order[i] = static_cast<int>(i);
+    const Primitive& p = primitives[i];
+    Placed& placed = placed_[i];
+    placed.origin = p.R_local_world * (T_world_cam.translation() - p.centre_m).cast<float>();
+    if (p.shape == Shape::kGround) {
+      placed.nearest_m = 0;
+      placed.bounds = cv::Rect2f(-kHuge, -kHuge, 2 * kHuge, 2 * kHuge);
+      continue;
+    }
+    // The hull of what is left of the box in front of the camera.
+    const auto corners = cornersOf(p, T_cam_world);
+    double left = kHuge, right = -kHuge, top = kHuge, bottom = -kHuge, nearest = kHuge;
+    const double near = 0.5 * kNearest_m;
+    const auto take = [&](const Vector3d& c) {
+      const double x = rig.fx_px * c.x() / c.z() + cx_px, y = rig.fy_px * c.y() / c.z() + rig.cy_px;
+      left = std::min(left, x);
+      right = std::max(right, x);
+      top = std::min(top, y);
+      bottom = std::max(bottom, y);
+      nearest = std::min(nearest, c.z());
+    };
+    for (size_t a = 0; a < 8; ++a) {
+      if (corners[a].z() >= near) take(corners[a]);
+      for (size_t bit = 1; bit < 8; bit *= 2) {
+        const size_t b = a ^ bit;
+        if (a < b || (corners[a].z() >= near) == (corners[b].z() >= near)) continue;
+        const double share = (near - corners[a].z()) / (corners[b].z() - corners[a].z());
+        take(corners[a] + share * (corners[b] - corners[a]));
+      }
+    }
+    placed.nearest_m = static_cast<float>(nearest - 1e-3 * (1 + nearest));
+    placed.bounds = nearest < kHuge / 2 ? cv::Rect2f(static_cast<float>(left - 0.01),
+                                                     static_cast<float>(top - 0.01),
+                                                     static_cast<float>(right - left + 0.02),
+                                                     static_cast<float>(bottom - top + 0.02))
+                                        : cv::Rect2f();
+  }
+  std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
+    return placed_[static_cast<size_t>(a)].nearest_m < placed_[static_cast<size_t>(b)].nearest_m;
+  });
+  const auto tileOf = [](float position, int count) {
+    const float tile = std::floor((position + kMargin_px) / kTile_px);
+    return static_cast<int>(std::clamp(tile, -1.0f, static_cast<float>(count)));
+  };
+  for (const int index : order) {
+    const cv::Rect2f& bounds = placed_[static_cast<size_t>(index)].bounds;
+    if (bounds.width <= 0) continue;
+    const int x0 = std::max(0, tileOf(bounds.x, columns_));
+    const int x1 = std::min(columns_ - 1, tileOf(bounds.x + bounds.width, columns_));
+    const int y0 = std::max(0, tileOf(bounds.y, rows_));
+    const int y1 = std::min(rows_ - 1, tileOf(bounds.y + bounds.height, rows_));
+    for (int y = y0; y <= y1; ++y)
+      for (int x = x0; x <= x1; ++x) tiles_[static_cast<size_t>(y * columns_ + x)].push_back(index);
+  }
+}
+
+const std::vector<int>& RayGrid::tileAt(float x_px, float y_px) const {
+  const int x = std::clamp(static_cast<int>((x_px + kMargin_px) / kTile_px), 0, columns_ - 1);
+  const int y = std::clamp(static_cast<int>((y_px + kMargin_px) / kTile_px), 0, rows_ - 1);
+  return tiles_[static_cast<size_t>(y * columns_ + x)];
+}
+
+Hit RayGrid::cast(float x_px, float y_px, float limit_m) const {
+  const Vector3f direction = directionOf(x_px, y_px);
+  Hit hit;
+  hit.t = limit_m;
+  for (const int index : tileAt(x_px, y_px)) {
+    const Placed& placed = placed_[static_cast<size_t>(index)];
+    if (placed.nearest_m >= hit.t) break;
+    const cv::Rect2f& b = placed.bounds;
+    if (x_px < b.x || x_px > b.x + b.width || y_px < b.y || y_px > b.y + b.height) continue;
+    const Primitive& p = (*primitives_)[static_cast<size_t>(index)];
+    if (intersect(p, placed.origin, p.R_local_world * direction, inverse_f_, hit.t, hit.part))
+      hit.primitive = index;
+  }
+  return hit;
+}
+
+bool RayGrid::blocked(float x_px, float y_px, float limit_m) const {
+  return !cast(x_px, y_px, limit_m).sky();
+}
+
+bool RayGrid::meets(int index, float x_px, float y_px) const {
+  const Primitive& p = (*primitives_)[static_cast<size_t>(index)];
+  float t = std::numeric_limits<float>::infinity();
+  int part = 0;
+  return intersect(p, placed_[static_cast<size_t>(index)].origin,
+                   p.R_local_world * directionOf(x_px, y_px), inverse_f_, t, part);
+}
+
+}  // namespace predictive_stereo::simulation

@@ -1,0 +1,65 @@
+/// All primitives as one camera sees them, sorted into tiles of its image.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <limits>
+#include <vector>
+
+#include "predictive_stereo/stereo_rig.h"
+#include "simulation/primitive.h"
+
+namespace predictive_stereo::simulation {
+
+/// Casts rays from one camera. Rays are given by ideal pixel coordinates, which may lie up to
+/// `kMargin_px` outside of the image.
+class RayGrid {
+ public:
+  static constexpr int kTile_px = 16, kMargin_px = 16;
+
+  /// @param primitives  must outlive the grid.
+  /// @param cx_px  of this camera; the rest of the rig is common to both.
+  RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
+          const StereoRig& rig, double cx_px);
+
+  /// The first primitive met by the ray through (x, y), nearer than `limit_m`.
+  Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity()) const;
+
+  /// Does anything nearer than `limit_m` lie on this ray?
+  bool blocked(float x_px, float y_px, float limit_m) const;
+
+  /// Does the ray through (x, y) meet this primitive?
+  bool meets(int primitive, float x_px, float y_px) const;
+
+  Eigen::Vector3f directionOf(float x_px, float y_px) const {
+    return R_world_cam_ * Eigen::Vector3f((x_px - cx_) * inverse_f_, (y_px - cy_) * inverse_fy_, 1);
+  }
+  float pixelPerM() const { return inverse_f_; }
+  int count() const { return static_cast<int>(placed_.size()); }
+  /// Local coordinates of the camera, and the axes, of a primitive.
+  const Eigen::Vector3f& originIn(int primitive) const {
+    return placed_[static_cast<size_t>(primitive)].origin;
+  }
+  const Primitive& primitive(int index) const { return (*primitives_)[static_cast<size_t>(index)]; }
+
+  /// The pixels that the primitive may cover, unclipped; empty behind the camera.
+  cv::Rect2f boundsOf(int primitive) const {
+    return placed_[static_cast<size_t>(primitive)].bounds;
+  }
+
+ private:
+  struct Placed {
+    Eigen::Vector3f origin;
+    float nearest_m;  // no part of it is nearer
+    cv::Rect2f bounds;
+  };
+  const std::vector<int>& tileAt(float x_px, float y_px) const;
+
+  const std::vector<Primitive>* primitives_;
+  std::vector<Placed> placed_;
+  std::vector<std::vector<int>> tiles_;  // of each tile, nearest first
+  int columns_, rows_;
+  Eigen::Matrix3f R_world_cam_;
+  float cx_, cy_, inverse_f_, inverse_fy_;
+};
+
+}  // namespace predictive_stereo::simulation

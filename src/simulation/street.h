@@ -1,0 +1,114 @@
+/// A synthetic street, seen by a stereo camera, with exact truth for every frame.
+///
+/// World: x and y on the ground, z up [m]. Frames depend on the parameters and on their index
+/// alone: they can be rendered in any order, by any number of threads, with the same result.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "predictive_stereo/params.h"
+#include "predictive_stereo/stereo_rig.h"
+
+namespace predictive_stereo {
+
+struct StreetParams {
+  std::string scene = "street";  ///< see streetScenes()
+  int seed = 1;                  ///< another seed is another town with other traffic
+  int width = 1242;              ///< [px]; focal length and principal point scale with it
+  int height = 375;              ///< [px]
+  double baseline_m = 0.54;
+  int frames = 150;
+  double rate_hz = 10;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("scene", scene);
+    v("seed", seed, 0, 1000000000);
+    v("width", width, 32, 4096);
+    v("height", height, 32, 4096);
+    v("baseline_m", baseline_m, 0.01, 10.0);
+    v("frames", frames, 1, 100000);
+    v("rate_hz", rate_hz, 0.1, 1000.0);
+  }
+};
+
+/// An object that moves faster than kMovingSpeed_mps, with at least one visible pixel.
+struct StreetMover {
+  int id = 0;        ///< 1.., the same in all frames
+  std::string kind;  ///< car, van, truck, bus, person, cyclist
+  cv::Rect box_px;   ///< of its visible pixels in the left image
+  int visible_px = 0;
+  Eigen::Vector3d centre_m;      ///< of its 3-D box, in the left camera's optical frame
+  Eigen::Vector3d size_m;        ///< length, width, height along its own axes
+  Eigen::Vector3d extent_m;      ///< of that box along the axes of the left camera's optical frame
+  double heading_rad = 0;        ///< of its length, in the world
+  Eigen::Vector3d velocity_mps;  ///< in the world
+  double distance_m = 0;         ///< smallest depth Z of a visible pixel
+  double occluded = 0;           ///< share of its outline within the image that others hide, 0..1
+  double truncated = 0;  ///< share of its outline that lies outside of the image, 0..1; an outline
+                         ///< is followed up to one image size beyond the borders
+};
+
+struct StreetFrame {
+  int index = 0;
+  double stamp_s = 0;
+  cv::Mat1b left, right;
+  /// Truth at the centres of the left image's pixels [px], as StereoRig defines disparity; 0: the
+  /// sky, infinitely far away. The surface is the one that the centre's ray meets, also at edges
+  /// where the pixel's brightness is a mixture.
+  cv::Mat1f disparity_px;
+  cv::Mat1b occluded;    ///< 255: the right camera does not see this surface point, or sees it
+                         ///< outside of its image
+  cv::Mat1b reflecting;  ///< 255: glass; its brightness depends on the view
+  cv::Mat1w moving_id;   ///< StreetMover::id, 0: static
+  Eigen::Isometry3d T_world_cam;  ///< pose of the left camera's optical frame
+  std::vector<StreetMover> movers;
+};
+
+struct StreetSceneInfo {
+  std::string name, summary;
+};
+std::vector<StreetSceneInfo> streetScenes();
+
+namespace simulation {
+struct Scene;
+}
+
+class Street {
+ public:
+  static constexpr double kMovingSpeed_mps = 0.3;
+
+  /// @throws std::invalid_argument for an unknown scene (the known ones are listed) or a value out
+  ///   of its range.
+  explicit Street(const StreetParams& params);
+  /// A scene of one's own; params.scene is not used.
+  Street(const StreetParams& params, const simulation::Scene& scene);
+  ~Street();
+  Street(Street&&) noexcept;
+  Street& operator=(Street&&) noexcept;
+
+  const StereoRig& rig() const;
+  int frames() const;
+
+  /// Images and truth of frame 0 .. frames() - 1.
+  StreetFrame render(int index) const;
+
+  /// Truth without images: stamp and pose.
+  double stampOf(int index) const;
+  Eigen::Isometry3d poseOf(int index) const;
+
+  /// Vertical misalignment of the right camera [px]: a point that an ideal right camera sees at
+  /// (x, y) lies at (x, y + rightRowOffset(x, y)) in the right image. A quadratic in x and y whose
+  /// x*y term dominates, as on KITTI; 0 in most scenes.
+  double rightRowOffset(double x_right_px, double y_px) const;
+
+ private:
+  struct World;
+  std::unique_ptr<const World> world_;
+};
+
+}  // namespace predictive_stereo
