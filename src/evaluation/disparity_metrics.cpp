@@ -1,0 +1,134 @@
+#include "evaluation/disparity_metrics.h"
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+namespace predictive_stereo {
+namespace {
+
+double ratio(double part, int64_t whole) { return whole ? part / static_cast<double>(whole) : 0; }
+
+/// Moves the mean of `count` values to that of `count` + 1.
+void updateMean(double& mean, double value, int count) { mean += (value - mean) / (count + 1); }
+
+}  // namespace
+
+bool isOutlier(float disparity_px, float truth_px) {
+  const float error_px = std::abs(disparity_px - truth_px);
+  return error_px > 3.0f && error_px > 0.05f * truth_px;
+}
+
+double DisparityScore::density_percent() const {
+  return 100 * ratio(static_cast<double>(valid_pixels), truth_pixels);
+}
+double DisparityScore::d1_percent() const {
+  return 100 * ratio(static_cast<double>(outliers), valid_pixels);
+}
+double DisparityScore::d1_filled_percent() const {
+  return 100 * ratio(static_cast<double>(outliers + truth_pixels - valid_pixels), truth_pixels);
+}
+double DisparityScore::rms_px() const {
+  return std::sqrt(ratio(sum_squared_inlier_error_px2, valid_pixels - outliers));
+}
+double DisparityScore::bias_px() const {
+  return ratio(sum_inlier_error_px, valid_pixels - outliers);
+}
+
+DisparityScore& DisparityScore::operator+=(const DisparityScore& other) {
+  truth_pixels += other.truth_pixels;
+  valid_pixels += other.valid_pixels;
+  outliers += other.outliers;
+  sum_inlier_error_px += other.sum_inlier_error_px;
+  sum_squared_inlier_error_px2 += other.sum_squared_inlier_error_px2;
+  return *this;
+}
+
+DisparityScore scoreDisparity(const cv::Mat1f& disparity_px, const DisparityRange& range,
+                              const cv::Mat1f& truth_px, const cv::Mat1b& mask) {
+  if (disparity_px.size() != truth_px.size() || (!mask.empty() && mask.size() != truth_px.size()))
+    throw std::invalid_argument("scoreDisparity: disparity, truth and mask must have one size");
+  DisparityScore score;
+  for (int y = 0; y < truth_px.rows; ++y)
+    for (int x = 0; x < truth_px.cols; ++x) {
+      const float truth = truth_px(y, x);
+      if (!hasTruth(truth) || (!mask.empty() && mask(y, x) == 0)) continue;
+      ++score.truth_pixels;
+      const float disparity = disparity_px(y, x);
+      if (!range.isValid(disparity)) continue;
+      ++score.valid_pixels;
+      if (isOutlier(disparity, truth)) {
+        ++score.outliers;
+        continue;
+      }
+      const double error_px = static_cast<double>(disparity) - truth;
+      score.sum_inlier_error_px += error_px;
+      score.sum_squared_inlier_error_px2 += error_px * error_px;
+    }
+  return score;
+}
+
+void MeanDisparityScore::add(const DisparityScore& score) {
+  if (score.truth_pixels == 0) return;
+  updateMean(density_percent, score.density_percent(), frames);
+  updateMean(d1_filled_percent, score.d1_filled_percent(), frames);
+  ++frames;
+  if (score.valid_pixels == 0) return;
+  updateMean(d1_percent, score.d1_percent(), frames_with_valid_);
+  updateMean(rms_px, score.rms_px(), frames_with_valid_);
+  updateMean(bias_px, score.bias_px(), frames_with_valid_);
+  ++frames_with_valid_;
+}
+
+cv::Mat1b nearTruthEdges(const cv::Mat1f& truth_px, float jump_px, int radius_px) {
+  // A jump is a difference to any known truth within the window: its extremes tell. Unknown pixels
+  // must not enter either of them.
+  const cv::Mat1b unknown = truth_px < 0.0f;
+  cv::Mat1f low = truth_px.clone(), high = truth_px.clone();
+  low.setTo(1e9f, unknown);
+  high.setTo(-1e9f, unknown);
+  const cv::Mat1b window = cv::Mat1b::ones(2 * radius_px + 1, 2 * radius_px + 1);
+  cv::Mat1f lowest, highest;
+  cv::erode(low, lowest, window);
+  cv::dilate(high, highest, window);
+  cv::Mat1b near_edge = cv::Mat1b::zeros(truth_px.size());
+  for (int y = 0; y < truth_px.rows; ++y)
+    for (int x = 0; x < truth_px.cols; ++x)
+      if (hasTruth(truth_px(y, x)) &&
+          (truth_px(y, x) - lowest(y, x) > jump_px || highest(y, x) - truth_px(y, x) > jump_px))
+        near_edge(y, x) = 255;
+  return near_edge;
+}
+
+void VarianceCalibration::add(double error_px, double variance_px2) {
+  if (!(variance_px2 > 0))
+    throw std::invalid_argument("VarianceCalibration: a variance of " +
+                                std::to_string(variance_px2) + " px^2 is not positive");
+  const double sigma_px = std::sqrt(variance_px2);
+  const double bin = std::abs(error_px) / sigma_px / kBinWidth;
+  ++histogram_[static_cast<size_t>(std::min(bin, kBins - 1.0))];
+  ++count_;
+  sum_sigma_ += sigma_px;
+  sum_squared_error_ += error_px * error_px;
+  sum_nll_ += 0.5 * (std::log(2 * M_PI * variance_px2) + error_px * error_px / variance_px2);
+}
+
+VarianceCalibration& VarianceCalibration::operator+=(const VarianceCalibration& other) {
+  count_ += other.count_;
+  sum_nll_ += other.sum_nll_;
+  sum_sigma_ += other.sum_sigma_;
+  sum_squared_error_ += other.sum_squared_error_;
+  for (size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
+  return *this;
+}
+
+double VarianceCalibration::shareWithin(double sigmas) const {
+  const int bins = std::min(kBins, static_cast<int>(std::ceil(sigmas / kBinWidth - 1e-9)));
+  int64_t within = 0;
+  for (int i = 0; i < bins; ++i) within += histogram_[static_cast<size_t>(i)];
+  return ratio(static_cast<double>(within), count_);
+}
+
+double VarianceCalibration::rms_px() const { return std::sqrt(ratio(sum_squared_error_, count_)); }
+
+}  // namespace predictive_stereo

@@ -1,0 +1,92 @@
+/// How good disparities are, counted as KITTI does: an outlier is off by more than 3 px and 5 %.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <opencv2/core.hpp>
+
+#include "predictive_stereo/disparity_range.h"
+
+namespace predictive_stereo {
+
+/// Marks pixels without truth in truth maps; any negative value does.
+constexpr float kNoTruth = -1.0f;
+
+inline bool hasTruth(float truth_px) { return truth_px >= 0.0f; }
+
+/// More than 3 px and more than 5 % of the truth away from it.
+bool isOutlier(float disparity_px, float truth_px);
+
+/// Counts over the pixels of one frame that have truth.
+struct DisparityScore {
+  int64_t truth_pixels = 0;
+  int64_t valid_pixels = 0;
+  int64_t outliers = 0;  ///< among valid pixels
+  double sum_inlier_error_px = 0;
+  double sum_squared_inlier_error_px2 = 0;
+
+  double density_percent() const;
+  /// Outliers among valid pixels.
+  double d1_percent() const;
+  /// Outliers where pixels without a disparity count as such.
+  double d1_filled_percent() const;
+  /// Root mean square error and mean error of valid pixels that are no outliers.
+  double rms_px() const;
+  double bias_px() const;
+
+  DisparityScore& operator+=(const DisparityScore& other);
+};
+
+/// @param truth_px  of the size of `disparity_px`; see kNoTruth.
+/// @param mask  empty, or 0 where pixels are left out.
+DisparityScore scoreDisparity(const cv::Mat1f& disparity_px, const DisparityRange& range,
+                              const cv::Mat1f& truth_px, const cv::Mat1b& mask = {});
+
+/// Means over frames of each frame's figures: KITTI's pages weigh frames, not pixels.
+struct MeanDisparityScore {
+  int frames = 0;
+  double density_percent = 0;
+  double d1_percent = 0;
+  double d1_filled_percent = 0;
+  double rms_px = 0;
+  double bias_px = 0;
+
+  /// Frames without truth or without valid pixels are left out of the means they say nothing of.
+  void add(const DisparityScore& score);
+
+ private:
+  int frames_with_valid_ = 0;
+};
+
+/// Pixels whose truth differs by more than `jump_px` from that of another pixel at most `radius_px`
+/// columns or rows away: 255, else 0. For dense and nearly dense truth.
+cv::Mat1b nearTruthEdges(const cv::Mat1f& truth_px, float jump_px = 3.0f, int radius_px = 5);
+
+/// Whether published variances are those of the errors: shares of errors within multiples of their
+/// standard deviation, for a normal distribution 68.3, 95.4 and 99.7 % within 1, 2 and 3.
+class VarianceCalibration {
+ public:
+  static constexpr double kBinWidth = 0.05;
+  static constexpr int kBins = 200;  ///< the last one holds all that is larger
+
+  void add(double error_px, double variance_px2);
+  VarianceCalibration& operator+=(const VarianceCalibration& other);
+
+  int64_t count() const { return count_; }
+  /// Share of errors within `sigmas` standard deviations (rounded up to kBinWidth).
+  double shareWithin(double sigmas) const;
+  /// Mean negative logarithm of the normal density [nats]: smaller is better, also for sharpness.
+  double negativeLogLikelihood() const {
+    return count_ ? sum_nll_ / static_cast<double>(count_) : 0;
+  }
+  /// Mean standard deviation, and root mean square error [px].
+  double meanSigma_px() const { return count_ ? sum_sigma_ / static_cast<double>(count_) : 0; }
+  double rms_px() const;
+
+ private:
+  int64_t count_ = 0;
+  double sum_nll_ = 0, sum_sigma_ = 0, sum_squared_error_ = 0;
+  std::array<int64_t, kBins> histogram_{};
+};
+
+}  // namespace predictive_stereo

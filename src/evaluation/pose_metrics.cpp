@@ -1,0 +1,94 @@
+#include "evaluation/pose_metrics.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <stdexcept>
+
+namespace predictive_stereo {
+namespace {
+
+void requireEqual(size_t estimated, size_t truth) {
+  if (estimated != truth)
+    throw std::invalid_argument(std::to_string(estimated) + " estimated and " +
+                                std::to_string(truth) +
+                                " true poses or motions; numbers must match");
+}
+
+double angle(const Eigen::Matrix3d& rotation) { return Eigen::AngleAxisd(rotation).angle(); }
+
+}  // namespace
+
+Poses accumulatePoses(const std::vector<Eigen::Isometry3d>& T_cam_prev,
+                      const Eigen::Isometry3d& T_world_first) {
+  Poses poses{T_world_first};
+  for (const auto& motion : T_cam_prev) poses.push_back(poses.back() * motion.inverse());
+  return poses;
+}
+
+std::vector<Eigen::Isometry3d> motionsBetween(const Poses& poses) {
+  std::vector<Eigen::Isometry3d> motions;
+  for (size_t i = 1; i < poses.size(); ++i) motions.push_back(poses[i].inverse() * poses[i - 1]);
+  return motions;
+}
+
+MotionError motionError(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth) {
+  const Eigen::Isometry3d difference = estimated.inverse() * truth;
+  return {difference.translation().norm(), angle(difference.linear())};
+}
+
+MotionError meanMotionError(const std::vector<Eigen::Isometry3d>& estimated,
+                            const std::vector<Eigen::Isometry3d>& truth) {
+  requireEqual(estimated.size(), truth.size());
+  MotionError mean;
+  if (truth.empty()) return mean;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    const MotionError error = motionError(estimated[i], truth[i]);
+    mean.translation_m += error.translation_m;
+    mean.rotation_rad += error.rotation_rad;
+  }
+  mean.translation_m /= static_cast<double>(truth.size());
+  mean.rotation_rad /= static_cast<double>(truth.size());
+  return mean;
+}
+
+std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const Poses& truth,
+                                                  const std::vector<double>& lengths_m) {
+  requireEqual(estimated.size(), truth.size());
+  std::vector<double> travelled_m(truth.size(), 0.0);
+  for (size_t i = 1; i < truth.size(); ++i)
+    travelled_m[i] =
+        travelled_m[i - 1] + (truth[i].translation() - truth[i - 1].translation()).norm();
+  std::vector<RelativePoseError> errors;
+  for (const double length_m : lengths_m) {
+    RelativePoseError error;
+    error.length_m = length_m;
+    for (size_t first = 0, last = 0; first < truth.size(); ++first) {
+      while (last < truth.size() && travelled_m[last] < travelled_m[first] + length_m) ++last;
+      if (last == truth.size()) break;
+      const MotionError difference = motionError(estimated[first].inverse() * estimated[last],
+                                                 truth[first].inverse() * truth[last]);
+      error.translation_percent += 100 * difference.translation_m / length_m;
+      error.rotation_deg_per_m += difference.rotation_rad * 180 / M_PI / length_m;
+      ++error.stretches;
+    }
+    if (error.stretches) {
+      error.translation_percent /= error.stretches;
+      error.rotation_deg_per_m /= error.stretches;
+    }
+    errors.push_back(error);
+  }
+  return errors;
+}
+
+double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isometry3d& truth) {
+  const Eigen::Isometry3d perturbation = truth * estimated.T_cam_prev.inverse();
+  const Eigen::AngleAxisd rotation(perturbation.linear());
+  Vector6d error;
+  error << perturbation.translation(), rotation.angle() * rotation.axis();
+  const Eigen::LLT<Matrix6d> cholesky(estimated.covariance);
+  if (cholesky.info() != Eigen::Success)
+    throw std::invalid_argument("normalizedErrorSquared: covariance is not positive definite");
+  return error.dot(cholesky.solve(error));
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,46 @@
+/// How good ego-motion is: errors per frame, relative errors as KITTI counts them, and whether
+/// covariances are those of the errors.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "predictive_stereo/disparity_motion.h"
+
+namespace predictive_stereo {
+
+using Poses = std::vector<Eigen::Isometry3d>;  ///< T_world_cam, one a frame
+
+/// Poses from frame-to-frame motions T_cam_prev; one pose more than there are motions.
+Poses accumulatePoses(const std::vector<Eigen::Isometry3d>& T_cam_prev,
+                      const Eigen::Isometry3d& T_world_first = Eigen::Isometry3d::Identity());
+
+/// Motions T_cam_prev between consecutive poses; one less than there are poses.
+std::vector<Eigen::Isometry3d> motionsBetween(const Poses& poses);
+
+struct MotionError {
+  double translation_m = 0;
+  double rotation_rad = 0;
+};
+MotionError motionError(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth);
+
+/// Means over frames.
+MotionError meanMotionError(const std::vector<Eigen::Isometry3d>& estimated,
+                            const std::vector<Eigen::Isometry3d>& truth);
+
+/// KITTI's relative error over stretches of one length, from every frame as their start.
+struct RelativePoseError {
+  double length_m = 0;
+  int stretches = 0;  ///< 0: the path is too short
+  double translation_percent = 0;
+  double rotation_deg_per_m = 0;
+};
+std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const Poses& truth,
+                                                  const std::vector<double>& lengths_m);
+
+/// Normalised estimation error squared of one motion, e' C^-1 e; 6 on average where covariances are
+/// right. e is the perturbation that CameraMotion::covariance describes.
+/// @throws std::invalid_argument where the covariance is not positive definite.
+double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isometry3d& truth);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,105 @@
+#include "params/param_table.h"
+
+#include <cerrno>
+#include <climits>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace predictive_stereo {
+namespace {
+
+[[noreturn]] void refuse(const std::string& name, const std::string& text, const char* expected) {
+  throw std::invalid_argument(name + " = " + text + ": must be " + expected);
+}
+
+/// Number of letters to insert, delete or replace to get from `a` to `b`.
+size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<size_t> row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (size_t i = 1; i <= a.size(); ++i) {
+    size_t diagonal = row[0];
+    row[0] = i;
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t above = row[j];
+      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::string formatParam(double value) {
+  // The shortest text that reads back as the same value.
+  for (int digits = 6; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
+    std::ostringstream text;
+    text.precision(digits);
+    text << value;
+    if (std::strtod(text.str().c_str(), nullptr) == value) return text.str();
+  }
+  return std::to_string(value);
+}
+
+std::string formatParam(int value) { return std::to_string(value); }
+std::string formatParam(bool value) { return value ? "true" : "false"; }
+
+void parseParam(const std::string& name, const std::string& text, double& value) {
+  char* end = nullptr;
+  const double parsed = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || std::isspace(static_cast<unsigned char>(text[0])))
+    refuse(name, text, "a number");
+  value = parsed;
+}
+
+void parseParam(const std::string& name, const std::string& text, int& value) {
+  char* end = nullptr;
+  errno = 0;
+  const long parsed = std::strtol(text.c_str(), &end, 10);
+  if (text.empty() || *end != '\0' || errno == ERANGE || parsed < INT_MIN || parsed > INT_MAX ||
+      std::isspace(static_cast<unsigned char>(text[0])))
+    refuse(name, text, "a whole number");
+  value = static_cast<int>(parsed);
+}
+
+void parseParam(const std::string& name, const std::string& text, bool& value) {
+  if (text == "true" || text == "True" || text == "1")
+    value = true;
+  else if (text == "false" || text == "False" || text == "0")
+    value = false;
+  else
+    refuse(name, text, "true or false");
+}
+
+bool ParamTable::has(const std::string& name) const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [&](const Entry& entry) { return entry.name == name; });
+}
+
+void ParamTable::set(const std::string& name, const std::string& text) {
+  const Entry* nearest = nullptr;
+  size_t smallest = 0;
+  for (const Entry& entry : entries_) {
+    if (entry.name == name) {
+      entry.set(text);
+      return;
+    }
+    const size_t distance = editDistance(name, entry.name);
+    if (!nearest || distance < smallest) {
+      nearest = &entry;
+      smallest = distance;
+    }
+  }
+  throw std::invalid_argument("unknown parameter " + name +
+                              (nearest ? "; did you mean " + nearest->name + "?" : ""));
+}
+
+void ParamTable::setAssignment(const std::string& assignment) {
+  const size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw std::invalid_argument("\"" + assignment + "\": must be name=value");
+  set(assignment.substr(0, equals), assignment.substr(equals + 1));
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "predictive_stereo/params.h"
+
+namespace predictive_stereo {
+
+/// Conversions between parameter values and text, as yaml files and command lines have it.
+/// Parsing throws std::invalid_argument that says what was expected; `name` is put in front.
+std::string formatParam(double value);
+std::string formatParam(int value);
+std::string formatParam(bool value);
+void parseParam(const std::string& name, const std::string& text, double& value);
+void parseParam(const std::string& name, const std::string& text, int& value);
+void parseParam(const std::string& name, const std::string& text, bool& value);
+
+/// A parameter struct as a list of named texts that can be read and set: what every reader of yaml,
+/// ROS parameters and command lines needs. Refers to the struct, which must outlive it.
+class ParamTable {
+ public:
+  struct Entry {
+    std::string name;    ///< "struct/member"
+    std::string limits;  ///< "[0.5, 64]", "straight_4 | all_8", ... for help texts
+    std::function<std::string()> get;
+    std::function<void(const std::string&)> set;  ///< throws std::invalid_argument
+  };
+
+  /// @param prefix  put in front of all names, e.g. "disparity/".
+  template <class Params>
+  explicit ParamTable(Params& params, const std::string& prefix = "") {
+    params.visit(Collector{*this, prefix});
+  }
+
+  const std::vector<Entry>& entries() const { return entries_; }
+  bool has(const std::string& name) const;
+  /// @throws std::invalid_argument for an unknown name (the nearest known one is suggested), a text
+  ///   that is no such value, or a value outside its limits.
+  void set(const std::string& name, const std::string& text);
+  /// Sets from "name=value".
+  void setAssignment(const std::string& assignment);
+
+ private:
+  struct Collector {
+    ParamTable& table;
+    std::string prefix;
+
+    template <class T>
+    void operator()(const char* name, T& value, T smallest, T largest) const {
+      const std::string full = prefix + name;
+      table.entries_.push_back({full,
+                                "[" + formatParam(smallest) + ", " + formatParam(largest) + "]",
+                                [&value] { return formatParam(value); },
+                                [&value, full, smallest, largest](const std::string& text) {
+                                  T parsed;
+                                  parseParam(full, text, parsed);
+                                  if (!(parsed >= smallest && parsed <= largest))
+                                    throwOutOfRange(full, parsed, smallest, largest);
+                                  value = parsed;
+                                }});
+    }
+
+    template <class Enum>
+    void operator()(const char* name, Enum& value, Choices<Enum> choices) const {
+      const std::string full = prefix + name;
+      const std::vector<std::pair<std::string, Enum>> list(choices.begin(), choices.end());
+      std::string names;
+      for (const auto& choice : list) names += (names.empty() ? "" : " | ") + choice.first;
+      table.entries_.push_back({full, names,
+                                [&value, list] {
+                                  for (const auto& choice : list)
+                                    if (choice.second == value) return choice.first;
+                                  return std::string("?");
+                                },
+                                [&value, full, list, names](const std::string& text) {
+                                  for (const auto& choice : list)
+                                    if (choice.first == text) {
+                                      value = choice.second;
+                                      return;
+                                    }
+                                  throw std::invalid_argument(full + " = " + text +
+                                                              ": must be one of " + names);
+                                }});
+    }
+
+    void operator()(const char* name, bool& value) const {
+      const std::string full = prefix + name;
+      table.entries_.push_back(
+          {full, "true | false", [&value] { return formatParam(value); },
+           [&value, full](const std::string& text) { parseParam(full, text, value); }});
+    }
+
+    void operator()(const char* name, std::string& value) const {
+      table.entries_.push_back({prefix + name, "text", [&value] { return value; },
+                                [&value](const std::string& text) { value = text; }});
+    }
+
+    template <class Struct, class = std::enable_if_t<std::is_class_v<Struct>>>
+    void operator()(const char* name, Struct& nested) const {
+      nested.visit(Collector{table, prefix + name + "/"});
+    }
+  };
+
+  std::vector<Entry> entries_;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,88 @@
+#include "evaluation/disparity_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace predictive_stereo {
+namespace {
+
+TEST(DisparityScore, CountsByHand) {
+  const cv::Mat1f truth_px = (cv::Mat1f(1, 8) << 10, 10, 10, 100, 100, 0, kNoTruth, 10);
+  // exact, +1, outlier, 4.9 off but within 5 %, outlier, exact at infinity, no truth, invalid
+  const cv::Mat1f disparity_px = (cv::Mat1f(1, 8) << 10, 11, 13.5, 104.9, 94.9, 0, 7, -1);
+  const DisparityScore score = scoreDisparity(disparity_px, DisparityRange{}, truth_px);
+  EXPECT_EQ(score.truth_pixels, 7);
+  EXPECT_EQ(score.valid_pixels, 6);
+  EXPECT_EQ(score.outliers, 2);
+  EXPECT_NEAR(score.density_percent(), 600.0 / 7, 1e-9);
+  EXPECT_NEAR(score.d1_percent(), 200.0 / 6, 1e-9);
+  EXPECT_NEAR(score.d1_filled_percent(), 300.0 / 7, 1e-9);
+  EXPECT_NEAR(score.rms_px(), std::sqrt((1 + 4.9 * 4.9) / 4), 1e-5);
+  EXPECT_NEAR(score.bias_px(), 5.9 / 4, 1e-5);
+}
+
+TEST(DisparityScore, MaskLeavesOut) {
+  const cv::Mat1f truth_px(2, 2, 10.0f), disparity_px(2, 2, 50.0f);
+  cv::Mat1b mask(2, 2, uchar{0});
+  mask(1, 1) = 255;
+  EXPECT_EQ(scoreDisparity(disparity_px, {}, truth_px, mask).outliers, 1);
+  EXPECT_THROW(scoreDisparity(disparity_px, {}, cv::Mat1f(2, 3, 1.0f)), std::invalid_argument);
+}
+
+TEST(MeanDisparityScore, WeighsFramesNotPixels) {
+  DisparityScore good, bad, empty, blind;
+  good.truth_pixels = good.valid_pixels = 1000;
+  bad.truth_pixels = bad.valid_pixels = bad.outliers = 10;
+  blind.truth_pixels = 5;
+  MeanDisparityScore mean;
+  for (const auto& score : {good, bad, empty, blind}) mean.add(score);
+  EXPECT_EQ(mean.frames, 3);
+  EXPECT_NEAR(mean.d1_percent, 50, 1e-9);
+  EXPECT_NEAR(mean.d1_filled_percent, 200.0 / 3, 1e-9);
+  EXPECT_NEAR(mean.density_percent, 200.0 / 3, 1e-9);
+}
+
+TEST(NearTruthEdges, FindsJumpsWithinTheRadiusOnly) {
+  cv::Mat1f truth_px(20, 40, 10.0f);
+  truth_px.colRange(20, 40).setTo(14.0f);
+  truth_px(10, 24) = kNoTruth;
+  const cv::Mat1b near_edge = nearTruthEdges(truth_px);
+  for (int x = 0; x < 40; ++x) EXPECT_EQ(near_edge(5, x), x >= 15 && x < 25 ? 255 : 0) << x;
+  EXPECT_EQ(near_edge(10, 24), 0);
+  EXPECT_EQ(cv::countNonZero(nearTruthEdges(truth_px, 4.0f)), 0);
+}
+
+TEST(VarianceCalibration, NormalErrorsGiveTheNormalShares) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  VarianceCalibration right, too_small;
+  for (int i = 0; i < 200000; ++i) {
+    const double sigma_px = 0.2 + (i % 7);
+    const double error_px = sigma_px * normal(random);
+    right.add(error_px, sigma_px * sigma_px);
+    too_small.add(error_px, sigma_px * sigma_px / 4);
+  }
+  EXPECT_NEAR(right.shareWithin(1), 0.6827, 0.005);
+  EXPECT_NEAR(right.shareWithin(2), 0.9545, 0.003);
+  EXPECT_NEAR(right.shareWithin(3), 0.9973, 0.001);
+  EXPECT_NEAR(too_small.shareWithin(2), 0.6827, 0.005);
+  EXPECT_LT(right.negativeLogLikelihood(), too_small.negativeLogLikelihood());
+  EXPECT_NEAR(right.meanSigma_px(), 3.2, 1e-3);
+  EXPECT_THROW(right.add(0.1, 0.0), std::invalid_argument);
+}
+
+TEST(VarianceCalibration, LikelihoodByHandAndSums) {
+  VarianceCalibration a, b;
+  a.add(2.0, 4.0);
+  b.add(0.0, 1.0);
+  a += b;
+  EXPECT_EQ(a.count(), 2);
+  EXPECT_NEAR(a.negativeLogLikelihood(),
+              (std::log(std::sqrt(2 * M_PI) * 2) + 0.5 + std::log(std::sqrt(2 * M_PI))) / 2, 1e-12);
+  EXPECT_DOUBLE_EQ(a.shareWithin(0.5), 0.5);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
