@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <opencv2/core.hpp>
+#include <string>
 
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/params.h"
@@ -20,9 +21,10 @@ struct MatcherParams {
   DisparityRange range;
   CensusForm census = CensusForm::kCentreSymmetric9x5;
   PathSet paths = PathSet::kStraight4;
-  int p1 = 10;                      ///< penalty of a disparity change by 1 (eq. 1)
-  int p2 = 70;                      ///< penalty of a larger change, > p1 (eq. 1)
-  int left_right_tolerance_px = 2;  ///< larger left-right differences are invalid; -1: no check
+  int p1 = 10;                       ///< penalty of a disparity change by 1 (eq. 1)
+  int p2 = 70;                       ///< penalty of a larger change, > p1 (eq. 1)
+  int left_right_tolerance_px = 2;   ///< larger left-right differences are invalid; -1: no check
+  std::string simd_target = "auto";  ///< see chooseSimdTarget (simd_target.h)
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -38,6 +40,7 @@ struct MatcherParams {
     v("p1", p1, 1, 200);
     v("p2", p2, 2, 220);
     v("left_right_tolerance_px", left_right_tolerance_px, -1, 256);
+    v("simd_target", simd_target);
   }
 };
 
@@ -66,13 +69,16 @@ struct Match {
 class StereoMatcher {
  public:
   /// @throws std::invalid_argument for parameters outside their limits, a count that is no multiple
-  ///   of 16, p2 <= p1, or costs that overflow 8 bits.
+  ///   of 16, p2 <= p1, or a simd_target that this CPU cannot run.
   explicit StereoMatcher(const MatcherParams& params);
   ~StereoMatcher();
   StereoMatcher(StereoMatcher&&) noexcept;
   StereoMatcher& operator=(StereoMatcher&&) noexcept;
 
   const MatcherParams& params() const;
+
+  /// The SIMD target in use, by name: for logs and diagnostics.
+  const std::string& simdTarget() const;
 
   /// Searches every disparity of the range for every pixel.
   /// @param left, right  rectified 8-bit grey images of one size; views into larger images are

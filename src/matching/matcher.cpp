@@ -3,8 +3,12 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "matching/census_kernel.h"
+#include "matching/full_search.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
+#include "matching/simd_dispatch.h"
+#include "predictive_stereo/simd_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -32,19 +36,54 @@ void requireEqualSizes(const cv::Mat1b& left, const cv::Mat1b& right) {
 }  // namespace
 
 struct StereoMatcher::Workspace {
-  MatcherParams params;
-  SearchWindows windows;
+  explicit Workspace(const MatcherParams& matcher_params)
+      : params(matcher_params),
+        simd_target(chooseSimdTarget(matcher_params.simd_target)),
+        target_bit(simdTargetBit(simd_target)),
+        census(params.census, target_bit),
+        full_search(params, target_bit) {}
 
-  void run(const cv::Mat1b& left, const cv::Mat1b& right, Match& match) {
+  void prepare(cv::Size size, Match& match) const {
+    match.disparity_px.create(size);
+    match.ambiguity.create(size);
+    match.cost.create(size);
+    match.at_range_border.create(size);
+    match.search_width.create(size);
+  }
+
+  void matchFully(const cv::Mat1b& left, const cv::Mat1b& right, Match& match) {
+    prepare(left.size(), match);
+    if (target_bit == kScalarTarget) {
+      planFullSearch(params.range, left.size(), windows);
+      matchReference(left, right, params, windows, match);
+    } else {
+      census.transform(left, left_words);
+      census.transform(right, right_words);
+      full_search.match(left_words, right_words, match);
+    }
+    match.search_width.setTo(params.range.count);
+  }
+
+  void matchReduced(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
+                    Match& match) {
+    prepare(left.size(), match);
+    planSearchWindows(ranges, params.range, left.size(), windows);
     matchReference(left, right, params, windows, match);
     windows.width.copyTo(match.search_width);
   }
+
+  const MatcherParams params;
+  const std::string simd_target;
+  const int64_t target_bit;
+  CensusKernel census;
+  FullSearch full_search;
+  SearchWindows windows;
+  cv::Mat1i left_words, right_words;
 };
 
 StereoMatcher::StereoMatcher(const MatcherParams& params) {
   validateMatcher(params);
-  workspace_ = std::make_unique<Workspace>();
-  workspace_->params = params;
+  workspace_ = std::make_unique<Workspace>(params);
 }
 StereoMatcher::~StereoMatcher() = default;
 StereoMatcher::StereoMatcher(StereoMatcher&&) noexcept = default;
@@ -52,17 +91,17 @@ StereoMatcher& StereoMatcher::operator=(StereoMatcher&&) noexcept = default;
 
 const MatcherParams& StereoMatcher::params() const { return workspace_->params; }
 
+const std::string& StereoMatcher::simdTarget() const { return workspace_->simd_target; }
+
 void StereoMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match) {
   requireEqualSizes(left, right);
-  planFullSearch(workspace_->params.range, left.size(), workspace_->windows);
-  workspace_->run(left, right, match);
+  workspace_->matchFully(left, right, match);
 }
 
 void StereoMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
                           Match& match) {
   requireEqualSizes(left, right);
-  planSearchWindows(ranges, workspace_->params.range, left.size(), workspace_->windows);
-  workspace_->run(left, right, match);
+  workspace_->matchReduced(left, right, ranges, match);
 }
 
 }  // namespace predictive_stereo

@@ -15,7 +15,7 @@ namespace {
 
 using std::uint8_t;
 
-constexpr int kNoDisparity = -1;
+constexpr int kNoDisparity = -1000;  // agrees with nothing
 
 /// Aggregation of one image pair. Disparities are indices here: 0 is min_disparity.
 class ReferenceSgm {
@@ -98,7 +98,7 @@ class ReferenceSgm {
 
   /// The right image's winners, searched along the diagonals of the left image's sums.
   void chooseRightWinners(int y, std::vector<int>& indices) const {
-    std::vector<int> lowest(size_.width, 256);
+    std::vector<int> lowest(size_.width, 255);  // saturated sums win nothing
     indices.assign(size_.width, kNoDisparity);
     for (int index = 0; index < count_; ++index)
       for (int x = 0; x < size_.width; ++x) {

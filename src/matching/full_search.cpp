@@ -1,0 +1,79 @@
+#include "matching/full_search.h"
+
+#include <cstring>
+
+#include "matching/full_kernel.h"
+#include "matching/striped_winners_kernel.h"
+
+namespace predictive_stereo {
+
+FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
+    : params_(params), simd_target_(simd_target), tables_(params.p2) {
+  upward_.upward = true;
+}
+
+void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, Match& match) {
+  const int width = left_words.cols, height = left_words.rows;
+  const int count = params_.range.count;
+  const size_t row_bytes = static_cast<size_t>(width) * count;
+  right_words_.build(right_words, params_.range, nibbleCount(params_.census),
+                     count / fullSearchLanes(simd_target_, count));
+  uint8_t* const volume = volume_.reserve(row_bytes * height);
+  start(downward_, width);
+  start(upward_, width);
+
+  const int middle = height / 2;
+  const auto runHalf = [&](bool first_half_of_pass, bool top) {
+    Pass& pass = first_half_of_pass == top ? downward_ : upward_;
+    const int begin = top ? 0 : middle, end = top ? middle : height;
+    for (int i = begin; i < end; ++i) {
+      const int y = pass.upward ? begin + end - 1 - i : i;
+      uint8_t* const sums = volume + y * row_bytes;
+      if (first_half_of_pass) {
+        aggregateRow(pass, left_words, y, nullptr, sums);
+      } else {
+        aggregateRow(pass, left_words, y, sums, pass.row_sums.data());
+        stripedWinners(simd_target_)(
+            {width, count, params_.range.min_disparity, pass.row_sums.data()}, pass.winners);
+        describeRow(pass.winners, params_, y, nullptr, nullptr, match);
+      }
+    }
+  };
+  for (const bool first_half_of_pass : {true, false})
+    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& halves) {
+      for (int half = halves.start; half < halves.end; ++half)
+        runHalf(first_half_of_pass, half == 0);
+    });
+}
+
+void FullSearch::start(Pass& pass, int width) {
+  const size_t bytes = static_cast<size_t>(width) * params_.range.count;
+  for (AlignedBuffer* state : {&pass.straight, &pass.from_behind, &pass.from_ahead})
+    std::memset(state->reserve(bytes), params_.p2, bytes);
+  pass.row_sums.reserve(bytes);
+  pass.winners.resize(width);
+}
+
+void FullSearch::aggregateRow(Pass& pass, const cv::Mat1i& left_words, int y,
+                              const uint8_t* sums_before, uint8_t* sums) {
+  FullSearchRow row;
+  row.width = left_words.cols;
+  row.count = params_.range.count;
+  row.p1 = params_.p1;
+  row.p2 = params_.p2;
+  row.nibbles = nibbleCount(params_.census);
+  row.paths = params_.paths;
+  row.upward = pass.upward;
+  row.tables = &tables_;
+  row.left_words = left_words[y];
+  row.right_planes = right_words_.plane(y, 0, 0);
+  row.right_stride = right_words_.stride();
+  row.straight = pass.straight.data();
+  row.from_behind = pass.from_behind.data();
+  row.from_ahead = pass.from_ahead.data();
+  row.sums_before = sums_before;
+  row.sums = sums;
+  fullSearchRow(simd_target_)(row);
+}
+
+}  // namespace predictive_stereo

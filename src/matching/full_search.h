@@ -1,0 +1,43 @@
+/// Full search of a pair by kernels: both passes, each exactly, on two threads.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "matching/aligned_buffer.h"
+#include "matching/matching_costs.h"
+#include "matching/row_winners.h"
+#include "predictive_stereo/matcher.h"
+
+namespace predictive_stereo {
+
+/// The paths of the downward pass need the rows above, those of the upward pass the rows below. So
+/// each pass starts on its own half of the image and leaves its sums there; then they swap halves,
+/// add what the other one has left, and choose winners.
+class FullSearch {
+ public:
+  FullSearch(const MatcherParams& params, int64_t simd_target);
+
+  /// Fills every member of `match` except search_width; all have their sizes already.
+  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, Match& match);
+
+ private:
+  struct Pass {
+    bool upward = false;
+    AlignedBuffer straight, from_behind, from_ahead;
+    AlignedBuffer row_sums;
+    RowWinners winners;
+  };
+
+  void start(Pass& pass, int width);
+  void aggregateRow(Pass& pass, const cv::Mat1i& left_words, int y, const uint8_t* sums_before,
+                    uint8_t* sums);
+
+  const MatcherParams params_;
+  const int64_t simd_target_;
+  const CostTables tables_;
+  RightWords right_words_;
+  AlignedBuffer volume_;
+  Pass downward_, upward_;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,64 @@
+#include "predictive_stereo/simd_target.h"
+
+#include <cstdlib>
+#include <stdexcept>
+
+#include "matching/simd_dispatch.h"
+
+namespace predictive_stereo {
+namespace {
+
+struct NamedTarget {
+  const char* name;
+  int64_t bit;
+};
+
+/// Best first.
+constexpr NamedTarget kTargets[] = {
+#if HWY_ARCH_X86
+    {"avx3", HWY_AVX3},
+    {"avx2", HWY_AVX2},
+    {"sse4", HWY_SSE4},
+#elif HWY_ARCH_ARM
+    {"neon", HWY_NEON},
+#endif
+    {"scalar", kScalarTarget},
+};
+
+bool canRun(int64_t bit) {
+  return bit == kScalarTarget || (hwy::SupportedTargets() & HWY_TARGETS & bit) != 0;
+}
+
+}  // namespace
+
+int64_t simdTargetBit(const std::string& name) {
+  for (const NamedTarget& target : kTargets)
+    if (name == target.name && canRun(target.bit)) return target.bit;
+  return kScalarTarget;
+}
+
+std::vector<std::string> availableSimdTargets() {
+  std::vector<std::string> names;
+  for (const NamedTarget& target : kTargets)
+    if (canRun(target.bit)) names.emplace_back(target.name);
+  return names;
+}
+
+std::string chooseSimdTarget(const std::string& requested) {
+  std::string name = requested, origin = "simd_target";
+  const char* environment = std::getenv("PREDICTIVE_STEREO_SIMD");
+  if (name == "auto" && environment && *environment) {
+    name = environment;
+    origin = "environment variable PREDICTIVE_STEREO_SIMD";
+  }
+  const std::vector<std::string> available = availableSimdTargets();
+  if (name == "auto") return available.front();
+  std::string choices = "auto";
+  for (const std::string& candidate : available) {
+    if (name == candidate) return name;
+    choices += ", " + candidate;
+  }
+  throw std::invalid_argument(origin + " = " + name + ": this build and CPU can run " + choices);
+}
+
+}  // namespace predictive_stereo

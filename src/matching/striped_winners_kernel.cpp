@@ -1,0 +1,163 @@
+#include "matching/striped_winners_kernel.h"
+
+#include "matching/simd_dispatch.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "matching/striped_winners_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "matching/path_step-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+#if PREDICTIVE_STEREO_HAS_VECTORS
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// kK: vectors per pixel, or 0 where that is known at run time only.
+template <class D, int kK>
+class RowSearch {
+  using V = hn::Vec<D>;
+  static constexpr int kLanes = hn::MaxLanes(D());
+  static constexpr int kMost = kK > 0 ? kK : 16;
+
+ public:
+  RowSearch(const StripedSums& row, RowWinners& winners)
+      : row_(row), winners_(winners), vectors_(kK > 0 ? kK : row.count / kLanes) {
+    HWY_ALIGN uint8_t indices[kLanes];
+    for (int k = 0; k < vectors_; ++k) {
+      for (int i = 0; i < kLanes; ++i) indices[i] = static_cast<uint8_t>(i * vectors_ + k);
+      indices_[k] = hn::Load(d_, indices);
+      right_goodness_[k] = right_indices_[k] = hn::Zero(d_);
+    }
+  }
+
+  HWY_INLINE void run() {
+    V sums[kMost];
+    for (int x = 0; x < row_.width; ++x) {
+      for (int k = 0; k < vectors_; ++k) sums[k] = hn::Load(d_, pixel(x) + k * kLanes);
+      findLeft(x, sums);
+      updateRight(sums);
+      leaveRight(x);
+    }
+    for (int x = 1; x < row_.count; ++x) leaveRight(row_.width - 1 + x);
+  }
+
+ private:
+  const uint8_t* pixel(int x) const { return row_.sums + static_cast<size_t>(x) * row_.count; }
+  uint8_t sumAt(int x, int index) const {
+    return pixel(x)[index % vectors_ * kLanes + index / vectors_];
+  }
+
+  HWY_INLINE void findLeft(int x, const V* sums) const {
+    V lowest = sums[0];
+    for (int k = 1; k < vectors_; ++k) lowest = hn::Min(lowest, sums[k]);
+    lowest = lowestLane(d_, lowest);
+    const V none = hn::Set(d_, 255);
+    V best = none;
+    for (int k = 0; k < vectors_; ++k)
+      best = hn::Min(best, hn::IfThenElse(hn::Eq(sums[k], lowest), indices_[k], none));
+    best = lowestLane(d_, best);
+
+    const V one = hn::Set(d_, 1);
+    const V from = hn::SaturatedSub(best, one), to = hn::SaturatedAdd(best, one);
+    V runner_up = none;
+    for (int k = 0; k < vectors_; ++k) {
+      const auto beside = hn::Eq(indices_[k], hn::Min(hn::Max(indices_[k], from), to));
+      runner_up = hn::Min(runner_up, hn::Or(sums[k], hn::VecFromMask(d_, beside)));
+    }
+    const int index = hn::GetLane(best);
+    winners_.index[x] = static_cast<uint8_t>(index);
+    winners_.cost[x] = hn::GetLane(lowest);
+    winners_.runner_up[x] = hn::GetLane(lowestLane(d_, runner_up));
+    winners_.below[x] = sumAt(x, index > 0 ? index - 1 : index);
+    winners_.above[x] = sumAt(x, index < row_.count - 1 ? index + 1 : index);
+  }
+
+  /// Lane i of vector k holds the best so far (255 - sum, and its index) of the right pixel that is
+  /// the partner of x at disparity index i * K + k. Larger indices come later and win only if
+  /// better.
+  HWY_INLINE void updateRight(const V* sums) {
+    for (int k = 0; k < vectors_; ++k) {
+      const V goodness = hn::Max(right_goodness_[k], hn::Not(sums[k]));
+      const auto stays = hn::Eq(goodness, right_goodness_[k]);
+      right_indices_[k] = hn::IfThenElse(stays, right_indices_[k], indices_[k]);
+      right_goodness_[k] = goodness;
+    }
+  }
+
+  /// Goes from left pixel x to the next: one right pixel is complete, all others move on by one
+  /// disparity, a new one comes in.
+  HWY_INLINE void leaveRight(int x) {
+    const int last = vectors_ - 1;
+    const int right_x = x - row_.min_disparity - (row_.count - 1);
+    if (right_x >= 0 && right_x < row_.width) {
+      const bool found = hn::ExtractLane(right_goodness_[last], kLanes - 1) > 0;
+      winners_.right_index[right_x] =
+          found ? hn::ExtractLane(right_indices_[last], kLanes - 1) : RowWinners::kNoIndex;
+    }
+    const V goodness = lanesUp(d_, right_goodness_[last]);
+    const V indices = lanesUp(d_, right_indices_[last]);
+    for (int k = last; k > 0; --k) {
+      right_goodness_[k] = right_goodness_[k - 1];
+      right_indices_[k] = right_indices_[k - 1];
+    }
+    right_goodness_[0] = goodness;
+    right_indices_[0] = indices;
+  }
+
+  const D d_{};
+  const StripedSums& row_;
+  RowWinners& winners_;
+  const int vectors_;
+  V indices_[kMost], right_goodness_[kMost], right_indices_[kMost];
+};
+
+template <class D>
+void searchRow(const StripedSums& row, RowWinners& winners) {
+  switch (row.count / static_cast<int>(hn::MaxLanes(D()))) {
+    case 2:
+      return RowSearch<D, 2>(row, winners).run();
+    case 4:
+      return RowSearch<D, 4>(row, winners).run();
+    case 8:
+      return RowSearch<D, 8>(row, winners).run();
+    default:
+      return RowSearch<D, 0>(row, winners).run();
+  }
+}
+
+void StripedRowWinners(const StripedSums& row, RowWinners& winners) {
+  std::fill(winners.right_index.begin(), winners.right_index.end(), RowWinners::kNoIndex);
+#if HWY_MAX_BYTES >= 64
+  if (row.count % 64 == 0) return searchRow<hn::FixedTag<uint8_t, 64>>(row, winners);
+#endif
+#if HWY_MAX_BYTES >= 32
+  if (row.count % 32 == 0) return searchRow<hn::FixedTag<uint8_t, 32>>(row, winners);
+#endif
+  searchRow<hn::FixedTag<uint8_t, 16>>(row, winners);
+}
+
+#else
+void StripedRowWinners(const StripedSums&, RowWinners&) {}
+#endif
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(StripedRowWinners);
+
+StripedWinnersFunction stripedWinners(int64_t simd_target) {
+  return PREDICTIVE_STEREO_DISPATCH(StripedRowWinners, simd_target);
+}
+
+}  // namespace predictive_stereo
+#endif
