@@ -29,10 +29,27 @@ Footprint footprintOf(const Surface& surface, const Vector3f& direction, float t
 
 struct Shader {
   const RayGrid& grid;
-  const Look& look;
-  uint32_t seed;
+  const Light& light;
 
-  float operator()(const Hit& hit, float x, float y) const {
+  // Casts a ray and looks for the sun from where it ends.
+  LitHit cast(float x, float y) const {
+    LitHit lit;
+    static_cast<Hit&>(lit) = grid.cast(x, y);
+    if (lit.sky() || light.look.sun <= 0) return lit;
+    const Primitive& p = grid.primitive(lit.primitive);
+    const Vector3f direction = grid.directionOf(x, y);
+    const Vector3f local_direction = p.R_local_world * direction;
+    const Surface surface =
+        surfaceAt(p, lit.part, grid.originIn(lit.primitive) + lit.t * local_direction);
+    const float facing = surface.normal.dot(p.R_local_world * light.look.to_sun) *
+                         (surface.normal.dot(local_direction) > 0 ? -1.0f : 1.0f);
+    lit.sunny = facing > 0 && light.sunlight.reaches(light.offset_m + lit.t * direction);
+    return lit;
+  }
+
+  float operator()(const LitHit& hit, float x, float y) const {
+    const Look& look = light.look;
+    const uint32_t seed = light.sky_seed;
     const Vector3f direction = grid.directionOf(x, y);
     if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, seed);
     const Primitive& p = grid.primitive(hit.primitive);
@@ -49,10 +66,10 @@ struct Shader {
     const float albedo =
         std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
     const Vector3f normal = p.R_local_world.transpose() * surface.normal;
-    float light = look.ambient * (0.75f + 0.25f * normal.z());
-    light += look.sun * std::max(0.0f, normal.dot(look.to_sun));
-    if (look.street_lamps > 0) light += look.street_lamps / (1.0f + 0.012f * hit.t * hit.t);
-    float radiance = albedo * light;
+    float illumination = look.ambient * (0.75f + 0.25f * normal.z());
+    if (hit.sunny) illumination += look.sun * normal.dot(look.to_sun);
+    if (look.street_lamps > 0) illumination += look.street_lamps / (1.0f + 0.012f * hit.t * hit.t);
+    float radiance = albedo * illumination;
     const float mirror = look.reflections * mirrorOf(p, hit.part, point);
     if (mirror > 0) {
       const Vector3f view = direction.normalized();
@@ -65,13 +82,15 @@ struct Shader {
 };
 
 bool isEdge(const HitImage& hits, int x, int y) {
-  const Hit& centre = hits.at(x, y);
+  const LitHit& centre = hits.at(x, y);
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
       const int nx = std::clamp(x + dx, 0, hits.size().width - 1);
       const int ny = std::clamp(y + dy, 0, hits.size().height - 1);
-      const Hit& other = hits.at(nx, ny);
-      if (other.primitive != centre.primitive || other.part != centre.part) return true;
+      const LitHit& other = hits.at(nx, ny);
+      if (other.primitive != centre.primitive || other.part != centre.part ||
+          other.sunny != centre.sunny)
+        return true;
     }
   }
   return false;
@@ -79,23 +98,25 @@ bool isEdge(const HitImage& hits, int x, int y) {
 
 }  // namespace
 
-HitImage::HitImage(const RayGrid& grid, cv::Size size, const RowOfPixel& ideal_row)
+HitImage::HitImage(const RayGrid& grid, const Light& light, cv::Size size,
+                   const RowOfPixel& ideal_row)
     : size_(size), hits_(static_cast<size_t>(size.area())) {
+  const Shader shader{grid, light};
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y)
       for (int x = 0; x < size_.width; ++x)
         hits_[static_cast<size_t>(y) * static_cast<size_t>(size_.width) + static_cast<size_t>(x)] =
-            grid.cast(static_cast<float>(x), ideal_row(x, y));
+            shader.cast(static_cast<float>(x), ideal_row(x, y));
   });
 }
 
-void renderRadiance(const RayGrid& grid, const HitImage& hits, const Look& look,
-                    const RowOfPixel& ideal_row, uint32_t seed, cv::Mat1f& radiance) {
+void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& light,
+                    const RowOfPixel& ideal_row, cv::Mat1f& radiance) {
   // A rotated grid of four rays.
   constexpr float kAcross[4] = {-0.125f, 0.375f, -0.375f, 0.125f};
   constexpr float kDown[4] = {-0.375f, -0.125f, 0.125f, 0.375f};
   radiance.create(hits.size());
-  const Shader shade{grid, look, seed};
+  const Shader shade{grid, light};
   cv::parallel_for_(cv::Range(0, hits.size().height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < hits.size().width; ++x) {
@@ -107,7 +128,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Look& look,
         float sum = 0;
         for (int i = 0; i < 4; ++i) {
           const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];
-          sum += shade(grid.cast(ray_x, ray_y), ray_x, ray_y);
+          sum += shade(shade.cast(ray_x, ray_y), ray_x, ray_y);
         }
         radiance(y, x) = 0.25f * sum;
       }

@@ -6,17 +6,29 @@
 
 #include "simulation/ray_grid.h"
 #include "simulation/scene.h"
+#include "simulation/sunlight.h"
 
 namespace predictive_stereo::simulation {
 
 /// The ideal pixel whose ray a pixel of the image sees.
 using RowOfPixel = std::function<float(int x, int y)>;
 
-/// What the rays through the centres of the pixels meet.
+struct Light {
+  const Look& look;
+  const Sunlight& sunlight;
+  Eigen::Vector3f offset_m;  ///< of the camera from the sunlight's centre, world axes
+  uint32_t sky_seed;
+};
+
+struct LitHit : Hit {
+  bool sunny = false;
+};
+
+/// What the rays through the centres of the pixels meet, and where the sun shines on it.
 class HitImage {
  public:
-  HitImage(const RayGrid& grid, cv::Size size, const RowOfPixel& ideal_row);
-  const Hit& at(int x, int y) const {
+  HitImage(const RayGrid& grid, const Light& light, cv::Size size, const RowOfPixel& ideal_row);
+  const LitHit& at(int x, int y) const {
     return hits_[static_cast<size_t>(y) * static_cast<size_t>(size_.width) +
                  static_cast<size_t>(x)];
   }
@@ -24,12 +36,12 @@ class HitImage {
 
  private:
   cv::Size size_;
-  std::vector<Hit> hits_;
+  std::vector<LitHit> hits_;
 };
 
 /// Radiance of every pixel: its centre's ray alone within surfaces, four rays at edges.
-void renderRadiance(const RayGrid& grid, const HitImage& hits, const Look& look,
-                    const RowOfPixel& ideal_row, uint32_t seed, cv::Mat1f& radiance);
+void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& light,
+                    const RowOfPixel& ideal_row, cv::Mat1f& radiance);
 
 /// Grey levels of an exposure.
 struct Exposure {

@@ -47,13 +47,13 @@ float masonry(double u, double v, float length, float height, float joint, const
 }
 
 float roadAlbedo(double x, double y, const Footprint& fp, float contrast) {
-  const float grain = texture2(x, y, fp, {0.25f, 5, 0.85f}, 11);
-  const float patches = texture2(x, y, fp, {6.0f, 4, 0.7f}, 12);
+  const float grain = texture2(x, y, fp, {0.07f, 3, 0.9f}, 11);
+  const float patches = texture2(x, y, fp, {5.0f, 6, 0.62f}, 12);
   // Tar seams: thin dark lines where a slow noise passes through zero.
   const float seam_width = 0.03f + fp.width_m + 0.3f * fp.length_m;
   const float seam = std::abs(noise2(x / 3.1, y / 2.3, 13)) * 1.5f;
   const float crack = std::max(0.0f, 1.0f - seam / seam_width) * fade(0.05f, 0.5f * seam_width);
-  float albedo = 0.30f + contrast * (0.075f * grain + 0.05f * patches - 0.12f * crack);
+  float albedo = 0.30f + contrast * (0.11f * grain + 0.045f * patches - 0.12f * crack);
   const Marking marking = markingAt(x, y);
   if (marking.strength > 0) {
     const float blur = fp.width_m + 0.5f * (std::abs(marking.across_u ? fp.along_u : fp.along_v));
@@ -115,7 +115,7 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
     case Material::kLeaves:
       return p.albedo * (1.0f + contrast * 0.75f *
                                     texture3(local.x(), local.y(), local.z(), fp.width_m,
-                                             {0.45f, 4, 0.9f}, p.seed));
+                                             {0.4f, 4, 0.95f}, p.seed));
     case Material::kBark:
       return p.albedo *
              (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));

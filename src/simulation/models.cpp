@@ -267,7 +267,7 @@ void addTree(const Place& place, uint32_t seed, Primitives& out) {
   Builder b(place, seed, 0, out);
   Random random(seed);
   const double trunk = random.uniform(2.2, 3.4), radius = random.uniform(0.11, 0.24);
-  const double crown = random.uniform(1.7, 3.0), albedo = random.uniform(0.13, 0.24);
+  const double crown = random.uniform(1.7, 3.0), albedo = random.uniform(0.28, 0.45);
   const Vector3d fork(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), trunk);
   b.rod(Material::kBark, {0, 0, -0.1}, fork, radius, 0.16);
   const Vector3d middle = fork + Vector3d(0, 0, 0.75 * crown);
@@ -278,10 +278,10 @@ void addTree(const Place& place, uint32_t seed, Primitives& out) {
                                     random.uniform(-0.1, 0.5)),
           0.35 * radius, 0.13);
   }
-  for (int i = 0; i < 26; ++i) {
+  for (int i = 0; i < 36; ++i) {
     const double angle = random.uniform(0, 2 * kPi), lift = random.uniform(-0.8, 1.0);
     const double across = std::sqrt(std::max(0.0, 1 - lift * lift)) * random.uniform(0.55, 1.0);
-    const double size = crown * random.uniform(0.2, 0.38);
+    const double size = crown * random.uniform(0.16, 0.32);
     b.add(Shape::kLeaves, Material::kLeaves,
           middle + crown * Vector3d(across * std::cos(angle), across * std::sin(angle), lift),
           {size, size, 0.75 * size}, albedo * random.uniform(0.6, 1.35));
@@ -291,7 +291,7 @@ void addTree(const Place& place, uint32_t seed, Primitives& out) {
 void addBush(const Place& place, double length_m, double height_m, uint32_t seed, Primitives& out) {
   Builder b(place, seed, 0, out);
   Random random(seed);
-  const double albedo = random.uniform(0.13, 0.22), depth = 0.45;
+  const double albedo = random.uniform(0.26, 0.42), depth = 0.45;
   b.add(Shape::kBox, Material::kLeaves, {0, 0, 0.46 * height_m},
         {0.5 * length_m, 0.75 * depth, 0.46 * height_m}, 0.75 * albedo);
   const int count = static_cast<int>(length_m * height_m * 3.5) + 4;
@@ -335,15 +335,16 @@ void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed,
   const Material wall = random.chance(0.35) ? Material::kBrick : Material::kPlaster;
   const double albedo =
       wall == Material::kBrick ? random.uniform(0.25, 0.42) : random.uniform(0.35, 0.75);
-  Primitive& walls = b.add(Shape::kBuilding, wall, {-0.5 * depth_m, 0, 0.5 * height},
-                           {0.5 * depth_m, 0.5 * width_m, 0.5 * height}, albedo);
-  Windows& w = walls.windows;
-  w.cell_width_m =
-      static_cast<float>(width_m / std::max(2.0, std::round(width_m / random.uniform(2.2, 3.4))));
+  Windows w;
+  const double cells = std::max(2.0, std::round(width_m / random.uniform(2.2, 3.4)));
+  w.cell_width_m = static_cast<float>(width_m / cells);
   w.cell_height_m = static_cast<float>(storey);
   w.width_m = static_cast<float>(random.uniform(0.4, 0.6)) * w.cell_width_m;
   w.height_m = static_cast<float>(random.uniform(1.3, 1.8));
   w.recess_m = static_cast<float>(random.uniform(0.1, 0.25));
+  b.add(Shape::kBuilding, wall, {-0.5 * depth_m, 0, 0.5 * height},
+        {0.5 * depth_m, 0.5 * width_m, 0.5 * height}, albedo)
+      .windows = w;
   // A plinth, a cornice, a door, a roof, a chimney, a rain pipe, balconies.
   b.add(Shape::kBox, Material::kPlaster, {-0.5 * depth_m, 0, 0.3},
         {0.5 * depth_m + 0.06, 0.5 * width_m + 0.0, 0.3}, 0.7 * albedo);
@@ -368,10 +369,8 @@ void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed,
       const double y = (random.index(2) == 0 ? -1 : 1) * static_cast<double>(w.cell_width_m);
       const double z = s * storey + 0.15;
       b.add(Shape::kBox, Material::kPlaster, {0.55, y, z}, {0.55, 0.95, 0.08}, 0.9 * albedo);
-      Primitive& rail =
-          b.add(Shape::kBars, Material::kMetal, {1.05, y, z + 0.5}, {0.95, 0.02, 0.5}, 0.25,
-                Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ()).toRotationMatrix());
-      rail.seed += static_cast<uint32_t>(s);
+      b.add(Shape::kBars, Material::kMetal, {1.05, y, z + 0.5}, {0.95, 0.02, 0.5}, 0.25,
+            Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ()).toRotationMatrix());
     }
   }
   if (random.chance(0.25))  // a shop sign over the pavement

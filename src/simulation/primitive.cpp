@@ -151,9 +151,9 @@ bool meetsEllipsoid(const Primitive& p, const Vector3f& o, const Vector3f& d, fl
     if (side < kNearest_m) continue;
     if (side >= t) return false;
     const Vector3f point = o + side * d;
-    const float size_m = std::max(0.11f, 3 * pixel_per_m * side);
+    const float size_m = std::max(0.085f, 2.5f * pixel_per_m * side);
     const Vector3f q = point / size_m;
-    if (noise3(q.x(), q.y(), q.z(), p.seed) < -0.12f) continue;
+    if (noise3(q.x(), q.y(), q.z(), p.seed) < -0.06f) continue;
     t = side;
     return true;
   }

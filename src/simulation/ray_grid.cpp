@@ -31,15 +31,16 @@ std::array<Vector3d, 8> cornersOf(const Primitive& p, const Eigen::Isometry3d& T
 RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
                  const StereoRig& rig, double cx_px)
     : primitives_(&primitives),
+      placed_(primitives.size()),
+      bounds_(primitives.size()),
+      tiles_({-kMargin_px, -kMargin_px, static_cast<float>(rig.size.width) + 2 * kMargin_px,
+              static_cast<float>(rig.size.height) + 2 * kMargin_px},
+             kTile_px),
       R_world_cam_(T_world_cam.linear().cast<float>()),
       cx_(static_cast<float>(cx_px)),
       cy_(static_cast<float>(rig.cy_px)),
       inverse_f_(static_cast<float>(1 / rig.fx_px)),
       inverse_fy_(static_cast<float>(1 / rig.fy_px)) {
-  columns_ = (rig.size.width + 2 * kMargin_px + kTile_px - 1) / kTile_px;
-  rows_ = (rig.size.height + 2 * kMargin_px + kTile_px - 1) / kTile_px;
-  tiles_.resize(static_cast<size_t>(columns_) * static_cast<size_t>(rows_));
-  placed_.resize(primitives.size());
   const Eigen::Isometry3d T_cam_world = T_world_cam.inverse();
   std::vector<int> order(primitives.size());
   for (size_t i = 0; i < primitives.size(); ++i) {
@@ -49,7 +50,7 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
     placed.origin = p.R_local_world * (T_world_cam.translation() - p.centre_m).cast<float>();
     if (p.shape == Shape::kGround) {
       placed.nearest_m = 0;
-      placed.bounds = cv::Rect2f(-kHuge, -kHuge, 2 * kHuge, 2 * kHuge);
+      bounds_[i] = cv::Rect2f(-kHuge, -kHuge, 2 * kHuge, 2 * kHuge);
       continue;
     }
     // The hull of what is left of the box in front of the camera.
@@ -74,45 +75,26 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
       }
     }
     placed.nearest_m = static_cast<float>(nearest - 1e-3 * (1 + nearest));
-    placed.bounds = nearest < kHuge / 2 ? cv::Rect2f(static_cast<float>(left - 0.01),
-                                                     static_cast<float>(top - 0.01),
-                                                     static_cast<float>(right - left + 0.02),
-                                                     static_cast<float>(bottom - top + 0.02))
-                                        : cv::Rect2f();
+    bounds_[i] = nearest < kHuge / 2
+                     ? cv::Rect2f(static_cast<float>(left - 0.01), static_cast<float>(top - 0.01),
+                                  static_cast<float>(right - left + 0.02),
+                                  static_cast<float>(bottom - top + 0.02))
+                     : cv::Rect2f();
   }
   std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
     return placed_[static_cast<size_t>(a)].nearest_m < placed_[static_cast<size_t>(b)].nearest_m;
   });
-  const auto tileOf = [](float position, int count) {
-    const float tile = std::floor((position + kMargin_px) / kTile_px);
-    return static_cast<int>(std::clamp(tile, -1.0f, static_cast<float>(count)));
-  };
-  for (const int index : order) {
-    const cv::Rect2f& bounds = placed_[static_cast<size_t>(index)].bounds;
-    if (bounds.width <= 0) continue;
-    const int x0 = std::max(0, tileOf(bounds.x, columns_));
-    const int x1 = std::min(columns_ - 1, tileOf(bounds.x + bounds.width, columns_));
-    const int y0 = std::max(0, tileOf(bounds.y, rows_));
-    const int y1 = std::min(rows_ - 1, tileOf(bounds.y + bounds.height, rows_));
-    for (int y = y0; y <= y1; ++y)
-      for (int x = x0; x <= x1; ++x) tiles_[static_cast<size_t>(y * columns_ + x)].push_back(index);
-  }
-}
-
-const std::vector<int>& RayGrid::tileAt(float x_px, float y_px) const {
-  const int x = std::clamp(static_cast<int>((x_px + kMargin_px) / kTile_px), 0, columns_ - 1);
-  const int y = std::clamp(static_cast<int>((y_px + kMargin_px) / kTile_px), 0, rows_ - 1);
-  return tiles_[static_cast<size_t>(y * columns_ + x)];
+  tiles_.fill(bounds_, order);
 }
 
 Hit RayGrid::cast(float x_px, float y_px, float limit_m) const {
   const Vector3f direction = directionOf(x_px, y_px);
   Hit hit;
   hit.t = limit_m;
-  for (const int index : tileAt(x_px, y_px)) {
+  for (const int index : tiles_.at(x_px, y_px)) {
     const Placed& placed = placed_[static_cast<size_t>(index)];
     if (placed.nearest_m >= hit.t) break;
-    const cv::Rect2f& b = placed.bounds;
+    const cv::Rect2f& b = bounds_[static_cast<size_t>(index)];
     if (x_px < b.x || x_px > b.x + b.width || y_px < b.y || y_px > b.y + b.height) continue;
     const Primitive& p = (*primitives_)[static_cast<size_t>(index)];
     if (intersect(p, placed.origin, p.R_local_world * direction, inverse_f_, hit.t, hit.part))

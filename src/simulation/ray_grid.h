@@ -7,6 +7,7 @@
 
 #include "predictive_stereo/stereo_rig.h"
 #include "simulation/primitive.h"
+#include "simulation/tiles.h"
 
 namespace predictive_stereo::simulation {
 
@@ -42,22 +43,18 @@ class RayGrid {
   const Primitive& primitive(int index) const { return (*primitives_)[static_cast<size_t>(index)]; }
 
   /// The pixels that the primitive may cover, unclipped; empty behind the camera.
-  cv::Rect2f boundsOf(int primitive) const {
-    return placed_[static_cast<size_t>(primitive)].bounds;
-  }
+  cv::Rect2f boundsOf(int primitive) const { return bounds_[static_cast<size_t>(primitive)]; }
 
  private:
   struct Placed {
     Eigen::Vector3f origin;
     float nearest_m;  // no part of it is nearer
-    cv::Rect2f bounds;
   };
-  const std::vector<int>& tileAt(float x_px, float y_px) const;
 
   const std::vector<Primitive>* primitives_;
   std::vector<Placed> placed_;
-  std::vector<std::vector<int>> tiles_;  // of each tile, nearest first
-  int columns_, rows_;
+  std::vector<cv::Rect2f> bounds_;
+  Tiles tiles_;  // of the image, nearest primitives first
   Eigen::Matrix3f R_world_cam_;
   float cx_, cy_, inverse_f_, inverse_fy_;
 };

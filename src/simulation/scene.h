@@ -36,7 +36,7 @@ struct Traffic {
 
 /// What the sensors make of it.
 struct Sensor {
-  double exposure = 1;          ///< radiance 1 gives 255
+  double exposure = 1.3;        ///< radiance 1 gives 255
   double exposure_swing = 0.1;  ///< its relative change over time
   double exposure_period_s = 7;
   double right_gain = 1.03;

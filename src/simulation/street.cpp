@@ -274,11 +274,17 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
     const Isometry3d pose = route.cameraAt(at_s);
     const RayGrid left(primitives, pose, rig, rig.cx_left_px);
     const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
-    const HitImage left_hits(left, rig.size, same_row), right_hits(right, rig.size, right_row);
+    const Sunlight sunlight(primitives, scene.look.to_sun, pose.translation());
     const uint32_t sky = hashOf(seed(), 5);
-    renderRadiance(left, left_hits, scene.look, same_row, sky, radiance);
+    const Light left_light{scene.look, sunlight, Eigen::Vector3f::Zero(), sky};
+    const Light right_light{scene.look, sunlight,
+                            (rightPose(pose).translation() - pose.translation()).cast<float>(),
+                            sky};
+    const HitImage left_hits(left, left_light, rig.size, same_row);
+    const HitImage right_hits(right, right_light, rig.size, right_row);
+    renderRadiance(left, left_hits, left_light, same_row, radiance);
     left_radiance = i == 0 ? radiance.clone() : cv::Mat1f(left_radiance + radiance);
-    renderRadiance(right, right_hits, scene.look, right_row, sky, radiance);
+    renderRadiance(right, right_hits, right_light, right_row, radiance);
     right_radiance = i == 0 ? radiance.clone() : cv::Mat1f(right_radiance + radiance);
     if (step != 0) continue;
     frame.T_world_cam = pose;

@@ -35,7 +35,8 @@ struct TownBuilder {
 
   bool sees(const Place& place, double radius, double limit = kDetails_m) const {
     const Vector2d centre = place.position_m.head<2>();
-    return view.distance(centre) < limit && view.reaches(centre, radius);
+    // Also what casts its shadow into the view.
+    return view.distance(centre) < limit && view.reaches(centre, radius + 12);
   }
 
   void addLot(const Side& side, double along, double width, uint32_t seed) const {
@@ -115,7 +116,7 @@ Marking markingAt(double x_m, double y_m) {
   double across = toNearestStreet(y_m), along = toNearestStreet(x_m);
   bool along_y = false;
   double position = x_m;
-  if (std::abs(across) > kKerb_m || (std::abs(along) < kKerb_m && false)) {
+  if (std::abs(across) > kKerb_m) {
     std::swap(across, along);
     along_y = true;
     position = y_m;

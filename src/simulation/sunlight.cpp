@@ -1,0 +1,60 @@
+#include "simulation/sunlight.h"
+
+#include <Eigen/Geometry>
+#include <limits>
+
+namespace predictive_stereo::simulation {
+
+using Eigen::Vector3f;
+
+Sunlight::Sunlight(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
+                   const Eigen::Vector3d& centre_m)
+    : primitives_(&primitives),
+      casters_(primitives.size()),
+      bounds_(primitives.size()),
+      tiles_({-kReach_m, -kReach_m, 2 * kReach_m, 2 * kReach_m}, 1.0f) {
+  across_ = to_sun.cross(Vector3f::UnitZ()).normalized();
+  up_ = across_.cross(to_sun);
+  std::vector<int> order;
+  for (size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    if (p.shape == Shape::kGround) continue;
+    Caster& caster = casters_[i];
+    caster.centre_m = (p.centre_m - centre_m).cast<float>();
+    caster.direction = p.R_local_world * to_sun;
+    // The box's extent across the rays.
+    const auto extent = [&](const Vector3f& axis) {
+      Vector3f half = p.half_m;
+      if (p.shape == Shape::kCylinder) half.y() = half.x();
+      return (p.R_local_world * axis).cwiseAbs().dot(half) + 1e-3f;
+    };
+    const float width = extent(across_), height = extent(up_);
+    const float x = caster.centre_m.dot(across_), y = caster.centre_m.dot(up_);
+    bounds_[i] = {x - width, y - height, 2 * width, 2 * height};
+    order.push_back(static_cast<int>(i));
+  }
+  // The largest first: they are the most likely to be in the way.
+  std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
+    return bounds_[static_cast<size_t>(a)].area() > bounds_[static_cast<size_t>(b)].area();
+  });
+  tiles_.fill(bounds_, order);
+}
+
+bool Sunlight::reaches(const Vector3f& point_m) const {
+  const float x = point_m.dot(across_), y = point_m.dot(up_);
+  if (std::abs(x) > kReach_m || std::abs(y) > kReach_m) return true;
+  for (const int index : tiles_.at(x, y)) {
+    const auto i = static_cast<size_t>(index);
+    const cv::Rect2f& b = bounds_[i];
+    if (x < b.x || x > b.x + b.width || y < b.y || y > b.y + b.height) continue;
+    const Primitive& p = (*primitives_)[i];
+    float t = std::numeric_limits<float>::infinity();
+    int part = 0;
+    if (intersect(p, p.R_local_world * (point_m - casters_[i].centre_m), casters_[i].direction,
+                  2e-3f, t, part))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace predictive_stereo::simulation
