@@ -55,6 +55,7 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   prediction_.disparity_px = output.predicted_disparity_px;
   prediction_.variance_px2 = output.predicted_variance_px2;
   match_.search_width = output.search_width_px;
+  match_.ambiguity = output.ambiguity;
   Stopwatch watch;
 
   output.predicted = motion.has_value() && !state_.empty();
@@ -86,6 +87,7 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   output.predicted_disparity_px = prediction_.disparity_px;
   output.predicted_variance_px2 = prediction_.variance_px2;
   output.search_width_px = match_.search_width;
+  output.ambiguity = match_.ambiguity;
   output.row_alignment = row_alignment_;
 }
 

@@ -50,6 +50,7 @@ struct DisparityOutput {
   cv::Mat1f predicted_disparity_px;  ///< from the past alone; all invalid without a past
   cv::Mat1f predicted_variance_px2;  ///< see Prediction
   cv::Mat1w search_width_px;         ///< disparities that were searched
+  cv::Mat1b ambiguity;               ///< of the measured disparity, see Match
   RowAlignment row_alignment;
   bool predicted = false;  ///< whether the past was used
 };

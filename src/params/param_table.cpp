@@ -72,27 +72,30 @@ void parseParam(const std::string& name, const std::string& text, bool& value) {
     refuse(name, text, "true or false");
 }
 
+std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
+  return *std::min_element(known.begin(), known.end(),
+                           [&](const std::string& a, const std::string& b) {
+                             return editDistance(name, a) < editDistance(name, b);
+                           });
+}
+
 bool ParamTable::has(const std::string& name) const {
   return std::any_of(entries_.begin(), entries_.end(),
                      [&](const Entry& entry) { return entry.name == name; });
 }
 
 void ParamTable::set(const std::string& name, const std::string& text) {
-  const Entry* nearest = nullptr;
-  size_t smallest = 0;
+  std::vector<std::string> known;
   for (const Entry& entry : entries_) {
     if (entry.name == name) {
       entry.set(text);
       return;
     }
-    const size_t distance = editDistance(name, entry.name);
-    if (!nearest || distance < smallest) {
-      nearest = &entry;
-      smallest = distance;
-    }
+    known.push_back(entry.name);
   }
-  throw std::invalid_argument("unknown parameter " + name +
-                              (nearest ? "; did you mean " + nearest->name + "?" : ""));
+  throw std::invalid_argument(
+      "unknown parameter " + name +
+      (known.empty() ? "" : "; did you mean " + nearestName(name, known) + "?"));
 }
 
 void ParamTable::setAssignment(const std::string& assignment) {

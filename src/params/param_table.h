@@ -22,6 +22,9 @@ void parseParam(const std::string& name, const std::string& text, double& value)
 void parseParam(const std::string& name, const std::string& text, int& value);
 void parseParam(const std::string& name, const std::string& text, bool& value);
 
+/// The known name that `name` was probably meant to be. `known` must not be empty.
+std::string nearestName(const std::string& name, const std::vector<std::string>& known);
+
 /// A parameter struct as a list of named texts that can be read and set: what every reader of yaml,
 /// ROS parameters and command lines needs. Refers to the struct, which must outlive it.
 class ParamTable {

@@ -1,0 +1,120 @@
+#include "evaluation/sequence.h"
+
+#include <cmath>
+
+#include "evaluation/disparity_metrics.h"
+#include "evaluation/kitti_drive.h"
+#include "evaluation/kitti_scene_2012.h"
+#include "evaluation/lidar_truth.h"
+
+namespace predictive_stereo {
+namespace {
+
+class KittiDriveSequence : public Sequence {
+ public:
+  KittiDriveSequence(const std::string& date_dir, const std::string& drive)
+      : drive_(date_dir, drive) {}
+  const std::string& name() const override { return drive_.name(); }
+  const StereoRig& rig() const override { return drive_.rig(); }
+  int frames() const override { return drive_.frames(); }
+  SequenceFrame frame(int index) const override {
+    SequenceFrame frame{drive_.left(index), drive_.right(index), {}, {}};
+    if (index > 0 && drive_.hasLidar(index)) frame.truth_px = lidarTruth(drive_, index);
+    return frame;
+  }
+
+ private:
+  KittiDrive drive_;
+};
+
+class KittiScene2012Sequence : public Sequence {
+ public:
+  KittiScene2012Sequence(const std::string& training_dir, const std::string& scene)
+      : scene_(training_dir, scene) {}
+  const std::string& name() const override { return scene_.name(); }
+  const StereoRig& rig() const override { return scene_.rig(); }
+  int frames() const override { return scene_.frames(); }
+  SequenceFrame frame(int index) const override {
+    SequenceFrame frame{scene_.left(index), scene_.right(index), {}, {}};
+    if (index == scene_.frames() - 1) {
+      frame.truth_px = scene_.truth();
+      frame.regions = {{"near edges", nearTruthEdges(frame.truth_px)}};
+    }
+    return frame;
+  }
+
+ private:
+  KittiScene2012 scene_;
+};
+
+/// 255 where a static surface that is seen now was hidden or outside of the previous view.
+cv::Mat1b newlyVisible(const StreetFrame& previous, const StreetFrame& current,
+                       const StereoRig& rig) {
+  const Eigen::Isometry3d T_prev_cam = previous.T_world_cam.inverse() * current.T_world_cam;
+  cv::Mat1b mask = cv::Mat1b::zeros(current.disparity_px.size());
+  for (int y = 0; y < mask.rows; ++y)
+    for (int x = 0; x < mask.cols; ++x) {
+      const float disparity_px = current.disparity_px(y, x);
+      if (disparity_px <= 0) continue;
+      const Eigen::Vector3d point_prev_m = T_prev_cam * rig.pointFromDisparity(x, y, disparity_px);
+      mask(y, x) = 255;
+      if (point_prev_m.z() <= 0) continue;
+      const Eigen::Vector3d omega = rig.disparityFromPoint(point_prev_m);
+      const long column = std::lround(omega.x()), row = std::lround(omega.y());
+      if (column < 0 || row < 0 || column >= mask.cols || row >= mask.rows) continue;
+      const float seen_px = previous.disparity_px(static_cast<int>(row), static_cast<int>(column));
+      if (seen_px <= omega.z() + 1.0) mask(y, x) = 0;
+    }
+  return mask;
+}
+
+class StreetSequence : public Sequence {
+ public:
+  explicit StreetSequence(const StreetParams& params)
+      : street_(params), name_("street " + params.scene) {}
+  const std::string& name() const override { return name_; }
+  const StereoRig& rig() const override { return street_.rig(); }
+  int frames() const override { return street_.frames(); }
+
+  SequenceFrame frame(int index) const override {
+    if (index == 0 || previous_.index != index - 1)
+      previous_ = street_.render(std::max(0, index - 1));
+    StreetFrame current = index == 0 ? previous_ : street_.render(index);
+    SequenceFrame frame{current.left, current.right, {}, {}};
+    if (index > 0) {
+      frame.truth_px = current.disparity_px.clone();
+      frame.truth_px.setTo(kNoTruth, current.disparity_px <= 0);
+      const cv::Mat1b moving = current.moving_id > 0;
+      const cv::Mat1b fresh = newlyVisible(previous_, current, rig()) & ~moving;
+      const cv::Mat1b edges = nearTruthEdges(frame.truth_px) & ~moving & ~fresh;
+      const cv::Mat1b smooth = ~(moving | fresh | edges);
+      frame.regions = {
+          {"smooth", smooth}, {"near edges", edges}, {"newly visible", fresh}, {"moving", moving}};
+    }
+    previous_ = std::move(current);
+    return frame;
+  }
+
+ private:
+  Street street_;
+  std::string name_;
+  mutable StreetFrame previous_;  ///< frames are mostly asked for one after the other
+};
+
+}  // namespace
+
+std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir,
+                                             const std::string& drive) {
+  return std::make_unique<KittiDriveSequence>(date_dir, drive);
+}
+
+std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
+                                                 const std::string& scene) {
+  return std::make_unique<KittiScene2012Sequence>(training_dir, scene);
+}
+
+std::unique_ptr<Sequence> streetSequence(const StreetParams& params) {
+  return std::make_unique<StreetSequence>(params);
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "predictive_stereo/disparity_range.h"
+#include "predictive_stereo/stereo_rig.h"
+#include "simulation/street.h"
+
+namespace predictive_stereo {
+
+/// A part of the image of which figures are given of their own.
+struct Region {
+  std::string name;
+  cv::Mat1b mask;  ///< 255 within
+};
+
+/// One pair with what is known of it.
+struct SequenceFrame {
+  cv::Mat1b left, right;
+  cv::Mat1f truth_px;  ///< kNoTruth where there is none; empty: none in this frame
+  std::vector<Region> regions;
+};
+
+/// A stereo sequence that disparities can be judged on.
+class Sequence {
+ public:
+  virtual ~Sequence() = default;
+  virtual const std::string& name() const = 0;
+  virtual const StereoRig& rig() const = 0;
+  virtual int frames() const = 0;
+  /// @throws std::runtime_error that names the file which cannot be read.
+  virtual SequenceFrame frame(int index) const = 0;
+};
+
+/// A drive of KITTI's raw recordings; LiDAR truth in all frames with a scan but the first.
+std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir, const std::string& drive);
+
+/// A scene of KITTI 2012; truth in its last frame, with region "near edges": within 5 px of a jump
+/// by more than 3 px.
+std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
+                                                 const std::string& scene);
+
+/// The synthetic street; dense truth of all but the sky in all frames but the first. Regions, each
+/// pixel in one of them: "moving" objects; "newly visible", hidden or outside of the view in the
+/// previous frame; "near edges", within 5 px of a jump by more than 3 px; and "smooth", the rest.
+std::unique_ptr<Sequence> streetSequence(const StreetParams& params);
+
+}  // namespace predictive_stereo
