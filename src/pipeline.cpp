@@ -6,6 +6,8 @@
 namespace predictive_stereo {
 namespace {
 
+constexpr float kHoleTolerancePx = 3.0f;
+
 std::string text(cv::Size size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
@@ -77,11 +79,15 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   watch.lap("support", times_);
 
   correct(prediction_, output.measured_disparity_px, range, params_.correction, state_);
+  std::swap(state_.disparity_px, corrected_disparity_px_);
+  filterBySupport(range, params_.min_support, corrected_disparity_px_, state_.disparity_px);
   watch.lap("correction", times_);
 
-  median3x3(range, state_.disparity_px, output.disparity_px);
-  filteredVariance(state_, output.measured_variance_px2, params_.correction.measurement_noise_px2,
-                   output.disparity_variance_px2);
+  state_.disparity_px.copyTo(filled_disparity_px_);
+  fillHoles(range, params_.max_hole_px, kHoleTolerancePx, filled_disparity_px_);
+  median3x3(range, filled_disparity_px_, output.disparity_px);
+  filteredVariance(output.disparity_px, state_, output.measured_variance_px2, range,
+                   params_.correction.measurement_noise_px2, output.disparity_variance_px2);
   watch.lap("median", times_);
 
   output.predicted_disparity_px = prediction_.disparity_px;

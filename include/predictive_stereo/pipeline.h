@@ -25,7 +25,9 @@ struct DisparityParams {
   SearchRangeParams search;
   MeasurementNoiseParams measurement_noise;
   CorrectionParams correction;
-  int min_support = 10;  ///< see filterBySupport; 0: no support filter
+  int min_support = 10;  ///< see filterBySupport; applied to the match and to the filters; 0: off
+  int max_hole_px = 40;  ///< narrower holes are filled in the published disparity where both sides
+                         ///< agree, see fillHoles; 0: none
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -36,6 +38,7 @@ struct DisparityParams {
     v("measurement_noise", measurement_noise);
     v("correction", correction);
     v("min_support", min_support, 0, 25);
+    v("max_hole_px", max_hole_px, 0, 1000);
   }
 };
 
@@ -43,7 +46,7 @@ struct DisparityParams {
 /// and type are written in place. See DisparityRange for invalid disparities; variances are 0
 /// there.
 struct DisparityOutput {
-  cv::Mat1f disparity_px;  ///< filtered, then 3x3 median
+  cv::Mat1f disparity_px;  ///< filtered, narrow holes filled, 3x3 median
   cv::Mat1f disparity_variance_px2;
   cv::Mat1f measured_disparity_px;  ///< this frame's match alone
   cv::Mat1f measured_variance_px2;
@@ -97,6 +100,7 @@ class DisparityEstimator {
   Prediction prediction_;
   SearchRanges ranges_;
   Match match_;
+  cv::Mat1f corrected_disparity_px_, filled_disparity_px_;
   StageTimes times_;
 
   // What is carried to the next frame.

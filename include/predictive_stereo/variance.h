@@ -32,11 +32,12 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
                          const DisparityRange& range, const MeasurementNoiseParams& params,
                          cv::Mat1f& variance_px2);
 
-/// Variance [px^2] of the filtered disparities, 0 where unknown. The filter's own p counts the
-/// errors of successive matches as independent, which they are not: what a match measured keeps the
-/// variance of that match, reduced by the filter's gain; what only lives on keeps its predicted
-/// variance.
-void filteredVariance(const DisparityState& state, const cv::Mat1f& measured_variance_px2,
+/// Variance [px^2] of published disparities, 0 where unknown. The filter's own p counts the errors
+/// of successive matches as independent, which they are not: what was measured in this frame keeps
+/// the variance of its match, reduced by the filter's gain; what only lives on keeps its predicted
+/// variance; what was filled gets a constant one.
+void filteredVariance(const cv::Mat1f& published_disparity_px, const DisparityState& state,
+                      const cv::Mat1f& measured_variance_px2, const DisparityRange& range,
                       double measurement_noise_px2, cv::Mat1f& variance_px2);
 
 }  // namespace predictive_stereo
