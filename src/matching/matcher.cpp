@@ -5,6 +5,7 @@
 
 #include "matching/census_kernel.h"
 #include "matching/full_search.h"
+#include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
 #include "matching/simd_dispatch.h"
@@ -41,7 +42,8 @@ struct StereoMatcher::Workspace {
         simd_target(chooseSimdTarget(matcher_params.simd_target)),
         target_bit(simdTargetBit(simd_target)),
         census(params.census, target_bit),
-        full_search(params, target_bit) {}
+        full_search(params, target_bit),
+        reduced_search(params, target_bit) {}
 
   void prepare(cv::Size size, Match& match) const {
     match.disparity_px.create(size);
@@ -68,7 +70,13 @@ struct StereoMatcher::Workspace {
                     Match& match) {
     prepare(left.size(), match);
     planSearchWindows(ranges, params.range, left.size(), windows);
-    matchReference(left, right, params, windows, match);
+    if (target_bit == kScalarTarget) {
+      matchReference(left, right, params, windows, match);
+    } else {
+      census.transform(left, left_words);
+      census.transform(right, right_words);
+      reduced_search.match(left_words, right_words, windows, match);
+    }
     windows.width.copyTo(match.search_width);
   }
 
@@ -77,6 +85,7 @@ struct StereoMatcher::Workspace {
   const int64_t target_bit;
   CensusKernel census;
   FullSearch full_search;
+  ReducedSearch reduced_search;
   SearchWindows windows;
   cv::Mat1i left_words, right_words;
 };

@@ -137,5 +137,97 @@ TEST(Kernels, FullSearchOfNoise) {
     }
 }
 
+/// Ranges of every kind: narrow and wide ones, far apart and overlapping, beyond the interval,
+/// empty ones alone and in groups.
+SearchRanges randomRanges(cv::Size size, const DisparityRange& range, unsigned seed) {
+  cv::RNG random(seed);
+  SearchRanges ranges{cv::Mat1s(size), cv::Mat1s(size)};
+  for (int y = 0; y < size.height; ++y) {
+    int centre = random.uniform(range.min_disparity, range.max_disparity());
+    int half = 3;
+    for (int x = 0; x < size.width; ++x) {
+      centre += random.uniform(-1, 2);
+      if (random.uniform(0, 8) == 0) centre = random.uniform(-30, range.max_disparity() + 30);
+      if (random.uniform(0, 12) == 0) half = random.uniform(0, 8);
+      if (random.uniform(0, 40) == 0) half = random.uniform(-2, range.count);
+      ranges.first(y, x) = static_cast<short>(centre - half);
+      ranges.last(y, x) = static_cast<short>(centre + half);
+    }
+  }
+  return ranges;
+}
+
+void expectReducedSearchEqualsReference(const TestPair& pair, MatcherParams params,
+                                        const SearchRanges& ranges) {
+  const Match expected = referenceMatch(pair, params, &ranges);
+  for (const std::string& target : availableSimdTargets()) {
+    params.simd_target = target;
+    Match match;
+    StereoMatcher(params).match(pair.left, pair.right, ranges, match);
+    EXPECT_EQ(differences(match, expected), "") << describe(params, pair.left.size());
+  }
+}
+
+TEST(Kernels, ReducedSearchOfEveryPathSetCensusFormAndCount) {
+  const TestPair pair = makeTestPair({131, 14}, 0, 30, 7);
+  for (const PathSet paths : kPathSets)
+    for (const CensusForm census : kForms)
+      for (int count = 16; count <= 256; count += 48) {
+        MatcherParams params;
+        params.range.count = count;
+        params.paths = paths;
+        params.census = census;
+        expectReducedSearchEqualsReference(pair, params,
+                                           randomRanges(pair.left.size(), params.range, count));
+      }
+}
+
+TEST(Kernels, ReducedSearchOfEverySize) {
+  for (const cv::Size size :
+       {cv::Size(1, 1), {1, 40}, {2, 3}, {15, 2}, {31, 3}, {33, 1}, {64, 1}, {127, 20}, {200, 31}})
+    for (const PathSet paths : kPathSets)
+      for (const int min_disparity : {-16, 0, 16}) {
+        MatcherParams params;
+        params.range = {min_disparity, 64};
+        params.paths = paths;
+        expectReducedSearchEqualsReference(makeTestPair(size, min_disparity, min_disparity + 20, 8),
+                                           params, randomRanges(size, params.range, 9));
+      }
+}
+
+TEST(Kernels, ReducedSearchOfEveryPenalty) {
+  const TestPair pair = makeTestPair({90, 30}, 0, 30, 10);
+  for (const auto& [p1, p2] : {std::pair(1, 2), {6, 65}, {12, 80}, {100, 220}, {200, 201}})
+    for (const int tolerance : {-1, 0, 2}) {
+      MatcherParams params;
+      params.range.count = 96;
+      params.paths = PathSet::kAll8;
+      params.p1 = p1;
+      params.p2 = p2;
+      params.left_right_tolerance_px = tolerance;
+      expectReducedSearchEqualsReference(pair, params,
+                                         randomRanges(pair.left.size(), params.range, 11));
+    }
+}
+
+TEST(Kernels, ReducedSearchOfEverythingIsTheFullSearch) {
+  const TestPair pair = makeTestPair({150, 40}, 0, 60, 12);
+  for (const std::string& target : availableSimdTargets())
+    for (const PathSet paths : kPathSets)
+      for (const int count : {16, 64, 128, 256}) {
+        MatcherParams params;
+        params.simd_target = target;
+        params.paths = paths;
+        params.range.count = count;
+        StereoMatcher matcher(params);
+        Match full, reduced;
+        matcher.match(pair.left, pair.right, full);
+        const SearchRanges everything{cv::Mat1s(pair.left.size(), short{0}),
+                                      cv::Mat1s(pair.left.size(), static_cast<short>(count - 1))};
+        matcher.match(pair.left, pair.right, everything, reduced);
+        EXPECT_EQ(differences(reduced, full), "") << describe(params, pair.left.size());
+      }
+}
+
 }  // namespace
 }  // namespace predictive_stereo
