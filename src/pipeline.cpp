@@ -74,8 +74,8 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   watch.lap("matching", times_);
 
   filterBySupport(range, params_.min_support, match_.disparity_px, output.measured_disparity_px);
-  measurementVariance(output.measured_disparity_px, match_.ambiguity, range,
-                      params_.measurement_noise, output.measured_variance_px2);
+  measurementVariance(output.measured_disparity_px, match_.ambiguity, range, params_.variance,
+                      output.measured_variance_px2);
   watch.lap("support", times_);
 
   correct(prediction_, output.measured_disparity_px, range, params_.correction, state_);
@@ -86,8 +86,9 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   state_.disparity_px.copyTo(filled_disparity_px_);
   fillHoles(range, params_.max_hole_px, kHoleTolerancePx, filled_disparity_px_);
   median3x3(range, filled_disparity_px_, output.disparity_px);
-  filteredVariance(output.disparity_px, state_, output.measured_variance_px2, range,
-                   params_.correction.measurement_noise_px2, output.disparity_variance_px2);
+  publishedVariance(output.disparity_px, state_, prediction_, output.measured_disparity_px,
+                    output.measured_variance_px2, range, params_.variance,
+                    output.disparity_variance_px2);
   watch.lap("median", times_);
 
   output.predicted_disparity_px = prediction_.disparity_px;

@@ -23,8 +23,8 @@ struct DisparityParams {
   RowAlignmentParams row_alignment;
   PredictionParams prediction;
   SearchRangeParams search;
-  MeasurementNoiseParams measurement_noise;
   CorrectionParams correction;
+  VarianceParams variance;
   int min_support = 10;  ///< see filterBySupport; applied to the match and to the filters; 0: off
   int max_hole_px = 40;  ///< narrower holes are filled in the published disparity where both sides
                          ///< agree, see fillHoles; 0: none
@@ -35,8 +35,8 @@ struct DisparityParams {
     v("row_alignment", row_alignment);
     v("prediction", prediction);
     v("search", search);
-    v("measurement_noise", measurement_noise);
     v("correction", correction);
+    v("variance", variance);
     v("min_support", min_support, 0, 25);
     v("max_hole_px", max_hole_px, 0, 1000);
   }

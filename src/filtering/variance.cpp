@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace predictive_stereo {
 
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
-                         const DisparityRange& range, const MeasurementNoiseParams& params,
+                         const DisparityRange& range, const VarianceParams& params,
                          cv::Mat1f& variance_px2) {
   std::array<float, 256> sigma_by_ambiguity;
   for (int i = 0; i < 256; ++i) {
@@ -32,23 +33,32 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
   });
 }
 
-void filteredVariance(const cv::Mat1f& published_disparity_px, const DisparityState& state,
-                      const cv::Mat1f& measured_variance_px2, const DisparityRange& range,
-                      double measurement_noise_px2, cv::Mat1f& variance_px2) {
-  constexpr float kFilledVariancePx2 = 2.0f;
-  const float per_r = static_cast<float>(1.0 / measurement_noise_px2);
+void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityState& state,
+                       const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
+                       const cv::Mat1f& measured_variance_px2, const DisparityRange& range,
+                       const VarianceParams& params, cv::Mat1f& variance_px2) {
+  const auto squared = [](double sigma_px) { return static_cast<float>(sigma_px * sigma_px); };
+  const float unpredicted = squared(params.sigma_unpredicted_px);
+  const float kept = squared(params.sigma_kept_px), filled = squared(params.sigma_filled_px);
+  const float largest_innovation = static_cast<float>(params.max_innovation_px);
+  const float innovation_weight = static_cast<float>(params.innovation_weight);
   const float smallest = static_cast<float>(range.min_disparity);
-  variance_px2.create(measured_variance_px2.size());
+  variance_px2.create(published_disparity_px.size());
   cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y) {
       const float* published = published_disparity_px[y];
       const float* filtered = state.disparity_px[y];
       const float* p = state.variance_px2[y];
-      const float* measured = measured_variance_px2[y];
+      const float* predicted = prediction.disparity_px[y];
+      const float* measured = measured_disparity_px[y];
+      const float* measured_variance = measured_variance_px2[y];
       float* variance = variance_px2[y];
       for (int x = 0; x < variance_px2.cols; ++x) {
-        const float known = measured[x] > 0.0f ? measured[x] * p[x] * per_r : p[x];
-        const float any = filtered[x] >= smallest ? known : kFilledVariancePx2;
+        const float innovation = std::min(std::abs(measured[x] - predicted[x]), largest_innovation);
+        const float surprise =
+            predicted[x] >= smallest ? innovation_weight * innovation * innovation : unpredicted;
+        const float known = measured[x] >= smallest ? measured_variance[x] + surprise : p[x] + kept;
+        const float any = filtered[x] >= smallest ? known : filled;
         variance[x] = published[x] >= smallest ? any : 0.0f;
       }
     }

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "predictive_stereo/variance.h"
-
 namespace predictive_stereo {
 namespace {
 
@@ -102,20 +100,6 @@ TEST(Correction, NothingKnownStaysUnknown) {
   pixel.correctBy(CorrectionParams());
   EXPECT_EQ(pixel.disparity(), kRange.invalid());
   EXPECT_EQ(pixel.variance(), 0.0f);
-}
-
-TEST(Variance, MeasurementVarianceGrowsWithAmbiguityAndDisparity) {
-  MeasurementNoiseParams params;
-  cv::Mat1f disparity_px = (cv::Mat1f(1, 4) << 0.0f, 64.0f, 0.0f, kRange.invalid());
-  cv::Mat1b ambiguity = (cv::Mat1b(1, 4) << 0, 0, 255, 0);
-  cv::Mat1f variance_px2;
-  measurementVariance(disparity_px, ambiguity, kRange, params, variance_px2);
-  EXPECT_NEAR(variance_px2(0), params.sigma_floor_px * params.sigma_floor_px, 1e-6);
-  const double far = params.sigma_floor_px + 64 * params.sigma_per_disparity;
-  EXPECT_NEAR(variance_px2(1), far * far, 1e-5);
-  const double tie = params.sigma_floor_px + params.sigma_ambiguous_px;
-  EXPECT_NEAR(variance_px2(2), tie * tie, 1e-5);
-  EXPECT_EQ(variance_px2(3), 0.0f);
 }
 
 }  // namespace

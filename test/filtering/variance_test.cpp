@@ -1,0 +1,68 @@
+#include "predictive_stereo/variance.h"
+
+#include <gtest/gtest.h>
+
+namespace predictive_stereo {
+namespace {
+
+const DisparityRange kRange{0, 128};
+
+TEST(Variance, MeasurementVarianceGrowsWithAmbiguityAndDisparity) {
+  VarianceParams params;
+  cv::Mat1f disparity_px = (cv::Mat1f(1, 4) << 0.0f, 64.0f, 0.0f, kRange.invalid());
+  cv::Mat1b ambiguity = (cv::Mat1b(1, 4) << 0, 0, 255, 0);
+  cv::Mat1f variance_px2;
+  measurementVariance(disparity_px, ambiguity, kRange, params, variance_px2);
+  EXPECT_NEAR(variance_px2(0), params.sigma_floor_px * params.sigma_floor_px, 1e-6);
+  const double far = params.sigma_floor_px + 64 * params.sigma_per_disparity;
+  EXPECT_NEAR(variance_px2(1), far * far, 1e-5);
+  const double tie = params.sigma_floor_px + params.sigma_ambiguous_px;
+  EXPECT_NEAR(variance_px2(2), tie * tie, 1e-5);
+  EXPECT_EQ(variance_px2(3), 0.0f);
+}
+
+TEST(Variance, PublishedVarianceTellsHowTheDisparityCameAbout) {
+  // Measured as predicted, measured against the prediction, measured without one, kept, filled,
+  // unknown.
+  const float no = kRange.invalid();
+  const cv::Mat1f published = (cv::Mat1f(1, 6) << 20, 22, 20, 20, 20, no);
+  const cv::Mat1f measured = (cv::Mat1f(1, 6) << 20, 22, 20, no, no, no);
+  const cv::Mat1f measured_variance = (cv::Mat1f(1, 6) << 0.1f, 0.1f, 0.1f, 0, 0, 0);
+  Prediction prediction;
+  Predictor(kRange, PredictionParams()).predictNothing(published.size(), prediction);
+  prediction.disparity_px = (cv::Mat1f(1, 6) << 20, 20, no, 20, no, no);
+  DisparityState state;
+  state.disparity_px = (cv::Mat1f(1, 6) << 20, 22, 20, 20, no, no);
+  state.variance_px2 = cv::Mat1f(1, 6, 0.3f);
+  state.missed_frames = cv::Mat1b(1, 6, uchar{0});
+  VarianceParams params;
+  params.innovation_weight = 0.5;
+  params.sigma_unpredicted_px = 1.0;
+  params.sigma_kept_px = 1.5;
+  params.sigma_filled_px = 2.0;
+  cv::Mat1f variance_px2;
+  publishedVariance(published, state, prediction, measured, measured_variance, kRange, params,
+                    variance_px2);
+  const float expected[] = {0.1f, 0.1f + 0.5f * 4, 0.1f + 1, 0.3f + 2.25f, 4, 0};
+  for (int i = 0; i < 6; ++i) EXPECT_NEAR(variance_px2(i), expected[i], 1e-5) << i;
+}
+
+TEST(Variance, LargeInnovationsAreCapped) {
+  Prediction prediction;
+  Predictor(kRange, PredictionParams()).predictNothing({1, 1}, prediction);
+  prediction.disparity_px = 20.0f;
+  const cv::Mat1f measured(1, 1, 90.0f), measured_variance(1, 1, 0.1f);
+  DisparityState state;
+  state.disparity_px = measured;
+  state.variance_px2 = cv::Mat1f(1, 1, 0.4f);
+  VarianceParams params;
+  params.innovation_weight = 0.25;
+  params.max_innovation_px = 4;
+  cv::Mat1f variance_px2;
+  publishedVariance(measured, state, prediction, measured, measured_variance, kRange, params,
+                    variance_px2);
+  EXPECT_NEAR(variance_px2(0), 0.1 + 0.25 * 16, 1e-5);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
