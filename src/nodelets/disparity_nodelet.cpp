@@ -1,0 +1,280 @@
+#include <image_transport/image_transport.h>
+#include <nav_msgs/Odometry.h>
+#include <nodelet/nodelet.h>
+#include <std_srvs/Empty.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <string>
+
+#include "nodelets/disparity_processor.h"
+#include "nodelets/disparity_views.h"
+#include "nodelets/health.h"
+#include "nodelets/latest_worker.h"
+#include "nodelets/motion_source.h"
+#include "nodelets/nodelet_params.h"
+#include "nodelets/ros_params.h"
+#include "nodelets/stereo_input.h"
+#include "nodelets/tf_input.h"
+
+namespace predictive_stereo {
+
+/// Dense disparity with variance, predicted from the past by the camera's motion.
+///
+/// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info; /tf (motion
+///   against odom_frame); odometry (its covariance); moving_objects/mask while points2 is wanted.
+/// Publishes: disparity, measured_disparity, predicted_disparity, disparity_variance,
+///   measured_variance, predicted_variance, row_alignment, and on demand disparity/image,
+///   disparity/color, search_range, depth/image_rect, depth/camera_info, points2; /diagnostics.
+///   Sleeps while nobody subscribes to any of them.
+/// Services: ~reset.
+/// Parameters: DisparityNodeletParams.
+class DisparityNodelet : public nodelet::Nodelet {
+ public:
+  ~DisparityNodelet() override {
+    if (health_) health_->stop();
+  }
+
+ private:
+  struct Job {
+    StereoPair pair;
+    std::chrono::steady_clock::time_point arrival;
+  };
+  // A cloud that waits for this frame's moving objects.
+  struct PendingCloud {
+    stereo_msgs::DisparityImageConstPtr disparity;
+    StereoPair pair;
+  };
+
+  void onInit() override {
+    ros::NodeHandle& node = getNodeHandle();
+    ros::NodeHandle& private_node = getPrivateNodeHandle();
+    health_ = std::make_unique<Health>(node, private_node, getName(), "Disparity",
+                                       [this] { return silence(); });
+    try {
+      ParamTable table(params_, rosParamPrefix(private_node));
+      for (const std::string& warning : setFromRosParams(private_node, table))
+        health_->event(warning);
+      processor_ = std::make_unique<DisparityProcessor>(params_.processor);
+    } catch (const std::exception& e) {
+      health_->problem("parameters", Health::Severity::kBroken, e.what());
+      return;
+    }
+    tf_ = std::make_unique<TfInput>(node);
+    advertise(node);
+    reset_service_ = private_node.advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
+        "reset", [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
+          reset_requested_ = true;
+          return true;
+        });
+    worker_ = std::make_unique<LatestWorker<Job>>([this](Job& job) { work(job); });
+    odometry_subscriber_ = node.subscribe<nav_msgs::Odometry>(
+        "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
+          odometry_.add(odometry);
+          odometry_silent_ = false;
+        });
+    input_ = std::make_unique<StereoInput>(
+        node, private_node, params_.sync,
+        [this](const StereoPair& pair) {
+          worker_->push({pair, std::chrono::steady_clock::now()});
+        },
+        [this] {
+          tf_->buffer.clear();
+          odometry_.clear();
+        });
+  }
+
+  void advertise(ros::NodeHandle& node) {
+    const auto disparity = [&](const char* topic) {
+      publishers_.push_back(node.advertise<stereo_msgs::DisparityImage>(topic, 5));
+      return publishers_.back();
+    };
+    const auto image = [&](const char* topic) {
+      publishers_.push_back(node.advertise<sensor_msgs::Image>(topic, 5));
+      return publishers_.back();
+    };
+    disparity_ = disparity("disparity");
+    measured_disparity_ = disparity("measured_disparity");
+    predicted_disparity_ = disparity("predicted_disparity");
+    disparity_variance_ = image("disparity_variance");
+    measured_variance_ = image("measured_variance");
+    predicted_variance_ = image("predicted_variance");
+    search_range_ = image("search_range");
+    disparity_image_ = image("disparity/image");
+    depth_image_ = image("depth/image_rect");
+    colour_image_ = image_transport::ImageTransport(node).advertise("disparity/color", 5);
+    depth_info_ = node.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5);
+    cloud_ = node.advertise<sensor_msgs::PointCloud2>("points2", 5);
+    row_alignment_ = node.advertise<RowAlignmentMsg>("row_alignment", 5);
+    publishers_.insert(publishers_.end(), {depth_info_, cloud_, row_alignment_});
+  }
+
+  std::string silence() const { return input_ ? input_->silence() : ""; }
+
+  bool wanted() const {
+    if (colour_image_.getNumSubscribers() > 0) return true;
+    for (const ros::Publisher& publisher : publishers_)
+      if (publisher.getNumSubscribers() > 0) return true;
+    return false;
+  }
+
+  void work(Job& job) {
+    try {
+      process(job);
+    } catch (const std::exception& e) {
+      health_->problem("input", Health::Severity::kBroken, e.what());
+    }
+  }
+
+  void process(const Job& job) {
+    const bool wake = wanted();
+    health_->asleep(!wake);
+    if (!wake || reset_requested_.exchange(false)) {
+      // What is remembered from before the sleep would be of no use after it.
+      processor_->reset();
+      if (!wake) return;
+      health_->event("reset");
+    }
+    const SequenceGuard::Result sequence = processor_->prepare(job.pair);
+    if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return;
+    health_->solved("input");
+    if (sequence.verdict == SequenceGuard::Verdict::kBackward ||
+        sequence.verdict == SequenceGuard::Verdict::kBroken)
+      health_->event(sequence.reason);
+
+    Stopwatch watch;
+    StageTimes waiting;
+    const std::optional<CameraMotion> camera_motion = motion(job.pair.left->header);
+    watch.lap("waiting for motion", waiting);
+    const DisparityMessages messages = processor_->estimate(camera_motion);
+    StageTimes times = processor_->times();
+    times.insert(times.end(), waiting.begin(), waiting.end());
+    publish(messages, job.pair);
+    report(job, messages, times);
+  }
+
+  std::optional<CameraMotion> motion(const std_msgs::Header& now) {
+    const std::optional<ros::Time> previous = processor_->previousStamp();
+    if (!previous) return std::nullopt;
+    MotionAnswer answer;
+    const bool complete = waitFor(params_.transform_timeout, [&] {
+      const bool listen = odometry_subscriber_.getNumPublishers() > 0 && !odometry_silent_;
+      answer = cameraMotion(tf_->buffer, listen ? &odometry_ : nullptr, now.frame_id, *previous,
+                            now.stamp, params_.odom_frame);
+      return answer.complete;
+    });
+    if (answer.motion) {
+      health_->solved("motion");
+      // tf came but the odometry did not: do not wait for it again until it speaks.
+      if (!complete) odometry_silent_ = true;
+    } else {
+      health_->problem("motion", Health::Severity::kDegraded, noMotion(now.frame_id, answer));
+    }
+    return answer.motion;
+  }
+
+  std::string noMotion(const std::string& camera, const MotionAnswer& answer) const {
+    if (answer.complete) return answer.reason + ": matched without prediction";
+    // tf's own text has stamps in it and would be another one each time.
+    std::ostringstream text;
+    text << "tf knows no motion of '" << camera << "' against odom_frame '" << params_.odom_frame
+         << "' at the image's stamp within transform_timeout = " << params_.transform_timeout
+         << " s: matched without prediction. Run the EgoMotion nodelet with publish_tf, or set "
+            "odom_frame to the fixed frame of your odometry";
+    return text.str();
+  }
+
+  void publish(const DisparityMessages& messages, const StereoPair& pair) {
+    disparity_.publish(messages.disparity);
+    measured_disparity_.publish(messages.measured_disparity);
+    predicted_disparity_.publish(messages.predicted_disparity);
+    disparity_variance_.publish(messages.disparity_variance);
+    measured_variance_.publish(messages.measured_variance);
+    predicted_variance_.publish(messages.predicted_variance);
+    row_alignment_.publish(messages.row_alignment);
+    search_range_.publish(messages.search_range);
+    if (disparity_image_.getNumSubscribers() > 0)
+      disparity_image_.publish(innerImage(messages.disparity));
+    if (colour_image_.getNumSubscribers() > 0)
+      colour_image_.publish(colourImage(*messages.disparity));
+    if (depth_image_.getNumSubscribers() > 0) depth_image_.publish(depthImage(*messages.disparity));
+    if (depth_info_.getNumSubscribers() > 0) depth_info_.publish(depthCameraInfo(pair));
+    prepareCloud({messages.disparity, pair});
+  }
+
+  // The cloud tints what moves, which is known a little later, if at all.
+  void prepareCloud(const PendingCloud& cloud) {
+    const std::lock_guard<std::mutex> lock(cloud_mutex_);
+    if (pending_cloud_) publishCloud(nullptr);
+    if (cloud_.getNumSubscribers() == 0) {
+      mask_subscriber_.shutdown();
+      return;
+    }
+    if (!mask_subscriber_)
+      mask_subscriber_ = getNodeHandle().subscribe<sensor_msgs::Image>(
+          "moving_objects/mask", 2,
+          [this](const sensor_msgs::ImageConstPtr& mask) { finishCloud(mask); });
+    pending_cloud_ = cloud;
+    if (mask_subscriber_.getNumPublishers() == 0) publishCloud(nullptr);
+  }
+
+  void finishCloud(const sensor_msgs::ImageConstPtr& mask) {
+    const std::lock_guard<std::mutex> lock(cloud_mutex_);
+    if (pending_cloud_ && pending_cloud_->disparity->header.stamp == mask->header.stamp)
+      publishCloud(mask.get());
+  }
+
+  void publishCloud(const sensor_msgs::Image* mask) {
+    try {
+      cloud_.publish(pointCloud(*pending_cloud_->disparity, stereoRig(pending_cloud_->pair),
+                                *pending_cloud_->pair.left, mask));
+    } catch (const std::exception& e) {
+      health_->problem("points2", Health::Severity::kDegraded, e.what());
+    }
+    pending_cloud_.reset();
+  }
+
+  void report(const Job& job, const DisparityMessages& messages, const StageTimes& times) {
+    health_->figure("predicted", messages.predicted ? "yes" : "no");
+    health_->figure("mean search width [px]", messages.mean_search_width_px, "%.1f");
+    health_->figure("disparity space searched [%]", 100 * messages.searched_fraction, "%.1f");
+    health_->figure("largest row offset [px]", messages.row_alignment->largest_offset, "%.2f");
+    health_->figure("row offset residual [px]", messages.row_alignment->residual, "%.2f");
+    health_->figure("dropped pairs", static_cast<double>(worker_->dropped()), "%.0f");
+    health_->figure("unmatched left images", static_cast<double>(input_->unmatched()), "%.0f");
+    const std::chrono::duration<double, std::milli> latency =
+        std::chrono::steady_clock::now() - job.arrival;
+    health_->frame(job.pair.left->header.stamp, latency.count(), times);
+  }
+
+  DisparityNodeletParams params_;
+  std::unique_ptr<Health> health_;
+  std::unique_ptr<TfInput> tf_;
+  OdometryHistory odometry_;
+  std::atomic<bool> odometry_silent_{false};
+  std::unique_ptr<DisparityProcessor> processor_;
+
+  std::vector<ros::Publisher> publishers_;  // all of the following, to ask for subscribers
+  ros::Publisher disparity_, measured_disparity_, predicted_disparity_, disparity_variance_,
+      measured_variance_, predicted_variance_, row_alignment_, search_range_, disparity_image_,
+      depth_image_, depth_info_, cloud_;
+  image_transport::Publisher colour_image_;
+  ros::ServiceServer reset_service_;
+  std::atomic<bool> reset_requested_{false};
+
+  std::mutex cloud_mutex_;
+  std::optional<PendingCloud> pending_cloud_;
+  ros::Subscriber mask_subscriber_;
+
+  ros::Subscriber odometry_subscriber_;
+  // Torn down first, in this order: no more pairs, then no more work.
+  std::unique_ptr<LatestWorker<Job>> worker_;
+  std::unique_ptr<StereoInput> input_;
+};
+
+}  // namespace predictive_stereo
+
+PLUGINLIB_EXPORT_CLASS(predictive_stereo::DisparityNodelet, nodelet::Nodelet)

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <sensor_msgs/Image.h>
+#include <stereo_msgs/DisparityImage.h>
+
+#include <optional>
+
+#include "nodelets/message_pool.h"
+#include "nodelets/messages.h"
+#include "nodelets/sequence_guard.h"
+#include "nodelets/stereo_messages.h"
+#include "predictive_stereo/pipeline.h"
+
+namespace predictive_stereo {
+
+struct DisparityProcessorParams {
+  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
+  DisparityParams disparity;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("max_gap", max_gap, 0.01, 3600.0);
+    disparity.visit(v);
+  }
+};
+
+struct DisparityMessages {
+  stereo_msgs::DisparityImagePtr disparity, measured_disparity, predicted_disparity;
+  sensor_msgs::ImagePtr disparity_variance, measured_variance, predicted_variance;
+  sensor_msgs::ImagePtr search_range;
+  RowAlignmentMsg::Ptr row_alignment;
+
+  bool predicted = false;           ///< whether the past was used
+  double mean_search_width_px = 0;  ///< over all pixels
+  double searched_fraction = 0;     ///< share of all (pixel, disparity) pairs that was searched
+};
+
+/// Disparity messages from pairs; what the Disparity nodelet and `replay` run. The core writes
+/// straight into the messages' memory.
+class DisparityProcessor {
+ public:
+  explicit DisparityProcessor(const DisparityProcessorParams& params);
+
+  /// Step 1: what needs no ego-motion.
+  /// @returns kDuplicate where the pair is to be ignored.
+  /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
+  SequenceGuard::Result prepare(const StereoPair& pair);
+
+  /// Stamp of the frame from which estimate() needs the camera's motion; none: it needs no motion.
+  std::optional<ros::Time> previousStamp() const { return previous_stamp_; }
+
+  /// Step 2, for the prepared pair.
+  DisparityMessages estimate(const std::optional<CameraMotion>& motion);
+
+  void reset();
+
+  const StageTimes& times() const { return estimator_.times(); }
+
+ private:
+  sensor_msgs::ImagePtr image(const std::string& encoding);
+  stereo_msgs::DisparityImagePtr disparityImage();
+
+  DisparityProcessorParams params_;
+  DisparityEstimator estimator_;
+  SequenceGuard guard_;
+  cv::Mat1b left_buffer_, right_buffer_;
+  MessagePool<sensor_msgs::Image> images_;
+  MessagePool<stereo_msgs::DisparityImage> disparities_;
+
+  StereoPair pair_;  // in work
+  StereoRig rig_;
+  std::optional<ros::Time> previous_stamp_;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,33 @@
+/// What users look at or work with instead of disparities: made from the messages, on demand.
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <stereo_msgs/DisparityImage.h>
+
+#include "nodelets/stereo_messages.h"
+#include "predictive_stereo/stereo_rig.h"
+
+namespace predictive_stereo {
+
+/// The inner image of a DisparityImage as a message of its own; shares its memory.
+sensor_msgs::ImageConstPtr innerImage(const stereo_msgs::DisparityImageConstPtr& disparity);
+
+/// bgr8: blue far, red near (a perceptually even map), black where unknown.
+sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity);
+
+/// 32FC1 depth [m] (REP 118): NaN where unknown, +inf at zero disparity.
+sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity);
+
+/// The left camera's calibration with the stamp of the left image.
+sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair);
+
+/// Organised cloud (x, y, z [m], rgb) in the left camera's optical frame; NaN where unknown.
+/// @param left  gives the colours: 8-bit grey or bgr/rgb; others give white.
+/// @param moving_mask  mono8, tints what moves red; may be null.
+sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& disparity,
+                                       const StereoRig& rig, const sensor_msgs::Image& left,
+                                       const sensor_msgs::Image* moving_mask);
+
+}  // namespace predictive_stereo

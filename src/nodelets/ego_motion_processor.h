@@ -1,0 +1,83 @@
+#pragma once
+
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <nav_msgs/Odometry.h>
+
+#include <optional>
+#include <string>
+
+#include "nodelets/sequence_guard.h"
+#include "nodelets/stereo_messages.h"
+#include "predictive_stereo/ego_motion.h"
+
+namespace predictive_stereo {
+
+struct EgoMotionProcessorParams {
+  std::string odom_frame = "odom";       ///< fixed frame of the pose
+  std::string base_frame = "base_link";  ///< the robot; empty: the left camera itself
+  double max_gap = 1.0;                  ///< [s] frames further apart do not belong together
+  EgoMotionParams ego_motion;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("odom_frame", odom_frame);
+    v("base_frame", base_frame);
+    v("max_gap", max_gap, 0.01, 3600.0);
+    ego_motion.visit(v);
+  }
+};
+
+struct EgoMotionMessages {
+  nav_msgs::OdometryPtr odometry;
+  geometry_msgs::PoseWithCovarianceStampedPtr pose;
+  geometry_msgs::TransformStamped transform;  ///< odom_frame -> base frame
+};
+
+/// Odometry messages from pairs; what the EgoMotion nodelet and `replay` run.
+///
+/// The pose starts at the origin, with the base frame's axes (where the camera is the base, with
+/// the camera's axes turned as REP 103 has them: x ahead, z up). While lost it is held.
+class EgoMotionProcessor {
+ public:
+  struct Output {
+    std::optional<EgoMotionMessages> messages;  ///< none for a duplicate
+    EgoMotionEstimate estimate;
+    SequenceGuard::Result sequence;
+  };
+
+  explicit EgoMotionProcessor(const EgoMotionProcessorParams& params);
+
+  /// @param T_base_cam  of the left camera's optical frame at the pair's stamp.
+  /// @param moving_mask  255 on moving objects of the previous frame; empty: none known.
+  /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
+  Output process(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam,
+                 const cv::Mat1b& moving_mask = {});
+
+  /// Forgets everything: the next frame is the origin.
+  void reset();
+
+  /// The frame whose pose is given, for pairs of this camera.
+  std::string baseFrame(const StereoPair& pair) const;
+  bool cameraIsBase(const StereoPair& pair) const;
+
+ private:
+  void restart(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam);
+  void move(const EgoMotionEstimate& estimate, const Eigen::Isometry3d& T_base_cam, double dt_s);
+  EgoMotionMessages messages(const StereoPair& pair) const;
+
+  EgoMotionProcessorParams params_;
+  EgoMotion ego_motion_;
+  SequenceGuard guard_;
+  cv::Mat1b left_buffer_, right_buffer_;
+
+  bool started_ = false;
+  ros::Time last_tracked_;
+  Eigen::Isometry3d T_odom_cam_, T_odom_base_;
+  Matrix6d pose_covariance_;  // of T_odom_base, perturbed in the base frame
+  Vector6d twist_;
+  Matrix6d twist_covariance_;
+  bool lost_ = false;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,145 @@
+#include "nodelets/health.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr auto kRateWindow = std::chrono::seconds(5);
+constexpr auto kSilence = std::chrono::seconds(3);  // then the user wants to know why
+
+std::string formatted(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof(text), format, value);
+  return text;
+}
+
+}  // namespace
+
+Health::Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+               const std::string& name, const std::string& title,
+               std::function<std::string()> silence)
+    : name_(name), silence_(std::move(silence)), updater_(node, private_node, name) {
+  updater_.setHardwareID("none");
+  updater_.add(title, this, &Health::report);
+  // Wall time: a paused simulation or bag is one of the things to be told.
+  timer_ =
+      node.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { tick(); });
+}
+
+void Health::problem(const std::string& cause, Severity severity, const std::string& text) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Problem& known = problems_[cause];
+  if (known.text == text) return;
+  known = {severity, text};
+  if (severity == Severity::kBroken)
+    ROS_ERROR_STREAM(name_ << ": " << text);
+  else
+    ROS_WARN_STREAM(name_ << ": " << text);
+}
+
+void Health::solved(const std::string& cause) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (problems_.erase(cause)) ROS_INFO_STREAM(name_ << ": " << cause << ": in order again");
+}
+
+void Health::event(const std::string& text) { ROS_INFO_STREAM(name_ << ": " << text); }
+
+void Health::frame(ros::Time stamp, double latency_ms, const StageTimes& times) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  last_output_ = Clock::now();
+  outputs_.push_back(last_output_);
+  if (!last_stamp_.isZero()) stamp_gap_s_ = (stamp - last_stamp_).toSec();
+  last_stamp_ = stamp;
+  ++frames_;
+  latency_ms_.add(latency_ms);
+  for (const StageTime& time : times) {
+    auto stage = std::find_if(stages_.begin(), stages_.end(),
+                              [&](const auto& known) { return known.first == time.name; });
+    if (stage == stages_.end()) stage = stages_.insert(stages_.end(), {time.name, Mean()});
+    stage->second.add(time.ms);
+  }
+  if (!silence_text_.empty()) {
+    silence_text_.clear();
+    ROS_INFO_STREAM(name_ << ": frames come out again");
+  }
+}
+
+void Health::figure(const std::string& name, double value, const char* format) {
+  figure(name, formatted(format, value));
+}
+
+void Health::figure(const std::string& name, const std::string& value) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto& known : figures_)
+    if (known.first == name) {
+      known.second = value;
+      return;
+    }
+  figures_.emplace_back(name, value);
+}
+
+void Health::asleep(bool asleep) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (asleep_ && !asleep) last_output_ = Clock::now();
+  asleep_ = asleep;
+}
+
+void Health::tick() {
+  bool silent;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    silent = !asleep_ && Clock::now() - last_output_ > kSilence;
+  }
+  // Asked without the lock: it looks at the nodelet's own state.
+  std::string text = silent ? silence_() : "";
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (silent && text.empty() && problems_.empty())
+      text = "input comes in but nothing goes out yet";
+    if (!text.empty() && text != silence_text_) ROS_WARN_STREAM(name_ << ": no output: " << text);
+    silence_text_ = text;
+  }
+  updater_.force_update();
+}
+
+void Health::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  using diagnostic_msgs::DiagnosticStatus;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto now = Clock::now();
+  while (!outputs_.empty() && now - outputs_.front() > kRateWindow) outputs_.pop_front();
+  const double rate_hz =
+      outputs_.size() > 1
+          ? static_cast<double>(outputs_.size() - 1) /
+                std::max(1e-3, std::chrono::duration<double>(now - outputs_.front()).count())
+          : 0.0;
+
+  if (asleep_)
+    status.summary(DiagnosticStatus::OK, "asleep: nobody subscribes to the outputs");
+  else
+    status.summaryf(DiagnosticStatus::OK, "%.1f Hz", rate_hz);
+  for (const auto& problem : problems_)
+    status.mergeSummary(problem.second.severity == Severity::kBroken ? DiagnosticStatus::ERROR
+                                                                     : DiagnosticStatus::WARN,
+                        problem.second.text);
+  if (!silence_text_.empty())
+    status.mergeSummary(DiagnosticStatus::ERROR, "no output: " + silence_text_);
+
+  status.addf("rate [Hz]", "%.2f", rate_hz);
+  status.add("frames", frames_);
+  status.addf("stamp gap [s]", "%.4f", stamp_gap_s_);
+  if (latency_ms_.count) status.addf("latency [ms]", "%.1f", latency_ms_.sum / latency_ms_.count);
+  latency_ms_ = Mean();
+  for (auto& stage : stages_) {
+    if (stage.second.count)
+      status.addf(stage.first + " [ms]", "%.2f", stage.second.sum / stage.second.count);
+    stage.second = Mean();
+  }
+  for (const auto& figure : figures_) status.add(figure.first, figure.second);
+}
+
+}  // namespace predictive_stereo

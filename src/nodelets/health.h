@@ -1,0 +1,87 @@
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/node_handle.h>
+#include <ros/wall_timer.h>
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "predictive_stereo/stage_times.h"
+
+namespace predictive_stereo {
+
+/// What a nodelet tells its user: diagnostics at 1 Hz, each problem in the log once per cause, and
+/// why nothing comes out while nothing does.
+///
+/// Thread-safe.
+class Health {
+ public:
+  enum class Severity { kDegraded, kBroken };
+
+  /// @param title  of the status in /diagnostics, after the nodelet's name.
+  /// @param silence  tells what input is missing and what would cure it, asked while nothing comes
+  ///   out; may return an empty text. Called from the timer.
+  Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::string& name,
+         const std::string& title, std::function<std::string()> silence);
+
+  /// No more calls of `silence` once this has returned.
+  void stop() { timer_.stop(); }
+
+  /// Something is wrong. Logged where `text` differs from what this cause last said.
+  void problem(const std::string& cause, Severity severity, const std::string& text);
+  /// This cause is gone.
+  void solved(const std::string& cause);
+  /// Something worth one line in the log.
+  void event(const std::string& text);
+
+  /// A frame was published.
+  void frame(ros::Time stamp, double latency_ms, const StageTimes& times);
+  /// A figure of the last frame.
+  void figure(const std::string& name, double value, const char* format = "%.3g");
+  void figure(const std::string& name, const std::string& value);
+  /// Nobody listens: that nothing comes out is no fault.
+  void asleep(bool asleep);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Problem {
+    Severity severity;
+    std::string text;
+  };
+  struct Mean {
+    double sum = 0;
+    int count = 0;
+    void add(double value) { sum += value, ++count; }
+  };
+
+  void tick();
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  const std::string name_;
+  std::function<std::string()> silence_;
+
+  std::mutex mutex_;
+  std::map<std::string, Problem> problems_;
+  std::string silence_text_;  // as last logged
+  bool asleep_ = false;
+  Clock::time_point last_output_ = Clock::now();
+  std::deque<Clock::time_point> outputs_;  // of the last seconds
+  uint64_t frames_ = 0;
+  ros::Time last_stamp_;
+  double stamp_gap_s_ = 0;
+  Mean latency_ms_;
+  std::vector<std::pair<std::string, Mean>> stages_;  // since the last report
+  std::vector<std::pair<std::string, std::string>> figures_;
+
+  diagnostic_updater::Updater updater_;
+  ros::WallTimer timer_;  // last: it uses all of the above
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+namespace predictive_stereo {
+
+/// A thread that works on the newest job: one that is still waiting when the next comes is dropped,
+/// so that latency stays bounded when frames come faster than they can be processed.
+template <class Job>
+class LatestWorker {
+ public:
+  /// @param work  must not throw.
+  explicit LatestWorker(std::function<void(Job&)> work)
+      : work_(std::move(work)), thread_([this] { run(); }) {}
+
+  /// Waits for the job in work.
+  ~LatestWorker() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      stop_ = true;
+    }
+    changed_.notify_one();
+    thread_.join();
+  }
+  LatestWorker(const LatestWorker&) = delete;
+  LatestWorker& operator=(const LatestWorker&) = delete;
+
+  void push(Job job) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (waiting_) ++dropped_;
+      waiting_ = std::move(job);
+    }
+    changed_.notify_one();
+  }
+
+  uint64_t dropped() const { return dropped_; }
+
+ private:
+  void run() {
+    while (true) {
+      std::optional<Job> job;
+      {
+        std::unique_lock<std::mutex> lock(mutex_);
+        changed_.wait(lock, [this] { return stop_ || waiting_; });
+        if (stop_) return;
+        std::swap(job, waiting_);
+      }
+      work_(*job);
+    }
+  }
+
+  std::function<void(Job&)> work_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<Job> waiting_;
+  bool stop_ = false;
+  std::atomic<uint64_t> dropped_{0};
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace predictive_stereo

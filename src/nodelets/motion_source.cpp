@@ -1,0 +1,67 @@
+#include "nodelets/motion_source.h"
+
+#include "nodelets/transforms.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr size_t kKept = 200;  // a second of wheel odometry
+
+// Odometry this much later than a frame says nothing of it.
+bool saysNothing(const nav_msgs::Odometry& odometry, ros::Time frame) {
+  return odometry.header.stamp - frame > ros::Duration(0.1);
+}
+
+}  // namespace
+
+void OdometryHistory::add(const nav_msgs::OdometryConstPtr& message) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!messages_.empty() && message->header.stamp < messages_.back()->header.stamp)
+    messages_.clear();
+  messages_.push_back(message);
+  if (messages_.size() > kKept) messages_.pop_front();
+}
+
+void OdometryHistory::clear() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  messages_.clear();
+}
+
+nav_msgs::OdometryConstPtr OdometryHistory::at(ros::Time stamp) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  // Newest first: the one that is asked for is at the end.
+  nav_msgs::OdometryConstPtr found;
+  for (auto message = messages_.rbegin(); message != messages_.rend(); ++message) {
+    if ((*message)->header.stamp < stamp) break;
+    found = *message;
+  }
+  return found;
+}
+
+MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
+                          const std::string& camera, ros::Time previous, ros::Time now,
+                          const std::string& fixed_frame) {
+  MotionAnswer answer;
+  const auto T_cam_prev = lookUpMotion(tf, camera, previous, now, fixed_frame, answer.reason);
+  if (!T_cam_prev) return answer;
+  answer.motion = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
+  answer.complete = !odometry;
+  if (!odometry) return answer;
+
+  const nav_msgs::OdometryConstPtr odometry_now = odometry->at(now);
+  const nav_msgs::OdometryConstPtr odometry_previous = odometry->at(previous);
+  if (!odometry_now) return answer;
+  answer.complete = true;
+  if (saysNothing(*odometry_now, now)) return answer;
+  if (twistIsUnknown(*odometry_now) || (odometry_previous && poseIsUnknown(*odometry_previous))) {
+    answer.motion.reset();
+    answer.reason = "the odometry is lost";
+    return answer;
+  }
+  if (const auto T_cam_child = lookUp(tf, camera, odometry_now->child_frame_id, now, answer.reason))
+    answer.motion->covariance =
+        motionCovariance(*odometry_now, (now - previous).toSec(), *T_cam_child);
+  return answer;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,251 @@
+#include <image_transport/image_transport.h>
+#include <nodelet/nodelet.h>
+#include <std_srvs/Empty.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <string>
+
+#include "nodelets/health.h"
+#include "nodelets/latest_worker.h"
+#include "nodelets/moving_objects_processor.h"
+#include "nodelets/moving_objects_views.h"
+#include "nodelets/nodelet_params.h"
+#include "nodelets/ros_params.h"
+#include "nodelets/stamp_matcher.h"
+#include "nodelets/tf_input.h"
+#include "nodelets/transforms.h"
+
+namespace predictive_stereo {
+
+/// Moving objects from measured and predicted disparity.
+///
+/// Subscribes: measured_disparity, measured_variance, predicted_disparity, predicted_variance,
+///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame).
+/// Publishes: moving_objects, moving_objects/mask, moving_objects/residual, and on demand
+///   moving_objects/markers, moving_objects/image; /diagnostics.
+/// Services: ~reset.
+/// Parameters: MovingObjectsNodeletParams.
+class MovingObjectsNodelet : public nodelet::Nodelet {
+ public:
+  ~MovingObjectsNodelet() override {
+    if (health_) health_->stop();
+  }
+
+ private:
+  struct Job {
+    MovingObjectsInput input;
+    std::chrono::steady_clock::time_point arrival;
+  };
+  enum Slot { kLeft, kLeftInfo, kMeasured, kMeasuredVariance, kPredicted, kPredictedVariance };
+  static constexpr size_t kTopics = 6;
+
+  void onInit() override {
+    ros::NodeHandle& node = getNodeHandle();
+    ros::NodeHandle& private_node = getPrivateNodeHandle();
+    health_ = std::make_unique<Health>(node, private_node, getName(), "MovingObjects",
+                                       [this] { return silence(); });
+    try {
+      ParamTable table(params_, rosParamPrefix(private_node));
+      for (const std::string& warning : setFromRosParams(private_node, table))
+        health_->event(warning);
+      processor_ = std::make_unique<MovingObjectsProcessor>(params_.processor);
+    } catch (const std::exception& e) {
+      health_->problem("parameters", Health::Severity::kBroken, e.what());
+      return;
+    }
+    tf_ = std::make_unique<TfInput>(node);
+    image_transport::ImageTransport transport(node);
+    objects_ = node.advertise<MovingObjectArray>("moving_objects", 10);
+    mask_ = transport.advertise("moving_objects/mask", 5);
+    residual_ = node.advertise<sensor_msgs::Image>("moving_objects/residual", 5);
+    markers_ = node.advertise<visualization_msgs::MarkerArray>("moving_objects/markers", 5);
+    image_ = transport.advertise("moving_objects/image", 5);
+    reset_service_ = private_node.advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
+        "reset", [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
+          reset_requested_ = true;
+          return true;
+        });
+    worker_ = std::make_unique<LatestWorker<Job>>([this](Job& job) { work(job); });
+    subscribe(node);
+  }
+
+  void subscribe(ros::NodeHandle& node) {
+    SyncParams exact;
+    exact.approximate_sync = false;  // every output carries the left image's stamp
+    exact.queue_size = params_.queue_size;
+    names_ = {"left/image_rect",   "left/camera_info",    "measured_disparity",
+              "measured_variance", "predicted_disparity", "predicted_variance"};
+    std::vector<std::string> topics;
+    for (const char* name : names_) topics.push_back(node.resolveName(name));
+    matcher_ = std::make_unique<StampMatcher>(topics, exact);
+    const auto queue = static_cast<uint32_t>(params_.queue_size);
+    const auto subscribeTo = [&](Slot slot, auto type) {
+      using Message = typename decltype(type)::element_type;
+      subscribers_[slot] = node.subscribe<Message>(
+          names_[slot], queue,
+          [this, slot](const boost::shared_ptr<const Message>& message) { add(slot, message); });
+    };
+    subscribeTo(kLeftInfo, boost::shared_ptr<sensor_msgs::CameraInfo>());
+    subscribeTo(kMeasured, boost::shared_ptr<stereo_msgs::DisparityImage>());
+    subscribeTo(kMeasuredVariance, boost::shared_ptr<sensor_msgs::Image>());
+    subscribeTo(kPredicted, boost::shared_ptr<stereo_msgs::DisparityImage>());
+    subscribeTo(kPredictedVariance, boost::shared_ptr<sensor_msgs::Image>());
+    const image_transport::TransportHints hints("raw", ros::TransportHints().tcpNoDelay(),
+                                                getPrivateNodeHandle());
+    left_ = image_transport::ImageTransport(node).subscribe(
+        names_[kLeft], queue,
+        [this](const sensor_msgs::ImageConstPtr& image) { add(kLeft, image); }, ros::VoidPtr(),
+        hints);
+  }
+
+  template <class Message>
+  void add(Slot slot, const boost::shared_ptr<const Message>& message) {
+    const ros::Time stamp = message->header.stamp;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    last_received_[slot] = std::chrono::steady_clock::now();
+    if (slot == kLeft) {
+      if (stamp < last_left_) tf_->buffer.clear();
+      last_left_ = stamp;
+    }
+    for (const StampMatcher::Set& set :
+         matcher_->add(slot, stamp, message, slot == kLeftInfo && stamp.isZero())) {
+      using boost::static_pointer_cast;
+      MovingObjectsInput input;
+      input.left = static_pointer_cast<const sensor_msgs::Image>(set[kLeft]);
+      input.left_info = static_pointer_cast<const sensor_msgs::CameraInfo>(set[kLeftInfo]);
+      input.measured_disparity =
+          static_pointer_cast<const stereo_msgs::DisparityImage>(set[kMeasured]);
+      input.predicted_disparity =
+          static_pointer_cast<const stereo_msgs::DisparityImage>(set[kPredicted]);
+      input.measured_variance =
+          static_pointer_cast<const sensor_msgs::Image>(set[kMeasuredVariance]);
+      input.predicted_variance =
+          static_pointer_cast<const sensor_msgs::Image>(set[kPredictedVariance]);
+      worker_->push({input, std::chrono::steady_clock::now()});
+    }
+  }
+
+  std::string silence() const {
+    if (!matcher_) return "";
+    std::string unpublished, silent;
+    const auto append = [](std::string& list, const std::string& topic) {
+      list += (list.empty() ? "" : ", ") + topic;
+    };
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    for (size_t slot = 0; slot < kTopics; ++slot) {
+      const std::string topic = getNodeHandle().resolveName(names_[slot]);
+      const uint32_t publishers =
+          slot == kLeft ? left_.getNumPublishers() : subscribers_[slot].getNumPublishers();
+      if (publishers == 0)
+        append(unpublished, topic);
+      else if (now - last_received_[slot] > std::chrono::seconds(2))
+        append(silent, topic);
+    }
+    if (!unpublished.empty())
+      return "nobody publishes " + unpublished +
+             ": run the Disparity nodelet in the same namespace (launch argument "
+             "camera:=<namespace>), or remap";
+    if (!silent.empty())
+      return "nothing comes on " + silent +
+             " although it is advertised: see the diagnostics of the Disparity nodelet";
+    return matcher_->describeMismatch();
+  }
+
+  bool wanted() const {
+    return objects_.getNumSubscribers() > 0 || mask_.getNumSubscribers() > 0 ||
+           residual_.getNumSubscribers() > 0 || markers_.getNumSubscribers() > 0 ||
+           image_.getNumSubscribers() > 0;
+  }
+
+  void work(Job& job) {
+    try {
+      process(job);
+    } catch (const std::exception& e) {
+      health_->problem("input", Health::Severity::kBroken, e.what());
+    }
+  }
+
+  void process(const Job& job) {
+    const bool wake = wanted();
+    health_->asleep(!wake);
+    if (!wake || reset_requested_.exchange(false)) {
+      // What is remembered from before the sleep would be of no use after it.
+      processor_->reset();
+      if (!wake) return;
+      health_->event("reset");
+    }
+    const std_msgs::Header& header = job.input.left->header;
+    Stopwatch watch;
+    StageTimes times;
+    const std::optional<Eigen::Isometry3d> T_odom_cam = pose(header);
+    watch.lap("waiting for the pose", times);
+    const MovingObjectsProcessor::Output output = processor_->process(job.input, T_odom_cam);
+    watch.lap("detection", times);
+    health_->solved("input");
+    if (output.sequence.verdict == SequenceGuard::Verdict::kBackward ||
+        output.sequence.verdict == SequenceGuard::Verdict::kBroken)
+      health_->event(output.sequence.reason);
+    if (!output.messages) return;
+    objects_.publish(output.messages->objects);
+    mask_.publish(output.messages->mask);
+    residual_.publish(output.messages->residual);
+    if (markers_.getNumSubscribers() > 0)
+      markers_.publish(markers(*output.messages->objects, T_odom_cam));
+    if (image_.getNumSubscribers() > 0)
+      image_.publish(overlay(*job.input.left, *output.messages->objects));
+
+    health_->figure("objects", static_cast<double>(output.messages->objects->objects.size()),
+                    "%.0f");
+    health_->figure("dropped frames", static_cast<double>(worker_->dropped()), "%.0f");
+    const std::chrono::duration<double, std::milli> latency =
+        std::chrono::steady_clock::now() - job.arrival;
+    health_->frame(header.stamp, latency.count(), times);
+  }
+
+  std::optional<Eigen::Isometry3d> pose(const std_msgs::Header& now) {
+    std::string error;
+    const auto T_odom_cam = waitFor(params_.transform_timeout, [&] {
+      return lookUp(tf_->buffer, params_.odom_frame, now.frame_id, now.stamp, error);
+    });
+    if (T_odom_cam)
+      health_->solved("pose");
+    else
+      health_->problem("pose", Health::Severity::kDegraded,
+                       "tf does not know '" + now.frame_id + "' in odom_frame '" +
+                           params_.odom_frame +
+                           "' at the image's stamp: no velocities. Run the EgoMotion nodelet with "
+                           "publish_tf, or set odom_frame to the fixed frame of your odometry");
+    return T_odom_cam;
+  }
+
+  MovingObjectsNodeletParams params_;
+  std::unique_ptr<Health> health_;
+  std::unique_ptr<TfInput> tf_;
+  std::unique_ptr<MovingObjectsProcessor> processor_;
+  ros::Publisher objects_, residual_, markers_;
+  image_transport::Publisher mask_, image_;
+  ros::ServiceServer reset_service_;
+  std::atomic<bool> reset_requested_{false};
+
+  mutable std::mutex mutex_;
+  std::array<const char*, kTopics> names_{};
+  std::unique_ptr<StampMatcher> matcher_;
+  std::array<std::chrono::steady_clock::time_point, kTopics> last_received_{};
+  ros::Time last_left_;
+
+  // Torn down first, in this order: no more input, then no more work.
+  std::unique_ptr<LatestWorker<Job>> worker_;
+  std::array<ros::Subscriber, kTopics> subscribers_;
+  image_transport::Subscriber left_;
+};
+
+}  // namespace predictive_stereo
+
+PLUGINLIB_EXPORT_CLASS(predictive_stereo::MovingObjectsNodelet, nodelet::Nodelet)

@@ -1,0 +1,141 @@
+#include "nodelets/moving_objects_processor.h"
+
+#include <sensor_msgs/image_encodings.h>
+
+#include <boost/make_shared.hpp>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "nodelets/image_messages.h"
+#include "nodelets/stereo_messages.h"
+
+namespace predictive_stereo {
+namespace {
+
+void requireSize(const char* name, cv::Size size, cv::Size expected) {
+  if (size == expected) return;
+  const auto text = [](cv::Size s) {
+    return std::to_string(s.width) + "x" + std::to_string(s.height);
+  };
+  throw std::invalid_argument(std::string(name) + " is " + text(size) + " but left/image_rect is " +
+                              text(expected) + "; do the topics belong to one camera?");
+}
+
+// The left camera with the baseline that the disparity was made with.
+StereoRig rigOf(const sensor_msgs::CameraInfo& left_info,
+                const stereo_msgs::DisparityImage& disparity, cv::Size size) {
+  const Matrix34d P = projectionMatrix(left_info);
+  if (std::abs(P(0, 0) - disparity.f) > 1e-3 * std::abs(disparity.f))
+    throw std::invalid_argument("left/camera_info has a focal length of " +
+                                std::to_string(P(0, 0)) + " px but measured_disparity one of " +
+                                std::to_string(disparity.f) +
+                                " px; do the topics belong to one camera?");
+  Matrix34d P_right = P;
+  P_right(0, 3) = P(0, 3) - P(0, 0) * disparity.T;
+  return StereoRig::fromProjections(P, P_right, size);
+}
+
+MovingObjectMsg message(const MovingObject& object) {
+  MovingObjectMsg result;
+  result.id = static_cast<uint32_t>(object.id);
+  result.bbox.center.x = object.box_px.x + object.box_px.width / 2;
+  result.bbox.center.y = object.box_px.y + object.box_px.height / 2;
+  result.bbox.size_x = object.box_px.width;
+  result.bbox.size_y = object.box_px.height;
+  result.pose.position.x = object.centre_m.x();
+  result.pose.position.y = object.centre_m.y();
+  result.pose.position.z = object.centre_m.z();
+  result.pose.orientation.w = 1;
+  result.size.x = object.size_m.x();
+  result.size.y = object.size_m.y();
+  result.size.z = object.size_m.z();
+  result.velocity.x = object.velocity_mps.x();
+  result.velocity.y = object.velocity_mps.y();
+  result.velocity.z = object.velocity_mps.z();
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(result.velocity_covariance.data()) =
+      object.velocity_covariance;
+  result.score = object.score;
+  result.age = static_cast<uint32_t>(object.age);
+  result.distance = object.distance_m;
+  return result;
+}
+
+bool sameRange(const DisparityRange& a, const DisparityRange& b) {
+  return a.min_disparity == b.min_disparity && a.count == b.count;
+}
+
+}  // namespace
+
+MovingObjectsProcessor::MovingObjectsProcessor(const MovingObjectsProcessorParams& params)
+    : params_(params), detector_(params.detection), guard_(params.max_gap) {
+  validate(params);
+}
+
+void MovingObjectsProcessor::reset() {
+  detector_.reset();
+  guard_.forget();
+}
+
+DetectionInput MovingObjectsProcessor::view(const MovingObjectsInput& input) {
+  DetectionInput result;
+  result.stamp_s = input.left->header.stamp.toSec();
+  result.left = greyImage(*input.left, "left", left_buffer_);
+  const cv::Size size = result.left.size();
+  result.rig = rigOf(*input.left_info, *input.measured_disparity, size);
+  result.measured_disparity_px = floatView(input.measured_disparity->image, "measured_disparity");
+  result.measured_variance_px2 = floatView(*input.measured_variance, "measured_variance");
+  result.predicted_disparity_px =
+      floatView(input.predicted_disparity->image, "predicted_disparity");
+  result.predicted_variance_px2 = floatView(*input.predicted_variance, "predicted_variance");
+  requireSize("measured_disparity", result.measured_disparity_px.size(), size);
+  requireSize("measured_variance", result.measured_variance_px2.size(), size);
+  requireSize("predicted_disparity", result.predicted_disparity_px.size(), size);
+  requireSize("predicted_variance", result.predicted_variance_px2.size(), size);
+  if (!sameRange(rangeOf(*input.measured_disparity), rangeOf(*input.predicted_disparity)))
+    throw std::invalid_argument(
+        "measured_disparity and predicted_disparity have different disparity ranges; do the topics "
+        "come from one Disparity nodelet?");
+  return result;
+}
+
+MovingObjectsProcessor::Output MovingObjectsProcessor::process(
+    const MovingObjectsInput& input, const std::optional<Eigen::Isometry3d>& T_odom_cam) {
+  DetectionInput frame = view(input);
+  frame.has_pose = T_odom_cam.has_value();
+  if (T_odom_cam) frame.T_odom_cam = *T_odom_cam;
+
+  Output output;
+  output.sequence = guard_.next(input.left->header.stamp, frame.rig);
+  if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
+  const DisparityRange range = rangeOf(*input.measured_disparity);
+  if (!sameRange(range, params_.detection.range)) {
+    params_.detection.range = range;
+    detector_ = MovingObjectDetector(params_.detection);
+  } else if (output.sequence.verdict != SequenceGuard::Verdict::kContinues) {
+    detector_.reset();
+  }
+
+  MovingObjectsMessages result;
+  result.mask = images_.take();
+  result.residual = images_.take();
+  const std_msgs::Header& header = input.left->header;
+  allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::MONO8, *result.mask);
+  allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::TYPE_32FC1,
+                *result.residual);
+  Detections detections;
+  detections.mask = writableView<uint8_t>(*result.mask);
+  detections.residual = writableView<float>(*result.residual);
+  detector_.detect(frame, detections);
+  last_ = input;
+
+  result.objects = boost::make_shared<MovingObjectArray>();
+  result.objects->header = header;
+  for (const MovingObject& object : detections.objects)
+    result.objects->objects.push_back(message(object));
+  output.messages = std::move(result);
+  return output;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <stereo_msgs/DisparityImage.h>
+
+#include <optional>
+
+#include "nodelets/message_pool.h"
+#include "nodelets/messages.h"
+#include "nodelets/sequence_guard.h"
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+struct MovingObjectsProcessorParams {
+  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
+  DetectionParams detection;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("max_gap", max_gap, 0.01, 3600.0);
+    detection.visit(v);
+  }
+};
+
+/// The messages of one frame, all with the left image's stamp.
+struct MovingObjectsInput {
+  sensor_msgs::ImageConstPtr left;
+  sensor_msgs::CameraInfoConstPtr left_info;
+  stereo_msgs::DisparityImageConstPtr measured_disparity, predicted_disparity;
+  sensor_msgs::ImageConstPtr measured_variance, predicted_variance;
+};
+
+struct MovingObjectsMessages {
+  MovingObjectArrayPtr objects;
+  sensor_msgs::ImagePtr mask;      ///< mono8, 255 on moving objects
+  sensor_msgs::ImagePtr residual;  ///< 32FC1, z-score
+};
+
+/// Moving objects from disparity messages; what the MovingObjects nodelet and `replay` run.
+class MovingObjectsProcessor {
+ public:
+  struct Output {
+    std::optional<MovingObjectsMessages> messages;  ///< none for a duplicate
+    SequenceGuard::Result sequence;
+  };
+
+  explicit MovingObjectsProcessor(const MovingObjectsProcessorParams& params);
+
+  /// @param T_odom_cam  of the left camera's optical frame; none: not known in this frame.
+  /// @throws std::invalid_argument for messages that cannot be used; the state stays as it was.
+  Output process(const MovingObjectsInput& input,
+                 const std::optional<Eigen::Isometry3d>& T_odom_cam);
+
+  void reset();
+
+ private:
+  DetectionInput view(const MovingObjectsInput& input);
+
+  MovingObjectsProcessorParams params_;
+  MovingObjectDetector detector_;
+  SequenceGuard guard_;
+  cv::Mat1b left_buffer_;
+  MessagePool<sensor_msgs::Image> images_;
+  MovingObjectsInput last_;  // the detector may look at the previous frame's memory
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,136 @@
+#include "nodelets/moving_objects_views.h"
+
+#include <sensor_msgs/image_encodings.h>
+
+#include <boost/make_shared.hpp>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "nodelets/image_messages.h"
+#include "nodelets/stereo_messages.h"
+
+namespace predictive_stereo {
+namespace {
+
+using visualization_msgs::Marker;
+
+// A colour per track, far apart for neighbouring ids.
+cv::Vec3b colourOf(uint32_t id) {
+  const double hue = std::fmod(id * 0.618033988749895, 1.0);
+  const cv::Mat3b hsv(1, 1, cv::Vec3b(static_cast<uint8_t>(hue * 180), 220, 255));
+  cv::Mat3b bgr;
+  cv::cvtColor(hsv, bgr, cv::COLOR_HSV2BGR);
+  return bgr(0, 0);
+}
+
+std::string label(const MovingObjectMsg& object) {
+  char text[64];
+  std::snprintf(text, sizeof(text), "%u: %.1f m", object.id, object.distance);
+  return text;
+}
+
+Marker marker(const MovingObjectArray& objects, const MovingObjectMsg& object, const char* ns,
+              int type) {
+  const cv::Vec3b bgr = colourOf(object.id);
+  Marker result;
+  result.header = objects.header;
+  result.ns = ns;
+  result.id = static_cast<int32_t>(object.id);
+  result.type = type;
+  result.action = Marker::ADD;
+  result.color.r = bgr[2] / 255.0f;
+  result.color.g = bgr[1] / 255.0f;
+  result.color.b = bgr[0] / 255.0f;
+  result.color.a = 1;
+  result.pose.orientation.w = 1;
+  return result;
+}
+
+geometry_msgs::Point point(const Eigen::Vector3d& p) {
+  geometry_msgs::Point result;
+  result.x = p.x();
+  result.y = p.y();
+  result.z = p.z();
+  return result;
+}
+
+// The twelve edges: a box that hides nothing.
+Marker box(const MovingObjectArray& objects, const MovingObjectMsg& object) {
+  Marker result = marker(objects, object, "boxes", Marker::LINE_LIST);
+  result.pose = object.pose;
+  result.scale.x = 0.05;
+  const Eigen::Vector3d half(object.size.x / 2, object.size.y / 2, object.size.z / 2);
+  for (int axis = 0; axis < 3; ++axis)
+    for (int edge = 0; edge < 4; ++edge) {
+      Eigen::Vector3d corner = half;
+      if (edge & 1) corner((axis + 1) % 3) *= -1;
+      if (edge & 2) corner((axis + 2) % 3) *= -1;
+      result.points.push_back(point(corner));
+      corner(axis) *= -1;
+      result.points.push_back(point(corner));
+    }
+  return result;
+}
+
+Marker text(const MovingObjectArray& objects, const MovingObjectMsg& object) {
+  Marker result = marker(objects, object, "labels", Marker::TEXT_VIEW_FACING);
+  result.pose.position = object.pose.position;
+  result.pose.position.y -= object.size.y / 2 + 0.3;  // above it: y points down
+  result.scale.z = 0.5;
+  result.text = label(object);
+  return result;
+}
+
+Marker arrow(const MovingObjectArray& objects, const MovingObjectMsg& object,
+             const Eigen::Isometry3d& T_odom_cam) {
+  Marker result = marker(objects, object, "velocities", Marker::ARROW);
+  const Eigen::Vector3d centre(object.pose.position.x, object.pose.position.y,
+                               object.pose.position.z);
+  const Eigen::Vector3d velocity_odom(object.velocity.x, object.velocity.y, object.velocity.z);
+  result.points = {point(centre), point(centre + T_odom_cam.linear().transpose() * velocity_odom)};
+  result.scale.x = 0.1;
+  result.scale.y = 0.25;
+  return result;
+}
+
+}  // namespace
+
+visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
+                                           const std::optional<Eigen::Isometry3d>& T_odom_cam) {
+  auto result = boost::make_shared<visualization_msgs::MarkerArray>();
+  Marker clear;
+  clear.header = objects.header;
+  clear.action = Marker::DELETEALL;
+  clear.pose.orientation.w = 1;
+  result->markers.push_back(clear);
+  for (const MovingObjectMsg& object : objects.objects) {
+    result->markers.push_back(box(objects, object));
+    result->markers.push_back(text(objects, object));
+    if (T_odom_cam && object.velocity_covariance[0] >= 0)
+      result->markers.push_back(arrow(objects, object, *T_odom_cam));
+  }
+  return result;
+}
+
+sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects) {
+  cv::Mat1b buffer;
+  const cv::Mat1b grey = greyImage(left, "left", buffer);
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  allocateImage(left.header, grey.size(), sensor_msgs::image_encodings::BGR8, *message);
+  cv::Mat3b image = writableView<cv::Vec3b>(*message);
+  cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
+  for (const MovingObjectMsg& object : objects.objects) {
+    const cv::Scalar colour(colourOf(object.id));
+    const cv::Rect2d box(object.bbox.center.x - object.bbox.size_x / 2,
+                         object.bbox.center.y - object.bbox.size_y / 2, object.bbox.size_x,
+                         object.bbox.size_y);
+    cv::rectangle(image, box, colour, 2);
+    cv::putText(image, label(object), cv::Point(cvRound(box.x), std::max(12, cvRound(box.y) - 4)),
+                cv::FONT_HERSHEY_SIMPLEX, 0.45, colour, 1, cv::LINE_AA);
+  }
+  return message;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,24 @@
+/// Moving objects as pictures and as rviz markers, on demand.
+#pragma once
+
+#include <sensor_msgs/Image.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "nodelets/messages.h"
+
+namespace predictive_stereo {
+
+/// The first marker deletes those of the frame before; then, per object, its 3-D box, its id with
+/// its distance, and the way that it goes in one second as an arrow (where both its velocity and
+/// the camera's pose are known).
+visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
+                                           const std::optional<Eigen::Isometry3d>& T_odom_cam);
+
+/// The left image (bgr8) with the boxes of the objects.
+/// @throws std::invalid_argument for an image that is not 8-bit.
+sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects);
+
+}  // namespace predictive_stereo

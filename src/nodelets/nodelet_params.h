@@ -1,0 +1,76 @@
+/// All parameters of the nodelets, with their defaults: `~name` of each.
+#pragma once
+
+#include <string>
+
+#include "nodelets/disparity_processor.h"
+#include "nodelets/ego_motion_processor.h"
+#include "nodelets/moving_objects_processor.h"
+#include "nodelets/stamp_matcher.h"
+
+namespace predictive_stereo {
+
+struct EgoMotionNodeletParams {
+  bool publish_tf = true;
+  double transform_timeout = 0.2;  ///< [s] that a frame waits for base_frame -> camera
+  /// Features on what MovingObjects marked in the frame before are ignored. The result then depends
+  /// on whether the mask came in time.
+  bool use_moving_mask = false;
+  SyncParams sync;
+  EgoMotionProcessorParams processor;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("publish_tf", publish_tf);
+    v("transform_timeout", transform_timeout, 0.0, 10.0);
+    v("use_moving_mask", use_moving_mask);
+    sync.visit(v);
+    processor.visit(v);
+  }
+};
+
+struct DisparityNodeletParams {
+  std::string odom_frame = "odom";  ///< fixed frame against which tf knows the camera's motion
+  double transform_timeout = 0.2;   ///< [s] that a frame waits for its motion
+  SyncParams sync;
+  DisparityProcessorParams processor;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("odom_frame", odom_frame);
+    v("transform_timeout", transform_timeout, 0.0, 10.0);
+    sync.visit(v);
+    processor.visit(v);
+  }
+};
+
+struct MovingObjectsNodeletParams {
+  std::string odom_frame = "odom";  ///< fixed frame in which velocities are given
+  double transform_timeout = 0.2;   ///< [s] that a frame waits for its pose
+  int queue_size = 20;              ///< left images that wait for their disparity
+  MovingObjectsProcessorParams processor;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("odom_frame", odom_frame);
+    v("transform_timeout", transform_timeout, 0.0, 10.0);
+    v("queue_size", queue_size, 1, 1000);
+    processor.visit(v);
+  }
+};
+
+/// The parameters of all three, as a config file has them: under the nodelets' usual names.
+struct AllNodeletParams {
+  EgoMotionNodeletParams ego_motion;
+  DisparityNodeletParams disparity;
+  MovingObjectsNodeletParams moving_objects;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("ego_motion", ego_motion);
+    v("disparity", disparity);
+    v("moving_objects", moving_objects);
+  }
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <tf2/buffer_core.h>
+
+#include <optional>
+#include <string>
+
+#include "nodelets/motion_source.h"
+#include "nodelets/nodelet_params.h"
+#include "predictive_stereo/stage_times.h"
+
+namespace predictive_stereo {
+
+/// The three processors in a row, joined through tf and the odometry message as the nodelets are,
+/// and so with their results, bit by bit.
+class PipelineProcessor {
+ public:
+  struct Output {
+    EgoMotionMessages ego_motion;
+    EgoMotionEstimate estimate;
+    DisparityMessages disparity;
+    MovingObjectsMessages moving_objects;
+    std::optional<Eigen::Isometry3d> T_odom_cam;  ///< as tf has it
+    std::string event;  ///< why this frame starts anew or has no prediction; empty: it goes on
+    StageTimes times;
+  };
+
+  explicit PipelineProcessor(const AllNodeletParams& params);
+
+  /// To be filled with what tf knows from elsewhere: the extrinsic from base_frame to the camera,
+  /// and the camera's motion where EgoMotion does not publish it.
+  tf2::BufferCore& tf() { return tf_; }
+
+  /// @returns none where the pair has the stamp of the one before.
+  /// @throws std::invalid_argument for a pair that cannot be used, or without an extrinsic.
+  std::optional<Output> process(const StereoPair& pair);
+
+ private:
+  Eigen::Isometry3d extrinsic(const StereoPair& pair) const;
+  std::optional<CameraMotion> motion(const std_msgs::Header& now, std::string& why) const;
+
+  AllNodeletParams params_;
+  tf2::BufferCore tf_;
+  OdometryHistory odometry_;
+  EgoMotionProcessor ego_motion_;
+  DisparityProcessor disparity_;
+  MovingObjectsProcessor moving_objects_;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <ros/time.h>
+
+#include <optional>
+#include <sstream>
+#include <string>
+
+#include "predictive_stereo/stereo_rig.h"
+
+namespace predictive_stereo {
+
+/// Tells whether a frame goes on from the one before, so that state may be carried over to it.
+class SequenceGuard {
+ public:
+  enum class Verdict {
+    kContinues,
+    kFirst,
+    kDuplicate,  ///< the same stamp again: nothing new to see, to be ignored
+    kBackward,   ///< time went back: another pass of a bag, or another source
+    kBroken,     ///< a gap, or another calibration or size
+  };
+  struct Result {
+    Verdict verdict;
+    std::string reason;  ///< for the log, where not kContinues
+  };
+
+  /// @param max_gap_s  frames further apart than this do not belong together.
+  explicit SequenceGuard(double max_gap_s) : max_gap_s_(max_gap_s) {}
+
+  /// The frame becomes the last one unless it is a duplicate.
+  Result next(ros::Time stamp, const StereoRig& rig) {
+    const Result result = judge(stamp, rig);
+    if (result.verdict != Verdict::kDuplicate) last_ = Frame{stamp, rig};
+    return result;
+  }
+
+  void forget() { last_.reset(); }
+
+ private:
+  struct Frame {
+    ros::Time stamp;
+    StereoRig rig;
+  };
+
+  Result judge(ros::Time stamp, const StereoRig& rig) const {
+    if (!last_) return {Verdict::kFirst, "first frame"};
+    const double gap_s = (stamp - last_->stamp).toSec();
+    std::ostringstream reason;
+    if (gap_s == 0) return {Verdict::kDuplicate, "the stamp of the frame before came again"};
+    if (gap_s < 0) {
+      reason << "stamps went back by " << -gap_s << " s: starting anew";
+      return {Verdict::kBackward, reason.str()};
+    }
+    if (rig != last_->rig) {
+      reason << (rig.size != last_->rig.size ? "image size" : "calibration")
+             << " changed: starting anew";
+      return {Verdict::kBroken, reason.str()};
+    }
+    if (gap_s > max_gap_s_) {
+      reason << "no frame for " << gap_s << " s, more than max_gap = " << max_gap_s_
+             << " s: starting anew";
+      return {Verdict::kBroken, reason.str()};
+    }
+    return {Verdict::kContinues, ""};
+  }
+
+  double max_gap_s_;
+  std::optional<Frame> last_;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,109 @@
+#include "nodelets/stamp_matcher.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+namespace predictive_stereo {
+
+StampMatcher::StampMatcher(std::vector<std::string> names, const SyncParams& params)
+    : params_(params) {
+  validate(params);
+  for (std::string& name : names) slots_.push_back({std::move(name), {}, {}});
+}
+
+std::vector<StampMatcher::Set> StampMatcher::add(size_t index, ros::Time stamp, Message message,
+                                                 bool constant) {
+  Slot& slot = slots_[index];
+  if (constant) {
+    slot.constant = std::move(message);
+  } else {
+    // Time went back, as it does when a bag is played in a loop.
+    if (!slot.waiting.empty() && stamp < slot.waiting.back().stamp) slot.waiting.clear();
+    slot.waiting.push_back({stamp, std::move(message)});
+    if (slot.waiting.size() > static_cast<size_t>(params_.queue_size)) {
+      slot.waiting.pop_front();
+      if (index == 0) ++unmatched_;
+    }
+  }
+
+  std::vector<Set> sets;
+  ros::Time last;
+  for (const Entry& reference : slots_[0].waiting) {
+    Set set;
+    if (!complete(reference.stamp, set)) continue;
+    sets.push_back(std::move(set));
+    last = reference.stamp;
+  }
+  if (!sets.empty()) unmatched_ += forgetUpTo(last) - sets.size();
+  return sets;
+}
+
+const StampMatcher::Entry* StampMatcher::nearest(const Slot& slot, ros::Time stamp) const {
+  const Entry* best = nullptr;
+  double best_difference = std::numeric_limits<double>::infinity();
+  for (const Entry& entry : slot.waiting) {
+    const double difference = std::abs((entry.stamp - stamp).toSec());
+    if (difference >= best_difference) continue;
+    best_difference = difference;
+    best = &entry;
+  }
+  return best;
+}
+
+bool StampMatcher::complete(ros::Time stamp, Set& set) const {
+  for (const Slot& slot : slots_) {
+    const Entry* entry = nearest(slot, stamp);
+    if (entry && std::abs((entry->stamp - stamp).toSec()) <= tolerance())
+      set.push_back(entry->message);
+    else if (slot.constant)
+      set.push_back(slot.constant);
+    else
+      return false;
+  }
+  return true;
+}
+
+// Partners of `stamp` may be a little later than it: they are used up as well.
+size_t StampMatcher::forgetUpTo(ros::Time stamp) {
+  const size_t references = slots_[0].waiting.size();
+  for (Slot& slot : slots_) {
+    const double slack_s = &slot == &slots_[0] ? 0.0 : tolerance();
+    while (!slot.waiting.empty() && (slot.waiting.front().stamp - stamp).toSec() <= slack_s)
+      slot.waiting.pop_front();
+  }
+  return references - slots_[0].waiting.size();
+}
+
+void StampMatcher::clear() {
+  for (Slot& slot : slots_) slot.waiting.clear();
+}
+
+std::string StampMatcher::describeMismatch() const {
+  double worst_s = tolerance();
+  const Slot* worst = nullptr;
+  for (const Slot& slot : slots_) {
+    if (slot.constant || slot.waiting.empty()) continue;
+    double closest_s = std::numeric_limits<double>::infinity();
+    for (const Entry& reference : slots_[0].waiting)
+      closest_s = std::min(
+          closest_s, std::abs((nearest(slot, reference.stamp)->stamp - reference.stamp).toSec()));
+    if (!std::isfinite(closest_s) || closest_s <= worst_s) continue;
+    worst_s = closest_s;
+    worst = &slot;
+  }
+  if (!worst) return "";
+  std::ostringstream text;
+  text << "the stamps of " << worst->name << " differ from those of " << slots_[0].name << " by "
+       << worst_s * 1e3 << " ms or more, but ";
+  if (params_.approximate_sync)
+    text << "sync_tolerance allows " << params_.sync_tolerance * 1e3
+         << " ms: set sync_tolerance above it, or synchronise the cameras";
+  else
+    text << "approximate_sync is false: set approximate_sync to true";
+  return text.str();
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,35 @@
+/// From camera messages to what the core takes.
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "predictive_stereo/stereo_rig.h"
+
+namespace predictive_stereo {
+
+/// A synchronised pair of rectified images with its calibration.
+struct StereoPair {
+  sensor_msgs::ImageConstPtr left, right;
+  sensor_msgs::CameraInfoConstPtr left_info, right_info;
+};
+
+/// The image in 8-bit grey. mono8 shares the message's memory, so the message must outlive the
+/// result; colour and Bayer images are converted into `buffer`.
+/// @param name  "left" or "right", for errors.
+/// @throws std::invalid_argument for an encoding that is not 8-bit, or a message whose data are
+///   shorter than its size says.
+cv::Mat1b greyImage(const sensor_msgs::Image& message, const char* name, cv::Mat1b& buffer);
+
+/// The rig of a pair's calibration, reduced to the region of interest and binning of the images.
+/// @throws std::invalid_argument for a calibration that cannot be used (see
+///   StereoRig::fromProjections) or that belongs to images of another size.
+StereoRig stereoRig(const StereoPair& pair);
+
+/// A CameraInfo's 3x4 projection matrix in pixels of its (cropped, binned) images.
+Matrix34d projectionMatrix(const sensor_msgs::CameraInfo& info);
+
+}  // namespace predictive_stereo

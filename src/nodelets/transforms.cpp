@@ -1,0 +1,142 @@
+#include "nodelets/transforms.h"
+
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace predictive_stereo {
+namespace {
+
+Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+double rounded(double value) {
+  constexpr double kUnit = 1.0 / 4294967296.0;  // 2^-32
+  return std::round(value / kUnit) * kUnit;
+}
+
+Eigen::Isometry3d rounded(const Eigen::Isometry3d& T) {
+  Eigen::Quaterniond q(T.linear());
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  q.coeffs() = q.coeffs().unaryExpr([](double c) { return rounded(c); });
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  result.linear() = q.normalized().toRotationMatrix();
+  result.translation() = T.translation().unaryExpr([](double c) { return rounded(c); });
+  return result;
+}
+
+}  // namespace
+
+Eigen::Isometry3d fromMsg(const geometry_msgs::Transform& message) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(message.rotation.w, message.rotation.x, message.rotation.y,
+                                  message.rotation.z)
+                   .normalized()
+                   .toRotationMatrix();
+  T.translation() << message.translation.x, message.translation.y, message.translation.z;
+  return T;
+}
+
+geometry_msgs::Pose poseMsg(const Eigen::Isometry3d& T) {
+  const Eigen::Quaterniond q(T.linear());
+  geometry_msgs::Pose message;
+  message.position.x = T.translation().x();
+  message.position.y = T.translation().y();
+  message.position.z = T.translation().z();
+  message.orientation.x = q.x();
+  message.orientation.y = q.y();
+  message.orientation.z = q.z();
+  message.orientation.w = q.w();
+  return message;
+}
+
+geometry_msgs::Transform transformMsg(const Eigen::Isometry3d& T) {
+  const geometry_msgs::Pose pose = poseMsg(T);
+  geometry_msgs::Transform message;
+  message.translation.x = pose.position.x;
+  message.translation.y = pose.position.y;
+  message.translation.z = pose.position.z;
+  message.rotation = pose.orientation;
+  return message;
+}
+
+Matrix6d fromMsg(const boost::array<double, 36>& covariance) {
+  return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(covariance.data());
+}
+
+boost::array<double, 36> covarianceMsg(const Matrix6d& covariance) {
+  boost::array<double, 36> message;
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.data()) = covariance;
+  return message;
+}
+
+Matrix6d adjoint(const Eigen::Isometry3d& T_a_b) {
+  Matrix6d result = Matrix6d::Zero();
+  result.topLeftCorner<3, 3>() = T_a_b.linear();
+  result.topRightCorner<3, 3>() = skew(T_a_b.translation()) * T_a_b.linear();
+  result.bottomRightCorner<3, 3>() = T_a_b.linear();
+  return result;
+}
+
+Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s) {
+  const Eigen::AngleAxisd rotation(T_prev_now.linear());
+  const Eigen::Vector3d w = rotation.angle() * rotation.axis();
+  const double angle = w.norm();
+  // Inverse of the SE(3) exponential's left Jacobian; its series where the angle is small.
+  const double c =
+      angle > 1e-3 ? (1 - angle * std::sin(angle) / (2 * (1 - std::cos(angle)))) / (angle * angle)
+                   : 1.0 / 12;
+  const Eigen::Matrix3d W = skew(w);
+  const Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Identity() - 0.5 * W + c * W * W;
+  Vector6d twist;
+  twist << V_inverse * T_prev_now.translation(), w;
+  return twist / dt_s;
+}
+
+std::optional<Eigen::Isometry3d> lookUp(const tf2::BufferCore& tf, const std::string& target,
+                                        const std::string& source, ros::Time stamp,
+                                        std::string& error) {
+  try {
+    return rounded(fromMsg(tf.lookupTransform(target, source, stamp).transform));
+  } catch (const tf2::TransformException& e) {
+    error = e.what();
+    return std::nullopt;
+  }
+}
+
+std::optional<Eigen::Isometry3d> lookUpMotion(const tf2::BufferCore& tf, const std::string& camera,
+                                              ros::Time previous, ros::Time now,
+                                              const std::string& fixed_frame, std::string& error) {
+  try {
+    return rounded(
+        fromMsg(tf.lookupTransform(camera, now, camera, previous, fixed_frame).transform));
+  } catch (const tf2::TransformException& e) {
+    error = e.what();
+    return std::nullopt;
+  }
+}
+
+bool poseIsUnknown(const nav_msgs::Odometry& odometry) {
+  return fromMsg(odometry.pose.covariance).diagonal().minCoeff() >= kUnknownCovariance;
+}
+
+bool twistIsUnknown(const nav_msgs::Odometry& odometry) {
+  return fromMsg(odometry.twist.covariance).diagonal().minCoeff() >= kUnknownCovariance;
+}
+
+Matrix6d motionCovariance(const nav_msgs::Odometry& odometry, double dt_s,
+                          const Eigen::Isometry3d& T_cam_child) {
+  const Matrix6d twist = fromMsg(odometry.twist.covariance);
+  const Vector6d variances = twist.diagonal();
+  // Wheel odometry marks the axes that it does not measure by huge values.
+  if (!twist.allFinite() || variances.minCoeff() < 0 || variances.maxCoeff() >= kUnknownCovariance)
+    return Matrix6d::Zero();
+  const Matrix6d A = adjoint(T_cam_child);
+  return A * twist * A.transpose() * (dt_s * dt_s);
+}
+
+}  // namespace predictive_stereo
