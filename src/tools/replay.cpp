@@ -1,0 +1,412 @@
+/// Runs the nodelets' processing objects over a bag: no roscore, no player, nothing dropped.
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <tf2_msgs/TFMessage.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "nodelets/disparity_views.h"
+#include "nodelets/moving_objects_views.h"
+#include "nodelets/pipeline_processor.h"
+#include "params/yaml_params.h"
+#include "tools/command_line.h"
+#include "tools/stage_table.h"
+#include "tools/stereo_topics.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr char kHelp[] = R"(replay --bag IN --output OUT [options]
+
+Estimates ego-motion, disparity and moving objects for every stereo pair of the bag IN, in order and
+without dropping any, and writes the topics that the nodelets publish to the bag OUT. The results do
+not depend on the number of threads.
+
+  --bag IN              bag with a rectified stereo pair
+  --output OUT          bag to write; appears only when it is complete
+  --camera NS           topics NS/{left,right}/{image_rect,camera_info}; outputs go to NS as well
+  --left T --right T    image topics, their camera_info beside them; outputs go to /
+                        (neither: the only camera with a known layout is taken)
+  --config YAML         parameters: sections ego_motion, disparity, moving_objects
+  --set NAME=VALUE      one parameter, e.g. disparity/matcher/p1=12; may be repeated
+  --start S             seconds after the beginning of the bag
+  --duration S          seconds
+  --topics A,B,...      write these outputs only (e.g. disparity,odometry); the default is all of
+                        them: about 30 MB for an image of 1242x375
+  --compress            compress OUT (lz4)
+  --threads N           threads to use; the default is all
+  --parameters          print all parameters with their values and limits as yaml, and end
+  --help
+
+The transform from base_frame to the left camera is taken from the bag's tf. Where the bag has none,
+the camera itself becomes the base, which is said.
+)";
+
+std::atomic<bool> interrupted{false};
+
+struct Options {
+  explicit Options(const CommandLine& line)
+      : bag(line.get("bag")),
+        output(line.get("output")),
+        config(line.get("config")),
+        topics{line.get("camera"), line.get("left"), line.get("right")},
+        assignments(line.all("set")),
+        compress(line.has("compress")) {
+    if (bag.empty()) throw UsageError("--bag is missing");
+    if (output.empty()) throw UsageError("--output is missing");
+    if (!line.positional().empty()) throw UsageError("what is " + line.positional()[0] + "?");
+    if (topics.left.empty() != topics.right.empty())
+      throw UsageError("--left and --right go together");
+    if (!topics.left.empty() && !topics.camera.empty())
+      throw UsageError("--camera and --left/--right exclude each other");
+    std::istringstream list(line.get("topics"));
+    for (std::string topic; std::getline(list, topic, ',');) outputs.insert(topic);
+    if (line.has("start")) start_s = seconds(line, "start");
+    if (line.has("duration")) duration_s = seconds(line, "duration");
+  }
+
+  std::string bag, output, config;
+  StereoTopicChoice topics;
+  std::vector<std::string> assignments;
+  std::set<std::string> outputs;
+  double start_s = 0;
+  std::optional<double> duration_s;
+  bool compress;
+
+ private:
+  static double seconds(const CommandLine& line, const std::string& name) {
+    double value = 0;
+    parseParam("--" + name, line.get(name), value);
+    if (!(value >= 0)) throw UsageError("--" + name + " must not be negative");
+    return value;
+  }
+};
+
+/// The output bag: written beside its place, moved there once it is complete.
+class OutputBag {
+ public:
+  OutputBag(const std::string& path, const std::set<std::string>& wanted, const std::string& ns,
+            bool compress)
+      : path_(path), partial_(path + ".partial"), wanted_(wanted), ns_(ns) {
+    for (const std::string& topic : wanted_)
+      if (!kTopics.count(topic)) {
+        std::string text = "--topics: there is no output '" + topic + "'; there are";
+        for (const std::string& known : kTopics) text += " " + known;
+        throw UsageError(text);
+      }
+    bag_.open(partial_, rosbag::bagmode::Write);
+    if (compress) bag_.setCompression(rosbag::compression::LZ4);
+  }
+
+  ~OutputBag() {
+    if (complete_) return;
+    try {
+      bag_.close();
+    } catch (const std::exception&) {
+      // It is removed anyway.
+    }
+    std::error_code ignored;
+    std::filesystem::remove(partial_, ignored);
+  }
+
+  bool wants(const std::string& topic) const { return wanted_.empty() || wanted_.count(topic); }
+
+  template <class Message>
+  void write(const std::string& topic, ros::Time time, const Message& message) {
+    if (wants(topic)) bag_.write(ns_ + "/" + topic, time, message);
+  }
+  // A message of the input, as it is.
+  void copy(const rosbag::MessageInstance& message) {
+    bag_.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+  }
+  void writeTf(ros::Time time, const geometry_msgs::TransformStamped& transform) {
+    tf2_msgs::TFMessage message;
+    message.transforms.push_back(transform);
+    bag_.write("/tf", time, message);
+  }
+
+  void complete() {
+    bag_.close();
+    std::filesystem::rename(partial_, path_);
+    complete_ = true;
+  }
+
+ private:
+  inline static const std::set<std::string> kTopics = {
+      "odometry",
+      "odometry/pose",
+      "disparity",
+      "disparity_variance",
+      "measured_disparity",
+      "measured_variance",
+      "predicted_disparity",
+      "predicted_variance",
+      "row_alignment",
+      "search_range",
+      "disparity/image",
+      "disparity/color",
+      "depth/image_rect",
+      "depth/camera_info",
+      "points2",
+      "moving_objects",
+      "moving_objects/mask",
+      "moving_objects/residual",
+      "moving_objects/markers",
+      "moving_objects/image",
+  };
+
+  std::string path_, partial_;
+  std::set<std::string> wanted_;
+  std::string ns_;
+  rosbag::Bag bag_;
+  bool complete_ = false;
+};
+
+/// One line that is written over and over on a terminal, and a line every tenth elsewhere.
+class Progress {
+ public:
+  explicit Progress(size_t total) : total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
+  void step(size_t done) {
+    const size_t percent = total_ ? 100 * done / total_ : 100;
+    if (terminal_)
+      std::fprintf(stderr, "\rpair %zu of %zu (%zu %%)%s", done, total_, percent,
+                   done == total_ ? "\n" : "");
+    else if (percent / 10 != last_ / 10)
+      std::fprintf(stderr, "pair %zu of %zu (%zu %%)\n", done, total_, percent);
+    last_ = percent;
+  }
+
+ private:
+  size_t total_, last_ = 0;
+  bool terminal_;
+};
+
+void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, ros::Time time,
+                OutputBag& out) {
+  const EgoMotionMessages& ego_motion = frame.ego_motion;
+  const DisparityMessages& disparity = frame.disparity;
+  const MovingObjectsMessages& moving = frame.moving_objects;
+  out.write("odometry", time, *ego_motion.odometry);
+  out.write("odometry/pose", time, *ego_motion.pose);
+  out.write("disparity", time, *disparity.disparity);
+  out.write("disparity_variance", time, *disparity.disparity_variance);
+  out.write("measured_disparity", time, *disparity.measured_disparity);
+  out.write("measured_variance", time, *disparity.measured_variance);
+  out.write("predicted_disparity", time, *disparity.predicted_disparity);
+  out.write("predicted_variance", time, *disparity.predicted_variance);
+  out.write("row_alignment", time, *disparity.row_alignment);
+  out.write("search_range", time, *disparity.search_range);
+  out.write("disparity/image", time, disparity.disparity->image);
+  if (out.wants("disparity/color"))
+    out.write("disparity/color", time, *colourImage(*disparity.disparity));
+  if (out.wants("depth/image_rect"))
+    out.write("depth/image_rect", time, *depthImage(*disparity.disparity));
+  if (out.wants("depth/camera_info")) out.write("depth/camera_info", time, *depthCameraInfo(pair));
+  if (out.wants("points2"))
+    out.write("points2", time,
+              *pointCloud(*disparity.disparity, stereoRig(pair), *pair.left, moving.mask.get()));
+  out.write("moving_objects", time, *moving.objects);
+  out.write("moving_objects/mask", time, *moving.mask);
+  out.write("moving_objects/residual", time, *moving.residual);
+  if (out.wants("moving_objects/markers"))
+    out.write("moving_objects/markers", time, *markers(*moving.objects, frame.T_odom_cam));
+  if (out.wants("moving_objects/image"))
+    out.write("moving_objects/image", time, *overlay(*pair.left, *moving.objects));
+}
+
+class Replay {
+ public:
+  explicit Replay(const Options& options) : options_(options) {
+    ParamTable table(params_);
+    if (!options.config.empty()) setFromYamlFile(options.config, table);
+    for (const std::string& assignment : options.assignments) table.setAssignment(assignment);
+    in_.open(options.bag, rosbag::bagmode::Read);
+    topics_ = findStereoTopics(in_, options.topics);
+    rosbag::View everything(in_);
+    begin_ = everything.getBeginTime() + ros::Duration(options.start_s);
+    end_ = options.duration_s ? begin_ + ros::Duration(*options.duration_s) : ros::TIME_MAX;
+  }
+
+  void run() {
+    readTf();
+    std::string ns = options_.topics.camera;
+    while (!ns.empty() && ns.back() == '/') ns.pop_back();
+    if (!ns.empty() && ns[0] != '/') ns = "/" + ns;
+    OutputBag out(options_.output, options_.outputs, ns, options_.compress);
+
+    rosbag::View view(in_,
+                      rosbag::TopicQuery({topics_.left, topics_.left_info, topics_.right,
+                                          topics_.right_info, "/tf", "/tf_static"}),
+                      begin_, end_);
+    rosbag::View lefts(in_, rosbag::TopicQuery(topics_.left), begin_, end_);
+    Progress progress(lefts.size());
+    SyncParams sync = params_.disparity.sync;
+    sync.queue_size = 1000;  // nothing is dropped, however the bag is ordered
+    StampMatcher matcher({topics_.left, topics_.left_info, topics_.right, topics_.right_info},
+                         sync);
+    for (const rosbag::MessageInstance& message : view) {
+      if (interrupted) throw std::runtime_error("interrupted: " + options_.output + " not written");
+      const std::string& topic = message.getTopic();
+      if (topic == "/tf" || topic == "/tf_static") {
+        copyTf(message, out);
+        continue;
+      }
+      for (const auto& set : add(message, matcher)) processSet(set, message.getTime(), out);
+      if (topic == topics_.left) progress.step(++lefts_);
+    }
+    if (pairs_ == 0) throw std::runtime_error(noPair(lefts.size(), matcher));
+    out.complete();
+    report(matcher);
+  }
+
+ private:
+  enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
+
+  // The whole of tf is put in before the first frame: nothing is to be waited for later on.
+  void readTf() {
+    for (const rosbag::MessageInstance& message :
+         rosbag::View(in_, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
+      const auto tf = message.instantiate<tf2_msgs::TFMessage>();
+      if (!tf) continue;
+      const bool is_static = message.getTopic() == "/tf_static";
+      for (const geometry_msgs::TransformStamped& transform : tf->transforms)
+        transforms_.emplace_back(transform, is_static);
+    }
+  }
+
+  bool isOurs(const geometry_msgs::TransformStamped& transform) const {
+    return params_.ego_motion.publish_tf &&
+           transform.child_frame_id == params_.ego_motion.processor.base_frame;
+  }
+
+  // Needs to know the camera's frame.
+  void start(const StereoPair& pair) {
+    const std::string& camera = pair.left->header.frame_id;
+    std::string& base = params_.ego_motion.processor.base_frame;
+    tf2::BufferCore extrinsics(ros::Duration(24 * 3600.0));
+    for (const auto& [transform, is_static] : transforms_)
+      if (!isOurs(transform)) extrinsics.setTransform(transform, "bag", is_static);
+    if (!base.empty() && base != camera &&
+        !extrinsics.canTransform(base, camera, pair.left->header.stamp)) {
+      std::cerr << "note: the bag's tf has no path from '" << base << "' to the left camera '"
+                << camera << "': the camera itself is the base, odometry is that of '" << camera
+                << "'\n";
+      base.clear();
+    }
+    processor_.emplace(params_);
+    bool replaced = false;
+    for (const auto& [transform, is_static] : transforms_) {
+      if (isOurs(transform))
+        replaced = true;
+      else
+        processor_->tf().setTransform(transform, "bag", is_static);
+    }
+    if (replaced)
+      std::cerr << "note: the bag's own transforms to '" << base
+                << "' are replaced by those of the estimated ego-motion (--set "
+                   "ego_motion/publish_tf=false keeps them)\n";
+  }
+
+  std::vector<StampMatcher::Set> add(const rosbag::MessageInstance& message,
+                                     StampMatcher& matcher) {
+    if (const auto image = message.instantiate<sensor_msgs::Image>())
+      return matcher.add(message.getTopic() == topics_.left ? kLeft : kRight, image->header.stamp,
+                         image);
+    if (const auto info = message.instantiate<sensor_msgs::CameraInfo>())
+      return matcher.add(message.getTopic() == topics_.left_info ? kLeftInfo : kRightInfo,
+                         info->header.stamp, info, info->header.stamp.isZero());
+    return {};
+  }
+
+  void processSet(const StampMatcher::Set& set, ros::Time time, OutputBag& out) {
+    StereoPair pair;
+    pair.left = boost::static_pointer_cast<const sensor_msgs::Image>(set[kLeft]);
+    pair.right = boost::static_pointer_cast<const sensor_msgs::Image>(set[kRight]);
+    pair.left_info = boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[kLeftInfo]);
+    pair.right_info = boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[kRightInfo]);
+    if (!processor_) start(pair);
+    const auto frame = processor_->process(pair);
+    if (!frame) {
+      ++duplicates_;
+      return;
+    }
+    ++pairs_;
+    if (!frame->event.empty()) std::cerr << "\npair " << pairs_ << ": " << frame->event << "\n";
+    if (params_.ego_motion.publish_tf) out.writeTf(time, frame->ego_motion.transform);
+    writeFrame(*frame, pair, time, out);
+    table_.add(frame->times);
+  }
+
+  // What the bag knows of tf goes on, so that OUT can be looked at by itself.
+  void copyTf(const rosbag::MessageInstance& message, OutputBag& out) const {
+    const auto tf = message.instantiate<tf2_msgs::TFMessage>();
+    if (!tf) return;
+    for (const geometry_msgs::TransformStamped& transform : tf->transforms)
+      if (isOurs(transform)) return;
+    out.copy(message);
+  }
+
+  std::string noPair(size_t lefts, const StampMatcher& matcher) const {
+    if (lefts == 0) return options_.bag + ": no left image in the time that was chosen";
+    const std::string mismatch = matcher.describeMismatch();
+    return options_.bag + ": " + std::to_string(lefts) + " left images but not one pair" +
+           (mismatch.empty() ? "" : ": " + mismatch);
+  }
+
+  void report(const StampMatcher& matcher) const {
+    std::cout << pairs_ << " pairs";
+    if (matcher.unmatched()) std::cout << ", " << matcher.unmatched() << " left images unmatched";
+    if (duplicates_) std::cout << ", " << duplicates_ << " duplicates left out";
+    std::cout << "; " << cv::getNumThreads() << " threads\n";
+    table_.print(std::cout);
+  }
+
+  Options options_;
+  AllNodeletParams params_;
+  rosbag::Bag in_;
+  StereoTopics topics_;
+  ros::Time begin_, end_;
+  std::vector<std::pair<geometry_msgs::TransformStamped, bool>> transforms_;
+  std::optional<PipelineProcessor> processor_;
+  StageTable table_;
+  size_t lefts_ = 0, pairs_ = 0, duplicates_ = 0;
+};
+
+int run(const CommandLine& line) {
+  if (line.has("parameters")) {
+    AllNodeletParams params;
+    std::cout << toYaml(ParamTable(params));
+    return 0;
+  }
+  const Options options(line);
+  std::signal(SIGINT, [](int) { interrupted = true; });
+  std::signal(SIGTERM, [](int) { interrupted = true; });
+  if (line.has("threads")) cv::setNumThreads(line.getInt("threads", 0, 1));
+  Replay(options).run();
+  return 0;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  using namespace predictive_stereo;
+  return runTool(argc, argv, kHelp,
+                 {"bag", "output", "camera", "left", "right", "config", "set", "start", "duration",
+                  "topics", "threads"},
+                 {"compress", "parameters"}, run);
+}

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdio>
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "predictive_stereo/stage_times.h"
+
+namespace predictive_stereo {
+
+/// Times of many frames, printed as one line a stage: median and 95th percentile.
+class StageTable {
+ public:
+  void add(const StageTimes& times) {
+    for (const StageTime& time : times) {
+      auto stage = std::find_if(stages_.begin(), stages_.end(),
+                                [&](const auto& known) { return known.first == time.name; });
+      if (stage == stages_.end()) stage = stages_.insert(stages_.end(), {time.name, {}});
+      stage->second.push_back(time.ms);
+    }
+  }
+
+  void print(std::ostream& out) const {
+    char line[128];
+    std::snprintf(line, sizeof(line), "%-24s %10s %10s\n", "stage", "median ms", "p95 ms");
+    out << line;
+    for (const auto& [name, ms] : stages_) {
+      std::snprintf(line, sizeof(line), "%-24s %10.2f %10.2f\n", name.c_str(), quantile(ms, 0.5),
+                    quantile(ms, 0.95));
+      out << line;
+    }
+  }
+
+ private:
+  static double quantile(std::vector<double> values, double share) {
+    const size_t index = std::min(values.size() - 1,
+                                  static_cast<size_t>(share * static_cast<double>(values.size())));
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index),
+                     values.end());
+    return values[index];
+  }
+
+  std::vector<std::pair<std::string, std::vector<double>>> stages_;
+};
+
+}  // namespace predictive_stereo

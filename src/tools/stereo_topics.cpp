@@ -1,0 +1,111 @@
+#include "tools/stereo_topics.h"
+
+#include <rosbag/view.h>
+
+#include <map>
+#include <stdexcept>
+#include <vector>
+
+namespace predictive_stereo {
+namespace {
+
+class BagTopics {
+ public:
+  explicit BagTopics(const rosbag::Bag& bag) : file_(bag.getFileName()) {
+    rosbag::View view(bag);
+    for (const rosbag::ConnectionInfo* connection : view.getConnections())
+      types_[connection->topic] = connection->datatype;
+  }
+
+  bool has(const std::string& topic, const std::string& type) const {
+    const auto found = types_.find(topic);
+    return found != types_.end() && found->second == type;
+  }
+
+  bool has(const StereoTopics& topics) const {
+    return has(topics.left, "sensor_msgs/Image") && has(topics.right, "sensor_msgs/Image") &&
+           has(topics.left_info, "sensor_msgs/CameraInfo") &&
+           has(topics.right_info, "sensor_msgs/CameraInfo");
+  }
+
+  void require(const std::string& topic, const std::string& type) const {
+    if (has(topic, type)) return;
+    std::string text = file_ + " has no " + type + " on " + topic + "; its topics of this type are";
+    const char* separator = " ";
+    for (const auto& known : types_)
+      if (known.second == type) {
+        text += separator + known.first;
+        separator = ", ";
+      }
+    throw std::runtime_error(*separator == ' ' ? text + " none" : text);
+  }
+
+  std::vector<std::string> imageTopics() const {
+    std::vector<std::string> result;
+    for (const auto& known : types_)
+      if (known.second == "sensor_msgs/Image") result.push_back(known.first);
+    return result;
+  }
+
+ private:
+  std::string file_;
+  std::map<std::string, std::string> types_;
+};
+
+std::string besides(const std::string& image_topic) {
+  const size_t slash = image_topic.rfind('/');
+  return (slash == std::string::npos ? "" : image_topic.substr(0, slash + 1)) + "camera_info";
+}
+
+StereoTopics fromImages(const std::string& left, const std::string& right) {
+  return {left, besides(left), right, besides(right)};
+}
+
+// Pairs whose names differ in "left" and "right" alone.
+std::vector<StereoTopics> knownLayouts(const BagTopics& bag) {
+  std::vector<StereoTopics> found;
+  for (const std::string& left : bag.imageTopics()) {
+    const size_t place = left.rfind("left");
+    if (place == std::string::npos) continue;
+    const std::string kind = left.substr(left.rfind('/') + 1);
+    const bool kitti = left.find("/camera_") != std::string::npos && kind == "image_raw";
+    if (kind != "image_rect" && !kitti) continue;
+    std::string right = left;
+    right.replace(place, 4, "right");
+    const StereoTopics topics = fromImages(left, right);
+    if (bag.has(topics)) found.push_back(topics);
+  }
+  return found;
+}
+
+}  // namespace
+
+StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice) {
+  const BagTopics known(bag);
+  StereoTopics topics;
+  if (!choice.camera.empty()) {
+    std::string camera = choice.camera;
+    while (!camera.empty() && camera.back() == '/') camera.pop_back();
+    if (camera.empty() || camera[0] != '/') camera = "/" + camera;
+    topics = fromImages(camera + "/left/image_rect", camera + "/right/image_rect");
+  } else if (!choice.left.empty()) {
+    topics = fromImages(choice.left, choice.right);
+  } else {
+    const std::vector<StereoTopics> candidates = knownLayouts(known);
+    if (candidates.size() == 1) return candidates[0];
+    std::string text = candidates.empty()
+                           ? "no stereo camera of a known layout in " + bag.getFileName()
+                           : "more than one stereo camera in " + bag.getFileName();
+    text += "; choose with --camera or --left and --right from these image topics:";
+    for (const std::string& topic : known.imageTopics()) text += "\n  " + topic;
+    if (known.imageTopics().empty()) text += " none";
+    throw std::runtime_error(text);
+  }
+  known.require(topics.left, "sensor_msgs/Image");
+  known.require(topics.right, "sensor_msgs/Image");
+  known.require(topics.left_info, "sensor_msgs/CameraInfo");
+  known.require(topics.right_info, "sensor_msgs/CameraInfo");
+  return topics;
+}
+
+}  // namespace predictive_stereo
