@@ -67,7 +67,7 @@ struct Shader {
         std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
     const Vector3f normal = p.R_local_world.transpose() * surface.normal;
     float illumination = look.ambient * (0.75f + 0.25f * normal.z());
-    if (hit.sunny) illumination += look.sun * normal.dot(look.to_sun);
+    if (hit.sunny) illumination += look.sun * std::abs(normal.dot(look.to_sun));
     if (look.street_lamps > 0) illumination += look.street_lamps / (1.0f + 0.012f * hit.t * hit.t);
     float radiance = albedo * illumination;
     const float mirror = look.reflections * mirrorOf(p, hit.part, point);
@@ -125,10 +125,18 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
           radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
           continue;
         }
-        float sum = 0;
+        // What two of them meet is lit and shaded once.
+        LitHit met[4];
+        float radiance_of[4], sum = 0;
         for (int i = 0; i < 4; ++i) {
           const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];
-          sum += shade(shade.cast(ray_x, ray_y), ray_x, ray_y);
+          met[i] = shade.cast(ray_x, ray_y);
+          int j = 0;
+          while (met[j].primitive != met[i].primitive || met[j].part != met[i].part ||
+                 met[j].sunny != met[i].sunny)
+            ++j;
+          radiance_of[i] = j < i ? radiance_of[j] : shade(met[i], ray_x, ray_y);
+          sum += radiance_of[i];
         }
         radiance(y, x) = 0.25f * sum;
       }

@@ -113,9 +113,7 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
       // Curtains and dark rooms behind the pane.
       return 0.10f + contrast * 0.08f * texture2(u, v, fp, {0.7f, 4, 0.7f}, seed);
     case Material::kLeaves:
-      return p.albedo * (1.0f + contrast * 0.75f *
-                                    texture3(local.x(), local.y(), local.z(), fp.width_m,
-                                             {0.4f, 4, 0.95f}, p.seed));
+      return p.albedo * (1.0f + contrast * 0.75f * texture2(u, v, fp, {0.4f, 4, 0.95f}, seed));
     case Material::kBark:
       return p.albedo *
              (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));

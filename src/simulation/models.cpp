@@ -223,6 +223,15 @@ void addCyclist(Builder b, const Vector3d& size, double stride_m, uint32_t seed)
         0.2);
 }
 
+// A bunch of leaves: a flat one, turned anyhow.
+void addLeaves(Builder& b, const Vector3d& centre, double size, double albedo, Random& random) {
+  const Eigen::Matrix3d R = (Eigen::AngleAxisd(random.uniform(0, 2 * kPi), Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(random.uniform(-1.2, 1.2), Vector3d::UnitX()))
+                                .toRotationMatrix();
+  b.add(Shape::kLeaves, Material::kLeaves, centre, {size, 0.01, size},
+        albedo * random.uniform(0.6, 1.3), R);
+}
+
 }  // namespace
 
 Vector3d sizeOf(Kind kind, uint32_t seed) {
@@ -278,13 +287,12 @@ void addTree(const Place& place, uint32_t seed, Primitives& out) {
                                     random.uniform(-0.1, 0.5)),
           0.35 * radius, 0.13);
   }
-  for (int i = 0; i < 36; ++i) {
+  for (int i = 0; i < 60; ++i) {
     const double angle = random.uniform(0, 2 * kPi), lift = random.uniform(-0.8, 1.0);
-    const double across = std::sqrt(std::max(0.0, 1 - lift * lift)) * random.uniform(0.55, 1.0);
-    const double size = crown * random.uniform(0.16, 0.32);
-    b.add(Shape::kLeaves, Material::kLeaves,
-          middle + crown * Vector3d(across * std::cos(angle), across * std::sin(angle), lift),
-          {size, size, 0.75 * size}, albedo * random.uniform(0.6, 1.35));
+    const double across = std::sqrt(std::max(0.0, 1 - lift * lift)) * random.uniform(0.3, 1.0);
+    addLeaves(b,
+              middle + crown * Vector3d(across * std::cos(angle), across * std::sin(angle), lift),
+              crown * random.uniform(0.18, 0.36), albedo, random);
   }
 }
 
@@ -294,14 +302,12 @@ void addBush(const Place& place, double length_m, double height_m, uint32_t seed
   const double albedo = random.uniform(0.26, 0.42), depth = 0.45;
   b.add(Shape::kBox, Material::kLeaves, {0, 0, 0.46 * height_m},
         {0.5 * length_m, 0.75 * depth, 0.46 * height_m}, 0.75 * albedo);
-  const int count = static_cast<int>(length_m * height_m * 3.5) + 4;
-  for (int i = 0; i < count; ++i) {
-    const double size = random.uniform(0.2, 0.42);
-    b.add(Shape::kLeaves, Material::kLeaves,
-          {random.uniform(-0.5, 0.5) * length_m, random.uniform(-1, 1) * depth,
-           random.uniform(0.1, 1.0) * height_m},
-          {size, size, size}, albedo * random.uniform(0.7, 1.4));
-  }
+  const int count = static_cast<int>(length_m * height_m * 6) + 4;
+  for (int i = 0; i < count; ++i)
+    addLeaves(b,
+              {random.uniform(-0.5, 0.5) * length_m, random.uniform(-1.1, 1.1) * depth,
+               random.uniform(0.1, 1.05) * height_m},
+              random.uniform(0.2, 0.4), albedo, random);
 }
 
 void addLampPost(const Place& place, Primitives& out) {

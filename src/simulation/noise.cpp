@@ -12,14 +12,15 @@ constexpr uint32_t kX = 0x8da6b343U, kY = 0xd8163841U, kZ = 0xcb1ab31fU;
 inline float lattice(uint32_t h) {
   h ^= h >> 15;
   h *= 0x2c1b3c6dU;
-  h ^= h >> 12;
+  h ^= h >> 13;
   h *= 0x297a2d39U;
   return static_cast<float>(static_cast<int32_t>(h)) * (1.0f / 2147483648.0f);
 }
 
-inline int floorOf(double x) {
+template <class Number>
+inline int floorOf(Number x) {
   const int i = static_cast<int>(x);
-  return i - (x < i);
+  return i - (x < static_cast<Number>(i));
 }
 
 inline float smooth(float f) { return f * f * (3.0f - 2.0f * f); }
@@ -34,26 +35,36 @@ inline float visibility(float wavelength, float footprint) {
   return std::clamp(0.5f * wavelength / footprint - 1.0f, 0.0f, 1.0f);
 }
 
-}  // namespace
-
-float noise2(double x, double y, uint32_t seed) {
-  const int ix = floorOf(x), iy = floorOf(y);
-  const float fx = smooth(static_cast<float>(x - ix)), fy = smooth(static_cast<float>(y - iy));
-  const uint32_t x0 = static_cast<uint32_t>(ix) * kX + seed, x1 = x0 + kX;
-  const uint32_t y0 = static_cast<uint32_t>(iy) * kY, y1 = y0 + kY;
+// Noise at (fx, fy) from a lattice point whose products with kX and kY are x0 and y0.
+inline float latticeNoise(uint32_t x0, uint32_t y0, float fx, float fy) {
+  const float sx = smooth(fx), sy = smooth(fy);
+  const uint32_t x1 = x0 + kX, y1 = y0 + kY;
   const float a = lattice(x0 ^ y0), b = lattice(x1 ^ y0);
   const float c = lattice(x0 ^ y1), d = lattice(x1 ^ y1);
-  const float top = a + (b - a) * fx, bottom = c + (d - c) * fx;
-  return top + (bottom - top) * fy;
+  const float top = a + (b - a) * sx, bottom = c + (d - c) * sx;
+  return top + (bottom - top) * sy;
 }
 
-float noise3(float x, float y, float z, uint32_t seed) {
-  const int iz = floorOf(z);
-  const float fz = smooth(z - static_cast<float>(iz));
-  const uint32_t plane = seed + static_cast<uint32_t>(iz) * kZ;
-  const float near = noise2(x, y, plane);
-  return near + (noise2(x, y, plane + kZ) - near) * fz;
+template <class Number>
+inline float noiseAt(Number x, Number y, uint32_t seed) {
+  const int ix = floorOf(x), iy = floorOf(y);
+  return latticeNoise(static_cast<uint32_t>(ix) * kX + seed, static_cast<uint32_t>(iy) * kY,
+                      static_cast<float>(x - static_cast<Number>(ix)),
+                      static_cast<float>(y - static_cast<Number>(iy)));
 }
+
+inline float noiseAt(float x, float y, float z, uint32_t seed) {
+  const int iz = floorOf(z);
+  const uint32_t plane = seed + static_cast<uint32_t>(iz) * kZ;
+  const float near = noiseAt(x, y, plane), far = noiseAt(x, y, plane + kZ);
+  return near + (far - near) * smooth(z - static_cast<float>(iz));
+}
+
+}  // namespace
+
+float noise2(double x, double y, uint32_t seed) { return noiseAt(x, y, seed); }
+
+float noise3(float x, float y, float z, uint32_t seed) { return noiseAt(x, y, z, seed); }
 
 float texture2(double u_m, double v_m, const Footprint& footprint, const Octaves& octaves,
                uint32_t seed) {
@@ -61,20 +72,31 @@ float texture2(double u_m, double v_m, const Footprint& footprint, const Octaves
   for (int k = 0; k < octaves.count; ++k, amplitude *= octaves.gain, wavelength *= 0.5f) {
     float weight = visibility(wavelength, footprint.width_m);
     if (weight <= 0) break;
-    const double scale = 1.0 / wavelength;
-    const float c = kCos[k & 3], s = kSin[k & 3];
-    const int samples =
-        std::clamp(static_cast<int>(2 * footprint.length_m / wavelength + 0.999f), 1, 4);
-    // Beyond four samples along the axis the average of so many details is their mean, 0.
-    if (samples == 4)
-      weight *= std::min(1.0f, 4 * wavelength / std::max(footprint.length_m, 1e-6f));
-    float value = 0;
-    for (int i = 0; i < samples; ++i) {
-      const float along = (i + 0.5f) / samples - 0.5f;
-      const double u = u_m + along * footprint.along_u, v = v_m + along * footprint.along_v;
-      value += noise2((u * c - v * s) * scale, (u * s + v * c) * scale, seed + 0x9e37U * k);
+    const float scale = 1 / wavelength, c = kCos[k & 3] * scale, s = kSin[k & 3] * scale;
+    const uint32_t octave = seed + 0x9e37U * static_cast<uint32_t>(k);
+    const double x = u_m * c - v_m * s, y = u_m * s + v_m * c;
+    const int samples = std::min(4, 1 + static_cast<int>(2 * footprint.length_m * scale));
+    if (samples == 1) {
+      sum += amplitude * weight * noiseAt(x, y, octave);
+      continue;
     }
-    sum += amplitude * weight * value / samples;
+    // Beyond four samples along the axis the average of so many details is their mean, 0.
+    if (samples == 4) weight *= std::min(1.0f, 4 * wavelength / footprint.length_m);
+    const float step_x = (footprint.along_u * c - footprint.along_v * s) / samples;
+    const float step_y = (footprint.along_u * s + footprint.along_v * c) / samples;
+    const int ix = floorOf(x), iy = floorOf(y);
+    const uint32_t x0 = static_cast<uint32_t>(ix) * kX + octave,
+                   y0 = static_cast<uint32_t>(iy) * kY;
+    float sample_x = static_cast<float>(x - ix) - 0.5f * (samples - 1) * step_x;
+    float sample_y = static_cast<float>(y - iy) - 0.5f * (samples - 1) * step_y;
+    float value = 0;
+    for (int i = 0; i < samples; ++i, sample_x += step_x, sample_y += step_y) {
+      const int jx = floorOf(sample_x), jy = floorOf(sample_y);
+      value +=
+          latticeNoise(x0 + static_cast<uint32_t>(jx) * kX, y0 + static_cast<uint32_t>(jy) * kY,
+                       sample_x - static_cast<float>(jx), sample_y - static_cast<float>(jy));
+    }
+    sum += amplitude * weight * value / static_cast<float>(samples);
   }
   return sum;
 }
@@ -85,10 +107,10 @@ float texture3(float x_m, float y_m, float z_m, float width_m, const Octaves& oc
   for (int k = 0; k < octaves.count; ++k, amplitude *= octaves.gain, wavelength *= 0.5f) {
     const float weight = visibility(wavelength, width_m);
     if (weight <= 0) break;
-    const float scale = 1.0f / wavelength, c = kCos[k & 3], s = kSin[k & 3];
+    const float scale = 1 / wavelength, c = kCos[k & 3] * scale, s = kSin[k & 3] * scale;
     sum += amplitude * weight *
-           noise3((x_m * c - y_m * s) * scale, (x_m * s + y_m * c) * scale, z_m * scale,
-                  seed + 0x9e37U * k);
+           noiseAt(x_m * c - y_m * s, x_m * s + y_m * c, z_m * scale,
+                   seed + 0x9e37U * static_cast<uint32_t>(k));
   }
   return sum;
 }

@@ -132,40 +132,32 @@ bool meetsCylinder(const Primitive& p, const Vector3f& o, const Vector3f& d, flo
   return accept(stretch, t, part);
 }
 
-bool meetsEllipsoid(const Primitive& p, const Vector3f& o, const Vector3f& d, float pixel_per_m,
-                    float& t) {
+bool meetsEllipsoid(const Primitive& p, const Vector3f& o, const Vector3f& d, float& t) {
   const Vector3f unit_o = o.cwiseQuotient(p.half_m), unit_d = d.cwiseQuotient(p.half_m);
   const float a = unit_d.squaredNorm();
   const float middle = -unit_o.dot(unit_d) / a;
   const float rest = 1 - (unit_o + middle * unit_d).squaredNorm();
   if (rest <= 0) return false;
-  const float reach = std::sqrt(rest / a);
-  float met = middle - reach;
-  if (p.shape != Shape::kLeaves) {
-    if (met < kNearest_m || met >= t) return false;
-    t = met;
-    return true;
-  }
-  // Leaves on a shell with holes: the far side shows through them.
-  for (const float side : {middle - reach, middle + reach}) {
-    if (side < kNearest_m) continue;
-    if (side >= t) return false;
-    const Vector3f point = o + side * d;
-    const float size_m = std::max(0.085f, 2.5f * pixel_per_m * side);
-    const Vector3f q = point / size_m;
-    if (noise3(q.x(), q.y(), q.z(), p.seed) < -0.06f) continue;
-    t = side;
-    return true;
-  }
-  return false;
+  const float met = middle - std::sqrt(rest / a);
+  if (met < kNearest_m || met >= t) return false;
+  t = met;
+  return true;
 }
 
-bool meetsPlate(const Primitive& p, const Vector3f& o, const Vector3f& d, float& t) {
+bool meetsPlate(const Primitive& p, const Vector3f& o, const Vector3f& d, float pixel_per_m,
+                float& t) {
   if (d.y() == 0) return false;
   const float met = -o.y() / d.y();
   if (met < kNearest_m || met >= t) return false;
   const float x = o.x() + met * d.x(), z = o.z() + met * d.z();
-  if (p.shape == Shape::kRing) {
+  if (p.shape == Shape::kLeaves) {
+    const float u = x / p.half_m.x(), v = z / p.half_m.z();
+    const float radius2 = u * u + v * v;
+    if (radius2 > 1) return false;
+    // Leaves of 7 cm, sparser towards the rim; they grow where pixels are too large for them.
+    const float size_m = std::max(0.07f, 2.2f * pixel_per_m * met);
+    if (noise2(x / size_m, z / size_m, p.seed) < 0.75f * radius2 - 0.35f) return false;
+  } else if (p.shape == Shape::kRing) {
     const float radius2 = x * x + z * z, outer = p.half_m.x(), inner = 0.88f * outer;
     if (radius2 > outer * outer) return false;
     // Spokes: six narrow sectors; a hub.
@@ -221,13 +213,13 @@ bool intersect(const Primitive& p, const Vector3f& o, const Vector3f& d, float p
     case Shape::kCylinder:
       return meetsCylinder(p, o, d, t, part);
     case Shape::kEllipsoid:
-    case Shape::kLeaves:
-      if (!meetsEllipsoid(p, o, d, pixel_per_m, t)) return false;
+      if (!meetsEllipsoid(p, o, d, t)) return false;
       part = 0;
       return true;
+    case Shape::kLeaves:
     case Shape::kRing:
     case Shape::kBars:
-      if (!meetsPlate(p, o, d, t)) return false;
+      if (!meetsPlate(p, o, d, pixel_per_m, t)) return false;
       part = 0;
       return true;
   }
@@ -271,8 +263,7 @@ Surface surfaceAt(const Primitive& p, int part, const Vector3f& point) {
       surface.v_m = point.z();
       return surface;
     }
-    case Shape::kEllipsoid:
-    case Shape::kLeaves: {
+    case Shape::kEllipsoid: {
       Surface surface;
       surface.normal = point.cwiseQuotient(p.half_m.cwiseProduct(p.half_m)).normalized();
       surface.axis_u = surface.axis_v = Vector3f::Zero();
@@ -280,6 +271,7 @@ Surface surfaceAt(const Primitive& p, int part, const Vector3f& point) {
       surface.v_m = point.z();
       return surface;
     }
+    case Shape::kLeaves:
     case Shape::kRing:
     case Shape::kBars:
       return flat(y, x, z, point);

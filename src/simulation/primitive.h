@@ -12,9 +12,9 @@ enum class Shape : uint8_t {
   kBox,        ///< half sizes along the local axes
   kFrustum,    ///< a box whose top is smaller: car bodies, cabins, roofs
   kBuilding,   ///< a box with recessed windows on its walls
-  kCylinder,   ///< axis z, radius half.x, half length half.z, with caps
+  kCylinder,   ///< axis z, radius half.x = half.y, half length half.z, with caps
   kEllipsoid,  ///< semi-axes
-  kLeaves,     ///< an ellipsoid with holes
+  kLeaves,     ///< a flat ragged disc with holes across y, radii half.x and half.z
   kRing,       ///< a flat ring around y, outer radius half.x: bicycle wheels
   kBars,       ///< a plate across y with upright gaps: fences
 };

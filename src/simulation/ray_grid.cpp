@@ -15,8 +15,7 @@ constexpr float kHuge = 1e9f;
 // Corners of a primitive's box in the camera's frame.
 std::array<Vector3d, 8> cornersOf(const Primitive& p, const Eigen::Isometry3d& T_cam_world) {
   const Eigen::Matrix3d R_world_local = p.R_local_world.transpose().cast<double>();
-  Vector3d half = p.half_m.cast<double>();
-  if (p.shape == Shape::kCylinder) half.y() = half.x();
+  const Vector3d half = p.half_m.cast<double>();
   std::array<Vector3d, 8> corners;
   for (int i = 0; i < 8; ++i) {
     const Vector3d local(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(),

@@ -24,9 +24,7 @@ Sunlight::Sunlight(const std::vector<Primitive>& primitives, const Vector3f& to_
     caster.direction = p.R_local_world * to_sun;
     // The box's extent across the rays.
     const auto extent = [&](const Vector3f& axis) {
-      Vector3f half = p.half_m;
-      if (p.shape == Shape::kCylinder) half.y() = half.x();
-      return (p.R_local_world * axis).cwiseAbs().dot(half) + 1e-3f;
+      return (p.R_local_world * axis).cwiseAbs().dot(p.half_m) + 1e-3f;
     };
     const float width = extent(across_), height = extent(up_);
     const float x = caster.centre_m.dot(across_), y = caster.centre_m.dot(up_);
