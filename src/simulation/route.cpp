@@ -28,6 +28,17 @@ double reachOfBend(double length_m) {
 
 }  // namespace
 
+Eigen::Isometry3d mountedCamera() {
+  constexpr double kHeight_m = 1.65, kPitch_rad = 0.012;  // looks slightly down
+  Eigen::Matrix3d R_body_cam;                             // axes of a level camera
+  R_body_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  Eigen::Isometry3d T_vehicle_cam = Eigen::Isometry3d::Identity();
+  T_vehicle_cam.linear() =
+      Eigen::AngleAxisd(kPitch_rad, Vector3d::UnitY()).toRotationMatrix() * R_body_cam;
+  T_vehicle_cam.translation().z() = kHeight_m;
+  return T_vehicle_cam;
+}
+
 Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(drive), seed_(seed) {
   const double length_m = drive.cruise_mps * duration_s + 150;
   Vector3d at(drive.start_m, -kLane_m, 0);
@@ -134,27 +145,24 @@ Place Route::placeAlong(double way_m) const {
 Eigen::Isometry3d Route::cameraAt(double time_s) const {
   const State state = stateAt(time_s);
   const Place place = placeAlong(state.way_m);
-  double pitch = 0.012, roll = 0, heave = 0;  // pitch: down is positive
+  double pitch = 0, roll = 0, heave = 0;  // pitch: down is positive
   if (drive_.sways) {
     // Unevenness is a function of the way: a camera that stands, stands still.
     const double way = state.way_m;
-    pitch += 0.0035 * noise2(way / 4.0, 0.5, seed_) + 0.0015 * noise2(way / 1.3, 0.5, seed_ + 1);
+    pitch = 0.0035 * noise2(way / 4.0, 0.5, seed_) + 0.0015 * noise2(way / 1.3, 0.5, seed_ + 1);
+    pitch -= 0.0025 * state.accel_mps2;
     roll = 0.004 * noise2(way / 5.0, 0.5, seed_ + 2);
     heave = 0.012 * noise2(way / 3.0, 0.5, seed_ + 3);
-    pitch -= 0.0025 * state.accel_mps2;
   }
   const double look =
       drive_.look_deg * kPi / 180 * std::sin(2 * kPi * time_s / drive_.look_period_s);
-  Eigen::Matrix3d R_body_cam;  // optical axes in a body that looks along x, with z up
-  R_body_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  Eigen::Isometry3d T_world_cam = Eigen::Isometry3d::Identity();
-  T_world_cam.linear() =
+  Eigen::Isometry3d T_world_vehicle = Eigen::Isometry3d::Identity();
+  T_world_vehicle.linear() =
       (Eigen::AngleAxisd(place.heading_rad + look, Vector3d::UnitZ()) *
        Eigen::AngleAxisd(pitch, Vector3d::UnitY()) * Eigen::AngleAxisd(roll, Vector3d::UnitX()))
-          .toRotationMatrix() *
-      R_body_cam;
-  T_world_cam.translation() = place.position_m + Vector3d(0, 0, kCameraHeight_m + heave);
-  return T_world_cam;
+          .toRotationMatrix();
+  T_world_vehicle.translation() = place.position_m + Vector3d(0, 0, heave);
+  return T_world_vehicle * mountedCamera();
 }
 
 }  // namespace predictive_stereo::simulation

@@ -9,7 +9,9 @@
 
 namespace predictive_stereo::simulation {
 
-constexpr double kCameraHeight_m = 1.65;
+/// Pose of the camera's optical frame (z ahead, x to the right) in the vehicle, which stands on the
+/// road below it.
+Eigen::Isometry3d mountedCamera();
 
 /// The way that a vehicle takes through the town, and how fast it goes along it.
 class Route {
@@ -23,7 +25,7 @@ class Route {
   Place placeAlong(double way_m) const;
   Place placeAt(double time_s) const { return placeAlong(wayAt(time_s)); }
 
-  /// Pose of the left camera's optical frame (z ahead, x to the right) in the world (z up).
+  /// Pose of the left camera's optical frame in the world (z up).
   Eigen::Isometry3d cameraAt(double time_s) const;
 
  private:

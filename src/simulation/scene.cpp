@@ -62,6 +62,7 @@ std::vector<Scene> makeScenes() {
     Scene& s = scene("rotation", "stands and turns to both sides, up to 10 deg/s");
     s.drive.cruise_mps = 0;
     s.drive.start_m = -40;
+    s.drive.sways = false;
     s.drive.look_deg = 12;
     s.drive.look_period_s = 7.5;
   }

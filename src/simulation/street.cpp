@@ -316,9 +316,9 @@ Street& Street::operator=(Street&&) noexcept = default;
 const StereoRig& Street::rig() const { return world_->rig; }
 int Street::frames() const { return world_->params.frames; }
 double Street::stampOf(int index) const { return world_->stamp(index); }
-Isometry3d Street::poseOf(int index) const {
-  return world_->route.cameraAt(world_->exposureTime(index));
-}
+double Street::exposureTimeOf(int index) const { return world_->exposureTime(index); }
+Isometry3d Street::poseAt(double time_s) const { return world_->route.cameraAt(time_s); }
+Isometry3d Street::cameraMount() { return mountedCamera(); }
 double Street::rightRowOffset(double x, double y) const { return world_->rowOffset(x, y); }
 
 StreetFrame Street::render(int index) const {

@@ -97,9 +97,15 @@ class Street {
   /// Images and truth of frame 0 .. frames() - 1.
   StreetFrame render(int index) const;
 
-  /// Truth without images: stamp and pose.
+  /// Truth without images. A frame that repeats the one before was exposed before its stamp.
   double stampOf(int index) const;
-  Eigen::Isometry3d poseOf(int index) const;
+  double exposureTimeOf(int index) const;
+  Eigen::Isometry3d poseOf(int index) const { return poseAt(exposureTimeOf(index)); }
+  /// Pose of the left camera's optical frame in the world, from time 0 to the last frame's.
+  Eigen::Isometry3d poseAt(double time_s) const;
+  /// Pose of that frame in the vehicle's: on the road below the camera, x ahead, z up. Constant: a
+  /// vehicle that sways tilts as a whole.
+  static Eigen::Isometry3d cameraMount();
 
   /// Vertical misalignment of the right camera [px]: a point that an ideal right camera sees at
   /// (x, y) lies at (x, y + rightRowOffset(x, y)) in the right image. A quadratic in x and y whose
