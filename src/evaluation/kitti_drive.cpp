@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -16,10 +17,6 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const std::string& file, const std::string& reason) {
   throw std::runtime_error(file + ": " + reason);
-}
-
-std::string imageFolder(const KittiCamera& camera) {
-  return "image_0" + std::to_string(camera.number);
 }
 
 /// Numbers of the files <number>.<extension> in a folder.
@@ -166,15 +163,26 @@ std::string KittiDrive::dataFile(const std::string& folder, int frame,
   return dir_ + "/" + folder + "/data/" + number + "." + extension;
 }
 
-cv::Mat1b KittiDrive::grayImage(const KittiCamera& camera, int frame) const {
+std::string KittiDrive::imageFolder(const KittiCamera& camera) {
+  return "image_0" + std::to_string(camera.number);
+}
+
+cv::Mat KittiDrive::image(const KittiCamera& camera, int frame) const {
   const std::string path = dataFile(imageFolder(camera), frame, "png");
-  const cv::Mat1b image = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  const bool gray = camera.number < 2;
+  const cv::Mat image = cv::imread(path, gray ? cv::IMREAD_GRAYSCALE : cv::IMREAD_COLOR);
   if (image.empty()) fail(path, "cannot be read as an image");
   if (image.size() != rig_.size)
     fail(path, "is " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
                    ", but the drive's first image is " + std::to_string(rig_.size.width) + "x" +
                    std::to_string(rig_.size.height));
   return image;
+}
+
+cv::Mat1b KittiDrive::grayImage(const KittiCamera& camera, int frame) const {
+  cv::Mat gray = image(camera, frame);
+  if (gray.channels() == 3) cv::cvtColor(gray, gray, cv::COLOR_BGR2GRAY);
+  return gray;
 }
 
 std::vector<int64_t> KittiDrive::stamps(const std::string& folder) const {

@@ -72,6 +72,11 @@ class KittiDrive {
   /// 8-bit grey images (the colour pair's are converted).
   cv::Mat1b left(int frame) const { return grayImage(left_, frame); }
   cv::Mat1b right(int frame) const { return grayImage(right_, frame); }
+  /// The image of leftCamera() or rightCamera() as recorded: 8-bit grey, or BGR.
+  cv::Mat image(const KittiCamera& camera, int frame) const;
+
+  /// Folder of a camera's images, "image_00" to "image_03".
+  static std::string imageFolder(const KittiCamera& camera);
 
   /// Stamps of the files that belong to the frames, of e.g. "image_00", "oxts", "velodyne_points".
   std::vector<int64_t> stamps(const std::string& folder) const;

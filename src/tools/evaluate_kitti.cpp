@@ -8,6 +8,7 @@
 #include "evaluation/kitti_scene_2012.h"
 #include "params/yaml_params.h"
 #include "tools/command_line.h"
+#include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
@@ -201,12 +202,10 @@ int evaluate(const CommandLine& command_line) {
     for (const auto& sequence : group.sequences) {
       const int frames =
           max_frames > 0 ? std::min(max_frames, sequence->frames()) : sequence->frames();
-      const auto progress = [&](int index) {
-        std::fprintf(stderr, "\r%s: frame %d of %d ", sequence->name().c_str(), index + 1, frames);
-        if (index + 1 == frames) std::fprintf(stderr, "\n");
-      };
-      evaluateDisparity(*sequence, methods, params.disparity.matcher.range, params.ego_motion,
-                        max_frames, progress, nullptr, evaluations);
+      Progress progress(sequence->name(), frames);
+      evaluateDisparity(
+          *sequence, methods, params.disparity.matcher.range, params.ego_motion, max_frames,
+          [&](int index) { progress.update(index); }, nullptr, evaluations);
     }
     printEvaluations(group.name, methods, evaluations);
   }

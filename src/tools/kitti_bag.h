@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "evaluation/kitti_drive.h"
+
+namespace predictive_stereo {
+
+/// Writes a drive as kitti2bag's `raw_synced` bags have it:
+///
+/// - /kitti/camera_{gray,color}_{left,right}/{image_raw,camera_info}: the rectified images (mono8
+/// or
+///   bgr8) under the name of raw ones; K and D of the unrectified cameras, R and P of the rectified
+///   ones; each camera's own stamps; frames camera_gray_left, ...
+/// - /kitti/oxts/{imu,gps/fix,gps/vel} in frame imu_link and /kitti/velo/pointcloud (x, y, z, i) in
+///   frame velo_link, where the drive has them;
+/// - /tf world -> base_link where poses are known, and /tf_static from base_link to imu_link, from
+///   there to velo_link and the cameras, repeated with every frame.
+///
+/// kitti2bag writes the inertial unit's pose as that of base_link; here it is moved along the lever
+/// arm, so that world -> imu_link is exact. A drive without oxts has its base_link in the left
+/// camera's centre (x forward, z up), poses from poses_gt_cam0.txt, and no imu_link or velo_link.
+///
+/// Writes to a temporary file beside `path` that is renamed at the end: nothing is left after an
+/// error.
+/// @param progress  called after each frame with its index; may throw to stop.
+/// @throws std::runtime_error that names the file which cannot be read or written.
+void writeKittiBag(const KittiDrive& drive, const std::string& path,
+                   const std::function<void(int)>& progress);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,170 @@
+#include "tools/kitti_bag.h"
+
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/NavSatFix.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <tf2/buffer_core.h>
+#include <tf2_eigen/tf2_eigen.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <map>
+
+#include "evaluation/kitti_fixture.h"
+
+namespace predictive_stereo {
+namespace {
+
+std::string oxtsText(double yaw_rad, double longitude_deg) {
+  std::string text = "49 " + std::to_string(longitude_deg) + " 100 0 0 " + std::to_string(yaw_rad);
+  for (int i = 6; i < 30; ++i) text += " " + std::to_string(i);
+  return text;
+}
+
+void addOxtsAndLidar(const KittiFixture& files) {
+  for (int i = 0; i < files.frames(); ++i) {
+    const std::string number = "000000000" + std::to_string(i);
+    files.write(KittiFixture::data("oxts/data/" + number + ".txt"),
+                oxtsText(0.1 * i, 8 + 1e-5 * i));
+    files.write(KittiFixture::data("velodyne_points/data/" + number + ".bin"),
+                scanBytes({1, 2, 3, 0.5f, 4, 5, 6, 0.25f}));
+  }
+}
+
+std::map<std::string, int> countTopics(const rosbag::Bag& bag) {
+  std::map<std::string, int> counts;
+  for (const rosbag::MessageInstance& message : rosbag::View(bag)) ++counts[message.getTopic()];
+  return counts;
+}
+
+template <class Message>
+typename Message::ConstPtr firstOf(const rosbag::Bag& bag, const std::string& topic) {
+  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery(topic)))
+    return message.instantiate<Message>();
+  return nullptr;
+}
+
+/// All transforms of the bag.
+void fill(const rosbag::Bag& bag, tf2::BufferCore& buffer) {
+  for (const rosbag::MessageInstance& message :
+       rosbag::View(bag, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
+    const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
+    for (const auto& transform : transforms->transforms)
+      buffer.setTransform(transform, "bag", message.getTopic() == "/tf_static");
+  }
+}
+
+Eigen::Isometry3d lookup(const tf2::BufferCore& buffer, const std::string& parent,
+                         const std::string& child, int64_t stamp_ns) {
+  ros::Time time;
+  time.fromNSec(static_cast<uint64_t>(stamp_ns));
+  return Eigen::Isometry3d(tf2::transformToEigen(buffer.lookupTransform(parent, child, time)));
+}
+
+TEST(KittiBag, HasTheLayoutOfKitti2bag) {
+  const KittiFixture files(2);
+  addOxtsAndLidar(files);
+  const KittiDrive drive(files.path(), KittiFixture::kDrive);
+  writeKittiBag(drive, files.path("out.bag"), nullptr);
+  const rosbag::Bag bag(files.path("out.bag"));
+  const std::map<std::string, int> expected = {{"/kitti/camera_gray_left/image_raw", 2},
+                                               {"/kitti/camera_gray_left/camera_info", 2},
+                                               {"/kitti/camera_gray_right/image_raw", 2},
+                                               {"/kitti/camera_gray_right/camera_info", 2},
+                                               {"/kitti/oxts/imu", 2},
+                                               {"/kitti/oxts/gps/fix", 2},
+                                               {"/kitti/oxts/gps/vel", 2},
+                                               {"/kitti/velo/pointcloud", 2},
+                                               {"/tf", 2},
+                                               {"/tf_static", 2}};
+  EXPECT_EQ(countTopics(bag), expected);
+
+  const auto image = firstOf<sensor_msgs::Image>(bag, "/kitti/camera_gray_right/image_raw");
+  EXPECT_EQ(image->encoding, "mono8");
+  EXPECT_EQ(image->header.frame_id, "camera_gray_right");
+  EXPECT_EQ(image->header.stamp.toNSec() % 10000000000u, 500000001u);
+  EXPECT_EQ(image->data[0], 1);
+  const auto info = firstOf<sensor_msgs::CameraInfo>(bag, "/kitti/camera_gray_right/camera_info");
+  EXPECT_EQ(info->width, 64u);
+  EXPECT_EQ(info->K[0], 110);
+  EXPECT_EQ(info->D.size(), 5u);
+  EXPECT_EQ(info->P[3], -50);
+  EXPECT_EQ(info->distortion_model, "plumb_bob");
+  const auto cloud = firstOf<sensor_msgs::PointCloud2>(bag, "/kitti/velo/pointcloud");
+  EXPECT_EQ(cloud->width, 2u);
+  EXPECT_EQ(cloud->fields[3].name, "i");
+  EXPECT_EQ(*reinterpret_cast<const float*>(&cloud->data[20]), 5.0f);
+  EXPECT_EQ(firstOf<sensor_msgs::NavSatFix>(bag, "/kitti/oxts/gps/fix")->latitude, 49);
+}
+
+TEST(KittiBag, TransformsGiveTheDrivesPoses) {
+  const KittiFixture files(2);
+  addOxtsAndLidar(files);
+  const KittiDrive drive(files.path(), KittiFixture::kDrive);
+  writeKittiBag(drive, files.path("out.bag"), nullptr);
+  tf2::BufferCore buffer;
+  fill(rosbag::Bag(files.path("out.bag")), buffer);
+  const auto stamps = drive.stamps("oxts");
+  for (size_t i = 0; i < 2; ++i)
+    EXPECT_TRUE(
+        lookup(buffer, "world", "camera_gray_left", stamps[i]).isApprox((*drive.poses())[i], 1e-9));
+  EXPECT_TRUE(lookup(buffer, "camera_gray_left", "velo_link", stamps[0])
+                  .isApprox(drive.T_cam_velo(), 1e-9));
+  EXPECT_NEAR(lookup(buffer, "camera_gray_left", "camera_gray_right", stamps[0]).translation().x(),
+              0.5, 1e-12);
+}
+
+TEST(KittiBag, PosesWithoutOxtsStandUpright) {
+  const KittiFixture files(2);
+  files.write(KittiFixture::data("poses_gt_cam0.txt"),
+              "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2.5\n");
+  std::filesystem::remove(files.path("calib_imu_to_velo.txt"));
+  std::filesystem::remove(files.path("calib_velo_to_cam.txt"));
+  const KittiDrive drive(files.path(), KittiFixture::kDrive);
+  writeKittiBag(drive, files.path("out.bag"), nullptr);
+  const rosbag::Bag bag(files.path("out.bag"));
+  EXPECT_EQ(countTopics(bag).count("/kitti/oxts/imu"), 0u);
+  tf2::BufferCore buffer;
+  fill(bag, buffer);
+  const auto stamps = drive.stamps("image_00");
+  EXPECT_TRUE(lookup(buffer, "world", "base_link", stamps[1])
+                  .translation()
+                  .isApprox(Eigen::Vector3d(2.5, 0, 0), 1e-9));
+  // What lies ahead of the camera lies ahead of the base, what is below it below.
+  const Eigen::Isometry3d T_base_cam = lookup(buffer, "base_link", "camera_gray_left", stamps[0]);
+  EXPECT_TRUE((T_base_cam * Eigen::Vector3d(1, 2, 3)).isApprox(Eigen::Vector3d(3, -1, -2), 1e-9));
+}
+
+TEST(KittiBag, ColourPairIsBgr) {
+  const KittiFixture files(1);
+  writeKittiBag(KittiDrive(files.path(), KittiFixture::kDrive, KittiCameras::kColor),
+                files.path("out.bag"), nullptr);
+  const rosbag::Bag bag(files.path("out.bag"));
+  const auto image = firstOf<sensor_msgs::Image>(bag, "/kitti/camera_color_left/image_raw");
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->encoding, "bgr8");
+  EXPECT_EQ(image->step, 3 * 64u);
+  EXPECT_EQ(countTopics(bag).count("/tf"), 0u);  // no poses are known
+}
+
+TEST(KittiBag, LeavesNothingAfterAnError) {
+  const KittiFixture files(3);
+  const KittiDrive drive(files.path(), KittiFixture::kDrive);
+  files.write(KittiFixture::data("image_01/data/0000000001.png"), "broken");
+  std::filesystem::create_directory(files.path("out"));
+  EXPECT_NE(messageOf([&] {
+              writeKittiBag(drive, files.path("out/x.bag"), nullptr);
+            }).find("image_01/data/0000000001.png"),
+            std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(files.path("out")));
+  EXPECT_NE(messageOf([&] {
+              writeKittiBag(drive, files.path("no/x.bag"), nullptr);
+            }).find("no/x.bag: cannot be written"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
