@@ -19,7 +19,7 @@ void Progress::update(int index) {
   if (terminal_) {
     std::fprintf(stderr, "\r%s: frame %d of %d", what_.c_str(), done, frames_);
     line_open_ = true;
-  } else if (done == frames_ || done % std::max(1, frames_ / 10) == 0) {
+  } else if (done * 10 / frames_ > index * 10 / frames_) {
     std::fprintf(stderr, "%s: frame %d of %d\n", what_.c_str(), done, frames_);
   }
 }
