@@ -22,6 +22,7 @@ class KittiDriveSequence : public Sequence {
     if (index > 0 && drive_.hasLidar(index)) frame.truth_px = lidarTruth(drive_, index);
     return frame;
   }
+  std::optional<std::vector<Eigen::Isometry3d>> poses() const override { return drive_.poses(); }
 
  private:
   KittiDrive drive_;
@@ -93,6 +94,11 @@ class StreetSequence : public Sequence {
     }
     previous_ = std::move(current);
     return frame;
+  }
+  std::optional<std::vector<Eigen::Isometry3d>> poses() const override {
+    std::vector<Eigen::Isometry3d> poses;
+    for (int index = 0; index < street_.frames(); ++index) poses.push_back(street_.poseOf(index));
+    return poses;
   }
 
  private:

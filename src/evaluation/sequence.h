@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,8 @@ class Sequence {
   virtual int frames() const = 0;
   /// @throws std::runtime_error that names the file which cannot be read.
   virtual SequenceFrame frame(int index) const = 0;
+  /// True poses T_world_cam of the left camera's optical frame, where they are known.
+  virtual std::optional<std::vector<Eigen::Isometry3d>> poses() const { return std::nullopt; }
 };
 
 /// A drive of KITTI's raw recordings; LiDAR truth in all frames with a scan but the first.

@@ -1,19 +1,16 @@
 /// The paper's Table 2, and more, for drives of KITTI, scenes of KITTI 2012 and synthetic streets.
+#include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <sstream>
 
 #include "evaluation/disparity_evaluation.h"
-#include "evaluation/kitti_scene_2012.h"
 #include "params/yaml_params.h"
-#include "tools/command_line.h"
 #include "tools/progress.h"
+#include "tools/tool_input.h"
 
 namespace predictive_stereo {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr char kHelp[] =
     R"(Usage: evaluate_kitti DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
@@ -37,47 +34,6 @@ Measures disparities against truth: KITTI raw drives against their laser scans, 
   --frames N          at most so many frames of each sequence
   --threads N         for all methods (default: all cores)
 )";
-
-struct SequenceGroup {
-  std::string name;
-  std::vector<std::unique_ptr<Sequence>> sequences;
-};
-
-std::vector<SequenceGroup> openSequences(const CommandLine& command_line) {
-  std::vector<SequenceGroup> groups;
-  const auto addAlone = [&](std::unique_ptr<Sequence> sequence) {
-    SequenceGroup group;
-    group.name = sequence->name();
-    group.sequences.push_back(std::move(sequence));
-    groups.push_back(std::move(group));
-  };
-  std::string date_dir;
-  for (const std::string& argument : command_line.positional()) {
-    if (date_dir.empty() || fs::is_regular_file(fs::path(argument) / "calib_cam_to_cam.txt"))
-      date_dir = argument;
-    else
-      addAlone(kittiDriveSequence(date_dir, argument));
-  }
-  if (!date_dir.empty() && groups.empty())
-    throw UsageError("no drive given after the folder " + date_dir);
-  if (command_line.has("kitti2012")) {
-    const std::string training_dir = command_line.get("kitti2012");
-    SequenceGroup group;
-    for (const std::string& scene : KittiScene2012::list(training_dir))
-      group.sequences.push_back(kittiScene2012Sequence(training_dir, scene));
-    if (group.sequences.empty()) throw std::runtime_error(training_dir + ": has no scenes");
-    group.name = "KITTI 2012 (" + std::to_string(group.sequences.size()) + ")";
-    groups.push_back(std::move(group));
-  }
-  for (const std::string& scene : command_line.all("street")) {
-    StreetParams params;
-    params.scene = scene;
-    params.frames = command_line.getInt("street-frames", 40, 2);
-    addAlone(streetSequence(params));
-  }
-  if (groups.empty()) throw UsageError("nothing to evaluate");
-  return groups;
-}
 
 std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
                                        const DisparityParams& params) {
@@ -184,15 +140,12 @@ void printEvaluations(const std::string& name, const std::vector<NamedMethod>& m
 }
 
 int evaluate(const CommandLine& command_line) {
-  PipelineParams params;
-  ParamTable table(params);
-  if (command_line.has("config")) setFromYamlFile(command_line.get("config"), table);
-  for (const std::string& assignment : command_line.all("set")) table.setAssignment(assignment);
+  PipelineParams params = readParams(command_line);
   if (command_line.has("list-parameters")) {
-    std::cout << toYaml(table);
+    std::cout << toYaml(ParamTable(params));
     return 0;
   }
-  if (command_line.has("threads")) cv::setNumThreads(command_line.getInt("threads", 1, 1));
+  useThreads(command_line);
   const int max_frames = command_line.getInt("frames", 0, 1);
   const auto methods = chooseMethods(command_line, params.disparity);
   const auto groups = openSequences(command_line);

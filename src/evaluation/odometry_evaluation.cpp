@@ -1,0 +1,113 @@
+#include "evaluation/odometry_evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "predictive_stereo/stage_times.h"
+
+namespace predictive_stereo {
+namespace {
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+double pathLength(const Poses& poses) {
+  double length_m = 0;
+  for (size_t i = 1; i < poses.size(); ++i)
+    length_m += (poses[i].translation() - poses[i - 1].translation()).norm();
+  return length_m;
+}
+
+void summarize(OdometryEvaluation& e) {
+  e.length_m = pathLength(e.truth);
+  e.length_error_percent = 100 * (pathLength(e.estimated) / e.length_m - 1);
+  e.relative = relativePoseErrors(e.estimated, e.truth, {5, 10, 20, 50, 100});
+  e.mean = meanMotionError(motionsBetween(e.estimated), motionsBetween(e.truth));
+  std::vector<double> normalized, ms;
+  for (const auto& motion : e.motions) {
+    e.largest.translation_m = std::max(e.largest.translation_m, motion.error.translation_m);
+    e.largest.rotation_rad = std::max(e.largest.rotation_rad, motion.error.rotation_rad);
+    ms.push_back(motion.ms);
+    if (motion.tracked)
+      normalized.push_back(motion.normalized_error);
+    else
+      ++e.lost;
+  }
+  e.mean_normalized_error = mean(normalized);
+  e.median_normalized_error = quantile(normalized, 0.5);
+  e.mean_ms = mean(ms);
+  e.median_ms = quantile(ms, 0.5);
+  e.p95_ms = quantile(ms, 0.95);
+}
+
+}  // namespace
+
+OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
+                                    int max_frames, const std::function<void(int)>& progress) {
+  auto poses = sequence.poses();
+  if (!poses) throw std::runtime_error(sequence.name() + ": true poses are not known");
+  const int frames = max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
+  OdometryEvaluation e;
+  e.name = sequence.name();
+  e.truth.assign(poses->begin(), poses->begin() + frames);
+  e.estimated = {e.truth.front()};
+  size_t last_good = 0;  // motions begin at the last frame that was not lost
+  EgoMotion ego_motion(params);
+  for (int index = 0; index < frames; ++index) {
+    const SequenceFrame frame = sequence.frame(index);
+    StageTimes times;
+    Stopwatch watch;
+    const EgoMotionEstimate estimate = ego_motion.estimate(frame.left, frame.right, sequence.rig());
+    watch.lap("ego-motion", times);
+    if (progress) progress(index);
+    if (index == 0) continue;
+    const auto i = static_cast<size_t>(index);
+    const Eigen::Isometry3d truth = e.truth[i].inverse() * e.truth[last_good];
+    const bool tracked = estimate.status == EgoMotionStatus::kTracked;
+    const double normalized = tracked ? normalizedErrorSquared(estimate.motion, truth) / 6
+                                      : std::numeric_limits<double>::quiet_NaN();
+    e.motions.push_back({index, tracked, motionError(estimate.motion.T_cam_prev, truth), normalized,
+                         estimate.features, estimate.inliers, estimate.residual_px, times[0].ms});
+    e.estimated.push_back(e.estimated[last_good] * estimate.motion.T_cam_prev.inverse());
+    if (estimate.status != EgoMotionStatus::kLost) last_good = i;
+  }
+  summarize(e);
+  return e;
+}
+
+Plot pathPlot(const OdometryEvaluation& evaluation) {
+  // In the first camera's axes: x to the right, z ahead.
+  const Eigen::Isometry3d T_first_world = evaluation.truth.front().inverse();
+  const auto seenFromAbove = [&](const std::string& name, const Poses& poses) {
+    PlotSeries series;
+    series.name = name;
+    for (const auto& pose : poses) {
+      const Eigen::Vector3d position_m = T_first_world * pose.translation();
+      series.points.emplace_back(position_m.x(), position_m.z());
+    }
+    return series;
+  };
+  Plot plot;
+  plot.title = evaluation.name;
+  plot.x_label = "to the right [m]";
+  plot.y_label = "ahead [m]";
+  plot.series = {seenFromAbove("truth", evaluation.truth),
+                 seenFromAbove("estimated", evaluation.estimated)};
+  plot.from_zero = false;
+  plot.equal_axes = true;
+  plot.size = {640, 560};
+  return plot;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,105 @@
+/// Ego-motion against true poses: KITTI drives and synthetic streets.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "evaluation/odometry_evaluation.h"
+#include "tools/command_line.h"
+#include "tools/progress.h"
+#include "tools/tool_input.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr char kHelp[] =
+    R"(Usage: evaluate_odometry DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
+
+Measures ego-motion against true poses: of poses_gt_cam0.txt where the drive has it, else of oxts
+(whose positions jitter by some 0.05 m from frame to frame, and drift where GPS is poor).
+
+  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it
+  --street SCENE      a scene of the synthetic street; may be given several times
+  --street-frames N   its number of frames (default 40)
+  --csv FILE          writes each frame's errors
+  --pictures DIR      writes each path, seen from above, as PNG and SVG
+  --config YAML       parameters, as in evaluate_kitti
+  --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
+  --frames N          at most so many frames of each sequence
+  --threads N         (default: all cores)
+
+Printed: mean error of each frame's motion; KITTI's relative errors over 5 to 100 m; the mean
+normalised error squared, divided by 6 (1: covariances are right); ms per frame.
+)";
+
+void print(const OdometryEvaluation& e) {
+  std::printf("%s, %zu motions, %.1f m\n", e.name.c_str(), e.motions.size(), e.length_m);
+  std::printf("  per frame           %.4f m  %.4f deg (largest %.4f m  %.4f deg)\n",
+              e.mean.translation_m, e.mean.rotation_rad * 180 / M_PI, e.largest.translation_m,
+              e.largest.rotation_rad * 180 / M_PI);
+  std::printf("  length              %+.3f %% of the true one\n", e.length_error_percent);
+  for (const RelativePoseError& error : e.relative)
+    if (error.stretches)
+      std::printf("  over %5.0f m        %.3f %%  %.5f deg/m (%d stretches)\n", error.length_m,
+                  error.translation_percent, error.rotation_deg_per_m, error.stretches);
+  std::printf("  normalised error    %.3f (mean of e'C^-1e / 6), median %.3f\n",
+              e.mean_normalized_error, e.median_normalized_error);
+  std::printf("  frames lost         %d\n", e.lost);
+  std::printf("  ms per frame        mean %.2f, median %.2f, 95 %% %.2f\n", e.mean_ms, e.median_ms,
+              e.p95_ms);
+  std::fflush(stdout);
+}
+
+void writeCsv(const std::string& path, const std::vector<OdometryEvaluation>& evaluations) {
+  std::ofstream csv(path);
+  csv << "sequence,frame,status,translation_error_m,rotation_error_deg,normalized_error,features,"
+         "inliers,residual_px,ms\n";
+  for (const OdometryEvaluation& e : evaluations)
+    for (const auto& m : e.motions)
+      csv << e.name << ',' << m.frame << ',' << (m.tracked ? "tracked" : "lost") << ','
+          << m.error.translation_m << ',' << m.error.rotation_rad * 180 / M_PI << ','
+          << m.normalized_error << ',' << m.features << ',' << m.inliers << ',' << m.residual_px
+          << ',' << m.ms << '\n';
+  csv.close();
+  if (!csv) throw std::runtime_error(path + ": cannot be written");
+}
+
+void drawPath(const std::string& dir, const OdometryEvaluation& e) {
+  std::filesystem::create_directories(dir);
+  const Plot plot = pathPlot(e);
+  const std::string file = (std::filesystem::path(dir) / fileName(e.name)).string();
+  std::ofstream(file + ".svg") << svg(plot);
+  if (!cv::imwrite(file + ".png", picture(plot)))
+    throw std::runtime_error(file + ".png: cannot be written");
+}
+
+int evaluate(const CommandLine& command_line) {
+  const PipelineParams params = readParams(command_line);
+  const int max_frames = command_line.getInt("frames", 0, 2);
+  useThreads(command_line);
+  std::vector<OdometryEvaluation> evaluations;
+  for (const SequenceGroup& group : openSequences(command_line))
+    for (const auto& sequence : group.sequences) {
+      Progress progress(sequence->name(),
+                        max_frames ? std::min(max_frames, sequence->frames()) : sequence->frames());
+      evaluations.push_back(evaluateOdometry(*sequence, params.ego_motion, max_frames,
+                                             [&](int index) { progress.update(index); }));
+    }
+  for (const OdometryEvaluation& evaluation : evaluations) {
+    print(evaluation);
+    if (command_line.has("pictures")) drawPath(command_line.get("pictures"), evaluation);
+  }
+  if (command_line.has("csv")) writeCsv(command_line.get("csv"), evaluations);
+  return 0;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  return predictive_stereo::runTool(
+      argc, argv, predictive_stereo::kHelp,
+      {"street", "street-frames", "csv", "pictures", "config", "set", "frames", "threads"}, {},
+      predictive_stereo::evaluate);
+}

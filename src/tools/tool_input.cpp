@@ -1,0 +1,78 @@
+#include "tools/tool_input.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+
+#include "evaluation/kitti_scene_2012.h"
+#include "params/yaml_params.h"
+
+namespace predictive_stereo {
+namespace {
+
+namespace fs = std::filesystem;
+
+SequenceGroup alone(std::unique_ptr<Sequence> sequence) {
+  SequenceGroup group;
+  group.name = sequence->name();
+  group.sequences.push_back(std::move(sequence));
+  return group;
+}
+
+}  // namespace
+
+std::vector<SequenceGroup> openSequences(const CommandLine& command_line) {
+  std::vector<SequenceGroup> groups;
+  std::string date_dir;
+  bool date_used = true;
+  for (const std::string& argument : command_line.positional()) {
+    if (date_dir.empty() || fs::is_regular_file(fs::path(argument) / "calib_cam_to_cam.txt")) {
+      if (!date_used) break;
+      date_dir = argument;
+      date_used = false;
+    } else {
+      groups.push_back(alone(kittiDriveSequence(date_dir, argument)));
+      date_used = true;
+    }
+  }
+  if (!date_used) throw UsageError("no drive given after the folder " + date_dir);
+  if (command_line.has("kitti2012")) {
+    const std::string training_dir = command_line.get("kitti2012");
+    SequenceGroup group;
+    for (const std::string& scene : KittiScene2012::list(training_dir))
+      group.sequences.push_back(kittiScene2012Sequence(training_dir, scene));
+    if (group.sequences.empty()) throw std::runtime_error(training_dir + ": has no scenes");
+    group.name = "KITTI 2012 (" + std::to_string(group.sequences.size()) + ")";
+    groups.push_back(std::move(group));
+  }
+  for (const std::string& scene : command_line.all("street")) {
+    StreetParams params;
+    params.scene = scene;
+    params.frames = command_line.getInt("street-frames", 40, 2);
+    groups.push_back(alone(streetSequence(params)));
+  }
+  if (groups.empty()) throw UsageError("nothing to evaluate");
+  return groups;
+}
+
+PipelineParams readParams(const CommandLine& command_line) {
+  PipelineParams params;
+  ParamTable table(params);
+  if (command_line.has("config")) setFromYamlFile(command_line.get("config"), table);
+  for (const std::string& assignment : command_line.all("set")) table.setAssignment(assignment);
+  return params;
+}
+
+void useThreads(const CommandLine& command_line) {
+  if (command_line.has("threads")) cv::setNumThreads(command_line.getInt("threads", 1, 1));
+}
+
+std::string fileName(const std::string& name) {
+  std::string file = name;
+  std::replace_if(
+      file.begin(), file.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+  return file;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,35 @@
+/// What the evaluating tools have in common: sequences and parameters by command line.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "evaluation/sequence.h"
+#include "predictive_stereo/pipeline.h"
+#include "tools/command_line.h"
+
+namespace predictive_stereo {
+
+/// Sequences that are counted as one.
+struct SequenceGroup {
+  std::string name;
+  std::vector<std::unique_ptr<Sequence>> sequences;
+};
+
+/// Positional arguments DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] and the options
+/// --kitti2012,
+/// --street, --street-frames.
+/// @throws UsageError where nothing is named; std::runtime_error where it cannot be read.
+std::vector<SequenceGroup> openSequences(const CommandLine& command_line);
+
+/// The defaults, changed by the options --config and --set.
+PipelineParams readParams(const CommandLine& command_line);
+
+/// Option --threads.
+void useThreads(const CommandLine& command_line);
+
+/// A name as part of a file's name: letters, digits and underscores stay.
+std::string fileName(const std::string& name);
+
+}  // namespace predictive_stereo
