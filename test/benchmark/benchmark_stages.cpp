@@ -1,0 +1,226 @@
+/// Google Benchmark of every stage of the core on the synthetic street, 1242x375, 128 disparities.
+/// The argument of each is the number of threads.
+#include <benchmark/benchmark.h>
+
+#include <opencv2/core/utility.hpp>
+
+#include "benchmark/sequences.h"
+#include "predictive_stereo/pipeline.h"
+#include "predictive_stereo/post_filter.h"
+
+namespace predictive_stereo {
+namespace {
+
+/// Two frames of the street, and what each stage gets from those before it. The closed loop has
+/// seen the first frame; the stages work on the second.
+struct Inputs {
+  Inputs() {
+    const auto street = misalignedStreet(2);
+    rig = street->rig();
+    previous = street->frame(0);
+    frame = street->frame(1);
+    const DisparityRange& range = params.disparity.matcher.range;
+
+    Match match;
+    cv::Mat1f measured_px;
+    StereoMatcher matcher(params.disparity.matcher);
+    CoarseMatcher coarse_matcher(params.disparity.matcher);
+    RowAligner aligner(params.disparity.row_alignment);
+    const auto align = [&](const SequenceFrame& pair) {
+      coarse_matcher.match(pair.left, pair.right, coarse_px);
+      alignment = aligner.estimate(pair.left, pair.right, coarse_px, range);
+      alignRightImage(pair.right, alignment, 0, aligned_right);
+    };
+    align(previous);
+    matcher.match(previous.left, aligned_right, match);
+    filterBySupport(range, params.disparity.min_support, match.disparity_px, measured_px);
+    Predictor predictor(range, params.disparity.prediction);
+    predictor.predictNothing(rig.size, prediction);
+    correct(prediction, measured_px, range, params.disparity.correction, state);
+
+    EgoMotion ego_motion(params.ego_motion);
+    ego_motion.estimate(previous.left, previous.right, rig);
+    motion = ego_motion.estimate(frame.left, frame.right, rig).motion;
+    aligned_right.release();
+    align(frame);
+    predictor.predict(state, rig, motion, prediction);
+    SearchRangeBuilder(range, params.disparity.search).build(prediction, coarse_px, ranges);
+    matcher.match(frame.left, aligned_right, ranges, this->match);
+    filterBySupport(range, params.disparity.min_support, this->match.disparity_px,
+                    this->measured_px);
+  }
+
+  PipelineParams params;
+  StereoRig rig;
+  SequenceFrame previous, frame;
+  RowAlignment alignment;
+  cv::Mat1b aligned_right;
+  cv::Mat1f coarse_px, measured_px;
+  DisparityState state;
+  CameraMotion motion;
+  Prediction prediction;
+  SearchRanges ranges;
+  Match match;
+};
+
+const Inputs& inputs() {
+  static const Inputs inputs;
+  return inputs;
+}
+
+template <class Work>
+void measure(benchmark::State& state, const Work& work) {
+  inputs();
+  cv::setNumThreads(static_cast<int>(state.range(0)));
+  work();  // allocates
+  for (auto _ : state) work();
+}
+
+void egoMotion(benchmark::State& state) {
+  const Inputs& in = inputs();
+  EgoMotion ego_motion(in.params.ego_motion);
+  bool odd = false;
+  measure(state, [&] {
+    const SequenceFrame& frame = odd ? in.frame : in.previous;
+    ego_motion.estimate(frame.left, frame.right, in.rig);
+    odd = !odd;
+  });
+}
+
+void halfResolutionMatch(benchmark::State& state) {
+  const Inputs& in = inputs();
+  CoarseMatcher matcher(in.params.disparity.matcher);
+  cv::Mat1f coarse_px;
+  measure(state, [&] { matcher.match(in.frame.left, in.frame.right, coarse_px); });
+}
+
+void rowAlignmentEstimate(benchmark::State& state) {
+  const Inputs& in = inputs();
+  RowAligner aligner(in.params.disparity.row_alignment);
+  measure(state, [&] {
+    aligner.estimate(in.frame.left, in.frame.right, in.coarse_px,
+                     in.params.disparity.matcher.range);
+  });
+}
+
+void rowAlignmentWarp(benchmark::State& state) {
+  const Inputs& in = inputs();
+  cv::Mat1b aligned;
+  measure(state, [&] { alignRightImage(in.frame.right, in.alignment, 0, aligned); });
+}
+
+void prediction(benchmark::State& state) {
+  const Inputs& in = inputs();
+  Predictor predictor(in.params.disparity.matcher.range, in.params.disparity.prediction);
+  Prediction prediction;
+  measure(state, [&] { predictor.predict(in.state, in.rig, in.motion, prediction); });
+}
+
+void searchRanges(benchmark::State& state) {
+  const Inputs& in = inputs();
+  SearchRangeBuilder builder(in.params.disparity.matcher.range, in.params.disparity.search);
+  SearchRanges ranges;
+  measure(state, [&] { builder.build(in.prediction, in.coarse_px, ranges); });
+}
+
+void matchFull(benchmark::State& state, PathSet paths, CensusForm census) {
+  const Inputs& in = inputs();
+  MatcherParams params = in.params.disparity.matcher;
+  params.paths = paths;
+  params.census = census;
+  StereoMatcher matcher(params);
+  Match match;
+  measure(state, [&] { matcher.match(in.frame.left, in.aligned_right, match); });
+}
+
+void matchReduced(benchmark::State& state, PathSet paths) {
+  const Inputs& in = inputs();
+  MatcherParams params = in.params.disparity.matcher;
+  params.paths = paths;
+  StereoMatcher matcher(params);
+  Match match;
+  measure(state, [&] { matcher.match(in.frame.left, in.aligned_right, in.ranges, match); });
+}
+
+void supportFilter(benchmark::State& state) {
+  const Inputs& in = inputs();
+  cv::Mat1f filtered_px;
+  measure(state, [&] {
+    filterBySupport(in.params.disparity.matcher.range, 10, in.match.disparity_px, filtered_px);
+  });
+}
+
+void medianFilter(benchmark::State& state) {
+  const Inputs& in = inputs();
+  cv::Mat1f filtered_px;
+  measure(state,
+          [&] { median3x3(in.params.disparity.matcher.range, in.measured_px, filtered_px); });
+}
+
+void holeFilling(benchmark::State& state) {
+  const Inputs& in = inputs();
+  cv::Mat1f filled_px = in.measured_px.clone();
+  // Copying is part of the time: filling works in place.
+  measure(state, [&] {
+    in.measured_px.copyTo(filled_px);
+    fillHoles(in.params.disparity.matcher.range, 40, 3, filled_px);
+  });
+}
+
+void variance(benchmark::State& state) {
+  const Inputs& in = inputs();
+  cv::Mat1f variance_px2;
+  measure(state, [&] {
+    measurementVariance(in.measured_px, in.match.ambiguity, in.params.disparity.matcher.range,
+                        in.params.disparity.measurement_noise, variance_px2);
+  });
+}
+
+void correction(benchmark::State& state) {
+  const Inputs& in = inputs();
+  DisparityState filters;
+  measure(state, [&] {
+    correct(in.prediction, in.measured_px, in.params.disparity.matcher.range,
+            in.params.disparity.correction, filters);
+  });
+}
+
+void disparityLoop(benchmark::State& state) {
+  const Inputs& in = inputs();
+  DisparityEstimator estimator(in.params.disparity);
+  DisparityOutput output;
+  // The same frame again and again, predicted as if it followed the first one: the loop's cost.
+  measure(state, [&] {
+    estimator.prepare(in.frame.left, in.frame.right, in.rig);
+    estimator.estimate(CameraMotion(), output);
+  });
+}
+
+#define TIMED ->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime()
+#define STAGE(stage) BENCHMARK(stage) TIMED
+#define VARIANT(stage, ...) BENCHMARK_CAPTURE(stage, __VA_ARGS__) TIMED
+
+STAGE(egoMotion);
+STAGE(halfResolutionMatch);
+STAGE(rowAlignmentEstimate);
+STAGE(rowAlignmentWarp);
+STAGE(prediction);
+STAGE(searchRanges);
+VARIANT(matchFull, straight_4, PathSet::kStraight4, CensusForm::kCentreSymmetric9x5);
+VARIANT(matchFull, straight_4_census_5x5, PathSet::kStraight4, CensusForm::k5x5);
+VARIANT(matchFull, straight_4_census_9x7, PathSet::kStraight4, CensusForm::kCentreSymmetric9x7);
+VARIANT(matchFull, diagonal_4, PathSet::kDiagonal4, CensusForm::kCentreSymmetric9x5);
+VARIANT(matchFull, all_8, PathSet::kAll8, CensusForm::kCentreSymmetric9x5);
+VARIANT(matchReduced, straight_4, PathSet::kStraight4);
+VARIANT(matchReduced, all_8, PathSet::kAll8);
+STAGE(supportFilter);
+STAGE(medianFilter);
+STAGE(holeFilling);
+STAGE(variance);
+STAGE(correction);
+STAGE(disparityLoop);
+
+}  // namespace
+}  // namespace predictive_stereo
+
+BENCHMARK_MAIN();
