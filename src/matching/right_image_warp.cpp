@@ -9,7 +9,8 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kTile = 64;  // columns that are warped together
-constexpr int kOne = 128;  // fixed point of offsets and weights
+constexpr int kBits = 7;   // fixed point of offsets and weights
+constexpr int kOne = 1 << kBits;
 
 // A row of the right image moved horizontally by a constant shift, borders replicated.
 class ShiftedRows {
@@ -38,6 +39,11 @@ class ShiftedRows {
   int whole_, fraction_;
 };
 
+std::uint8_t blend(std::uint8_t a, std::uint8_t b, std::uint16_t weight) {
+  return static_cast<std::uint8_t>(
+      static_cast<std::uint16_t>(a * (kOne - weight) + b * weight + kOne / 2) / kOne);
+}
+
 // Warps one row in fixed point.
 void warpRow(const ShiftedRows& right, int y, const Eigen::Matrix<double, 6, 1>& c, cv::Size size,
              std::uint8_t* out) {
@@ -48,33 +54,29 @@ void warpRow(const ShiftedRows& right, int y, const Eigen::Matrix<double, 6, 1>&
   const auto k0 = static_cast<float>(kOne * (c0 - c1 + c2) + 0.5);
   const auto k1 = static_cast<float>(kOne * du * (c1 - 2 * c2));
   const auto k2 = static_cast<float>(kOne * du * du * c2);
+  const auto offsetAt = [=](int x) {
+    const auto fx = static_cast<float>(x);
+    return static_cast<int>((k0 + fx * (k1 + fx * k2)) + kBias) - kBias;
+  };
+  // Within a tile the offset leaves the interval between its ends by less than this.
+  const int bulge = 1 + static_cast<int>(std::abs(k2) * (kTile * kTile / 4));
 
-  std::int32_t offsets[kTile];
-  std::int16_t weights[kTile];
+  std::int16_t offsets[kTile];
   std::uint8_t buffers[2][kTile];
   for (int x = 0; x < size.width; x += kTile) {
     const int count = std::min(kTile, size.width - x);
-    int smallest = INT32_MAX, largest = INT32_MIN;
-    for (int i = 0; i < count; ++i) {
-      const auto fx = static_cast<float>(x + i);
-      offsets[i] = static_cast<int>((k0 + fx * (k1 + fx * k2)) + kBias) - kBias;
-      smallest = std::min(smallest, offsets[i]);
-      largest = std::max(largest, offsets[i]);
-      weights[i] = static_cast<std::int16_t>(offsets[i] & (kOne - 1));
-    }
+    for (int i = 0; i < count; ++i) offsets[i] = static_cast<std::int16_t>(offsetAt(x + i));
+    const int first = (std::min(offsets[0], offsets[count - 1]) - bulge) >> kBits;
+    const int last = (std::max(offsets[0], offsets[count - 1]) + bulge) >> kBits;
     // The two source rows change a few times along the row: one pass for each.
-    for (int row = smallest >> 7; row <= largest >> 7; ++row) {
+    for (int row = first; row <= last; ++row) {
       const std::uint8_t* a = right.get(y + row, x, count, buffers[0]);
       const std::uint8_t* b = right.get(y + row + 1, x, count, buffers[1]);
-      if (smallest >> 7 == largest >> 7) {
-        for (int i = 0; i < count; ++i)
-          out[x + i] = static_cast<std::uint8_t>(
-              (a[i] * (kOne - weights[i]) + b[i] * weights[i] + kOne / 2) >> 7);
+      if (first == last) {
+        for (int i = 0; i < count; ++i) out[x + i] = blend(a[i], b[i], offsets[i] & (kOne - 1));
       } else {
         for (int i = 0; i < count; ++i)
-          if (offsets[i] >> 7 == row)
-            out[x + i] = static_cast<std::uint8_t>(
-                (a[i] * (kOne - weights[i]) + b[i] * weights[i] + kOne / 2) >> 7);
+          if (offsets[i] >> kBits == row) out[x + i] = blend(a[i], b[i], offsets[i] & (kOne - 1));
       }
     }
   }

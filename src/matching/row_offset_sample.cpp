@@ -1,5 +1,6 @@
 #include "matching/row_offset_sample.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -11,17 +12,15 @@ constexpr int kPatchCols = 16;
 constexpr int kPatchRows = 9;
 constexpr int kPatchPixels = kPatchCols * kPatchRows;
 constexpr int kRowReach = 3;     // searched up and down
-constexpr int kColumnReach = 2;  // searched left and right of the half-resolution disparity
+constexpr int kColumnReach = 2;  // looked at left and right of the half-resolution disparity
 constexpr int kRowShifts = 2 * kRowReach + 1;
-constexpr int kColumnShifts = 2 * kColumnReach + 1;
 
 constexpr double kSmallestCurvature = 40;  // per pixel, grey levels^2 per px^2
 constexpr double kLargestMisfit = 0.5;     // lowest score by the curvature
 constexpr double kUniqueness = 0.7;        // lowest score by the lowest that is no neighbour
 
-// Zero-mean sum of squared differences, times the number of pixels: an integer.
-std::int64_t dissimilarity(const cv::Mat1b& left, cv::Point l, const cv::Mat1b& right,
-                           cv::Point r) {
+// Zero-mean mean of squared differences of two patches, from exact sums.
+double dissimilarity(const cv::Mat1b& left, cv::Point l, const cv::Mat1b& right, cv::Point r) {
   int sum = 0, squares = 0;
   for (int y = 0; y < kPatchRows; ++y) {
     const std::uint8_t* a = left.ptr(l.y + y) + l.x;
@@ -32,7 +31,9 @@ std::int64_t dissimilarity(const cv::Mat1b& left, cv::Point l, const cv::Mat1b& 
       squares += difference * difference;
     }
   }
-  return static_cast<std::int64_t>(squares) * kPatchPixels - static_cast<std::int64_t>(sum) * sum;
+  const std::int64_t exact =
+      static_cast<std::int64_t>(squares) * kPatchPixels - static_cast<std::int64_t>(sum) * sum;
+  return static_cast<double>(exact) / (kPatchPixels * kPatchPixels);
 }
 
 }  // namespace
@@ -46,41 +47,57 @@ bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point c
       corner.y + kPatchRows + kRowReach > left.rows)
     return false;
 
-  double scores[kRowShifts][kColumnShifts];
-  int best_row = 0, best_column = 0;
-  for (int i = 0; i < kRowShifts; ++i)
-    for (int j = 0; j < kColumnShifts; ++j) {
-      const cv::Point shifted(first_column + j, corner.y + i - kRowReach);
-      scores[i][j] = static_cast<double>(dissimilarity(left, corner, right, shifted)) /
-                     (kPatchPixels * kPatchPixels);
-      if (scores[i][j] < scores[best_row][best_column]) best_row = i, best_column = j;
-    }
-  if (best_row == 0 || best_row == kRowShifts - 1 || best_column == 0 ||
-      best_column == kColumnShifts - 1)
+  // The curvature of a perfect match is twice the difference to the next row: most patches without
+  // texture need no search.
+  if (2 * dissimilarity(left, corner, left, {corner.x, corner.y + 1}) < kSmallestCurvature)
     return false;
 
-  const double best = scores[best_row][best_column];
+  const auto score = [&](int column, int row) {
+    return dissimilarity(left, corner, right,
+                         {first_column + kColumnReach + column, corner.y + row - kRowReach});
+  };
+  double scores[kRowShifts];
+  int best_row = 0;
+  for (int i = 0; i < kRowShifts; ++i) {
+    scores[i] = score(0, i);
+    if (scores[i] < scores[best_row]) best_row = i;
+  }
+  if (best_row == 0 || best_row == kRowShifts - 1) return false;
   for (int i = 0; i < kRowShifts; ++i)
-    if (std::abs(i - best_row) > 1)
-      for (double score : scores[i])
-        if (best > kUniqueness * score) return false;
+    if (std::abs(i - best_row) > 1 && scores[best_row] > kUniqueness * scores[i]) return false;
+
+  // The half-resolution disparity may be a pixel off. Three rows of each column that is looked at.
+  double around[2 * kColumnReach + 1][3];
+  const auto look = [&](int column) {
+    for (int i = 0; i < 3; ++i) around[kColumnReach + column][i] = score(column, best_row + i - 1);
+  };
+  int best_column = 0;
+  std::copy_n(scores + best_row - 1, 3, around[kColumnReach]);
+  for (int column : {-1, 1}) {
+    look(column);
+    if (around[kColumnReach + column][1] < around[kColumnReach + best_column][1])
+      best_column = column;
+  }
+  if (best_column != 0) look(2 * best_column);
+  const double* before = around[kColumnReach + best_column - 1];
+  const double* middle = around[kColumnReach + best_column];
+  const double* after = around[kColumnReach + best_column + 1];
+  const double best = middle[1];
+  if (before[1] < best || after[1] < best || middle[0] < best || middle[2] < best) return false;
 
   // A quadratic in both directions, of which the column is then left free: an edge that runs
   // diagonally tells nothing of rows.
-  const int i = best_row, j = best_column;
-  const double gx = (scores[i][j + 1] - scores[i][j - 1]) / 2;
-  const double gy = (scores[i + 1][j] - scores[i - 1][j]) / 2;
-  const double hxx = scores[i][j + 1] + scores[i][j - 1] - 2 * scores[i][j];
-  const double hyy = scores[i + 1][j] + scores[i - 1][j] - 2 * scores[i][j];
-  const double hxy =
-      (scores[i + 1][j + 1] - scores[i + 1][j - 1] - scores[i - 1][j + 1] + scores[i - 1][j - 1]) /
-      4;
+  const double gx = (after[1] - before[1]) / 2;
+  const double gy = (middle[2] - middle[0]) / 2;
+  const double hxx = after[1] + before[1] - 2 * best;
+  const double hyy = middle[2] + middle[0] - 2 * best;
+  const double hxy = (after[2] - after[0] - before[2] + before[0]) / 4;
   if (hxx <= 0 || hyy <= 0) return false;
   const double curvature = hyy - hxy * hxy / hxx;
   if (curvature < kSmallestCurvature || best > kLargestMisfit * curvature) return false;
   const double fraction = -(gy - hxy * gx / hxx) / curvature;
   if (!(std::abs(fraction) <= 1)) return false;
-  offset_px = i - kRowReach + fraction;
+  offset_px = best_row - kRowReach + fraction;
   return true;
 }
 
