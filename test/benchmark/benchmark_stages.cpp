@@ -172,7 +172,7 @@ void variance(benchmark::State& state) {
   cv::Mat1f variance_px2;
   measure(state, [&] {
     measurementVariance(in.measured_px, in.match.ambiguity, in.params.disparity.matcher.range,
-                        in.params.disparity.measurement_noise, variance_px2);
+                        in.params.disparity.variance, variance_px2);
   });
 }
 
