@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "predictive_stereo/coarse_matcher.h"
 #include "predictive_stereo/correction.h"
@@ -81,6 +82,8 @@ class DisparityEstimator {
   void reset();
 
   const DisparityParams& params() const { return params_; }
+  /// The instruction set that matching runs on.
+  const std::string& simdTarget() const { return matcher_.simdTarget(); }
   /// Of the last frame.
   const StageTimes& times() const { return times_; }
 

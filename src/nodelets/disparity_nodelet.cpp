@@ -238,6 +238,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   void report(const Job& job, const DisparityMessages& messages, const StageTimes& times) {
+    health_->figure("SIMD target", processor_->simdTarget());
     health_->figure("predicted", messages.predicted ? "yes" : "no");
     health_->figure("mean search width [px]", messages.mean_search_width_px, "%.1f");
     health_->figure("disparity space searched [%]", 100 * messages.searched_fraction, "%.1f");

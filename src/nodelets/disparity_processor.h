@@ -54,6 +54,7 @@ class DisparityProcessor {
 
   void reset();
 
+  const std::string& simdTarget() const { return estimator_.simdTarget(); }
   const StageTimes& times() const { return estimator_.times(); }
 
  private:

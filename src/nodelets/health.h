@@ -55,10 +55,17 @@ class Health {
     Severity severity;
     std::string text;
   };
-  struct Mean {
-    double sum = 0;
-    int count = 0;
-    void add(double value) { sum += value, ++count; }
+  // Over the last ten frames or so.
+  class Mean {
+   public:
+    void add(double value) {
+      weight_ += 0.1 * (1 - weight_);
+      value_ += 0.1 / weight_ * (value - value_);
+    }
+    double value() const { return value_; }
+
+   private:
+    double value_ = 0, weight_ = 0;
   };
 
   void tick();
@@ -77,7 +84,7 @@ class Health {
   ros::Time last_stamp_;
   double stamp_gap_s_ = 0;
   Mean latency_ms_;
-  std::vector<std::pair<std::string, Mean>> stages_;  // since the last report
+  std::vector<std::pair<std::string, Mean>> stages_;
   std::vector<std::pair<std::string, std::string>> figures_;
 
   diagnostic_updater::Updater updater_;

@@ -4,12 +4,7 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <tf2_msgs/TFMessage.h>
-#include <unistd.h>
 
-#include <atomic>
-#include <csignal>
-#include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 #include <optional>
@@ -23,7 +18,10 @@
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/pipeline_processor.h"
 #include "params/yaml_params.h"
+#include "tools/bag_file.h"
 #include "tools/command_line.h"
+#include "tools/interruption.h"
+#include "tools/progress.h"
 #include "tools/stage_table.h"
 #include "tools/stereo_topics.h"
 
@@ -55,8 +53,6 @@ not depend on the number of threads.
 The transform from base_frame to the left camera is taken from the bag's tf. Where the bag has none,
 the camera itself becomes the base, which is said.
 )";
-
-std::atomic<bool> interrupted{false};
 
 struct Options {
   explicit Options(const CommandLine& line)
@@ -96,54 +92,39 @@ struct Options {
   }
 };
 
-/// The output bag: written beside its place, moved there once it is complete.
+/// The bag that is written, as far as its topics are wanted.
 class OutputBag {
  public:
   OutputBag(const std::string& path, const std::set<std::string>& wanted, const std::string& ns,
             bool compress)
-      : path_(path), partial_(path + ".partial"), wanted_(wanted), ns_(ns) {
+      : wanted_(wanted), ns_(ns), file_(path) {
     for (const std::string& topic : wanted_)
       if (!kTopics.count(topic)) {
         std::string text = "--topics: there is no output '" + topic + "'; there are";
         for (const std::string& known : kTopics) text += " " + known;
         throw UsageError(text);
       }
-    bag_.open(partial_, rosbag::bagmode::Write);
-    if (compress) bag_.setCompression(rosbag::compression::LZ4);
-  }
-
-  ~OutputBag() {
-    if (complete_) return;
-    try {
-      bag_.close();
-    } catch (const std::exception&) {
-      // It is removed anyway.
-    }
-    std::error_code ignored;
-    std::filesystem::remove(partial_, ignored);
+    if (compress) file_.bag().setCompression(rosbag::compression::LZ4);
   }
 
   bool wants(const std::string& topic) const { return wanted_.empty() || wanted_.count(topic); }
 
   template <class Message>
   void write(const std::string& topic, ros::Time time, const Message& message) {
-    if (wants(topic)) bag_.write(ns_ + "/" + topic, time, message);
+    if (wants(topic)) file_.bag().write(ns_ + "/" + topic, time, message);
   }
   // A message of the input, as it is.
   void copy(const rosbag::MessageInstance& message) {
-    bag_.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+    file_.bag().write(message.getTopic(), message.getTime(), message,
+                      message.getConnectionHeader());
   }
   void writeTf(ros::Time time, const geometry_msgs::TransformStamped& transform) {
     tf2_msgs::TFMessage message;
     message.transforms.push_back(transform);
-    bag_.write("/tf", time, message);
+    file_.bag().write("/tf", time, message);
   }
 
-  void complete() {
-    bag_.close();
-    std::filesystem::rename(partial_, path_);
-    complete_ = true;
-  }
+  void complete() { file_.finish(); }
 
  private:
   inline static const std::set<std::string> kTopics = {
@@ -169,30 +150,9 @@ class OutputBag {
       "moving_objects/image",
   };
 
-  std::string path_, partial_;
   std::set<std::string> wanted_;
   std::string ns_;
-  rosbag::Bag bag_;
-  bool complete_ = false;
-};
-
-/// One line that is written over and over on a terminal, and a line every tenth elsewhere.
-class Progress {
- public:
-  explicit Progress(size_t total) : total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
-  void step(size_t done) {
-    const size_t percent = total_ ? 100 * done / total_ : 100;
-    if (terminal_)
-      std::fprintf(stderr, "\rpair %zu of %zu (%zu %%)%s", done, total_, percent,
-                   done == total_ ? "\n" : "");
-    else if (percent / 10 != last_ / 10)
-      std::fprintf(stderr, "pair %zu of %zu (%zu %%)\n", done, total_, percent);
-    last_ = percent;
-  }
-
- private:
-  size_t total_, last_ = 0;
-  bool terminal_;
+  BagFile file_;
 };
 
 void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, ros::Time time,
@@ -253,20 +213,20 @@ class Replay {
                                           topics_.right_info, "/tf", "/tf_static"}),
                       begin_, end_);
     rosbag::View lefts(in_, rosbag::TopicQuery(topics_.left), begin_, end_);
-    Progress progress(lefts.size());
+    Progress progress("replay", static_cast<int>(lefts.size()));
     SyncParams sync = params_.disparity.sync;
     sync.queue_size = 1000;  // nothing is dropped, however the bag is ordered
     StampMatcher matcher({topics_.left, topics_.left_info, topics_.right, topics_.right_info},
                          sync);
     for (const rosbag::MessageInstance& message : view) {
-      if (interrupted) throw std::runtime_error("interrupted: " + options_.output + " not written");
+      throwIfInterrupted();
       const std::string& topic = message.getTopic();
       if (topic == "/tf" || topic == "/tf_static") {
         copyTf(message, out);
         continue;
       }
       for (const auto& set : add(message, matcher)) processSet(set, message.getTime(), out);
-      if (topic == topics_.left) progress.step(++lefts_);
+      if (topic == topics_.left) progress.update(lefts_++);
     }
     if (pairs_ == 0) throw std::runtime_error(noPair(lefts.size(), matcher));
     out.complete();
@@ -383,7 +343,8 @@ class Replay {
   std::vector<std::pair<geometry_msgs::TransformStamped, bool>> transforms_;
   std::optional<PipelineProcessor> processor_;
   StageTable table_;
-  size_t lefts_ = 0, pairs_ = 0, duplicates_ = 0;
+  int lefts_ = 0;
+  size_t pairs_ = 0, duplicates_ = 0;
 };
 
 int run(const CommandLine& line) {
@@ -393,8 +354,7 @@ int run(const CommandLine& line) {
     return 0;
   }
   const Options options(line);
-  std::signal(SIGINT, [](int) { interrupted = true; });
-  std::signal(SIGTERM, [](int) { interrupted = true; });
+  catchInterruptions();
   if (line.has("threads")) cv::setNumThreads(line.getInt("threads", 0, 1));
   Replay(options).run();
   return 0;
