@@ -132,13 +132,9 @@ void Health::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   status.addf("rate [Hz]", "%.2f", rate_hz);
   status.add("frames", frames_);
   status.addf("stamp gap [s]", "%.4f", stamp_gap_s_);
-  if (latency_ms_.count) status.addf("latency [ms]", "%.1f", latency_ms_.sum / latency_ms_.count);
-  latency_ms_ = Mean();
-  for (auto& stage : stages_) {
-    if (stage.second.count)
-      status.addf(stage.first + " [ms]", "%.2f", stage.second.sum / stage.second.count);
-    stage.second = Mean();
-  }
+  status.addf("latency [ms]", "%.1f", latency_ms_.value());
+  for (const auto& stage : stages_)
+    status.addf(stage.first + " [ms]", "%.2f", stage.second.value());
   for (const auto& figure : figures_) status.add(figure.first, figure.second);
 }
 
