@@ -68,8 +68,12 @@ struct Shader {
     const Vector3f normal = p.R_local_world.transpose() * surface.normal;
     float illumination = look.ambient * (0.75f + 0.25f * normal.z());
     if (hit.sunny) illumination += look.sun * std::abs(normal.dot(look.to_sun));
-    if (look.street_lamps > 0) illumination += look.street_lamps / (1.0f + 0.012f * hit.t * hit.t);
+    if (look.headlights > 0) {
+      const float below = std::clamp(0.6f - 8 * direction.z(), 0.12f, 1.0f);
+      illumination += below * look.headlights / (1 + 0.006f * hit.t * hit.t);
+    }
     float radiance = albedo * illumination;
+    if (p.material == Material::kLamp) radiance += look.lamps;
     const float mirror = look.reflections * mirrorOf(p, hit.part, point);
     if (mirror > 0) {
       const Vector3f view = direction.normalized();
@@ -94,6 +98,23 @@ bool isEdge(const HitImage& hits, int x, int y) {
     }
   }
   return false;
+}
+
+// Streaks of drops near the camera: brighter than what is behind them, other ones in each image.
+void addRain(double per_megapixel, uint32_t seed, cv::Mat1b& image) {
+  Random random(seed);
+  const int streaks = static_cast<int>(per_megapixel * 1e-6 * static_cast<double>(image.total()));
+  for (int i = 0; i < streaks; ++i) {
+    double x = random.uniform(0, image.cols);
+    const int top = static_cast<int>(random.uniform(-0.1, 1) * image.rows);
+    const int length = static_cast<int>(random.uniform(0.02, 0.12) * image.rows) + 2;
+    const double slant = random.uniform(0.02, 0.15), light = random.uniform(12, 60);
+    for (int y = top; y < top + length; ++y, x += slant) {
+      const int column = static_cast<int>(x);
+      if (y < 0 || y >= image.rows || column >= image.cols) continue;
+      image(y, column) = cv::saturate_cast<uchar>(image(y, column) + light);
+    }
+  }
 }
 
 }  // namespace
@@ -164,6 +185,7 @@ void expose(const cv::Mat1f& radiance, const Exposure& exposure, cv::Mat1b& imag
       }
     }
   });
+  addRain(exposure.rain, hashOf(exposure.seed, 1), image);
 }
 
 }  // namespace predictive_stereo::simulation

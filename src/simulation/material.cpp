@@ -145,6 +145,7 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
       return p.albedo * (1.0f + contrast * 0.25f *
                                     texture3(local.x(), local.y(), local.z(), fp.width_m,
                                              {0.15f, 3, 0.8f}, p.seed));
+    case Material::kLamp:
     case Material::kMetal:
       return p.albedo * (1.0f + contrast * 0.3f * texture2(u, v, fp, {0.6f, 6, 0.75f}, seed));
     case Material::kSign:

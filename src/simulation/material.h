@@ -9,12 +9,13 @@ namespace predictive_stereo::simulation {
 /// Light and surfaces of a scene.
 struct Look {
   Eigen::Vector3f to_sun = Eigen::Vector3f(0.35f, -0.5f, 0.8f).normalized();
-  float sun = 0.75f;          ///< strength of the direct light
-  float ambient = 0.45f;      ///< light from everywhere
-  float sky = 1.15f;          ///< radiance of the sky; 1 / exposure and more saturates
-  float contrast = 1.0f;      ///< of all textures; near 0: nothing to match
-  float reflections = 1.0f;   ///< of glass and paint: they move with the camera
-  float street_lamps = 0.0f;  ///< light below the lamps, at night
+  float sun = 0.75f;         ///< strength of the direct light
+  float ambient = 0.45f;     ///< light from everywhere
+  float sky = 1.15f;         ///< radiance of the sky; 1 / exposure and more saturates
+  float contrast = 1.0f;     ///< of all textures; near 0: nothing to match
+  float reflections = 1.0f;  ///< of glass and paint: they move with the camera
+  float headlights = 0;      ///< light from the camera's own vehicle, below the horizon
+  float lamps = 0;           ///< radiance of lamps that shine: street lamps, headlights
 };
 
 /// The diffuse albedo of a surface, within about 0..1.

@@ -90,7 +90,7 @@ void addCar(Builder b, const Vector3d& size, uint32_t seed) {
   for (const double x : {-0.6 * l, 0.62 * l})
     for (const double y : {-w + 0.1, w - 0.1}) b.wheel(x, y, 0.31);
   for (const double y : {-w + 0.25, w - 0.25}) {
-    b.add(Shape::kEllipsoid, Material::kMetal, {l - 0.12, y, 0.62}, {0.14, 0.17, 0.09}, 0.85);
+    b.add(Shape::kEllipsoid, Material::kLamp, {l - 0.12, y, 0.62}, {0.14, 0.17, 0.09}, 0.85);
     b.add(Shape::kBox, Material::kMetal, {-l + 0.06, y, 0.68}, {0.06, 0.13, 0.1}, 0.25);
     b.add(Shape::kEllipsoid, Material::kPaint, {0.38 * l, (y > 0 ? 1 : -1) * (w + 0.06), 0.98},
           {0.07, 0.1, 0.07}, paint);
@@ -135,7 +135,7 @@ void addTransporter(Builder b, const Vector3d& size, uint32_t seed, Kind kind) {
     for (const double y : {-w + 0.12, w - 0.12}) b.wheel(x, y, kind == Kind::kVan ? 0.34 : 0.48);
   for (const double y : {-w + 0.2, w - 0.2}) {
     b.add(Shape::kBox, Material::kMetal, {-l + 0.02, y, 0.9}, {0.05, 0.1, 0.14}, 0.3);
-    b.add(Shape::kBox, Material::kMetal, {l - 0.02, y, 0.75}, {0.05, 0.14, 0.1}, 0.85);
+    b.add(Shape::kBox, Material::kLamp, {l - 0.02, y, 0.75}, {0.05, 0.14, 0.1}, 0.85);
   }
   b.add(Shape::kBox, Material::kSign, {-l, 0, 0.6}, {0.04, 0.26, 0.06}, 0.85);
 }
@@ -315,7 +315,7 @@ void addLampPost(const Place& place, Primitives& out) {
   b.rod(Material::kMetal, {0, 0, 0}, {0, 0, 1.0}, 0.10, 0.3);
   b.rod(Material::kMetal, {0, 0, 1.0}, {0, 0, 6.5}, 0.055, 0.35);
   b.rod(Material::kMetal, {0, 0, 6.5}, {1.6, 0, 6.9}, 0.035, 0.35);
-  b.add(Shape::kBox, Material::kMetal, {1.8, 0, 6.88}, {0.35, 0.12, 0.06}, 0.6);
+  b.add(Shape::kBox, Material::kLamp, {1.8, 0, 6.88}, {0.35, 0.12, 0.06}, 0.6);
 }
 
 void addSignPost(const Place& place, uint32_t seed, Primitives& out) {

@@ -94,9 +94,9 @@ void fallIntoWindow(const Primitive& p, const Vector3f& o, const Vector3f& d, fl
   const float u = withinCell(met[along] + p.half_m[along], w.cell_width_m);
   const float v = withinCell(met.z() + p.half_m.z(), w.cell_height_m);
   if (std::abs(u) >= 0.5f * w.width_m || std::abs(v) >= 0.5f * w.height_m) return;
-  // No windows that a corner of the building cuts.
+  // No windows that a corner of the building cuts: their cells are not whole.
   const float to_corner = p.half_m[along] - std::abs(met[along] - u);
-  if (to_corner < 0.5f * w.cell_width_m || p.half_m.z() - (met.z() - v) < 0.5f * w.cell_height_m)
+  if (to_corner < 0.45f * w.cell_width_m || p.half_m.z() - (met.z() - v) < 0.45f * w.cell_height_m)
     return;
   const auto until = [](float position, float half, float slope) {
     if (slope == 0) return kInfinity;

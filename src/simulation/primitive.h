@@ -34,6 +34,7 @@ enum class Material : uint8_t {
   kCloth,
   kSkin,
   kMetal,
+  kLamp,
   kSign,
 };
 

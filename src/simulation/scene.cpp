@@ -75,21 +75,24 @@ std::vector<Scene> makeScenes() {
   }
   {
     Scene& s = scene("leader", "follows another car among oncoming traffic");
-    s.traffic.leader_gap_m = 14;
+    s.traffic.companions = {{Kind::kCar, 13, 0, 3, 9}};
     s.drive.turns = "S";
   }
   {
-    Scene& s = scene("crowded", "between tall vehicles that cover 40 % of the view");
-    s.traffic.overtaking_s = 2.5;
-    s.traffic.leader_gap_m = 9;
-    s.traffic.tall_leader = true;
+    Scene& s = scene("crowded", "among tall vehicles that cover 40 % of the view");
+    s.traffic.companions = {{Kind::kTruck, 14, 0, 2, 9},
+                            {Kind::kBus, 6, 3.2, 1.5, 13},
+                            {Kind::kTruck, 10, -3.0, 2, 11}};
+    s.parked_cars = 0;
     s.drive.turns = "S";
   }
   {
-    Scene& s = scene("near_half_moves", "close behind a truck, overtaken on both sides");
-    s.traffic.overtaking_s = 1.6;
-    s.traffic.leader_gap_m = 6.5;
-    s.traffic.tall_leader = true;
+    Scene& s =
+        scene("near_half_moves", "close behind a truck, between others: half of the view moves");
+    s.traffic.companions = {{Kind::kTruck, 9, 0, 1.5, 9},
+                            {Kind::kBus, 4.5, 3.2, 1, 13},
+                            {Kind::kTruck, 9, -3.0, 2, 11}};
+    s.parked_cars = 0;
     s.drive.turns = "S";
   }
   {
@@ -106,7 +109,9 @@ std::vector<Scene> makeScenes() {
     s.look.sun = 0.0f;
     s.look.ambient = 0.10f;
     s.look.sky = 0.02f;
-    s.look.street_lamps = 0.9f;
+    s.look.headlights = 0.9f;
+    s.look.lamps = 4;
+    s.look.reflections = 0.3f;
     s.sensor.noise = 3;
     s.sensor.exposure = 1.6;
     s.drive.turns = "S";

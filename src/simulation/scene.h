@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "simulation/material.h"
+#include "simulation/models.h"
 
 namespace predictive_stereo::simulation {
 
@@ -22,16 +23,23 @@ struct Drive {
   bool sways = true;  ///< small pitch, roll and heave while driving
 };
 
+/// A vehicle that goes along with the camera, now faster and now slower.
+struct Companion {
+  Kind kind = Kind::kCar;
+  double gap_m = 15;     ///< from the camera to its rear, along the camera's way
+  double left_m = 0;     ///< beside that way
+  double swing_m = 2;    ///< how much the gap changes to both sides
+  double period_s = 11;  ///< of that change
+};
+
 /// Who else moves. Periods are mean times between encounters; 0: none.
 struct Traffic {
-  double leader_gap_m = 0;       ///< a vehicle ahead on the camera's own path
-  bool tall_leader = false;      ///< it is a truck
+  std::vector<Companion> companions;
   double oncoming_s = 0;         ///< cars that come towards the camera
   double cyclists_s = 0;         ///< on the right, driving along
   double walkers_s = 0;          ///< on both pavements, in both directions
   double crossing_people_s = 0;  ///< who cross the street ahead
   double crossing_cars_s = 0;    ///< who cross at the next junction
-  double overtaking_s = 0;       ///< tall vehicles on both sides, along with the camera
 };
 
 /// What the sensors make of it.

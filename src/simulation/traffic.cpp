@@ -86,8 +86,17 @@ struct Street {
 
 }  // namespace
 
+double Mover::gapAt(double time_s) const {
+  return along.gap_m + along.swing_m * std::sin(2 * kPi * time_s / along.period_s + id);
+}
+
 Place Mover::placeAt(double time_s, const Route& route) const {
-  if (gap_m > 0) return route.placeAlong(route.wayAt(time_s) + gap_m);
+  if (goes_along) {
+    Place place = route.placeAlong(route.wayAt(time_s) + gapAt(time_s));
+    place.position_m +=
+        along.left_m * Vector3d(-std::sin(place.heading_rad), std::cos(place.heading_rad), 0);
+    return place;
+  }
   Place place = met;
   const double way = speed_mps * (time_s - met_s);
   place.position_m += way * Vector3d(std::cos(met.heading_rad), std::sin(met.heading_rad), 0);
@@ -95,23 +104,26 @@ Place Mover::placeAt(double time_s, const Route& route) const {
 }
 
 Vector3d Mover::velocityAt(double time_s, const Route& route) const {
-  const Place place = placeAt(time_s, route);
-  const double speed = gap_m > 0 ? route.speedAt(time_s) : speed_mps;
-  return speed * Vector3d(std::cos(place.heading_rad), std::sin(place.heading_rad), 0);
+  constexpr double kHalf_s = 0.005;
+  const double before_s = std::max(0.0, time_s - kHalf_s), after_s = time_s + kHalf_s;
+  return (placeAt(after_s, route).position_m - placeAt(before_s, route).position_m) /
+         (after_s - before_s);
 }
 
 std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, double duration_s,
                                uint32_t seed) {
   std::vector<Mover> movers;
   int next_id = 1;
-  if (traffic.leader_gap_m > 0) {
-    Mover leader;
-    leader.id = next_id++;
-    leader.kind = traffic.tall_leader ? Kind::kTruck : Kind::kCar;
-    leader.seed = hashOf(seed, 1);
-    leader.gap_m = traffic.leader_gap_m + 0.5 * sizeOf(leader.kind, leader.seed).x();
-    leader.until_s = duration_s;
-    movers.push_back(leader);
+  for (const Companion& companion : traffic.companions) {
+    Mover mover;
+    mover.id = next_id++;
+    mover.kind = companion.kind;
+    mover.seed = hashOf(seed, 1, static_cast<uint32_t>(mover.id));
+    mover.goes_along = true;
+    mover.along = companion;
+    mover.along.gap_m += 0.5 * sizeOf(mover.kind, mover.seed).x();
+    mover.until_s = duration_s;
+    movers.push_back(mover);
   }
   // Candidates one kind after the other; those who would collide are left out.
   const auto meet = [&](double period_s, uint32_t kind, double reach_s, const auto& make) {
@@ -135,13 +147,6 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, doubl
       ++next_id;
     }
   };
-  meet(traffic.overtaking_s, 1, 14, [&](const Street& s, Random& r, Mover& m) {
-    m.kind = r.chance(0.5) ? Kind::kBus : Kind::kTruck;
-    const bool left = r.chance(0.6);
-    m.speed_mps = route.speedAt(std::clamp(m.met_s, 0.0, duration_s)) + r.uniform(0.4, 1.6);
-    m.met = s.place(s.along_m + r.uniform(2, 9), left ? 1.45 : -4.75, 0, false);
-    return true;
-  });
   meet(traffic.oncoming_s, 2, 7, [&](const Street& s, Random& r, Mover& m) {
     m.kind = r.chance(0.75) ? Kind::kCar : r.chance(0.6) ? Kind::kVan : Kind::kTruck;
     m.speed_mps = r.uniform(6, 12);

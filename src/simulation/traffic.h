@@ -7,20 +7,24 @@
 
 namespace predictive_stereo::simulation {
 
-/// A thing that moves along the ground at constant velocity, or along the camera's own path.
+/// A thing that moves along the ground at constant velocity, or goes along with the camera.
 struct Mover {
   int id = 0;
   Kind kind = Kind::kCar;
   uint32_t seed = 0;
   double from_s = 0, until_s = 0;  ///< when it is there
-  double gap_m = 0;                ///< > 0: this far ahead of the camera on its path
-  double met_s = 0;                ///< when it is at `met`
+  bool goes_along = false;
+  Companion along;   ///< where it does; gap_m to its middle
+  double met_s = 0;  ///< when it is at `met`
   Place met;
   double speed_mps = 0;
 
   Place placeAt(double time_s, const Route& route) const;
   Eigen::Vector3d velocityAt(double time_s, const Route& route) const;
   double strideAt(double time_s) const { return speed_mps * (time_s - met_s) + 0.1 * id; }
+
+ private:
+  double gapAt(double time_s) const;
 };
 
 /// The movers of a scene, none of which drives through another one or the camera. Deterministic.

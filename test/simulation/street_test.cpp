@@ -336,6 +336,49 @@ TEST(Street, DroppedAndRepeatedFrames) {
   EXPECT_NEAR(repeated.stampOf(4) - repeated.stampOf(3), 0.1, 1e-9);
 }
 
+// Mean share of the left image that moves.
+double movingShare(const std::string& scene) {
+  const Street street(smallStreet(scene));
+  double sum = 0;
+  int frames = 0;
+  for (int i = 0; i < street.frames(); i += 9, ++frames) {
+    const StreetFrame frame = street.render(i);
+    sum += cv::countNonZero(frame.moving_id) / static_cast<double>(frame.moving_id.total());
+  }
+  return sum / frames;
+}
+
+TEST(Street, MoversCoverWhatTheirSceneSays) {
+  EXPECT_NEAR(movingShare("crowded"), 0.40, 0.07);
+  EXPECT_NEAR(movingShare("near_half_moves"), 0.5, 0.08);
+  EXPECT_EQ(movingShare("static"), 0);
+  EXPECT_GT(movingShare("street"), 0.01);
+}
+
+TEST(Street, RainDiffersBetweenTheCameras) {
+  simulation::Scene rain = plain("rain"), dry = rain;
+  dry.sensor.rain = 0;
+  const StreetFrame wet = Street(smallStreet("rain"), rain).render(3);
+  const StreetFrame clear = Street(smallStreet("rain"), dry).render(3);
+  const cv::Mat on_left = wet.left != clear.left, on_right = wet.right != clear.right;
+  EXPECT_GT(cv::countNonZero(on_left), 200);
+  EXPECT_LT(cv::countNonZero(on_left & on_right), cv::countNonZero(on_left) / 4);
+}
+
+TEST(Street, LongExposuresBlur) {
+  simulation::Scene sharp = plain("blur");
+  sharp.sensor.exposure_time_s = 0;
+  const StreetFrame still = Street(smallStreet("blur"), sharp).render(40);
+  const StreetFrame blurred = Street(smallStreet("blur"), plain("blur")).render(40);
+  const auto sharpness = [](const cv::Mat1b& image) {
+    cv::Mat1f gradient;
+    cv::Sobel(image, gradient, CV_32F, 1, 0);
+    return cv::mean(cv::abs(gradient))[0];
+  };
+  EXPECT_LT(sharpness(blurred.left), 0.85 * sharpness(still.left));
+  EXPECT_TRUE(same(blurred.disparity_px, still.disparity_px));
+}
+
 TEST(Street, EverySceneRenders) {
   for (const StreetSceneInfo& info : streetScenes()) {
     StreetParams params = smallStreet(info.name);
