@@ -15,15 +15,17 @@ namespace predictive_stereo {
 
 /// One object that moves by itself.
 struct MovingObject {
-  int id = 0;                    ///< stable while the object is followed
-  cv::Rect2f box_px;             ///< in the left image
-  Eigen::Vector3d centre_m;      ///< centre of its 3-D box in the left camera's optical frame
-  Eigen::Vector3d size_m;        ///< of its 3-D box along the axes of that frame
-  Eigen::Vector3d velocity_mps;  ///< in the odom frame
-  Eigen::Matrix3d velocity_covariance;  ///< [m^2/s^2]
-  double score = 0;                     ///< 0..1
-  int age = 0;                          ///< frames since it was first seen
-  double distance_m = 0;                ///< from the left camera to the nearest part of it
+  int id = 0;         ///< stable while the object is followed
+  cv::Rect2f box_px;  ///< in the left image
+  Eigen::Vector3d centre_m =
+      Eigen::Vector3d::Zero();  ///< centre of its 3-D box in the left camera's optical frame
+  Eigen::Vector3d size_m =
+      Eigen::Vector3d::Zero();  ///< of its 3-D box along the axes of that frame
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();         ///< in the odom frame
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< [m^2/s^2]
+  double score = 0;                                               ///< 0..1
+  int age = 0;            ///< frames since it was first seen
+  double distance_m = 0;  ///< from the left camera to the nearest part of it
 };
 
 /// One frame as the detector sees it. All maps have rig.size; see Match, Prediction for invalid
@@ -45,12 +47,82 @@ struct Detections {
   cv::Mat1f residual;  ///< (measured - predicted) / sigma, 0 where it cannot be told
 };
 
+enum class DetectionScheme {
+  kDefault,  ///< tracks and disparities against the static world, verified, followed over frames
+  kPaper,    ///< section 4: windows of large disparity differences, merged; each frame by itself
+};
+
+/// The paper's section 4. It finds what changes disparity, and much else: a reference to compare
+/// with.
+struct PaperDetectionParams {
+  int smallest_window_width_px = 20;
+  int smallest_window_height_px = 20;
+  int largest_window_width_px = 75;
+  int largest_window_height_px = 50;
+  int window_sizes = 4;  ///< from the smallest to the largest in equal steps, both included
+  int step_px = 5;       ///< by which windows are moved
+  double skipped_top = 1.0 / 3.0;       ///< share of the image's rows without windows
+  double min_mean_difference_px = 1.5;  ///< of a window's pixels, unknown ones counting as 0
+  double max_difference_px = 5.0;       ///< larger differences count as this one
+  double min_merge_iou = 0.01;          ///< boxes that overlap by less are not merged
+  int min_width_px = 25;                ///< smaller boxes are dropped
+  int min_height_px = 25;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("smallest_window_width_px", smallest_window_width_px, 1, 4096);
+    v("smallest_window_height_px", smallest_window_height_px, 1, 4096);
+    v("largest_window_width_px", largest_window_width_px, 1, 4096);
+    v("largest_window_height_px", largest_window_height_px, 1, 4096);
+    v("window_sizes", window_sizes, 1, 32);
+    v("step_px", step_px, 1, 256);
+    v("skipped_top", skipped_top, 0.0, 0.99);
+    v("min_mean_difference_px", min_mean_difference_px, 0.01, 256.0);
+    v("max_difference_px", max_difference_px, 0.1, 256.0);
+    v("min_merge_iou", min_merge_iou, 1e-6, 1.0);
+    v("min_width_px", min_width_px, 0, 4096);
+    v("min_height_px", min_height_px, 0, 4096);
+  }
+};
+
+/// Following objects over frames.
+struct TrackingParams {
+  int confirm_frames = 2;     ///< an object is reported once it was seen in so many ...
+  int confirm_within = 3;     ///< ... of so many successive frames
+  int max_missed_frames = 2;  ///< a confirmed object that is not seen for longer is dropped
+  double min_iou = 0.2;       ///< of predicted and observed box, for these to belong together
+  double min_overlap_of_smaller = 0.6;  ///< or share of the smaller of both boxes that is common
+  double max_depth_ratio = 1.35;        ///< of predicted and observed distance
+  double acceleration_mps2 = 4;         ///< standard deviation of an object's acceleration
+  double largest_speed_mps = 30;        ///< 3 sigma of a new object's speed
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("confirm_frames", confirm_frames, 1, 8);
+    v("confirm_within", confirm_within, 1, 8);
+    v("max_missed_frames", max_missed_frames, 0, 16);
+    v("min_iou", min_iou, 0.0, 1.0);
+    v("min_overlap_of_smaller", min_overlap_of_smaller, 0.0, 1.0);
+    v("max_depth_ratio", max_depth_ratio, 1.01, 10.0);
+    v("acceleration_mps2", acceleration_mps2, 0.01, 100.0);
+    v("largest_speed_mps", largest_speed_mps, 0.1, 300.0);
+  }
+};
+
 struct DetectionParams {
-  DisparityRange range;
+  DisparityRange range;  ///< of the disparity maps
+  DetectionScheme scheme = DetectionScheme::kPaper;
+  PaperDetectionParams paper;
+  TrackingParams tracking;  ///< the paper's scheme reports every object at once
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("range", range);
+    v("scheme", scheme,
+      Choices<DetectionScheme>{{"default", DetectionScheme::kDefault},
+                               {"paper", DetectionScheme::kPaper}});
+    v("paper", paper);
+    v("tracking", tracking);
   }
 };
 

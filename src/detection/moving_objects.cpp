@@ -1,0 +1,117 @@
+#include "predictive_stereo/moving_objects.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "detection/object_shape.h"
+#include "detection/paper_windows.h"
+#include "detection/residual.h"
+#include "detection/tracker.h"
+
+namespace predictive_stereo {
+namespace {
+
+std::string text(cv::Size size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+void requireSize(const char* name, const cv::Mat& map, cv::Size expected) {
+  if (map.size() != expected)
+    throw std::invalid_argument(std::string(name) + " is " + text(map.size()) +
+                                " but the calibration is for " + text(expected));
+}
+
+void requireSizes(const DetectionInput& input) {
+  if (input.rig.size.empty())
+    throw std::invalid_argument("rig.size = 0x0: the detector needs the calibration of the images");
+  requireSize("left image", input.left, input.rig.size);
+  requireSize("measured disparity", input.measured_disparity_px, input.rig.size);
+  requireSize("measured variance", input.measured_variance_px2, input.rig.size);
+  requireSize("predicted disparity", input.predicted_disparity_px, input.rig.size);
+  requireSize("predicted variance", input.predicted_variance_px2, input.rig.size);
+}
+
+TrackingParams trackingOf(const DetectionParams& params) {
+  TrackingParams tracking = params.tracking;
+  if (params.scheme == DetectionScheme::kPaper)
+    tracking.confirm_frames = tracking.confirm_within = 1, tracking.max_missed_frames = 0;
+  return tracking;
+}
+
+}  // namespace
+
+struct MovingObjectDetector::State {
+  DetectionParams params;
+  ObjectTracker tracker;
+  StereoRig rig;
+  cv::Mat1f difference_px;
+  std::vector<Observation> observations;
+  std::vector<cv::Mat1b> masks;  // of observations, of the size of their boxes
+
+  explicit State(const DetectionParams& p) : params(p), tracker(trackingOf(p)) {}
+
+  void reset() { tracker.reset(); }
+  void observeAsPaper(const DetectionInput& input);
+};
+
+void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
+  constexpr float kMovingPx = 1.0f;
+  absoluteDifference(input.measured_disparity_px, input.predicted_disparity_px, params.range,
+                     static_cast<float>(params.paper.max_difference_px), difference_px);
+  for (const cv::Rect& box : movingBoxes(difference_px, params.paper)) {
+    const cv::Mat1b mask = difference_px(box) >= kMovingPx;
+    const auto shape = shapeOf(input.rig, params.range, input.measured_disparity_px, box, mask);
+    if (!shape) continue;
+    Observation seen;
+    seen.box_px = box;
+    seen.centre_m = shape->centre_m;
+    seen.size_m = shape->size_m;
+    seen.distance_m = shape->distance_m;
+    seen.centre_covariance = Eigen::Vector3d(0.25, 0.25, 1.0).asDiagonal();
+    seen.score = std::min(1.0, cv::mean(difference_px(box))[0] / params.paper.max_difference_px);
+    observations.push_back(seen);
+    masks.push_back(mask);
+  }
+}
+
+MovingObjectDetector::MovingObjectDetector(const DetectionParams& params) {
+  validate(params);
+  const PaperDetectionParams& paper = params.paper;
+  if (paper.largest_window_width_px < paper.smallest_window_width_px ||
+      paper.largest_window_height_px < paper.smallest_window_height_px)
+    throw std::invalid_argument("paper/largest_window is smaller than paper/smallest_window");
+  state_ = std::make_unique<State>(params);
+}
+MovingObjectDetector::~MovingObjectDetector() = default;
+MovingObjectDetector::MovingObjectDetector(MovingObjectDetector&&) noexcept = default;
+MovingObjectDetector& MovingObjectDetector::operator=(MovingObjectDetector&&) noexcept = default;
+
+void MovingObjectDetector::detect(const DetectionInput& input, Detections& detections) {
+  requireSizes(input);
+  State& state = *state_;
+  if (input.rig != state.rig) state.reset();
+  state.rig = input.rig;
+  state.observations.clear();
+  state.masks.clear();
+  normalizedResidual(input.measured_disparity_px, input.measured_variance_px2,
+                     input.predicted_disparity_px, input.predicted_variance_px2, state.params.range,
+                     detections.residual);
+  state.observeAsPaper(input);
+
+  state.tracker.predict(input.stamp_s, input.rig, input.T_odom_cam);
+  state.tracker.update(state.observations);
+  detections.objects.clear();
+  detections.mask.create(input.rig.size);
+  detections.mask.setTo(0);
+  for (const ObjectTrack& track : state.tracker.tracks()) {
+    if (!track.confirmed || track.observation < 0) continue;
+    detections.objects.push_back(state.tracker.describe(track));
+    const auto seen = static_cast<size_t>(track.observation);
+    detections.mask(state.observations[seen].box_px).setTo(255, state.masks[seen]);
+  }
+}
+
+void MovingObjectDetector::reset() { state_->reset(); }
+
+}  // namespace predictive_stereo

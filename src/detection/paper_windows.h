@@ -1,0 +1,24 @@
+/// The paper's detector: section 4.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+/// Windows of all sizes whose mean difference reaches params.min_mean_difference_px, from an
+/// integral image; in the order of sizes, rows, columns.
+std::vector<cv::Rect> movingWindows(const cv::Mat1f& difference_px,
+                                    const PaperDetectionParams& params);
+
+/// As long as two boxes overlap by at least `min_iou`, replaces the pair of the highest
+/// intersection over union by the smallest box that contains both. Of equal pairs the first one.
+void mergeBoxes(double min_iou, std::vector<cv::Rect>& boxes);
+
+/// Windows, merged, without those that are too small.
+std::vector<cv::Rect> movingBoxes(const cv::Mat1f& difference_px,
+                                  const PaperDetectionParams& params);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,48 @@
+#include "detection/residual.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace predictive_stereo {
+
+void normalizedResidual(const cv::Mat1f& measured_disparity_px,
+                        const cv::Mat1f& measured_variance_px2,
+                        const cv::Mat1f& predicted_disparity_px,
+                        const cv::Mat1f& predicted_variance_px2, const DisparityRange& range,
+                        cv::Mat1f& residual) {
+  residual.create(measured_disparity_px.size());
+  const auto smallest = static_cast<float>(range.min_disparity);
+  cv::parallel_for_(cv::Range(0, residual.rows), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      const float* measured = measured_disparity_px[y];
+      const float* predicted = predicted_disparity_px[y];
+      const float* measured_variance = measured_variance_px2[y];
+      const float* predicted_variance = predicted_variance_px2[y];
+      float* out = residual[y];
+      for (int x = 0; x < residual.cols; ++x) {
+        const float variance = std::max(measured_variance[x] + predicted_variance[x], 1e-6f);
+        const float z = (measured[x] - predicted[x]) / std::sqrt(variance);
+        const float cut = std::min(std::max(z, -kLargestResidual), kLargestResidual);
+        out[x] = std::min(measured[x], predicted[x]) >= smallest ? cut : 0.0f;
+      }
+    }
+  });
+}
+
+void absoluteDifference(const cv::Mat1f& measured_disparity_px,
+                        const cv::Mat1f& predicted_disparity_px, const DisparityRange& range,
+                        float largest_px, cv::Mat1f& difference_px) {
+  difference_px.create(measured_disparity_px.size());
+  const auto smallest = static_cast<float>(range.min_disparity);
+  for (int y = 0; y < difference_px.rows; ++y) {
+    const float* measured = measured_disparity_px[y];
+    const float* predicted = predicted_disparity_px[y];
+    float* out = difference_px[y];
+    for (int x = 0; x < difference_px.cols; ++x)
+      out[x] = std::min(measured[x], predicted[x]) >= smallest
+                   ? std::min(std::abs(measured[x] - predicted[x]), largest_px)
+                   : 0.0f;
+  }
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,190 @@
+#include "detection/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace predictive_stereo {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix36 = Eigen::Matrix<double, 3, 6>;
+
+double overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
+  const double both = (a & b).area();
+  return both / std::max(a.area() + b.area() - both, 1e-9);
+}
+
+double overlapOfSmaller(const cv::Rect2d& a, const cv::Rect2d& b) {
+  return (a & b).area() / std::max(std::min(a.area(), b.area()), 1e-9);
+}
+
+int countOfBits(unsigned bits) {
+  int count = 0;
+  for (; bits; bits &= bits - 1) ++count;
+  return count;
+}
+
+// Kalman update by a measurement of one half of the state; false where it lies beyond the gate.
+template <class H>
+void kalmanUpdate(const H& h, const Eigen::Vector3d& measured, const Eigen::Matrix3d& noise,
+                  Eigen::Matrix<double, 6, 1>& state, Matrix6& covariance) {
+  const Eigen::Matrix3d s = h * covariance * h.transpose() + noise;
+  const Eigen::Matrix<double, 6, 3> gain = covariance * h.transpose() * s.inverse();
+  state += gain * (measured - h * state);
+  const Matrix6 rest = Matrix6::Identity() - gain * h;
+  covariance = rest * covariance * rest.transpose() + gain * noise * gain.transpose();
+}
+
+Matrix36 positionOf() {
+  Matrix36 h = Matrix36::Zero();
+  h.leftCols<3>().setIdentity();
+  return h;
+}
+
+Matrix36 velocityOf() {
+  Matrix36 h = Matrix36::Zero();
+  h.rightCols<3>().setIdentity();
+  return h;
+}
+
+// Where a box is seen after its centre has moved in space.
+cv::Rect movedBox(const StereoRig& rig, const cv::Rect& box, const Eigen::Vector3d& before,
+                  const Eigen::Vector3d& now) {
+  const double scale = before.z() / now.z();
+  const Eigen::Vector3d from = rig.disparityFromPoint(before), to = rig.disparityFromPoint(now);
+  const double x = to.x() + scale * (box.x - from.x()), y = to.y() + scale * (box.y - from.y());
+  return {cv::Point(cvRound(x), cvRound(y)),
+          cv::Size(cvRound(scale * box.width), cvRound(scale * box.height))};
+}
+
+}  // namespace
+
+Eigen::Vector3d ObjectTracker::centreInCamera(const ObjectTrack& track) const {
+  return T_odom_cam_.inverse() * track.state.head<3>();
+}
+
+void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
+                            const Eigen::Isometry3d& T_odom_cam) {
+  const double dt = has_stamp_ ? stamp_s - stamp_s_ : 0;
+  has_stamp_ = true;
+  stamp_s_ = stamp_s;
+  rig_ = rig;
+  T_odom_cam_ = T_odom_cam;
+  Matrix6 transition = Matrix6::Identity();
+  transition.topRightCorner<3, 3>() = dt * Eigen::Matrix3d::Identity();
+  // White noise of acceleration.
+  const double q = params_.acceleration_mps2 * params_.acceleration_mps2;
+  Matrix6 noise = Matrix6::Zero();
+  noise.topLeftCorner<3, 3>().diagonal().setConstant(q * dt * dt * dt * dt / 4);
+  noise.topRightCorner<3, 3>().diagonal().setConstant(q * dt * dt * dt / 2);
+  noise.bottomLeftCorner<3, 3>().diagonal().setConstant(q * dt * dt * dt / 2);
+  noise.bottomRightCorner<3, 3>().diagonal().setConstant(q * dt * dt);
+  std::vector<ObjectTrack> kept;
+  for (ObjectTrack& track : tracks_) {
+    track.state = transition * track.state;
+    track.covariance = transition * track.covariance * transition.transpose() + noise;
+    track.history <<= 1;
+    track.observation = -1;
+    ++track.age;
+    const Eigen::Vector3d centre = centreInCamera(track);
+    if (!(centre.z() > 0.5)) continue;
+    track.last.box_px = movedBox(rig, track.last.box_px, track.last.centre_m, centre);
+    track.last.distance_m += centre.z() - track.last.centre_m.z();
+    track.last.centre_m = centre;
+    kept.push_back(track);
+  }
+  tracks_ = std::move(kept);
+}
+
+void ObjectTracker::update(const std::vector<Observation>& observations) {
+  // The best pair first, so that the order of objects does not matter.
+  std::vector<std::tuple<double, size_t, size_t>> pairs;
+  for (size_t t = 0; t < tracks_.size(); ++t)
+    for (size_t o = 0; o < observations.size(); ++o) {
+      const Observation& seen = observations[o];
+      const Observation& last = tracks_[t].last;
+      const double ratio = seen.distance_m / std::max(last.distance_m, 0.1);
+      if (ratio < 1 / params_.max_depth_ratio || ratio > params_.max_depth_ratio) continue;
+      const double iou = overlap(seen.box_px, last.box_px);
+      const double smaller = overlapOfSmaller(seen.box_px, last.box_px);
+      if (iou < params_.min_iou && smaller < params_.min_overlap_of_smaller) continue;
+      pairs.emplace_back(-(iou + 0.1 * smaller + (tracks_[t].confirmed ? 0.2 : 0.0)), t, o);
+    }
+  std::sort(pairs.begin(), pairs.end());
+  std::vector<bool> taken(observations.size(), false);
+  for (const auto& [cost, t, o] : pairs) {
+    if (taken[o] || tracks_[t].observation >= 0) continue;
+    taken[o] = true;
+    tracks_[t].observation = static_cast<int>(o);
+    correct(observations[o], tracks_[t]);
+  }
+
+  const unsigned window = (1u << params_.confirm_within) - 1;
+  std::vector<ObjectTrack> kept;
+  for (ObjectTrack& track : tracks_) {
+    if (countOfBits(track.history & window) >= params_.confirm_frames) track.confirmed = true;
+    const int patience = track.confirmed ? params_.max_missed_frames : params_.confirm_within - 1;
+    const unsigned recent = (2u << patience) - 1;
+    if ((track.history & recent) == 0) continue;
+    kept.push_back(track);
+  }
+  for (size_t o = 0; o < observations.size(); ++o)
+    if (!taken[o]) {
+      kept.push_back(start(observations[o]));
+      kept.back().observation = static_cast<int>(o);
+    }
+  tracks_ = std::move(kept);
+}
+
+void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) const {
+  const Eigen::Matrix3d R = T_odom_cam_.linear();
+  kalmanUpdate(positionOf(), Eigen::Vector3d(T_odom_cam_ * observation.centre_m),
+               Eigen::Matrix3d(R * observation.centre_covariance * R.transpose()), track.state,
+               track.covariance);
+  if (observation.has_velocity)
+    kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
+                 track.state, track.covariance);
+  track.last = observation;
+  track.history |= 1;
+}
+
+ObjectTrack ObjectTracker::start(const Observation& observation) {
+  ObjectTrack track;
+  track.id = next_id_++;
+  track.history = 1;
+  track.age = 1;
+  track.confirmed = params_.confirm_frames <= 1;
+  track.last = observation;
+  const Eigen::Matrix3d R = T_odom_cam_.linear();
+  const double speed = params_.largest_speed_mps;
+  track.state << T_odom_cam_ * observation.centre_m, Eigen::Vector3d::Zero();
+  track.covariance.setZero();
+  track.covariance.topLeftCorner<3, 3>() = R * observation.centre_covariance * R.transpose();
+  track.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(speed * speed / 9);
+  if (observation.has_velocity)
+    kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
+                 track.state, track.covariance);
+  return track;
+}
+
+MovingObject ObjectTracker::describe(const ObjectTrack& track) const {
+  MovingObject object;
+  object.id = track.id;
+  object.age = track.age;
+  object.box_px = track.last.box_px & cv::Rect(cv::Point(), rig_.size);
+  object.centre_m = track.last.centre_m;
+  object.size_m = track.last.size_m;
+  object.distance_m = track.last.distance_m;
+  object.velocity_mps = track.state.tail<3>();
+  object.velocity_covariance = track.covariance.bottomRightCorner<3, 3>();
+  object.score = track.last.score;
+  return object;
+}
+
+void ObjectTracker::reset() {
+  tracks_.clear();
+  has_stamp_ = false;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+/// An object as one frame shows it.
+struct Observation {
+  cv::Rect box_px;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the left camera's optical frame
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
+  double distance_m = 0;
+  Eigen::Matrix3d centre_covariance = Eigen::Matrix3d::Zero();  ///< [m^2], in that frame
+  /// Measured in this frame alone, in the odom frame; none: not measured.
+  bool has_velocity = false;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();
+  double score = 0;
+};
+
+/// An object followed over frames.
+struct ObjectTrack {
+  int id = 0;
+  int age = 0;           ///< frames since it was first seen
+  unsigned history = 0;  ///< bit k: seen k frames ago
+  bool confirmed = false;
+  int observation = -1;               ///< of this frame; -1: not seen
+  Observation last;                   ///< with the box moved along where not seen
+  Eigen::Matrix<double, 6, 1> state;  ///< position [m], velocity [m/s] in the odom frame
+  Eigen::Matrix<double, 6, 6> covariance;
+};
+
+/// Gives observations identity and velocity: one constant-velocity Kalman filter an object, in the
+/// odom frame.
+class ObjectTracker {
+ public:
+  explicit ObjectTracker(const TrackingParams& params) : params_(params) {}
+
+  /// Moves all tracks to this frame. Without a pose positions stay where they are in the camera.
+  void predict(double stamp_s, const StereoRig& rig, const Eigen::Isometry3d& T_odom_cam);
+  /// Gives each observation to a track or starts a new one.
+  void update(const std::vector<Observation>& observations);
+
+  const std::vector<ObjectTrack>& tracks() const { return tracks_; }
+  /// What the tracks say of an object's place now.
+  Eigen::Vector3d centreInCamera(const ObjectTrack& track) const;
+  MovingObject describe(const ObjectTrack& track) const;
+  void reset();
+
+ private:
+  void correct(const Observation& observation, ObjectTrack& track) const;
+  ObjectTrack start(const Observation& observation);
+
+  TrackingParams params_;
+  std::vector<ObjectTrack> tracks_;
+  int next_id_ = 1;
+  bool has_stamp_ = false;
+  double stamp_s_ = 0;
+  StereoRig rig_;
+  Eigen::Isometry3d T_odom_cam_ = Eigen::Isometry3d::Identity();
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,109 @@
+#include "detection/tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace predictive_stereo {
+namespace {
+
+StereoRig testRig() {
+  StereoRig rig;
+  rig.size = {1240, 376};
+  rig.fx_px = rig.fy_px = 720;
+  rig.cx_left_px = rig.cx_right_px = 610;
+  rig.cy_px = 170;
+  rig.baseline_m = 0.54;
+  return rig;
+}
+
+// A box of 2 m x 2 m whose centre is at this point of the camera frame.
+Observation at(const StereoRig& rig, const Eigen::Vector3d& centre_m) {
+  Observation seen;
+  seen.centre_m = centre_m;
+  seen.size_m = Eigen::Vector3d(2, 2, 1);
+  seen.distance_m = centre_m.z() - 0.5;
+  const Eigen::Vector3d p = rig.disparityFromPoint(centre_m);
+  const double side = 2 * rig.fx_px / centre_m.z();
+  seen.box_px =
+      cv::Rect(cvRound(p.x() - side / 2), cvRound(p.y() - side / 2), cvRound(side), cvRound(side));
+  seen.centre_covariance = Eigen::Vector3d(0.01, 0.01, 0.04).asDiagonal();
+  seen.score = 0.5;
+  return seen;
+}
+
+TEST(ObjectTracker, FollowsThroughTheCamerasMotion) {
+  const StereoRig rig = testRig();
+  ObjectTracker tracker{TrackingParams()};
+  const Eigen::Vector3d velocity(-6, 0, -8);
+  int id = 0;
+  for (int k = 0; k < 15; ++k) {
+    const double t = 0.1 * k;
+    Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+    T_odom_cam.translation() = Eigen::Vector3d(0, 0, 10 * t);
+    T_odom_cam.rotate(Eigen::AngleAxisd(0.1 * t, Eigen::Vector3d::UnitY()));
+    tracker.predict(t, rig, T_odom_cam);
+    const Eigen::Vector3d in_odom = Eigen::Vector3d(8, 0, 40) + t * velocity;
+    tracker.update({at(rig, T_odom_cam.inverse() * in_odom)});
+    ASSERT_EQ(tracker.tracks().size(), 1u) << k;
+    const ObjectTrack& track = tracker.tracks()[0];
+    if (k == 0) id = track.id;
+    EXPECT_EQ(track.id, id);
+    EXPECT_EQ(track.confirmed, k >= 1);
+    EXPECT_EQ(track.age, k + 1);
+  }
+  const MovingObject object = tracker.describe(tracker.tracks()[0]);
+  EXPECT_LT((object.velocity_mps - velocity).norm(), 0.3);
+  // The estimate lies within its own covariance.
+  const Eigen::Vector3d error = object.velocity_mps - velocity;
+  EXPECT_LT(error.dot(object.velocity_covariance.inverse() * error), 16);
+}
+
+TEST(ObjectTracker, ConfirmsTwoOfThreeAndForgets) {
+  const StereoRig rig = testRig();
+  ObjectTracker tracker{TrackingParams()};
+  const Observation seen = at(rig, {0, 0, 20});
+  const auto step = [&](int k, bool visible) {
+    tracker.predict(0.1 * k, rig, Eigen::Isometry3d::Identity());
+    tracker.update(visible ? std::vector<Observation>{seen} : std::vector<Observation>{});
+  };
+  step(0, true);
+  EXPECT_FALSE(tracker.tracks().at(0).confirmed);
+  step(1, false);
+  step(2, true);
+  EXPECT_TRUE(tracker.tracks().at(0).confirmed);
+  step(3, false);
+  step(4, false);
+  EXPECT_EQ(tracker.tracks().size(), 1u);
+  EXPECT_EQ(tracker.tracks()[0].observation, -1);
+  step(5, false);
+  EXPECT_TRUE(tracker.tracks().empty());
+  // Never seen twice: never confirmed.
+  step(6, true);
+  step(7, false);
+  step(8, false);
+  step(9, false);
+  EXPECT_TRUE(tracker.tracks().empty());
+}
+
+TEST(ObjectTracker, KeepsObjectsThatPassApart) {
+  const StereoRig rig = testRig();
+  ObjectTracker tracker{TrackingParams()};
+  int near_id = 0, far_id = 0;
+  for (int k = 0; k < 12; ++k) {
+    const double t = 0.1 * k;
+    tracker.predict(t, rig, Eigen::Isometry3d::Identity());
+    std::vector<Observation> seen{at(rig, {-3 + 5 * t, 0, 12}), at(rig, {3 - 5 * t, 0, 24})};
+    if (k % 2) std::swap(seen[0], seen[1]);
+    tracker.update(seen);
+    ASSERT_EQ(tracker.tracks().size(), 2u);
+    for (const ObjectTrack& track : tracker.tracks()) {
+      int& id = track.last.distance_m < 18 ? near_id : far_id;
+      if (k == 0) id = track.id;
+      EXPECT_EQ(track.id, id) << k;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
