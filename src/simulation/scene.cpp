@@ -80,18 +80,18 @@ std::vector<Scene> makeScenes() {
   }
   {
     Scene& s = scene("crowded", "among tall vehicles that cover 40 % of the view");
-    s.traffic.companions = {{Kind::kTruck, 14, 0, 2, 9},
-                            {Kind::kBus, 6, 3.2, 1.5, 13},
-                            {Kind::kTruck, 10, -3.0, 2, 11}};
+    s.traffic.companions = {{Kind::kTruck, 15, 0, 2, 9},
+                            {Kind::kBus, 6.5, 3.2, 1.5, 13},
+                            {Kind::kTruck, 11, -3.0, 2, 11}};
     s.parked_cars = 0;
     s.drive.turns = "S";
   }
   {
     Scene& s =
         scene("near_half_moves", "close behind a truck, between others: half of the view moves");
-    s.traffic.companions = {{Kind::kTruck, 9, 0, 1.5, 9},
-                            {Kind::kBus, 4.5, 3.2, 1, 13},
-                            {Kind::kTruck, 9, -3.0, 2, 11}};
+    s.traffic.companions = {{Kind::kTruck, 10, 0, 1.5, 9},
+                            {Kind::kBus, 5.5, 3.2, 1, 13},
+                            {Kind::kTruck, 11, -3.0, 2, 11}};
     s.parked_cars = 0;
     s.drive.turns = "S";
   }
