@@ -8,18 +8,18 @@
 #include <stereo_msgs/DisparityImage.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
-#include <unistd.h>
 
-#include <atomic>
-#include <csignal>
+#include <boost/make_shared.hpp>
 #include <cstdio>
 #include <cstring>
 #include <map>
 #include <sstream>
 
 #include "simulation/street.h"
+#include "tools/bag_file.h"
 #include "tools/command_line.h"
-#include "tools/new_bag.h"
+#include "tools/interruption.h"
+#include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
@@ -61,7 +61,18 @@ constexpr char kOdomFrame[] = "odom", kBaseFrame[] = "base_link", kCameraFrame[]
                kOpticalFrame[] = "camera_left_optical_frame";
 constexpr double kEpoch_s = 1577836800;  // 2020-01-01: a stamp of 0 means "none" in ROS
 
-std::atomic<bool> interrupted{false};
+// As from a latching publisher: players latch it again.
+template <class Message>
+void writeLatched(const std::string& topic, const ros::Time& time, const Message& message,
+                  rosbag::Bag& bag) {
+  const auto connection = boost::make_shared<ros::M_string>();
+  (*connection)["type"] = ros::message_traits::datatype(message);
+  (*connection)["md5sum"] = ros::message_traits::md5sum(message);
+  (*connection)["message_definition"] = ros::message_traits::definition(message);
+  (*connection)["latching"] = "1";
+  (*connection)["callerid"] = "/street_to_bag";
+  bag.write(topic, time, message, connection);
+}
 
 sensor_msgs::Image imageMessage(const std_msgs::Header& header, const cv::Mat& image,
                                 const std::string& encoding) {
@@ -195,14 +206,6 @@ MovingObjectArray movingObjects(const std_msgs::Header& header, const StreetFram
   return message;
 }
 
-void showProgress(int done, int total) {
-  const bool terminal = isatty(STDERR_FILENO) != 0;
-  if (terminal)
-    std::fprintf(stderr, "\rframe %d of %d%s", done, total, done == total ? "\n" : "");
-  else if (done == total || 10 * done / total != 10 * (done - 1) / total)
-    std::fprintf(stderr, "frame %d of %d\n", done, total);
-}
-
 StreetParams paramsFrom(const CommandLine& line) {
   StreetParams params;
   params.scene = line.get("scene", params.scene);
@@ -231,15 +234,16 @@ int streetToBag(const CommandLine& line) {
   while (!ns.empty() && ns.back() == '/') ns.pop_back();
   if (!ns.empty() && ns[0] != '/') ns = "/" + ns;
 
-  NewBag bag(line.positional()[0]);
-  if (line.has("compress")) bag.compress();
-  std::signal(SIGINT, [](int) { interrupted = true; });
-  std::signal(SIGTERM, [](int) { interrupted = true; });
+  BagFile file(line.positional()[0]);
+  rosbag::Bag& bag = file.bag();
+  if (line.has("compress")) bag.setCompression(rosbag::compression::LZ4);
+  catchInterruptions();
+  Progress progress(line.positional()[0], street.frames());
   const ros::Time begin(kEpoch_s);
-  bag.writeLatched("/tf_static", begin, robot.extrinsics(begin));
+  writeLatched("/tf_static", begin, robot.extrinsics(begin), bag);
   std::map<int, int> first_seen;
   for (int i = 0; i < street.frames(); ++i) {
-    if (interrupted) throw std::runtime_error("interrupted: no bag written");
+    throwIfInterrupted();
     const StreetFrame frame = street.render(i);
     std_msgs::Header header;
     header.seq = static_cast<uint32_t>(i);
@@ -256,9 +260,9 @@ int streetToBag(const CommandLine& line) {
     write("truth/disparity", disparityMessage(header, rig, frame.disparity_px));
     write("truth/odometry", robot.odometry(header, i));
     write("truth/moving_objects", movingObjects(header, frame, robot.worldFromOdom(), first_seen));
-    showProgress(i + 1, street.frames());
+    progress.update(i);
   }
-  bag.complete();
+  file.finish();
   return 0;
 }
 
