@@ -14,7 +14,7 @@ struct RowAlignmentParams {
   bool enabled = true;
   int min_samples = 100;       ///< fewer samples in agreement: identity
   double max_offset_px = 3.0;  ///< a fit that exceeds this anywhere is refused: identity
-  double smoothing = 0.5;      ///< weight of a frame's samples in the next frame, 0: none
+  double smoothing = 0.8;      ///< weight of a frame's samples in the next frame, 0: none
 
   template <class Visitor>
   void visit(Visitor&& v) {

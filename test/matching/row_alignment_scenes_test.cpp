@@ -1,0 +1,94 @@
+/// Row alignment with the half-resolution match it gets in the pipeline, on whole scenes.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+
+#include "predictive_stereo/coarse_matcher.h"
+#include "predictive_stereo/row_alignment.h"
+#include "simulation/street.h"
+
+namespace predictive_stereo {
+namespace {
+
+struct Alignments {
+  RowAlignment first;   ///< of the pair as given
+  RowAlignment second;  ///< of the pair after the first one's warp
+};
+
+Alignments alignTwice(const cv::Mat1b& left, const cv::Mat1b& right) {
+  const MatcherParams params;
+  CoarseMatcher coarse_matcher(params);
+  cv::Mat1f coarse_px;
+  Alignments alignments;
+  RowAligner aligner({}), other({});
+  coarse_matcher.match(left, right, coarse_px);
+  alignments.first = aligner.estimate(left, right, coarse_px, params.range);
+  cv::Mat1b aligned;
+  alignRightImage(right, alignments.first, 0, aligned);
+  coarse_matcher.match(left, aligned, coarse_px);
+  alignments.second = other.estimate(left, aligned, coarse_px, params.range);
+  return alignments;
+}
+
+double largestError(const RowAlignment& alignment, const Street& street) {
+  const cv::Size size = street.rig().size;
+  double largest = 0;
+  for (int y = 0; y < size.height; y += 10)
+    for (int x = 0; x < size.width; x += 10)
+      largest =
+          std::max(largest, std::abs(alignment.offset(x, y, size) - street.rightRowOffset(x, y)));
+  return largest;
+}
+
+TEST(RowAlignmentOfScenes, StreetOfAMisalignedRig) {
+  StreetParams params;
+  params.scene = "misaligned";
+  params.frames = 30;
+  const Street street(params);
+  ASSERT_GT(std::abs(street.rightRowOffset(0, 374)), 1.0);
+  for (int index : {0, 29}) {
+    const StreetFrame frame = street.render(index);
+    const Alignments alignments = alignTwice(frame.left, frame.right);
+    EXPECT_LT(largestError(alignments.first, street), 0.25) << index;
+    EXPECT_LT(alignments.first.residual_px, 0.25);
+    EXPECT_LT(alignments.second.largest_offset_px, 0.25);
+  }
+}
+
+TEST(RowAlignmentOfScenes, StreetOfAPerfectRig) {
+  StreetParams params;
+  params.scene = "straight";
+  params.frames = 30;
+  const Street street(params);
+  for (int index : {0, 29}) {
+    const StreetFrame frame = street.render(index);
+    const Alignments alignments = alignTwice(frame.left, frame.right);
+    EXPECT_FALSE(alignments.first.isIdentity());
+    EXPECT_LT(alignments.first.largest_offset_px, 0.07);
+  }
+}
+
+TEST(RowAlignmentOfScenes, Kitti) {
+  const char* excerpts = std::getenv("KITTI_EXCERPTS");
+  if (!excerpts) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
+  const std::string date_dir = std::string(excerpts) + "/2011_09_26/";
+  for (const char* drive : {"2011_09_26_drive_0002_sync", "2011_09_26_drive_0009_sync"}) {
+    std::vector<cv::String> left_files, right_files;
+    cv::glob(date_dir + drive + "/image_00/data/*.png", left_files);
+    cv::glob(date_dir + drive + "/image_01/data/*.png", right_files);
+    for (size_t i = 0; i < left_files.size(); i += 9) {
+      SCOPED_TRACE(left_files[i]);
+      const Alignments alignments = alignTwice(cv::imread(left_files[i], cv::IMREAD_GRAYSCALE),
+                                               cv::imread(right_files[i], cv::IMREAD_GRAYSCALE));
+      EXPECT_GT(alignments.first.samples, 250);
+      EXPECT_LT(alignments.first.residual_px, 0.2);
+      EXPECT_GT(alignments.first.largest_offset_px, 1.5);
+      EXPECT_LT(alignments.first.largest_offset_px, 2.8);
+      EXPECT_LT(alignments.second.largest_offset_px, 0.4);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
