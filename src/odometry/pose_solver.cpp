@@ -37,12 +37,19 @@ struct Prediction {
 
 class Model {
  public:
-  Model(const StereoRig& rig, const Eigen::Isometry3d& T)
-      : rig_(rig), R_(T.linear()), t_(T.translation()), k_(1 / rig.disparityTimesDepth()) {}
+  /// The offsets are added to the disparities of the two frames.
+  Model(const StereoRig& rig, const Eigen::Isometry3d& T, double previous_offset_px,
+        double current_offset_px)
+      : rig_(rig),
+        R_(T.linear()),
+        t_(T.translation()),
+        k_(1 / rig.disparityTimesDepth()),
+        previous_offset_(previous_offset_px),
+        current_offset_(current_offset_px) {}
 
   Prediction predict(const Correspondence& c) const {
     Prediction p;
-    const double d = c.previous.z();
+    const double d = c.previous.z() + previous_offset_;
     const Eigen::Vector3d ray((c.previous.x() - rig_.cx_left_px) / rig_.fx_px,
                               (c.previous.y() - rig_.cy_px) / rig_.fy_px, 1);
     p.inverse_depth = d * k_;
@@ -52,7 +59,7 @@ class Model {
     const double w = 1 / p.q.z();
     const double x = p.q.x() * w, y = p.q.y() * w;
     p.residual << c.current.x() - (rig_.fx_px * x + rig_.cx_left_px),
-        c.current.y() - (rig_.fy_px * y + rig_.cy_px), c.current.z() - d * w;
+        c.current.y() - (rig_.fy_px * y + rig_.cy_px), c.current.z() + current_offset_ - d * w;
     p.by_disparity << rig_.fx_px * (t_.x() - x * t_.z()) * k_ * w,
         rig_.fy_px * (t_.y() - y * t_.z()) * k_ * w, w - d * w * w * t_.z() * k_;
     return p;
@@ -76,46 +83,77 @@ class Model {
   Eigen::Matrix3d R_;
   Eigen::Vector3d t_;
   double k_;
+  double previous_offset_, current_offset_;
 };
 
-// Squared Mahalanobis distance of the residual, by the matrix inversion lemma.
-double squaredDistance(const Correspondence& c, const Prediction& p) {
-  const double ixy = 1 / c.track_variance, id = 1 / c.current_disparity_variance;
-  const Eigen::Vector3d information(ixy, ixy, id);
-  const Eigen::Vector3d weighted = information.cwiseProduct(p.by_disparity);
-  const double along = weighted.dot(p.residual);
-  const double rank_one =
-      along * along / (1 / c.previous_disparity_variance + weighted.dot(p.by_disparity));
-  return information.dot(p.residual.cwiseAbs2()) - rank_one;
-}
+// Information of the residual: the noise of the current coordinates, and that of the previous
+// disparity carried over to them, by the matrix inversion lemma.
+struct Information {
+  Eigen::Vector3d diagonal, along;  // diagonal matrix minus along along^T
 
-Eigen::Matrix3d information(const Correspondence& c, const Prediction& p) {
-  const double ixy = 1 / c.track_variance, id = 1 / c.current_disparity_variance;
-  const Eigen::Vector3d diagonal(ixy, ixy, id);
-  const Eigen::Vector3d weighted = diagonal.cwiseProduct(p.by_disparity);
-  Eigen::Matrix3d result = diagonal.asDiagonal();
-  result -= weighted * weighted.transpose() /
-            (1 / c.previous_disparity_variance + weighted.dot(p.by_disparity));
-  return result;
-}
+  Information(const Correspondence& c, const Prediction& p, double disparity_variance)
+      : diagonal(1 / c.track_variance, 1 / c.track_variance, 1 / disparity_variance) {
+    along = diagonal.cwiseProduct(p.by_disparity);
+    along /= std::sqrt(1 / c.previous_disparity_variance + along.dot(p.by_disparity));
+  }
+  double squaredNorm(const Eigen::Vector3d& residual) const {
+    const double projected = along.dot(residual);
+    return diagonal.dot(residual.cwiseAbs2()) - projected * projected;
+  }
+  Eigen::Matrix3d matrix() const {
+    Eigen::Matrix3d result = diagonal.asDiagonal();
+    return result - along * along.transpose();
+  }
+};
 
-// Three points determine the motion; Gauss-Newton from the expected one, all noise alike.
-bool fitThree(const StereoRig& rig, const std::vector<Correspondence>& all, const int (&chosen)[3],
-              Eigen::Isometry3d& T) {
+class Solver {
+ public:
+  Solver(const StereoRig& rig, const std::vector<Correspondence>& all,
+         const DisparityOffset& previous_offset, double expected_sigma_px,
+         const PoseSolverParams& params)
+      : rig_(rig),
+        all_(all),
+        offset_(previous_offset),
+        expected_sigma_(expected_sigma_px),
+        coarse_gate_(2 * params.outlier_sigma * expected_sigma_px),
+        params_(params) {}
+
+  Eigen::Isometry3d vote(const Eigen::Isometry3d& T_expected) const;
+  PoseSolution refine(const Eigen::Isometry3d& T_start) const;
+
+ private:
+  // While the jitter of the current offset is unknown it counts as noise of the disparities.
+  double coarseVariance(const Correspondence& c) const {
+    const double jitter = params_.offset_jitter_px / expected_sigma_;
+    return c.current_disparity_variance + jitter * jitter;
+  }
+  bool fitThree(const int (&chosen)[3], Eigen::Isometry3d& T) const;
+  double cost(const Eigen::Isometry3d& T, double give_up, double& inlier_trust) const;
+
+  const StereoRig& rig_;
+  const std::vector<Correspondence>& all_;
+  const DisparityOffset offset_;
+  const double expected_sigma_;
+  const double coarse_gate_;  // three noisy points make a noisy motion
+  const PoseSolverParams& params_;
+};
+
+// Three points determine the motion: Gauss-Newton from the expected one.
+bool Solver::fitThree(const int (&chosen)[3], Eigen::Isometry3d& T) const {
   for (int iteration = 0; iteration < 6; ++iteration) {
-    const Model model(rig, T);
+    const Model model(rig_, T, offset_.offset_px, offset_.offset_px);
     Matrix6d A = Matrix6d::Zero();
     Vector6d b = Vector6d::Zero();
     for (int i : chosen) {
-      const Prediction p = model.predict(all[i]);
+      const Prediction p = model.predict(all_[i]);
       if (!p.in_front) return false;
       const Matrix36d J = model.jacobian(p);
-      const Eigen::Matrix3d W = information(all[i], p);
-      A.noalias() += J.transpose() * W * J;
-      b.noalias() += J.transpose() * (W * p.residual);
+      const Eigen::Matrix3d W = Information(all_[i], p, coarseVariance(all_[i])).matrix();
+      const Eigen::Matrix<double, 6, 3> JtW = J.transpose() * W;
+      A.noalias() += JtW * J;
+      b.noalias() += JtW * p.residual;
     }
-    const Eigen::LDLT<Matrix6d> ldlt(A);
-    const Vector6d step = ldlt.solve(b);
+    const Vector6d step = A.ldlt().solve(b);
     if (!step.allFinite() || step.head<3>().norm() > 20 || step.tail<3>().norm() > 1) return false;
     T = perturbed(T, step);
     if (step.norm() < 1e-4) break;
@@ -123,15 +161,16 @@ bool fitThree(const StereoRig& rig, const std::vector<Correspondence>& all, cons
   return true;
 }
 
-// Sum of squared distances, each capped at the threshold (MSAC), weighted by trust.
-double cost(const StereoRig& rig, const std::vector<Correspondence>& all,
-            const Eigen::Isometry3d& T, double cap, double give_up, double& inlier_trust) {
-  const Model model(rig, T);
+// Sum of squared distances, each capped at the gate (MSAC), weighted by trust.
+double Solver::cost(const Eigen::Isometry3d& T, double give_up, double& inlier_trust) const {
+  const Model model(rig_, T, offset_.offset_px, offset_.offset_px);
+  const double cap = coarse_gate_ * coarse_gate_;
   double total = 0;
   inlier_trust = 0;
-  for (const Correspondence& c : all) {
+  for (const Correspondence& c : all_) {
     const Prediction p = model.predict(c);
-    const double m2 = p.in_front ? squaredDistance(c, p) : cap;
+    const double m2 =
+        p.in_front ? Information(c, p, coarseVariance(c)).squaredNorm(p.residual) : cap;
     if (m2 < cap) inlier_trust += c.trust;
     total += c.trust * std::min(m2, cap);
     if (total > give_up) break;
@@ -139,99 +178,136 @@ double cost(const StereoRig& rig, const std::vector<Correspondence>& all,
   return total;
 }
 
-}  // namespace
-
-PoseSolution solvePose(const StereoRig& rig, const std::vector<Correspondence>& all,
-                       const Eigen::Isometry3d& T_expected, double expected_sigma_px,
-                       const PoseSolverParams& params) {
-  PoseSolution solution;
-  const int n = static_cast<int>(all.size());
-  solution.inlier.assign(n, 0);
-  if (n < params.min_inliers) return solution;
-
-  // Coarser than the final threshold: three noisy points make a noisy motion.
-  const double coarse = 2 * params.outlier_sigma * expected_sigma_px;
-  const double cap = coarse * coarse;
+Eigen::Isometry3d Solver::vote(const Eigen::Isometry3d& T_expected) const {
+  const auto n = static_cast<unsigned>(all_.size());
   double trust_of_all = 0;
-  for (const Correspondence& c : all) trust_of_all += c.trust;
+  for (const Correspondence& c : all_) trust_of_all += c.trust;
 
-  double inlier_trust = 0, best_inlier_trust = 0;
   Eigen::Isometry3d best = T_expected;
-  double best_cost = cost(rig, all, best, cap, 1e300, best_inlier_trust);
+  double inlier_trust = 0, best_inlier_trust = 0;
+  double best_cost = cost(best, 1e300, best_inlier_trust);
   std::mt19937 random(1);
-  int needed = params.max_hypotheses;
+  int needed = params_.max_hypotheses;
   for (int k = 0; k < needed; ++k) {
     int chosen[3];
-    for (int i = 0; i < 3; ++i) chosen[i] = static_cast<int>(random() % static_cast<unsigned>(n));
+    for (int& i : chosen) i = static_cast<int>(random() % n);
     if (chosen[0] == chosen[1] || chosen[1] == chosen[2] || chosen[0] == chosen[2]) continue;
     Eigen::Isometry3d T = T_expected;
-    if (!fitThree(rig, all, chosen, T)) continue;
-    const double c = cost(rig, all, T, cap, best_cost, inlier_trust);
+    if (!fitThree(chosen, T)) continue;
+    const double c = cost(T, best_cost, inlier_trust);
     if (c < best_cost) {
       best_cost = c;
       best = T;
       best_inlier_trust = inlier_trust;
     }
+    // Until, with 99.9 % certainty, a draw had static points only; and then four times as many,
+    // because three static points are noisy.
     const double share = std::clamp(best_inlier_trust / trust_of_all, 0.05, 0.95);
-    // With 99.9 % certainty one draw had static points only, and then three more for the noise.
-    needed = std::min(params.max_hypotheses,
+    needed = std::min(params_.max_hypotheses,
                       static_cast<int>(4 * std::log(1e-3) / std::log(1 - share * share * share)));
   }
+  return best;
+}
 
-  // Iteratively reweighted: every point's weight falls with its distance (Cauchy), and the scale
-  // of the residuals is measured on the way.
-  Eigen::Isometry3d T = best;
-  double sigma = expected_sigma_px;
-  double gate = coarse;
-  Matrix6d A;
+// Iteratively reweighted Gauss-Newton: every point's weight falls with its distance (Cauchy), and
+// the scale of the residuals is measured on the way. Unknowns: the motion, the offset of the
+// previous frame, and the change of the offset since.
+PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
+  using Matrix8d = Eigen::Matrix<double, 8, 8>;
+  using Vector8d = Eigen::Matrix<double, 8, 1>;
+  constexpr double kFixed = 1e12;  // information of an unknown that is known
+  const Eigen::Vector2d prior_information(
+      offset_.variance_px2 > 0 ? 1 / offset_.variance_px2 : kFixed,
+      params_.offset_jitter_px > 0 ? 1 / (params_.offset_jitter_px * params_.offset_jitter_px)
+                                   : kFixed);
+
+  PoseSolution solution;
+  const auto n = all_.size();
+  solution.inlier.assign(n, 0);
+  Eigen::Isometry3d T = T_start;
+  double previous_offset = offset_.offset_px, change = 0;
+  double sigma = expected_sigma_;
+  double gate = coarse_gate_;
+  Matrix8d A;
   std::vector<double> squared;
   for (int iteration = 0; iteration < 10; ++iteration) {
-    const Model model(rig, T);
+    const Model model(rig_, T, previous_offset, previous_offset + change);
     A.setZero();
-    Vector6d b = Vector6d::Zero();
+    Vector8d b = Vector8d::Zero();
     squared.clear();
-    for (const Correspondence& c : all) {
+    for (const Correspondence& c : all_) {
       const Prediction p = model.predict(c);
       if (!p.in_front) continue;
-      const double m2 = squaredDistance(c, p);
+      const Information information(
+          c, p, iteration == 0 ? coarseVariance(c) : c.current_disparity_variance);
+      const double m2 = information.squaredNorm(p.residual);
       if (m2 > gate * gate) continue;
       squared.push_back(m2);
       const double weight = 1 / (1 + m2 / (4 * sigma * sigma));
-      const Matrix36d J = model.jacobian(p);
-      const Eigen::Matrix3d W = weight * information(c, p);
-      A.noalias() += J.transpose() * W * J;
-      b.noalias() += J.transpose() * (W * p.residual);
+      Eigen::Matrix<double, 3, 8> J;
+      J.leftCols<6>() = model.jacobian(p);
+      J.col(6) = p.by_disparity - Eigen::Vector3d::UnitZ();
+      J.col(7) = -Eigen::Vector3d::UnitZ();
+      const Eigen::Matrix<double, 8, 3> JtW = weight * J.transpose() * information.matrix();
+      A.noalias() += JtW * J;
+      b.noalias() += JtW * p.residual;
     }
-    if (static_cast<int>(squared.size()) < params.min_inliers) return solution;
-    const Vector6d step = A.ldlt().solve(b);
+    if (static_cast<int>(squared.size()) < params_.min_inliers) return solution;
+    A.diagonal().tail<2>() += sigma * sigma * prior_information;
+    b.tail<2>() += sigma * sigma *
+                   prior_information.cwiseProduct(
+                       Eigen::Vector2d(offset_.offset_px - previous_offset, -change));
+    const Vector8d step = A.ldlt().solve(b);
     if (!step.allFinite()) return solution;
-    T = perturbed(T, step);
+    T = perturbed(T, step.head<6>());
+    previous_offset += step[6];
+    change += step[7];
     // Median of chi-square with three degrees of freedom: 2.366.
-    const auto middle = squared.begin() + squared.size() / 2;
+    const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
     std::nth_element(squared.begin(), middle, squared.end());
-    sigma = std::max(std::sqrt(*middle / 2.366), 0.2 * expected_sigma_px);
-    gate = std::min(coarse, std::max(params.outlier_sigma * sigma, 0.5 * expected_sigma_px));
-    if (step.head<3>().norm() < 1e-5 && step.tail<3>().norm() < 1e-6) break;
+    sigma = std::max(std::sqrt(*middle / 2.366), 0.1 * expected_sigma_);
+    gate = std::min(coarse_gate_, std::max(params_.outlier_sigma * sigma, expected_sigma_));
+    if (step.head<3>().norm() < 1e-5 && step.segment<3>(3).norm() < 1e-6) break;
   }
 
-  const Model model(rig, T);
+  const Model model(rig_, T, previous_offset, previous_offset + change);
   double sum = 0;
-  for (int i = 0; i < n; ++i) {
-    const Prediction p = model.predict(all[i]);
-    if (!p.in_front || squaredDistance(all[i], p) > gate * gate) continue;
+  for (size_t i = 0; i < n; ++i) {
+    const Prediction p = model.predict(all_[i]);
+    if (!p.in_front) continue;
+    const Information information(all_[i], p, all_[i].current_disparity_variance);
+    if (information.squaredNorm(p.residual) > gate * gate) continue;
     solution.inlier[i] = 1;
     ++solution.inliers;
     sum += p.residual.squaredNorm();
   }
-  if (solution.inliers < params.min_inliers) return solution;
-  const Eigen::FullPivLU<Matrix6d> lu(A);
+  if (solution.inliers < params_.min_inliers) return solution;
+  const Eigen::FullPivLU<Matrix8d> lu(A);
   if (!lu.isInvertible()) return solution;
+  const Matrix8d covariance = kRobustCovariance * sigma * sigma * lu.inverse();
   solution.found = true;
   solution.T_cam_prev = T;
   solution.sigma_px = sigma;
   solution.residual_px = std::sqrt(sum / (3 * solution.inliers));
-  solution.covariance = kRobustCovariance * sigma * sigma * lu.inverse();
+  solution.covariance = covariance.topLeftCorner<6, 6>();
+  solution.offset.offset_px = previous_offset + change;
+  solution.offset.variance_px2 =
+      offset_.variance_px2 > 0 ? covariance.bottomRightCorner<2, 2>().sum() : 0;
   return solution;
+}
+
+}  // namespace
+
+PoseSolution solvePose(const StereoRig& rig, const std::vector<Correspondence>& correspondences,
+                       const Eigen::Isometry3d& T_expected, const DisparityOffset& previous_offset,
+                       double expected_sigma_px, const PoseSolverParams& params) {
+  if (static_cast<int>(correspondences.size()) < params.min_inliers) {
+    PoseSolution nothing;
+    nothing.inlier.assign(correspondences.size(), 0);
+    return nothing;
+  }
+  const Solver solver(rig, correspondences, previous_offset, expected_sigma_px, params);
+  return solver.refine(solver.vote(T_expected));
 }
 
 }  // namespace predictive_stereo

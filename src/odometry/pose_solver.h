@@ -20,6 +20,15 @@ struct PoseSolverParams {
   double outlier_sigma = 4.0;  ///< residuals beyond this many sigma do not count as inliers
   int max_hypotheses = 400;
   int min_inliers = 10;
+  /// How much the offset of all disparities varies from frame to frame [px]: cameras on a bumpy road
+  /// shake against each other. 0: not at all.
+  double offset_jitter_px = 0.5;
+};
+
+/// A constant that is missing in every measured disparity, as after a small turn of one camera.
+struct DisparityOffset {
+  double offset_px = 0;     ///< to be added to every measured disparity
+  double variance_px2 = 0;  ///< 0: known
 };
 
 struct PoseSolution {
@@ -28,6 +37,7 @@ struct PoseSolution {
   Matrix6d covariance = Matrix6d::Zero();  ///< as CameraMotion::covariance
   std::vector<char> inlier;                ///< one per correspondence
   int inliers = 0;
+  DisparityOffset offset;  ///< of the current frame
   double sigma_px = 0;     ///< scale of the residuals, for a relative variance of 1
   double residual_px = 0;  ///< root mean square of the inliers' residuals in x, y, d
 };
@@ -36,8 +46,10 @@ struct PoseSolution {
 /// robust Gauss-Newton. Residuals are weighted with the noise of all six coordinates of a
 /// correspondence, the previous disparity's included, propagated to the current frame.
 /// @param T_expected  competes with the random hypotheses.
+/// @param previous_offset  of the previous frame, before this one was seen.
 PoseSolution solvePose(const StereoRig& rig, const std::vector<Correspondence>& correspondences,
-                       const Eigen::Isometry3d& T_expected, double expected_sigma_px,
+                       const Eigen::Isometry3d& T_expected, const DisparityOffset& previous_offset,
+                       double expected_sigma_px,
                        const PoseSolverParams& params);
 
 }  // namespace predictive_stereo
