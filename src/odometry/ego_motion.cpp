@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "odometry/features.h"
-#include "odometry/image_pyramid.h"
 #include "odometry/pose_solver.h"
-#include "odometry/row_offset.h"
+#include "odometry/reference_frame.h"
 #include "odometry/stereo_depth.h"
 #include "odometry/tracking.h"
 
@@ -16,10 +15,22 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kLevels = 4;
-constexpr int kBorderPx = 10;             // a patch with its gradients fits in
-constexpr double kExpectedSigmaPx = 0.3;  // of a coordinate, before the first measurement of it
+constexpr int kBorderPx = 10;             // so that a patch with its gradients fits in
+constexpr double kExpectedSigmaPx = 0.3;  // of a coordinate, before it has been measured
 constexpr double kLostCovariance = 9999;
+// How likely a point is static: at first sight, after it moved with the camera, and after it did
+// not.
 constexpr double kNewTrust = 0.5, kStaticTrust = 1.0, kMovingTrust = 0.2;
+// The reference stays while the image hardly moves, so that standing still does not drift.
+constexpr double kHoldFlowPx = 1.5;
+constexpr double kHoldInliers = 0.6;  // share of the reference's features that must be in view
+// A motion that fewer points than this share agree with is doubted; others are tried as well.
+constexpr double kDoubtfulInliers = 0.35;
+// Frames with fewer features show nothing: the reference then waits for better ones, a while.
+constexpr int kBlindFeatures = 30;
+constexpr int kLongestWait = 10;
+// A motion less certain than this is not told.
+constexpr double kLargestSigma_m = 0.5, kLargestSigma_rad = 0.05;
 
 void requireSize(const char* name, const cv::Mat1b& image, cv::Size size) {
   const auto text = [](cv::Size s) {
@@ -31,172 +42,70 @@ void requireSize(const char* name, const cv::Mat1b& image, cv::Size size) {
                                 "; do the camera_info topics belong to these images?");
 }
 
-// A corner of a frame, with its depth.
-struct Feature {
-  cv::Point2f position;
-  float disparity_px = 0;
-  double trust = kNewTrust;
-};
+// Covariance of A B^-1 from those of A and B (left-multiplied perturbations).
+Matrix6d covarianceOfChange(const CameraMotion& a, const CameraMotion& b) {
+  const Eigen::Isometry3d change = a.T_cam_prev * b.T_cam_prev.inverse();
+  const Eigen::Vector3d t = change.translation();
+  Eigen::Matrix3d cross;
+  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  Matrix6d adjoint = Matrix6d::Zero();
+  adjoint.topLeftCorner<3, 3>() = adjoint.bottomRightCorner<3, 3>() = change.linear();
+  adjoint.topRightCorner<3, 3>() = cross * change.linear();
+  return a.covariance + adjoint * b.covariance * adjoint.transpose();
+}
 
-struct Frame {
-  ImagePyramid left;
-  std::vector<Feature> features;
-};
+bool certain(const Matrix6d& covariance) {
+  const double largest_m2 = covariance.diagonal().head<3>().maxCoeff();
+  const double largest_rad2 = covariance.diagonal().tail<3>().maxCoeff();
+  return largest_m2 < kLargestSigma_m * kLargestSigma_m &&
+         largest_rad2 < kLargestSigma_rad * kLargestSigma_rad;
+}
 
 }  // namespace
 
 struct EgoMotion::State {
-  explicit State(const EgoMotionParams& p) : params(p) { validate(p, "ego_motion/"); }
+  explicit State(const EgoMotionParams& p) : params(p), row_offsets(p.row_alignment) {
+    validate(p, "ego_motion/");
+    offset.variance_px2 = p.disparity_offset_sigma_px * p.disparity_offset_sigma_px;
+  }
 
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right,
                              const StereoRig& new_rig, const cv::Mat1b& moving_mask);
   void reset();
 
-  void predictTracks(const cv::Mat1b& moving_mask);
-  void matchTracks();
-  void updateRowAlignment();
-  float disparity(cv::Point2f position, const StereoMatch& match) const;
-  PoseSolution solve();
-  void replaceReference(const PoseSolution& solution);
+  PoseSolution moveSince(const ReferenceFrame& reference, const cv::Mat1b& moving_mask);
+  PoseSolution tryMotion(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
+                         const cv::Mat1b& moving_mask);
+  void followFeatures(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
+                      const cv::Mat1b& moving_mask);
+  void findInRightImage(std::vector<StereoMatch>& stereo);
+  float disparity(const StereoMatch& match) const;
+  void updateRowAlignment(const std::vector<StereoMatch>& stereo);
+  bool hardlyMoved(const PoseSolution& solution) const;
+  ReferenceFrame frameFromHere(const PoseSolution& solution);
 
   EgoMotionParams params;
   StereoRig rig;
-  Frame reference;                           // the last frame that was not lost
-  ImagePyramid left_pyramid, right_pyramid;  // of the current one
+  ImagePyramid left_pyramid, right_pyramid;  // of the current frame
+  RowOffsetFilter row_offsets;
   RowAlignment alignment;
-  Eigen::Isometry3d T_last = Eigen::Isometry3d::Identity();  // the motion expected next
+  DisparityOffset offset;                                    // of the last frame that was tracked
+  Eigen::Isometry3d T_last = Eigen::Isometry3d::Identity();  // the last frame's motion
+  // What the next frame is compared with, best first: one frame, or, after a loss, two.
+  std::vector<ReferenceFrame> references;
 
   CornerDetector detector;
-  // One entry per feature of the reference that is followed.
-  std::vector<cv::Point2f> origins, positions;
+  // Features of a reference that are found in the current frame; `id` is their place there.
   std::vector<Track> tracks;
   std::vector<StereoMatch> matches;
-  std::vector<Correspondence> correspondences;
-  std::vector<int> track_of_correspondence;
-  std::vector<double> trusts;
-  std::vector<float> reference_disparities;
+  std::vector<Correspondence> correspondences;  // one per match
 };
 
 void EgoMotion::State::reset() {
-  reference.features.clear();
-  reference.left = {};
-  alignment = {};
+  references.clear();
+  row_offsets.reset();
+  alignment = RowAlignment();
   T_last = Eigen::Isometry3d::Identity();
-}
-
-// Where the features are expected if the camera goes on as it did.
-void EgoMotion::State::predictTracks(const cv::Mat1b& moving_mask) {
-  const Eigen::Matrix4d H = disparityMotion(rig, T_last);
-  origins.clear();
-  tracks.clear();
-  matches.clear();
-  trusts.clear();
-  reference_disparities.clear();
-  for (const Feature& feature : reference.features) {
-    if (!moving_mask.empty() && moving_mask(cv::Point(feature.position))) continue;
-    Eigen::Vector4d expected =
-        H * Eigen::Vector4d(feature.position.x, feature.position.y, feature.disparity_px, 1);
-    expected /= expected.w();
-    Track track;
-    StereoMatch match;
-    track.position = feature.position;
-    match.shift_px = feature.disparity_px;
-    if (expected.allFinite() && expected.w() > 0 && expected.z() < params.max_disparity_px &&
-        cv::Rect2f(0, 0, static_cast<float>(rig.size.width), static_cast<float>(rig.size.height))
-            .contains(cv::Point2d(expected.x(), expected.y()))) {
-      track.position = cv::Point2d(expected.x(), expected.y());
-      match.shift_px = static_cast<float>(expected.z());
-    }
-    match.shift_px += static_cast<float>(rig.cx_left_px - rig.cx_right_px);
-    match.expected = true;
-    origins.push_back(feature.position);
-    tracks.push_back(track);
-    matches.push_back(match);
-    trusts.push_back(feature.trust);
-    reference_disparities.push_back(feature.disparity_px);
-  }
-}
-
-// Follows the features, then finds them in the right image; forgets those that are not found.
-void EgoMotion::State::matchTracks() {
-  trackPoints(reference.left, left_pyramid, origins, tracks);
-  size_t kept = 0;
-  positions.clear();
-  for (size_t i = 0; i < tracks.size(); ++i) {
-    if (!tracks[i].found) continue;
-    positions.push_back(tracks[i].position);
-    origins[kept] = origins[i];
-    tracks[kept] = tracks[i];
-    matches[kept] = matches[i];
-    trusts[kept] = trusts[i];
-    reference_disparities[kept] = reference_disparities[i];
-    ++kept;
-  }
-  origins.resize(kept);
-  tracks.resize(kept);
-  matches.resize(kept);
-  trusts.resize(kept);
-  reference_disparities.resize(kept);
-  StereoSearch search;
-  search.largest_shift_px = params.max_disparity_px;
-  matchStereo(left_pyramid, right_pyramid, alignment, search, positions, matches);
-}
-
-void EgoMotion::State::updateRowAlignment() {
-  if (!params.row_alignment.enabled) return;
-  std::vector<RowOffsetSample> samples;
-  for (size_t i = 0; i < matches.size(); ++i)
-    if (matches[i].found) samples.push_back({positions[i], matches[i].row_offset_px});
-  alignment = fitRowOffset(samples, rig.size, alignment, params.row_alignment);
-}
-
-float EgoMotion::State::disparity(cv::Point2f position, const StereoMatch& match) const {
-  const float row_offset = rowOffset(alignment, position, rig.size);
-  return match.shift_px + match.shift_by_row * (match.row_offset_px - row_offset) -
-         static_cast<float>(rig.cx_left_px - rig.cx_right_px);
-}
-
-PoseSolution EgoMotion::State::solve() {
-  correspondences.clear();
-  track_of_correspondence.clear();
-  for (size_t i = 0; i < matches.size(); ++i) {
-    if (!matches[i].found) continue;
-    Correspondence c;
-    c.previous << origins[i].x, origins[i].y, reference_disparities[i];
-    c.current << positions[i].x, positions[i].y, disparity(positions[i], matches[i]);
-    c.trust = trusts[i];
-    correspondences.push_back(c);
-    track_of_correspondence.push_back(static_cast<int>(i));
-  }
-  return solvePose(rig, correspondences, T_last, kExpectedSigmaPx, PoseSolverParams());
-}
-
-// Makes the current frame the reference: its tracks go on, new corners fill the gaps.
-void EgoMotion::State::replaceReference(const PoseSolution& solution) {
-  reference.features.clear();
-  std::vector<cv::Point2f> taken;
-  for (size_t k = 0; k < correspondences.size(); ++k) {
-    const Correspondence& c = correspondences[k];
-    Feature feature;
-    feature.position = cv::Point2d(c.current.x(), c.current.y());
-    feature.disparity_px = static_cast<float>(c.current.z());
-    feature.trust = solution.inlier.empty() ? kNewTrust
-                    : solution.inlier[k]    ? kStaticTrust
-                                            : kMovingTrust;
-    reference.features.push_back(feature);
-    taken.push_back(feature.position);
-  }
-  positions.clear();
-  detector.detect(left_pyramid.level(0), params.features, taken, kBorderPx, positions);
-  matches.assign(positions.size(), StereoMatch());
-  StereoSearch search;
-  search.largest_shift_px = params.max_disparity_px;
-  matchStereo(left_pyramid, right_pyramid, alignment, search, positions, matches);
-  if (alignment.isIdentity()) updateRowAlignment();
-  for (size_t i = 0; i < positions.size(); ++i)
-    if (matches[i].found)
-      reference.features.push_back({positions[i], disparity(positions[i], matches[i]), kNewTrust});
-  std::swap(reference.left, left_pyramid);
 }
 
 EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
@@ -207,37 +116,214 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   if (!moving_mask.empty()) requireSize("mask of moving objects", moving_mask, new_rig.size);
   if (new_rig != rig) reset();
   rig = new_rig;
-
   left_pyramid.build(left, kLevels);
   right_pyramid.build(right, 2);
 
   EgoMotionEstimate estimate;
-  correspondences.clear();
   PoseSolution solution;
-  if (reference.left.empty()) {
-    estimate.status = EgoMotionStatus::kFirstFrame;
-  } else {
-    predictTracks(moving_mask);
-    matchTracks();
-    updateRowAlignment();
-    solution = solve();
-    estimate.features = static_cast<int>(correspondences.size());
-    estimate.inliers = solution.inliers;
-    estimate.residual_px = solution.residual_px;
-    if (solution.found) {
-      estimate.status = EgoMotionStatus::kTracked;
-      estimate.motion.T_cam_prev = solution.T_cam_prev;
-      estimate.motion.covariance = solution.covariance;
-      T_last = solution.T_cam_prev;
+  correspondences.clear();
+  size_t used = 0;
+  for (; used < references.size(); ++used) {
+    ++references[used].age;
+    solution = moveSince(references[used], moving_mask);
+    if (solution.found) break;
+  }
+  estimate.features = static_cast<int>(correspondences.size());
+  estimate.inliers = solution.inliers;
+  estimate.residual_px = solution.residual_px;
+
+  if (solution.found) {
+    estimate.status = EgoMotionStatus::kTracked;
+    ReferenceFrame& reference = references[used];
+    const CameraMotion since_reference{solution.T_cam_prev, solution.covariance};
+    estimate.motion.T_cam_prev = solution.T_cam_prev * reference.to_previous.T_cam_prev.inverse();
+    estimate.motion.covariance = covarianceOfChange(since_reference, reference.to_previous);
+    estimate.frames = reference.age;
+    T_last = estimate.motion.T_cam_prev;
+    offset = solution.offset;
+    if (used == 0 && hardlyMoved(solution)) {
+      reference.to_previous = since_reference;
+      reference.age = 0;
+      references.resize(1);
     } else {
-      estimate.status = EgoMotionStatus::kLost;
-      estimate.motion.covariance = Matrix6d::Identity() * kLostCovariance;
-      T_last = Eigen::Isometry3d::Identity();
+      ReferenceFrame here = frameFromHere(solution);
+      references.clear();
+      references.push_back(std::move(here));
+    }
+  } else {
+    estimate.status = references.empty() ? EgoMotionStatus::kFirstFrame : EgoMotionStatus::kLost;
+    if (!references.empty()) estimate.motion.covariance = Matrix6d::Identity() * kLostCovariance;
+    // The pose is held; the next frame may be seen from the last good one, or else from this one.
+    correspondences.clear();
+    ReferenceFrame here = frameFromHere(solution);
+    if (!references.empty() && references.front().age >= kLongestWait) references.clear();
+    if (static_cast<int>(here.features.size()) >= kBlindFeatures) {
+      references.resize(std::min<size_t>(references.size(), 1));
+      references.push_back(std::move(here));
     }
   }
-  replaceReference(solution);
   estimate.row_alignment = alignment;
+  estimate.disparity_offset_px = params.estimate_disparity_offset ? offset.offset_px : 0;
+  estimate.disparity_offset_sigma_px =
+      params.estimate_disparity_offset ? std::sqrt(offset.variance_px2) : 0;
   return estimate;
+}
+
+// From a reference to the current frame. Expects the camera to go on as before; where that leads to
+// little agreement, as after a duplicated or a dropped frame, that it stands still.
+PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
+                                         const cv::Mat1b& moving_mask) {
+  const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
+  Eigen::Isometry3d T_expected = T_previous;
+  for (int i = 0; i < std::min(reference.age, 3); ++i) T_expected = T_last * T_expected;
+  PoseSolution best = tryMotion(reference, T_expected, moving_mask);
+  if (best.found && best.inliers > kDoubtfulInliers * static_cast<double>(tracks.size()))
+    return best;
+  auto best_tracks = tracks;
+  auto best_matches = matches;
+  auto best_correspondences = correspondences;
+  PoseSolution other = tryMotion(reference, T_previous, moving_mask);
+  if (other.inliers > best.inliers) return other;
+  std::swap(tracks, best_tracks);
+  std::swap(matches, best_matches);
+  std::swap(correspondences, best_correspondences);
+  return best;
+}
+
+PoseSolution EgoMotion::State::tryMotion(const ReferenceFrame& reference,
+                                         const Eigen::Isometry3d& T_expected,
+                                         const cv::Mat1b& moving_mask) {
+  followFeatures(reference, T_expected, moving_mask);
+  findInRightImage(matches);
+  updateRowAlignment(matches);
+  correspondences.clear();
+  for (const StereoMatch& match : matches) {
+    const Feature& feature = reference.features[match.id];
+    Correspondence c;
+    c.previous << feature.position.x, feature.position.y, feature.disparity_px;
+    c.current << match.point.x, match.point.y, disparity(match);
+    c.trust = feature.trust;
+    correspondences.push_back(c);
+  }
+  PoseSolverParams solver;
+  solver.offset_jitter_px = params.disparity_jitter_px;
+  DisparityOffset previous_offset = reference.offset;
+  if (!params.estimate_disparity_offset) previous_offset = {0, 0};
+  PoseSolution solution =
+      solvePose(rig, correspondences, T_expected, previous_offset, kExpectedSigmaPx, solver);
+  solution.found = solution.found && certain(solution.covariance);
+  return solution;
+}
+
+// Finds the reference's features in the current left image, and tells where to look for them in the
+// right one.
+void EgoMotion::State::followFeatures(const ReferenceFrame& reference,
+                                      const Eigen::Isometry3d& T_expected,
+                                      const cv::Mat1b& moving_mask) {
+  const Eigen::Matrix4d H = disparityMotion(rig, T_expected);
+  const cv::Rect2d image(0, 0, rig.size.width, rig.size.height);
+  tracks.clear();
+  std::vector<float> expected_px(reference.features.size());
+  for (size_t i = 0; i < reference.features.size(); ++i) {
+    const Feature& feature = reference.features[i];
+    if (!moving_mask.empty() && moving_mask(cv::Point(feature.position))) continue;
+    Track track;
+    track.id = static_cast<int>(i);
+    track.origin = track.position = feature.position;
+    expected_px[i] = feature.disparity_px;
+    Eigen::Vector4d expected =
+        H * Eigen::Vector4d(feature.position.x, feature.position.y, feature.disparity_px, 1);
+    const double size_change = expected.w();  // depth then by depth before
+    expected /= expected.w();
+    if (size_change > 0 && image.contains(cv::Point2d(expected.x(), expected.y())) &&
+        expected.z() < params.max_disparity_px) {
+      track.position = cv::Point2d(expected.x(), expected.y());
+      track.scale = static_cast<float>(std::clamp(size_change, 0.6, 1.6));
+      expected_px[i] = static_cast<float>(expected.z());
+    }
+    tracks.push_back(track);
+  }
+  trackPoints(reference.left, left_pyramid, tracks);
+  matches.clear();
+  for (const Track& track : tracks) {
+    if (!track.found) continue;
+    StereoMatch match;
+    match.id = track.id;
+    match.point = track.position;
+    match.expected = true;
+    match.shift_px = expected_px[track.id] + static_cast<float>(rig.cx_left_px - rig.cx_right_px);
+    matches.push_back(match);
+  }
+}
+
+// Leaves those that are found.
+void EgoMotion::State::findInRightImage(std::vector<StereoMatch>& stereo) {
+  StereoSearch search;
+  search.largest_shift_px =
+      params.max_disparity_px + static_cast<int>(std::ceil(rig.cx_left_px - rig.cx_right_px));
+  search.smallest_shift_px += static_cast<int>(std::floor(rig.cx_left_px - rig.cx_right_px));
+  if (!alignment.isIdentity()) search.row_radius_px = 0;
+  matchStereo(left_pyramid, right_pyramid, alignment, search, stereo);
+  stereo.erase(std::remove_if(stereo.begin(), stereo.end(),
+                              [](const StereoMatch& match) { return !match.found; }),
+               stereo.end());
+}
+
+float EgoMotion::State::disparity(const StereoMatch& match) const {
+  float shift_px = match.shift_px;
+  if (!alignment.isIdentity()) {
+    const auto row_offset = static_cast<float>(
+        alignment.offset(match.point.x - match.shift_px, match.point.y, rig.size));
+    shift_px += match.shift_by_row * (match.row_offset_px - row_offset);
+  }
+  return shift_px - static_cast<float>(rig.cx_left_px - rig.cx_right_px);
+}
+
+void EgoMotion::State::updateRowAlignment(const std::vector<StereoMatch>& stereo) {
+  if (!params.row_alignment.enabled) return;
+  std::vector<RowOffsetMeasurement> samples;
+  for (const StereoMatch& match : stereo)
+    samples.push_back({match.point.x - match.shift_px, match.point.y, match.row_offset_px});
+  alignment = row_offsets.update(samples, rig.size);
+}
+
+bool EgoMotion::State::hardlyMoved(const PoseSolution& solution) const {
+  const ReferenceFrame& reference = references.front();
+  if (solution.inliers < kHoldInliers * static_cast<double>(reference.features.size()))
+    return false;
+  std::vector<double> flow_px;
+  for (size_t i = 0; i < correspondences.size(); ++i)
+    if (solution.inlier[i])
+      flow_px.push_back(
+          (correspondences[i].current - correspondences[i].previous).head<2>().norm());
+  const auto high = flow_px.begin() + static_cast<std::ptrdiff_t>(flow_px.size() * 9 / 10);
+  std::nth_element(flow_px.begin(), high, flow_px.end());
+  return *high < kHoldFlowPx;
+}
+
+// Makes a reference of the current frame: its tracks go on, new corners fill the gaps. Takes the
+// current pyramid.
+ReferenceFrame EgoMotion::State::frameFromHere(const PoseSolution& solution) {
+  ReferenceFrame here;
+  here.offset = offset;
+  here.offset.variance_px2 += params.disparity_offset_drift_px * params.disparity_offset_drift_px;
+  std::vector<cv::Point2f> taken, corners;
+  for (size_t i = 0; i < correspondences.size(); ++i) {
+    const Correspondence& c = correspondences[i];
+    const cv::Point2f position = cv::Point2d(c.current.x(), c.current.y());
+    here.features.push_back({position, static_cast<float>(c.current.z()),
+                             solution.inlier[i] ? kStaticTrust : kMovingTrust});
+    taken.push_back(position);
+  }
+  detector.detect(left_pyramid.level(0), params.features, taken, kBorderPx, corners);
+  std::vector<StereoMatch> stereo(corners.size());
+  for (size_t i = 0; i < corners.size(); ++i) stereo[i].point = corners[i];
+  findInRightImage(stereo);
+  if (alignment.isIdentity()) updateRowAlignment(stereo);
+  for (const StereoMatch& match : stereo)
+    here.features.push_back({match.point, disparity(match), kNewTrust});
+  std::swap(here.left, left_pyramid);
+  return here;
 }
 
 EgoMotion::EgoMotion(const EgoMotionParams& params) : state_(std::make_unique<State>(params)) {}

@@ -20,8 +20,8 @@ struct PoseSolverParams {
   double outlier_sigma = 4.0;  ///< residuals beyond this many sigma do not count as inliers
   int max_hypotheses = 400;
   int min_inliers = 10;
-  /// How much the offset of all disparities varies from frame to frame [px]: cameras on a bumpy road
-  /// shake against each other. 0: not at all.
+  /// How much the offset of all disparities varies from frame to frame [px]: cameras on a bumpy
+  /// road shake against each other. 0: not at all.
   double offset_jitter_px = 0.5;
 };
 
@@ -49,7 +49,6 @@ struct PoseSolution {
 /// @param previous_offset  of the previous frame, before this one was seen.
 PoseSolution solvePose(const StereoRig& rig, const std::vector<Correspondence>& correspondences,
                        const Eigen::Isometry3d& T_expected, const DisparityOffset& previous_offset,
-                       double expected_sigma_px,
-                       const PoseSolverParams& params);
+                       double expected_sigma_px, const PoseSolverParams& params);
 
 }  // namespace predictive_stereo

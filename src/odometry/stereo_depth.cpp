@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "odometry/patch.h"
-#include "odometry/row_offset.h"
 
 namespace predictive_stereo {
 namespace {
@@ -14,6 +13,7 @@ constexpr float kSmallestCorrelation = 0.8f;
 constexpr float kExpectedCorrelation = 0.9f;  // to be accepted without a search
 constexpr float kUniqueness = 0.03f;          // by which the best must beat any other place
 constexpr float kLargestSurprisePx = 3;       // from an expected shift
+constexpr float kFarthestPx = 4;              // from a place found at half resolution
 constexpr int kIterations = 12;
 
 float blockCorrelation(const cv::Mat1b& a, cv::Point at_a, const cv::Mat1b& b, cv::Point at_b) {
@@ -42,8 +42,10 @@ struct Coarse {
   bool found = false;
 };
 
+// `row_of_shift` tells the row offset to search around, for a shift [px at half resolution].
+template <class RowOfShift>
 Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f point,
-                    float row_offset, const StereoSearch& search) {
+                    const RowOfShift& row_of_shift, const StereoSearch& search) {
   Coarse coarse;
   const cv::Point corner(cvRound(point.x) - kBlock / 2, cvRound(point.y) - kBlock / 2);
   if (corner.x < 0 || corner.y < 0 || corner.x + kBlock > left.cols ||
@@ -51,25 +53,27 @@ Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f p
     return coarse;
   const int first = std::max((search.smallest_shift_px - 1) / 2, corner.x + kBlock - right.cols);
   const int last = std::min((search.largest_shift_px + 1) / 2, corner.x);
-  const int middle_row = cvRound(corner.y + row_offset);
+  if (first > last) return coarse;
   const int row_radius = (search.row_radius_px + 1) / 2;
-  const int top = std::max(0, middle_row - row_radius);
-  const int bottom = std::min(right.rows - kBlock, middle_row + row_radius);
-  if (first > last || top > bottom) return coarse;
 
   float best = -1;
   // The best of all rows for every shift, to see whether another shift does as well.
-  std::vector<float> of_shift(last - first + 1, -1.f);
-  for (int row = top; row <= bottom; ++row)
-    for (int shift = first; shift <= last; ++shift) {
+  thread_local std::vector<float> of_shift;
+  of_shift.assign(last - first + 1, -1.f);
+  for (int shift = first; shift <= last; ++shift) {
+    const int middle = cvRound(row_of_shift(shift));
+    for (int offset = middle - row_radius; offset <= middle + row_radius; ++offset) {
+      const int row = corner.y + offset;
+      if (row < 0 || row + kBlock > right.rows) continue;
       const float c = blockCorrelation(left, corner, right, {corner.x - shift, row});
       of_shift[shift - first] = std::max(of_shift[shift - first], c);
       if (c > best) {
         best = c;
         coarse.shift = shift;
-        coarse.row_offset = row - corner.y;
+        coarse.row_offset = offset;
       }
     }
+  }
   float second = -1;
   for (int shift = first; shift <= last; ++shift)
     if (std::abs(shift - coarse.shift) > 2) second = std::max(second, of_shift[shift - first]);
@@ -78,11 +82,15 @@ Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f p
 }
 
 void matchPoint(const ImagePyramid& left, const ImagePyramid& right, const RowAlignment& alignment,
-                const StereoSearch& search, cv::Point2f point, StereoMatch& match) {
+                const StereoSearch& search, StereoMatch& match) {
+  const cv::Point2f point = match.point;
   match.found = false;
   Patch patch;
   if (!patch.sample(left.level(0), point)) return;
-  const float row_offset = rowOffset(alignment, point, left.level(0).size());
+  // The alignment's columns are the right image's.
+  const auto rowOffset = [&](float shift_px) {
+    return static_cast<float>(alignment.offset(point.x - shift_px, point.y, right.level(0).size()));
+  };
 
   const auto refine = [&](cv::Point2f start, float farthest, float smallest_correlation) {
     const Patch::Match fine = patch.align(right.level(0), start, kIterations);
@@ -93,30 +101,30 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right, const RowAl
     match.shift_px = point.x - fine.position.x;
     match.row_offset_px = fine.position.y - point.y;
     match.shift_by_row = patch.columnErrorFromRowError(1);
-    match.variance = patch.covariance()(0, 0);
     match.found = true;
     return true;
   };
 
-  if (match.expected && refine({point.x - match.shift_px, point.y + row_offset}, kLargestSurprisePx,
-                               kExpectedCorrelation))
+  if (match.expected && refine({point.x - match.shift_px, point.y + rowOffset(match.shift_px)},
+                               kLargestSurprisePx, kExpectedCorrelation))
     return;
-  const Coarse coarse =
-      searchCoarse(left.level(1), right.level(1), point * 0.5f, row_offset * 0.5f, search);
+  const Coarse coarse = searchCoarse(
+      left.level(1), right.level(1), point * 0.5f,
+      [&](int shift) { return 0.5f * rowOffset(2.f * shift); }, search);
   if (!coarse.found) return;
-  const float start_row = search.row_radius_px > 1 ? 2.f * coarse.row_offset : row_offset;
-  refine({point.x - 2.f * coarse.shift, point.y + start_row}, 4, kSmallestCorrelation);
+  const float row =
+      search.row_radius_px > 0 ? 2.f * coarse.row_offset : rowOffset(2.f * coarse.shift);
+  refine({point.x - 2.f * coarse.shift, point.y + row}, kFarthestPx, kSmallestCorrelation);
 }
 
 }  // namespace
 
 void matchStereo(const ImagePyramid& left, const ImagePyramid& right, const RowAlignment& alignment,
-                 const StereoSearch& search, const std::vector<cv::Point2f>& points,
-                 std::vector<StereoMatch>& matches) {
-  CV_Assert(points.size() == matches.size() && left.levels() > 1);
-  cv::parallel_for_(cv::Range(0, static_cast<int>(points.size())), [&](const cv::Range& range) {
+                 const StereoSearch& search, std::vector<StereoMatch>& matches) {
+  CV_Assert(left.levels() > 1 && right.levels() > 1);
+  cv::parallel_for_(cv::Range(0, static_cast<int>(matches.size())), [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i)
-      matchPoint(left, right, alignment, search, points[i], matches[i]);
+      matchPoint(left, right, alignment, search, matches[i]);
   });
 }
 

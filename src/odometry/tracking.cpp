@@ -9,31 +9,27 @@ constexpr int kCoarseIterations = 6;
 constexpr int kFineIterations = 12;
 constexpr float kSmallestCorrelation = 0.8f;
 
-void trackPoint(const ImagePyramid& from, const ImagePyramid& to, cv::Point2f point, Track& track) {
+void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) {
   Patch patch;
   for (int k = from.levels() - 1; k > 0; --k) {
     const float shrink = 1.f / static_cast<float>(1 << k);
-    if (!patch.sample(from.level(k), point * shrink, track.scale)) continue;
+    if (!patch.sample(from.level(k), track.origin * shrink, track.scale)) continue;
     const Patch::Match match = patch.align(to.level(k), track.position * shrink, kCoarseIterations);
     // A coarse level that fails, as on small structures before another background, is skipped.
     if (match.correlation > 0.5f) track.position = match.position / shrink;
   }
   track.found = false;
-  if (!patch.sample(from.level(0), point, track.scale)) return;
+  if (!patch.sample(from.level(0), track.origin, track.scale)) return;
   const Patch::Match match = patch.align(to.level(0), track.position, kFineIterations);
   track.position = match.position;
-  track.correlation = match.correlation;
-  track.covariance = patch.covariance();
   track.found = match.converged && match.correlation > kSmallestCorrelation;
 }
 
 }  // namespace
 
-void trackPoints(const ImagePyramid& from, const ImagePyramid& to,
-                 const std::vector<cv::Point2f>& points, std::vector<Track>& tracks) {
-  CV_Assert(points.size() == tracks.size());
-  cv::parallel_for_(cv::Range(0, static_cast<int>(points.size())), [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) trackPoint(from, to, points[i], tracks[i]);
+void trackPoints(const ImagePyramid& from, const ImagePyramid& to, std::vector<Track>& tracks) {
+  cv::parallel_for_(cv::Range(0, static_cast<int>(tracks.size())), [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) trackPoint(from, to, tracks[i]);
   });
 }
 

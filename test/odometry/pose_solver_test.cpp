@@ -66,8 +66,8 @@ TEST(PoseSolver, ExactOnExactObservations) {
   for (const auto& T :
        {kDriving, motion({0, 0, 0}, {0, 0, 0}), motion({0.3, 0, 0.1}, {0, 0.4, 0})}) {
     const auto all = observe(rig, T, 200, 0, 1);
-    const PoseSolution solution =
-        solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+    const PoseSolution solution = solvePose(rig, all, Eigen::Isometry3d::Identity(),
+                                            DisparityOffset(), 0.3, PoseSolverParams());
     ASSERT_TRUE(solution.found);
     EXPECT_EQ(solution.inliers, 200);
     EXPECT_LT(errorOf(solution.T_cam_prev, T).norm(), 1e-7);
@@ -80,7 +80,8 @@ TEST(PoseSolver, CovarianceTellsTheError) {
   constexpr int kRuns = 300;
   for (unsigned run = 0; run < kRuns; ++run) {
     const auto all = observe(rig, kDriving, 150, 0.2, run);
-    const PoseSolution solution = solvePose(rig, all, kDriving, 0.3, PoseSolverParams());
+    const PoseSolution solution =
+        solvePose(rig, all, kDriving, DisparityOffset(), 0.3, PoseSolverParams());
     ASSERT_TRUE(solution.found);
     EXPECT_NEAR(solution.sigma_px, 0.2, 0.06);
     const Vector6d error = errorOf(solution.T_cam_prev, kDriving);
@@ -102,8 +103,8 @@ TEST(PoseSolver, OutliersAndAMoverDoNotMatter) {
     all.push_back(all[i]);
     all.back().current += Eigen::Vector3d(uniform(random), uniform(random), uniform(random));
   }
-  const PoseSolution solution =
-      solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  const PoseSolution solution = solvePose(rig, all, Eigen::Isometry3d::Identity(),
+                                          DisparityOffset(), 0.3, PoseSolverParams());
   ASSERT_TRUE(solution.found);
   EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).head<3>().norm(), 0.005);
   EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).tail<3>().norm(), 2e-4);
@@ -118,8 +119,8 @@ TEST(PoseSolver, PointsKnownToBeStaticOutvoteAMoverThatFillsTheView) {
   auto mover = observe(rig, motion({0.1, 0, 0.4}, {0, 0, 0}), 120, 0.1, 2);
   for (Correspondence& c : mover) c.trust = 0.5;
   all.insert(all.end(), mover.begin(), mover.end());
-  const PoseSolution solution =
-      solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  const PoseSolution solution = solvePose(rig, all, Eigen::Isometry3d::Identity(),
+                                          DisparityOffset(), 0.3, PoseSolverParams());
   ASSERT_TRUE(solution.found);
   EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).head<3>().norm(), 0.01);
 }
@@ -134,8 +135,8 @@ TEST(PoseSolver, FarPointsAloneGiveTheRotation) {
     c.previous.z() = c.current.z() = -0.1;
   }
   all.insert(all.end(), far.begin(), far.end());
-  const PoseSolution solution =
-      solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  const PoseSolution solution = solvePose(rig, all, Eigen::Isometry3d::Identity(),
+                                          DisparityOffset(), 0.3, PoseSolverParams());
   ASSERT_TRUE(solution.found);
   EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).tail<3>().norm(), 2e-4);
   EXPECT_GT(solution.inliers, 180);
@@ -144,21 +145,24 @@ TEST(PoseSolver, FarPointsAloneGiveTheRotation) {
 TEST(PoseSolver, TooFewOrContradictoryPointsGiveNothing) {
   const StereoRig rig = kittiRig();
   const auto few = observe(rig, kDriving, 8, 0, 1);
-  EXPECT_FALSE(solvePose(rig, few, kDriving, 0.3, PoseSolverParams()).found);
-  EXPECT_FALSE(solvePose(rig, {}, kDriving, 0.3, PoseSolverParams()).found);
+  EXPECT_FALSE(solvePose(rig, few, kDriving, DisparityOffset(), 0.3, PoseSolverParams()).found);
+  EXPECT_FALSE(solvePose(rig, {}, kDriving, DisparityOffset(), 0.3, PoseSolverParams()).found);
   auto nonsense = observe(rig, kDriving, 12, 0, 1);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-300, 300);
   for (Correspondence& c : nonsense)
     c.current.head<2>() += Eigen::Vector2d(uniform(random), uniform(random));
-  EXPECT_FALSE(solvePose(rig, nonsense, kDriving, 0.3, PoseSolverParams()).found);
+  EXPECT_FALSE(
+      solvePose(rig, nonsense, kDriving, DisparityOffset(), 0.3, PoseSolverParams()).found);
 }
 
 TEST(PoseSolver, SameEveryTime) {
   const StereoRig rig = kittiRig();
   const auto all = observe(rig, kDriving, 150, 0.3, 1);
-  const auto first = solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
-  const auto again = solvePose(rig, all, Eigen::Isometry3d::Identity(), 0.3, PoseSolverParams());
+  const auto first = solvePose(rig, all, Eigen::Isometry3d::Identity(), DisparityOffset(), 0.3,
+                               PoseSolverParams());
+  const auto again = solvePose(rig, all, Eigen::Isometry3d::Identity(), DisparityOffset(), 0.3,
+                               PoseSolverParams());
   EXPECT_EQ(first.T_cam_prev.matrix(), again.T_cam_prev.matrix());
 }
 

@@ -46,6 +46,12 @@ std::vector<cv::Point2f> grid() {
   return points;
 }
 
+std::vector<StereoMatch> asMatches(const std::vector<cv::Point2f>& points) {
+  std::vector<StereoMatch> matches(points.size());
+  for (size_t i = 0; i < points.size(); ++i) matches[i].point = points[i];
+  return matches;
+}
+
 void expectFound(const Pair& pair, const std::vector<cv::Point2f>& points,
                  const std::vector<StereoMatch>& matches) {
   size_t found = 0;
@@ -63,9 +69,9 @@ void expectFound(const Pair& pair, const std::vector<cv::Point2f>& points,
 TEST(StereoDepth, FindsAnyShiftInRange) {
   const auto points = grid();
   for (const auto& [far, near] : {std::pair{5.3, 7.9}, {40.2, 44.1}, {90.0, 95.0}}) {
-    std::vector<StereoMatch> matches(points.size());
+    std::vector<StereoMatch> matches = asMatches(points);
     const Pair pair(far, near, 0);
-    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), points, matches);
+    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
     expectFound(pair, points, matches);
   }
 }
@@ -73,18 +79,18 @@ TEST(StereoDepth, FindsAnyShiftInRange) {
 TEST(StereoDepth, FindsPointsInOtherRows) {
   const auto points = grid();
   for (double row_offset : {-2.3, -0.6, 1.4, 2.8}) {
-    std::vector<StereoMatch> matches(points.size());
+    std::vector<StereoMatch> matches = asMatches(points);
     const Pair pair(20, 26, row_offset);
-    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), points, matches);
+    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
     expectFound(pair, points, matches);
   }
 }
 
 TEST(StereoDepth, FarPointsOfARigThatSquintsHaveNegativeShifts) {
   const auto points = grid();
-  std::vector<StereoMatch> matches(points.size());
+  std::vector<StereoMatch> matches = asMatches(points);
   const Pair pair(-1.3, -1.0, 0);
-  matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), points, matches);
+  matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
   expectFound(pair, points, matches);
 }
 
@@ -92,12 +98,12 @@ TEST(StereoDepth, AWrongExpectationDoesNoHarm) {
   const auto points = grid();
   const Pair pair(30, 36, 0);
   for (float off : {0.7f, 15.f, -25.f}) {
-    std::vector<StereoMatch> matches(points.size());
+    std::vector<StereoMatch> matches = asMatches(points);
     for (size_t i = 0; i < points.size(); ++i) {
       matches[i].expected = true;
       matches[i].shift_px = static_cast<float>(pair.shift(points[i].y)) + off;
     }
-    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), points, matches);
+    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
     expectFound(pair, points, matches);
   }
 }
@@ -106,8 +112,8 @@ TEST(StereoDepth, NothingIsFoundInAnEmptyImage) {
   Pair pair(30, 36, 0);
   pair.right.build(cv::Mat1b(kSize, uchar{255}), 2);
   const auto points = grid();
-  std::vector<StereoMatch> matches(points.size());
-  matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), points, matches);
+  std::vector<StereoMatch> matches = asMatches(points);
+  matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
   for (const StereoMatch& match : matches) EXPECT_FALSE(match.found);
 }
 
@@ -119,8 +125,8 @@ TEST(StereoDepth, RepeatedStructureIsRefused) {
   ImagePyramid image;
   image.build(cv::Mat1b(fence), 2);
   const auto points = grid();
-  std::vector<StereoMatch> matches(points.size());
-  matchStereo(image, image, RowAlignment(), StereoSearch(), points, matches);
+  std::vector<StereoMatch> matches = asMatches(points);
+  matchStereo(image, image, RowAlignment(), StereoSearch(), matches);
   for (const StereoMatch& match : matches) EXPECT_FALSE(match.found);
 }
 

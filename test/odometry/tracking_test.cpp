@@ -51,10 +51,10 @@ std::vector<Track> follow(const Pair& pair, const std::vector<cv::Point2f>& poin
   to.build(pair.second, kLevels);
   std::vector<Track> tracks(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
-    tracks[i].position = points[i];
+    tracks[i].origin = tracks[i].position = points[i];
     tracks[i].scale = scale;
   }
-  trackPoints(from, to, points, tracks);
+  trackPoints(from, to, tracks);
   return tracks;
 }
 
