@@ -36,7 +36,7 @@ class RowAggregation {
  public:
   explicit RowAggregation(const FullSearchRow& row)
       : row_(row),
-        vectors_(kK > 0 ? kK : row.count / kLanes),
+        run_time_vectors_(row.count / kLanes),
         p1_(hn::Set(d_, static_cast<uint8_t>(row.p1))),
         p2_(hn::Set(d_, static_cast<uint8_t>(row.p2))) {}
 
@@ -79,14 +79,20 @@ class RowAggregation {
   }
 
  private:
+  HWY_INLINE int vectors() const {
+    if constexpr (kK > 0)
+      return kK;
+    else
+      return run_time_vectors_;
+  }
   HWY_INLINE void fill(V value, Vectors& pixel) const {
-    for (int k = 0; k < vectors_; ++k) pixel.v[k] = value;
+    for (int k = 0; k < vectors(); ++k) pixel.v[k] = value;
   }
   HWY_INLINE void load(const uint8_t* source, Vectors& pixel) const {
-    for (int k = 0; k < vectors_; ++k) pixel.v[k] = hn::Load(d_, source + k * kLanes);
+    for (int k = 0; k < vectors(); ++k) pixel.v[k] = hn::Load(d_, source + k * kLanes);
   }
   HWY_INLINE void store(const Vectors& pixel, uint8_t* target) const {
-    for (int k = 0; k < vectors_; ++k) hn::Store(pixel.v[k], d_, target + k * kLanes);
+    for (int k = 0; k < vectors(); ++k) hn::Store(pixel.v[k], d_, target + k * kLanes);
   }
 
   /// Hamming distance + P2 of every disparity.
@@ -97,15 +103,15 @@ class RowAggregation {
     for (int n = 1; n < kNibbles; ++n)
       tables[n] = hn::LoadDup128(d_, row_.tables->distance[(word >> (4 * n)) & 15]);
     const unsigned entry = row_.width - 1 - x;
-    unsigned phase = entry % vectors_, position = entry / vectors_;
-    for (int k = 0; k < vectors_; ++k) {
+    unsigned phase = entry % vectors(), position = entry / vectors();
+    for (int k = 0; k < vectors(); ++k) {
       const uint8_t* right = row_.right_planes + phase * kNibbles * row_.right_stride + position;
       V cost = hn::TableLookupBytes(tables[0], hn::LoadU(d_, right));
       for (int n = 1; n < kNibbles; ++n)
         cost = hn::Add(
             cost, hn::TableLookupBytes(tables[n], hn::LoadU(d_, right + n * row_.right_stride)));
       costs.v[k] = cost;
-      if (++phase == static_cast<unsigned>(vectors_)) {
+      if (++phase == static_cast<unsigned>(vectors())) {
         phase = 0;
         ++position;
       }
@@ -116,7 +122,7 @@ class RowAggregation {
   template <bool kFirst>
   HWY_INLINE void path(const Vectors& goodness, const Vectors& costs, Vectors& next,
                        Vectors& sums) const {
-    const int last = vectors_ - 1;
+    const int last = vectors() - 1;
     const V below_first = lanesUp(d_, goodness.v[last]);
     const V above_last = lanesDown(d_, goodness.v[0]);
     Vectors path_costs;
@@ -145,14 +151,14 @@ class RowAggregation {
 
   HWY_INLINE void finish(size_t at, Vectors& sums) const {
     if (row_.sums_before)
-      for (int k = 0; k < vectors_; ++k)
+      for (int k = 0; k < vectors(); ++k)
         sums.v[k] = hn::SaturatedAdd(sums.v[k], hn::Load(d_, row_.sums_before + at + k * kLanes));
     store(sums, row_.sums + at);
   }
 
   const D d_{};
-  const FullSearchRow& row_;
-  const int vectors_;
+  const FullSearchRow row_;
+  const int run_time_vectors_;
   const V p1_, p2_;
 };
 

@@ -8,7 +8,7 @@
 namespace predictive_stereo {
 
 FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
-    : params_(params), simd_target_(simd_target), tables_(params.p2) {
+    : params_(params), simd_target_(simd_target), tables_(params.p2), right_words_(simd_target) {
   upward_.upward = true;
 }
 
@@ -35,7 +35,7 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
         aggregateRow(pass, left_words, y, sums, pass.row_sums.data());
         stripedWinners(simd_target_)(
             {width, count, params_.range.min_disparity, pass.row_sums.data()}, pass.winners);
-        describeRow(pass.winners, params_, y, nullptr, nullptr, match);
+        describeRow(pass.winners, params_, simd_target_, y, nullptr, nullptr, match);
       }
     }
   };
@@ -51,7 +51,7 @@ void FullSearch::start(Pass& pass, int width) {
   for (AlignedBuffer* state : {&pass.straight, &pass.from_behind, &pass.from_ahead})
     std::memset(state->reserve(bytes), params_.p2, bytes);
   pass.row_sums.reserve(bytes);
-  pass.winners.resize(width);
+  pass.winners.resize(width, params_.range);
 }
 
 void FullSearch::aggregateRow(Pass& pass, const cv::Mat1i& left_words, int y,
@@ -66,7 +66,7 @@ void FullSearch::aggregateRow(Pass& pass, const cv::Mat1i& left_words, int y,
   row.upward = pass.upward;
   row.tables = &tables_;
   row.left_words = left_words[y];
-  row.right_planes = right_words_.plane(y, 0, 0);
+  row.right_planes = right_words_.row(y);
   row.right_stride = right_words_.stride();
   row.straight = pass.straight.data();
   row.from_behind = pass.from_behind.data();

@@ -5,6 +5,7 @@
 
 #include "matching/aligned_buffer.h"
 #include "matching/matching_costs.h"
+#include "matching/right_words.h"
 #include "matching/row_winners.h"
 #include "predictive_stereo/matcher.h"
 

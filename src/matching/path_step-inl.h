@@ -22,7 +22,7 @@ template <class D, class V = hn::Vec<D>>
 HWY_INLINE V lowestLane(D d, V v) {
   if constexpr (hn::MaxLanes(D()) == 16) {
 #if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
-    // In each pair, the lower one in 16 bits; then x86's minimum of eight 16-bit lanes.
+    // The lower one of each pair in 16 bits, then x86's minimum of eight 16-bit lanes.
     const hn::Repartition<uint16_t, D> d16;
     const auto pairs = hn::Min(v, hn::BitCast(d, hn::ShiftRight<8>(hn::BitCast(d16, v))));
     return hn::TableLookupBytes(V{_mm_minpos_epu16(pairs.raw)}, hn::Zero(d));
@@ -35,7 +35,11 @@ HWY_INLINE V lowestLane(D d, V v) {
   } else {
     const hn::Half<D> half;
     const auto lowest = lowestLane(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
+#if HWY_TARGET == HWY_AVX2
+    return V{_mm256_broadcastb_epi8(lowest.raw)};
+#else
     return hn::Combine(d, lowest, lowest);
+#endif
   }
 }
 

@@ -5,7 +5,7 @@
 namespace predictive_stereo {
 
 ReducedSearch::ReducedSearch(const MatcherParams& params, int64_t simd_target)
-    : params_(params), simd_target_(simd_target), tables_(params.p2) {
+    : params_(params), simd_target_(simd_target), tables_(params.p2), right_words_(simd_target) {
   upward_.upward = true;
 }
 
@@ -71,7 +71,7 @@ void ReducedSearch::reserve(Pass& pass, int columns) {
     for (AlignedBuffer& state : states) state.reserve(bytes);
   pass.row_sums.reserve(bytes);
   pass.right_scratch.reserve((columns + params_.range.count + 16) * sizeof(uint16_t));
-  pass.winners.resize(columns);
+  pass.winners.resize(columns, params_.range);
 }
 
 void ReducedSearch::aggregateRow(Pass& pass, const cv::Mat1i& left_words,
@@ -86,7 +86,7 @@ void ReducedSearch::aggregateRow(Pass& pass, const cv::Mat1i& left_words,
   row.upward = pass.upward;
   row.tables = &tables_;
   row.left_words = left_words[y];
-  row.right_planes = right_words_.plane(y, 0, 0);
+  row.right_planes = right_words_.row(y);
   row.right_stride = right_words_.stride();
   row.windows = windowRow(windows, y);
   row.previous_windows = windowRow(windows, pass.upward ? y + 1 : y - 1);
@@ -105,7 +105,7 @@ void ReducedSearch::chooseWinners(Pass& pass, const SearchWindows& windows, int 
   sums.sums = pass.row_sums.data();
   sums.right_scratch = reinterpret_cast<uint16_t*>(pass.right_scratch.data());
   windowWinners(simd_target_)(sums, pass.winners);
-  describeRow(pass.winners, params_, y, windows.first[y], windows.width[y], match);
+  describeRow(pass.winners, params_, simd_target_, y, windows.first[y], windows.width[y], match);
 }
 
 }  // namespace predictive_stereo

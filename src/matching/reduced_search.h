@@ -7,6 +7,7 @@
 #include "matching/aligned_buffer.h"
 #include "matching/matching_costs.h"
 #include "matching/reduced_kernel.h"
+#include "matching/right_words.h"
 #include "matching/row_winners.h"
 #include "matching/search_windows.h"
 #include "predictive_stereo/matcher.h"

@@ -17,6 +17,15 @@ using std::uint8_t;
 
 constexpr int kNoDisparity = -1000;  // agrees with nothing
 
+/// The lowest aggregated cost of a pixel.
+struct Winner {
+  int index;  ///< the smallest of equals
+  int cost;
+  int below, above;  ///< costs beside it; only where `inside`
+  int runner_up;     ///< lowest cost with |index difference| > 1; 255: none
+  bool inside;       ///< both neighbours belong to the pixel's window
+};
+
 /// Aggregation of one image pair. Disparities are indices here: 0 is min_disparity.
 class ReferenceSgm {
  public:
@@ -123,7 +132,8 @@ class ReferenceSgm {
     }
     winner.runner_up = 255;
     for (int i = first; i < end; ++i)
-      if (std::abs(i - winner.index) > 1) winner.runner_up = std::min(winner.runner_up, sums[i]);
+      if (std::abs(i - winner.index) > 1)
+        winner.runner_up = std::min<int>(winner.runner_up, sums[i]);
     return winner;
   }
 
@@ -136,7 +146,7 @@ class ReferenceSgm {
 
     const Winner winner = findWinner(x, y);
     const int paths = params_.paths == PathSet::kAll8 ? 8 : 4;
-    match.ambiguity(y, x) = ambiguity(winner);
+    match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
     match.cost(y, x) = static_cast<uint8_t>(winner.cost / paths);
     const bool at_interval_border = winner.index == 0 || winner.index == count_ - 1;
     match.at_range_border(y, x) = !winner.inside && !at_interval_border ? 255 : 0;
@@ -147,7 +157,9 @@ class ReferenceSgm {
       if (right_x < 0 || right_x >= size_.width) return;
       if (std::abs(right_indices[right_x] - winner.index) > params_.left_right_tolerance_px) return;
     }
-    match.disparity_px(y, x) = static_cast<float>(disparity) + subpixelOffset(winner);
+    match.disparity_px(y, x) = static_cast<float>(disparity);
+    if (winner.inside)
+      match.disparity_px(y, x) += subpixelOffset(winner.below, winner.cost, winner.above);
   }
 
   bool isSearched(int x, int y) const {

@@ -1,55 +1,144 @@
 #include "matching/row_winners.h"
 
+#include <algorithm>
 #include <cstdlib>
 
-#include "matching/winner.h"
+#include "matching/simd_dispatch.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "matching/row_winners.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#ifndef PREDICTIVE_STEREO_ROW_DESCRIPTION
+#define PREDICTIVE_STEREO_ROW_DESCRIPTION
 namespace predictive_stereo {
 
-void RowWinners::resize(int width) {
-  for (auto* values : {&index, &cost, &below, &above, &runner_up}) values->resize(width);
-  right_index.resize(width);
+/// What describePixels reads and writes, one entry per column.
+struct RowDescription {
+  const uint8_t *index, *cost, *below, *above, *runner_up, *agrees;
+  const uint8_t* first;   ///< nullptr: windows are the whole range
+  const uint16_t* width;  ///< nullptr: windows are the whole range
+  float* disparity_px;
+  uint8_t *ambiguity, *path_cost, *at_range_border;
+};
+
+}  // namespace predictive_stereo
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+#if PREDICTIVE_STEREO_HAS_VECTORS
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Columns x, ... in vectors of type D, from `x` as long as they fit; returns the first that did
+/// not. See winner.h for the formulas.
+template <class D>
+HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRange& range,
+                              int path_shift, int columns, int x) {
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<uint8_t, D> d8;
+  const hn::Rebind<uint16_t, D> d16;
+  const auto load = [&](const uint8_t* values) {
+    return hn::PromoteTo(di, hn::LoadU(d8, values + x));
+  };
+  const auto store = [&](auto value, uint8_t* values) {
+    hn::StoreU(hn::DemoteTo(d8, value), d8, values + x);
+  };
+  const auto zero = hn::Zero(di), one = hn::Set(di, 1), white = hn::Set(di, 255);
+  const auto last_index = hn::Set(di, range.count - 1);
+  const int lanes = static_cast<int>(hn::Lanes(df));
+  for (; x + lanes <= columns; x += lanes) {
+    const auto index = load(row.index), cost = load(row.cost);
+    const auto below = load(row.below), above = load(row.above), runner_up = load(row.runner_up);
+    const auto begin = row.first ? load(row.first) : zero;
+    const auto width =
+        row.width ? hn::PromoteTo(di, hn::LoadU(d16, row.width + x)) : hn::Set(di, range.count);
+    const auto searched = hn::Gt(width, zero);
+    const auto last = hn::Sub(hn::Add(begin, width), one);
+    const auto inside = hn::And(hn::Gt(index, begin), hn::Lt(index, last));
+
+    const auto steeper = hn::Sub(hn::Max(below, above), cost);
+    const auto offset = hn::Div(hn::ConvertTo(df, hn::Sub(below, above)),
+                                hn::ConvertTo(df, hn::Max(hn::Add(steeper, steeper), one)));
+    const auto disparity =
+        hn::Add(hn::ConvertTo(df, hn::Add(index, hn::Set(di, range.min_disparity))),
+                hn::IfThenElseZero(hn::RebindMask(df, inside), offset));
+    const auto valid = hn::And(searched, hn::Gt(load(row.agrees), zero));
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(df, valid), disparity, hn::Set(df, range.invalid())),
+               df, row.disparity_px + x);
+
+    const auto ratio = hn::ConvertTo(di, hn::Div(hn::ConvertTo(df, hn::Mul(cost, white)),
+                                                 hn::ConvertTo(df, hn::Max(runner_up, one))));
+    const auto has_ratio = hn::And(searched, hn::Gt(runner_up, zero));
+    store(hn::IfThenElse(has_ratio, ratio, white), row.ambiguity);
+    store(hn::IfThenElse(searched, hn::ShiftRightSame(cost, path_shift), white), row.path_cost);
+    const auto inside_interval = hn::And(hn::Gt(index, zero), hn::Lt(index, last_index));
+    const auto at_border = hn::And(searched, hn::AndNot(inside, inside_interval));
+    store(hn::IfThenElseZero(at_border, white), row.at_range_border);
+  }
+  return x;
 }
 
-void describeRow(const RowWinners& winners, const MatcherParams& params, int y,
+void DescribePixels(const RowDescription& row, const DisparityRange& range, int path_shift,
+                    int columns) {
+  const int x = describePixels(hn::ScalableTag<float>(), row, range, path_shift, columns, 0);
+  describePixels(hn::FixedTag<float, 1>(), row, range, path_shift, columns, x);
+}
+
+#else
+void DescribePixels(const RowDescription&, const DisparityRange&, int, int) {}
+#endif
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(DescribePixels);
+
+void RowWinners::resize(int width, const DisparityRange& range) {
+  for (auto* values : {&index, &cost, &below, &above, &runner_up, &agrees}) values->resize(width);
+  // Left columns 0 ... width - 1 look at 0 - max_disparity ... width - 1 - min_disparity.
+  right_margin_ = std::max(range.max_disparity(), 0);
+  right_index_.assign(right_margin_ + width + std::max(-range.min_disparity, 0), kNoIndex);
+}
+
+void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_target, int y,
                  const uint8_t* first, const uint16_t* width, Match& match) {
   const int columns = match.disparity_px.cols;
-  const int min_disparity = params.range.min_disparity, count = params.range.count;
+  // Left-right check: does the right pixel that the winner points at have a winner close to it?
   const int tolerance = params.left_right_tolerance_px;
-  const float invalid = params.range.invalid();
-  const int path_shift = params.paths == PathSet::kAll8 ? 3 : 2;
-  float* disparity_px = match.disparity_px[y];
-  uint8_t* ambiguities = match.ambiguity[y];
-  uint8_t* costs = match.cost[y];
-  uint8_t* at_border = match.at_range_border[y];
-
+  const int16_t* const right = winners.rightIndices() - params.range.min_disparity;
+  const uint8_t* const indices = winners.index.data();
+  uint8_t* const agrees = winners.agrees.data();
   for (int x = 0; x < columns; ++x) {
-    if (width && width[x] == 0) {
-      disparity_px[x] = invalid;
-      ambiguities[x] = costs[x] = 255;
-      at_border[x] = 0;
-      continue;
-    }
-    const int begin = first ? first[x] : 0, end = begin + (width ? width[x] : count);
-    Winner winner;
-    winner.index = winners.index[x];
-    winner.cost = winners.cost[x];
-    winner.below = winners.below[x];
-    winner.above = winners.above[x];
-    winner.runner_up = winners.runner_up[x];
-    winner.inside = winner.index > begin && winner.index < end - 1;
-    ambiguities[x] = ambiguity(winner);
-    costs[x] = static_cast<uint8_t>(winner.cost >> path_shift);
-    const bool at_interval_border = winner.index == 0 || winner.index == count - 1;
-    at_border[x] = !winner.inside && !at_interval_border ? 255 : 0;
-
-    const int disparity = min_disparity + winner.index;
-    bool agrees = tolerance < 0;
-    const int right_x = x - disparity;
-    if (!agrees && right_x >= 0 && right_x < columns)
-      agrees = std::abs(winners.right_index[right_x] - winner.index) <= tolerance;
-    disparity_px[x] = agrees ? static_cast<float>(disparity) + subpixelOffset(winner) : invalid;
+    const int index = indices[x];
+    agrees[x] = tolerance < 0 || std::abs(right[x - index] - index) <= tolerance;
   }
+
+  RowDescription row;
+  row.index = winners.index.data();
+  row.cost = winners.cost.data();
+  row.below = winners.below.data();
+  row.above = winners.above.data();
+  row.runner_up = winners.runner_up.data();
+  row.agrees = winners.agrees.data();
+  row.first = first;
+  row.width = width;
+  row.disparity_px = match.disparity_px[y];
+  row.ambiguity = match.ambiguity[y];
+  row.path_cost = match.cost[y];
+  row.at_range_border = match.at_range_border[y];
+  PREDICTIVE_STEREO_DISPATCH(DescribePixels, simd_target)
+  (row, params.range, params.paths == PathSet::kAll8 ? 3 : 2, columns);
 }
 
 }  // namespace predictive_stereo
+#endif

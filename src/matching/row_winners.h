@@ -9,21 +9,33 @@
 
 namespace predictive_stereo {
 
-/// Members of `Winner`, one entry per pixel of the left image, and the right image's winners.
-/// Entries of pixels that are not searched mean nothing.
+/// One entry per pixel of the left image; entries of pixels that are not searched mean nothing.
 struct RowWinners {
   static constexpr int16_t kNoIndex = -1000;
 
-  std::vector<uint8_t> index, cost, below, above, runner_up;
-  std::vector<int16_t> right_index;  ///< of each right pixel; kNoIndex: none below 255
+  std::vector<uint8_t> index;      ///< of the lowest sum; the smallest of equals
+  std::vector<uint8_t> cost;       ///< lowest sum
+  std::vector<uint8_t> below;      ///< sum at index - 1, where that is in the window
+  std::vector<uint8_t> above;      ///< sum at index + 1, where that is in the window
+  std::vector<uint8_t> runner_up;  ///< lowest sum with |index difference| > 1; 255: none
+  std::vector<uint8_t> agrees;     ///< scratch memory of describeRow
 
-  void resize(int width);
+  void resize(int width, const DisparityRange& range);
+
+  /// Winners of the right image's pixels, kNoIndex where there is none below 255. Columns outside
+  /// the image, as far as disparities reach, may be read and hold kNoIndex.
+  int16_t* rightIndices() { return right_index_.data() + right_margin_; }
+  const int16_t* rightIndices() const { return right_index_.data() + right_margin_; }
+
+ private:
+  std::vector<int16_t> right_index_;
+  int right_margin_ = 0;
 };
 
 /// Sub-pixel disparity, left-right check and the observables of row y. The maps of `match` have
 /// their sizes already.
 /// @param first, width  the windows of this row; nullptr: everything was searched.
-void describeRow(const RowWinners& winners, const MatcherParams& params, int y,
+void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_target, int y,
                  const uint8_t* first, const uint16_t* width, Match& match);
 
 }  // namespace predictive_stereo

@@ -1,5 +1,7 @@
 #include "matching/striped_winners_kernel.h"
 
+#include <algorithm>
+
 #include "matching/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -26,10 +28,17 @@ class RowSearch {
 
  public:
   RowSearch(const StripedSums& row, RowWinners& winners)
-      : row_(row), winners_(winners), vectors_(kK > 0 ? kK : row.count / kLanes) {
+      : row_(row),
+        index_(winners.index.data()),
+        cost_(winners.cost.data()),
+        below_(winners.below.data()),
+        above_(winners.above.data()),
+        runner_up_(winners.runner_up.data()),
+        right_index_(winners.rightIndices()),
+        run_time_vectors_(row.count / kLanes) {
     HWY_ALIGN uint8_t indices[kLanes];
-    for (int k = 0; k < vectors_; ++k) {
-      for (int i = 0; i < kLanes; ++i) indices[i] = static_cast<uint8_t>(i * vectors_ + k);
+    for (int k = 0; k < vectors(); ++k) {
+      for (int i = 0; i < kLanes; ++i) indices[i] = static_cast<uint8_t>(i * vectors() + k);
       indices_[k] = hn::Load(d_, indices);
       right_goodness_[k] = right_indices_[k] = hn::Zero(d_);
     }
@@ -38,7 +47,7 @@ class RowSearch {
   HWY_INLINE void run() {
     V sums[kMost];
     for (int x = 0; x < row_.width; ++x) {
-      for (int k = 0; k < vectors_; ++k) sums[k] = hn::Load(d_, pixel(x) + k * kLanes);
+      for (int k = 0; k < vectors(); ++k) sums[k] = hn::Load(d_, pixel(x) + k * kLanes);
       findLeft(x, sums);
       updateRight(sums);
       leaveRight(x);
@@ -47,41 +56,47 @@ class RowSearch {
   }
 
  private:
+  HWY_INLINE int vectors() const {
+    if constexpr (kK > 0)
+      return kK;
+    else
+      return run_time_vectors_;
+  }
   const uint8_t* pixel(int x) const { return row_.sums + static_cast<size_t>(x) * row_.count; }
   uint8_t sumAt(int x, int index) const {
-    return pixel(x)[index % vectors_ * kLanes + index / vectors_];
+    return pixel(x)[index % vectors() * kLanes + index / vectors()];
   }
 
   HWY_INLINE void findLeft(int x, const V* sums) const {
     V lowest = sums[0];
-    for (int k = 1; k < vectors_; ++k) lowest = hn::Min(lowest, sums[k]);
+    for (int k = 1; k < vectors(); ++k) lowest = hn::Min(lowest, sums[k]);
     lowest = lowestLane(d_, lowest);
     const V none = hn::Set(d_, 255);
     V best = none;
-    for (int k = 0; k < vectors_; ++k)
+    for (int k = 0; k < vectors(); ++k)
       best = hn::Min(best, hn::IfThenElse(hn::Eq(sums[k], lowest), indices_[k], none));
     best = lowestLane(d_, best);
 
     const V one = hn::Set(d_, 1);
     const V from = hn::SaturatedSub(best, one), to = hn::SaturatedAdd(best, one);
     V runner_up = none;
-    for (int k = 0; k < vectors_; ++k) {
+    for (int k = 0; k < vectors(); ++k) {
       const auto beside = hn::Eq(indices_[k], hn::Min(hn::Max(indices_[k], from), to));
       runner_up = hn::Min(runner_up, hn::Or(sums[k], hn::VecFromMask(d_, beside)));
     }
     const int index = hn::GetLane(best);
-    winners_.index[x] = static_cast<uint8_t>(index);
-    winners_.cost[x] = hn::GetLane(lowest);
-    winners_.runner_up[x] = hn::GetLane(lowestLane(d_, runner_up));
-    winners_.below[x] = sumAt(x, index > 0 ? index - 1 : index);
-    winners_.above[x] = sumAt(x, index < row_.count - 1 ? index + 1 : index);
+    index_[x] = static_cast<uint8_t>(index);
+    cost_[x] = hn::GetLane(lowest);
+    runner_up_[x] = hn::GetLane(lowestLane(d_, runner_up));
+    below_[x] = sumAt(x, index > 0 ? index - 1 : index);
+    above_[x] = sumAt(x, index < row_.count - 1 ? index + 1 : index);
   }
 
   /// Lane i of vector k holds the best so far (255 - sum, and its index) of the right pixel that is
   /// the partner of x at disparity index i * K + k. Larger indices come later and win only if
   /// better.
   HWY_INLINE void updateRight(const V* sums) {
-    for (int k = 0; k < vectors_; ++k) {
+    for (int k = 0; k < vectors(); ++k) {
       const V goodness = hn::Max(right_goodness_[k], hn::Not(sums[k]));
       const auto stays = hn::Eq(goodness, right_goodness_[k]);
       right_indices_[k] = hn::IfThenElse(stays, right_indices_[k], indices_[k]);
@@ -92,11 +107,11 @@ class RowSearch {
   /// Goes from left pixel x to the next: one right pixel is complete, all others move on by one
   /// disparity, a new one comes in.
   HWY_INLINE void leaveRight(int x) {
-    const int last = vectors_ - 1;
+    const int last = vectors() - 1;
     const int right_x = x - row_.min_disparity - (row_.count - 1);
     if (right_x >= 0 && right_x < row_.width) {
       const bool found = hn::ExtractLane(right_goodness_[last], kLanes - 1) > 0;
-      winners_.right_index[right_x] =
+      right_index_[right_x] =
           found ? hn::ExtractLane(right_indices_[last], kLanes - 1) : RowWinners::kNoIndex;
     }
     const V goodness = lanesUp(d_, right_goodness_[last]);
@@ -110,9 +125,14 @@ class RowSearch {
   }
 
   const D d_{};
-  const StripedSums& row_;
-  RowWinners& winners_;
-  const int vectors_;
+  const StripedSums row_;
+  uint8_t* const index_;
+  uint8_t* const cost_;
+  uint8_t* const below_;
+  uint8_t* const above_;
+  uint8_t* const runner_up_;
+  int16_t* const right_index_;
+  const int run_time_vectors_;
   V indices_[kMost], right_goodness_[kMost], right_indices_[kMost];
 };
 
@@ -131,7 +151,7 @@ void searchRow(const StripedSums& row, RowWinners& winners) {
 }
 
 void StripedRowWinners(const StripedSums& row, RowWinners& winners) {
-  std::fill(winners.right_index.begin(), winners.right_index.end(), RowWinners::kNoIndex);
+  std::fill_n(winners.rightIndices(), row.width, RowWinners::kNoIndex);
 #if HWY_MAX_BYTES >= 64
   if (row.count % 64 == 0) return searchRow<hn::FixedTag<uint8_t, 64>>(row, winners);
 #endif

@@ -91,7 +91,7 @@ void WindowRowWinners(const WindowSums& row, RowWinners& winners) {
   for (int right_x = 0; right_x < row.columns; ++right_x) {
     const int entry = row.columns - 1 - row.range.min_disparity - right_x;
     const int best = entry >= 0 && entry < entries ? row.right_scratch[entry] : 0;
-    winners.right_index[right_x] = best >= 256 ? 255 - best % 256 : RowWinners::kNoIndex;
+    winners.rightIndices()[right_x] = best >= 256 ? 255 - best % 256 : RowWinners::kNoIndex;
   }
 }
 

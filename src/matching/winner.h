@@ -6,29 +6,20 @@
 
 namespace predictive_stereo {
 
-/// The lowest aggregated cost of a pixel and its surroundings.
-struct Winner {
-  int index;          ///< into the disparity range; the smallest of equals
-  uint8_t cost;       ///< lowest aggregated cost
-  uint8_t below;      ///< that of index - 1; only where `inside`
-  uint8_t above;      ///< that of index + 1; only where `inside`
-  uint8_t runner_up;  ///< lowest cost with |index difference| > 1; 255: none
-  bool inside;        ///< both neighbours belong to the pixel's window
-};
-
-/// Equi-angular fit: both flanks of the minimum have the steeper one's slope, as suits costs that
-/// grow linearly. Within [-0.5, 0.5] px.
-inline float subpixelOffset(const Winner& winner) {
-  if (!winner.inside) return 0.0F;
-  const int steeper = std::max(winner.below, winner.above) - winner.cost;
-  if (steeper == 0) return 0.0F;
-  return static_cast<float>(winner.below - winner.above) / static_cast<float>(2 * steeper);
+/// Equi-angular fit to the lowest aggregated cost and those beside it: both flanks have the steeper
+/// one's slope, as suits costs that grow linearly. Within [-0.5, 0.5] px. (Written without branches
+/// for the compiler to vectorise.)
+inline float subpixelOffset(int below, int cost, int above) {
+  const int steeper = std::max(below, above) - cost;
+  return static_cast<float>(below - above) / static_cast<float>(std::max(2 * steeper, 1));
 }
 
-/// See Match::ambiguity.
-inline uint8_t ambiguity(const Winner& winner) {
-  if (winner.runner_up == 0) return 255;
-  return static_cast<uint8_t>(255 * winner.cost / winner.runner_up);
+/// See Match::ambiguity. The quotient of such small integers is exact enough in single precision to
+/// be cut off correctly.
+inline uint8_t ambiguity(int cost, int runner_up) {
+  const int ratio =
+      static_cast<int>(static_cast<float>(255 * cost) / static_cast<float>(std::max(runner_up, 1)));
+  return static_cast<uint8_t>(runner_up == 0 ? 255 : ratio);
 }
 
 }  // namespace predictive_stereo
