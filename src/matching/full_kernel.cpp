@@ -38,7 +38,9 @@ class RowAggregation {
       : row_(row),
         run_time_vectors_(row.count / kLanes),
         p1_(hn::Set(d_, static_cast<uint8_t>(row.p1))),
-        p2_(hn::Set(d_, static_cast<uint8_t>(row.p2))) {}
+        p2_(hn::Set(d_, static_cast<uint8_t>(row.p2))) {
+    for (int n = 0; n < kNibbles; ++n) right_[n] = row.right_planes + n * row.right_stride;
+  }
 
   HWY_INLINE void run() const {
     const int step = row_.upward ? -1 : 1;
@@ -97,24 +99,22 @@ class RowAggregation {
 
   /// Hamming distance + P2 of every disparity.
   HWY_INLINE void matchingCosts(int x, Vectors& costs) const {
-    const unsigned word = row_.left_words[x];
+    const uint8_t* const left = row_.left_planes + x;
+    const uint32_t* const offsets = row_.entry_offsets + (row_.width - 1 - x);
     V tables[kNibbles];
-    tables[0] = hn::LoadDup128(d_, row_.tables->distance_and_p2[word & 15]);
-    for (int n = 1; n < kNibbles; ++n)
-      tables[n] = hn::LoadDup128(d_, row_.tables->distance[(word >> (4 * n)) & 15]);
-    const unsigned entry = row_.width - 1 - x;
-    unsigned phase = entry % vectors(), position = entry / vectors();
+    for (int n = 0; n < kNibbles; ++n) {
+      const auto* rows = n == 0 ? row_.tables->distance_and_p2 : row_.tables->distance;
+      tables[n] = hn::LoadDup128(d_, rows[0] + left[n * row_.left_stride]);
+    }
     for (int k = 0; k < vectors(); ++k) {
-      const uint8_t* right = row_.right_planes + phase * kNibbles * row_.right_stride + position;
-      V cost = hn::TableLookupBytes(tables[0], hn::LoadU(d_, right));
-      for (int n = 1; n < kNibbles; ++n)
-        cost = hn::Add(
-            cost, hn::TableLookupBytes(tables[n], hn::LoadU(d_, right + n * row_.right_stride)));
-      costs.v[k] = cost;
-      if (++phase == static_cast<unsigned>(vectors())) {
-        phase = 0;
-        ++position;
+      V parts[kNibbles];
+      for (int n = 0; n < kNibbles; ++n)
+        parts[n] = hn::TableLookupBytes(tables[n], hn::LoadU(d_, right_[n] + offsets[k]));
+      for (int n = 2; n < kNibbles; n += 2) {
+        parts[0] = hn::Add(parts[0], parts[n]);
+        parts[1] = hn::Add(parts[1], parts[n + 1]);
       }
+      costs.v[k] = hn::Add(parts[0], parts[1]);
     }
   }
 
@@ -160,6 +160,7 @@ class RowAggregation {
   const FullSearchRow row_;
   const int run_time_vectors_;
   const V p1_, p2_;
+  const uint8_t* right_[kNibbles];
 };
 
 template <class D, int kK, int kNibbles>

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "matching/matching_costs.h"
+#include "matching/cost_tables.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -26,9 +26,11 @@ struct FullSearchRow {
   PathSet paths;
   bool upward;
   const CostTables* tables;
-  const int* left_words;
-  const uint8_t* right_planes;  ///< RightWords of this row, with K phases
+  const uint8_t* left_planes;  ///< CensusPlanes::buildLeft of this row
+  size_t left_stride;
+  const uint8_t* right_planes;  ///< CensusPlanes::buildRight of this row, with K phases
   size_t right_stride;
+  const uint32_t* entry_offsets;
   /// Goodness at the previous row, replaced by that of this one: [x][count]. Paths that come
   /// straight, and along both diagonals.
   uint8_t* straight;

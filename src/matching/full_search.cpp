@@ -8,7 +8,11 @@
 namespace predictive_stereo {
 
 FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
-    : params_(params), simd_target_(simd_target), tables_(params.p2), right_words_(simd_target) {
+    : params_(params),
+      simd_target_(simd_target),
+      tables_(params.p2),
+      left_planes_(params.census, simd_target),
+      right_planes_(params.census, simd_target) {
   upward_.upward = true;
 }
 
@@ -16,8 +20,9 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
   const int width = left_words.cols, height = left_words.rows;
   const int count = params_.range.count;
   const size_t row_bytes = static_cast<size_t>(width) * count;
-  right_words_.build(right_words, params_.range, nibbleCount(params_.census),
-                     count / fullSearchLanes(simd_target_, count));
+  left_planes_.buildLeft(left_words);
+  right_planes_.buildRight(right_words, params_.range,
+                           count / fullSearchLanes(simd_target_, count));
   uint8_t* const volume = volume_.reserve(row_bytes * height);
   start(downward_, width);
   start(upward_, width);
@@ -30,9 +35,9 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
       const int y = pass.upward ? begin + end - 1 - i : i;
       uint8_t* const sums = volume + y * row_bytes;
       if (first_half_of_pass) {
-        aggregateRow(pass, left_words, y, nullptr, sums);
+        aggregateRow(pass, width, y, nullptr, sums);
       } else {
-        aggregateRow(pass, left_words, y, sums, pass.row_sums.data());
+        aggregateRow(pass, width, y, sums, pass.row_sums.data());
         stripedWinners(simd_target_)(
             {width, count, params_.range.min_disparity, pass.row_sums.data()}, pass.winners);
         describeRow(pass.winners, params_, simd_target_, y, nullptr, nullptr, match);
@@ -54,10 +59,10 @@ void FullSearch::start(Pass& pass, int width) {
   pass.winners.resize(width, params_.range);
 }
 
-void FullSearch::aggregateRow(Pass& pass, const cv::Mat1i& left_words, int y,
-                              const uint8_t* sums_before, uint8_t* sums) {
+void FullSearch::aggregateRow(Pass& pass, int width, int y, const uint8_t* sums_before,
+                              uint8_t* sums) {
   FullSearchRow row;
-  row.width = left_words.cols;
+  row.width = width;
   row.count = params_.range.count;
   row.p1 = params_.p1;
   row.p2 = params_.p2;
@@ -65,9 +70,11 @@ void FullSearch::aggregateRow(Pass& pass, const cv::Mat1i& left_words, int y,
   row.paths = params_.paths;
   row.upward = pass.upward;
   row.tables = &tables_;
-  row.left_words = left_words[y];
-  row.right_planes = right_words_.row(y);
-  row.right_stride = right_words_.stride();
+  row.left_planes = left_planes_.row(y);
+  row.left_stride = left_planes_.plane_stride();
+  row.right_planes = right_planes_.row(y);
+  row.entry_offsets = right_planes_.entry_offsets();
+  row.right_stride = right_planes_.plane_stride();
   row.straight = pass.straight.data();
   row.from_behind = pass.from_behind.data();
   row.from_ahead = pass.from_ahead.data();

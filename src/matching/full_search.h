@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 
 #include "matching/aligned_buffer.h"
-#include "matching/matching_costs.h"
-#include "matching/right_words.h"
+#include "matching/census_planes.h"
+#include "matching/cost_tables.h"
 #include "matching/row_winners.h"
 #include "predictive_stereo/matcher.h"
 
@@ -30,13 +30,12 @@ class FullSearch {
   };
 
   void start(Pass& pass, int width);
-  void aggregateRow(Pass& pass, const cv::Mat1i& left_words, int y, const uint8_t* sums_before,
-                    uint8_t* sums);
+  void aggregateRow(Pass& pass, int width, int y, const uint8_t* sums_before, uint8_t* sums);
 
   const MatcherParams params_;
   const int64_t simd_target_;
   const CostTables tables_;
-  RightWords right_words_;
+  CensusPlanes left_planes_, right_planes_;
   AlignedBuffer volume_;
   Pass downward_, upward_;
 };

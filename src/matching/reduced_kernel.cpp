@@ -54,7 +54,9 @@ class RowAggregation {
   explicit RowAggregation(const ReducedSearchRow& row)
       : row_(row),
         p1_(hn::Set(d_, static_cast<uint8_t>(row.p1))),
-        p2_(hn::Set(d_, static_cast<uint8_t>(row.p2))) {}
+        p2_(hn::Set(d_, static_cast<uint8_t>(row.p2))) {
+    for (int n = 0; n < kNibbles; ++n) right_[n] = row.right_planes + n * row.right_stride;
+  }
 
   HWY_INLINE void run() {
     const int step = row_.upward ? -1 : 1;
@@ -81,16 +83,19 @@ class RowAggregation {
 
   /// Hamming distances + P2 of 16 disparities from `index` on.
   HWY_INLINE V matchingCosts(int x, int index) const {
-    const unsigned word = row_.left_words[x];
-    const uint8_t* right = row_.right_planes + (row_.columns - 1 - x) + index;
-    V cost = hn::TableLookupBytes(hn::Load(d_, row_.tables->distance_and_p2[word & 15]),
-                                  hn::LoadU(d_, right));
-    for (int n = 1; n < kNibbles; ++n) {
-      const V table = hn::Load(d_, row_.tables->distance[(word >> (4 * n)) & 15]);
-      cost =
-          hn::Add(cost, hn::TableLookupBytes(table, hn::LoadU(d_, right + n * row_.right_stride)));
+    const uint8_t* const left = row_.left_planes + x;
+    const size_t entry = row_.columns - 1 - x + index;
+    V parts[kNibbles];
+    for (int n = 0; n < kNibbles; ++n) {
+      const auto* rows = n == 0 ? row_.tables->distance_and_p2 : row_.tables->distance;
+      const V table = hn::Load(d_, rows[0] + left[n * row_.left_stride]);
+      parts[n] = hn::TableLookupBytes(table, hn::LoadU(d_, right_[n] + entry));
     }
-    return cost;
+    for (int n = 2; n < kNibbles; n += 2) {
+      parts[0] = hn::Add(parts[0], parts[n]);
+      parts[1] = hn::Add(parts[1], parts[n + 1]);
+    }
+    return hn::Add(parts[0], parts[1]);
   }
 
   /// A window of 16.
@@ -212,8 +217,9 @@ class RowAggregation {
   static constexpr int kMargin = kLanes;
 
   const Bytes16 d_{};
-  const ReducedSearchRow& row_;
+  const ReducedSearchRow row_;
   const V p1_, p2_;
+  const uint8_t* right_[kNibbles];
   V horizontal_vector_ = hn::Zero(d_);  ///< goodness of the pixel before, where its window is 16
   int horizontal_first_ = 0, horizontal_width_ = 0;
   HWY_ALIGN uint8_t horizontal_[256];  ///< the same, for every width

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "matching/matching_costs.h"
+#include "matching/cost_tables.h"
 #include "matching/row_winners.h"
 #include "predictive_stereo/matcher.h"
 
@@ -39,8 +39,9 @@ struct ReducedSearchRow {
   PathSet paths;
   bool upward;
   const CostTables* tables;
-  const int* left_words;
-  const uint8_t* right_planes;  ///< RightWords of this row, with one phase
+  const uint8_t* left_planes;  ///< CensusPlanes::buildLeft of this row
+  size_t left_stride;
+  const uint8_t* right_planes;  ///< CensusPlanes::buildRight of this row, with one phase
   size_t right_stride;
   WindowRow windows;
   WindowRow previous_windows;  ///< of the row before; members are nullptr: there is none

@@ -5,14 +5,19 @@
 namespace predictive_stereo {
 
 ReducedSearch::ReducedSearch(const MatcherParams& params, int64_t simd_target)
-    : params_(params), simd_target_(simd_target), tables_(params.p2), right_words_(simd_target) {
+    : params_(params),
+      simd_target_(simd_target),
+      tables_(params.p2),
+      left_planes_(params.census, simd_target),
+      right_planes_(params.census, simd_target) {
   upward_.upward = true;
 }
 
 void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
                           const SearchWindows& windows, Match& match) {
   const int height = left_words.rows;
-  right_words_.build(right_words, params_.range, nibbleCount(params_.census), 1);
+  left_planes_.buildLeft(left_words);
+  right_planes_.buildRight(right_words, params_.range, 1);
   layOut(windows);
   // Room for the widest windows: pages that are never touched cost nothing, and no frame with wider
   // windows than its predecessors has to allocate.
@@ -28,9 +33,9 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
       const int y = pass.upward ? begin + end - 1 - i : i;
       uint8_t* const sums = volume + row_begins_[y];
       if (first_half_of_pass) {
-        aggregateRow(pass, left_words, windows, y, nullptr, sums);
+        aggregateRow(pass, windows, y, nullptr, sums);
       } else {
-        aggregateRow(pass, left_words, windows, y, sums, pass.row_sums.data());
+        aggregateRow(pass, windows, y, sums, pass.row_sums.data());
         chooseWinners(pass, windows, y, match);
       }
     }
@@ -74,20 +79,20 @@ void ReducedSearch::reserve(Pass& pass, int columns) {
   pass.winners.resize(columns, params_.range);
 }
 
-void ReducedSearch::aggregateRow(Pass& pass, const cv::Mat1i& left_words,
-                                 const SearchWindows& windows, int y, const uint8_t* sums_before,
-                                 uint8_t* sums) {
+void ReducedSearch::aggregateRow(Pass& pass, const SearchWindows& windows, int y,
+                                 const uint8_t* sums_before, uint8_t* sums) {
   ReducedSearchRow row;
-  row.columns = left_words.cols;
+  row.columns = windows.width.cols;
   row.p1 = params_.p1;
   row.p2 = params_.p2;
   row.nibbles = nibbleCount(params_.census);
   row.paths = params_.paths;
   row.upward = pass.upward;
   row.tables = &tables_;
-  row.left_words = left_words[y];
-  row.right_planes = right_words_.row(y);
-  row.right_stride = right_words_.stride();
+  row.left_planes = left_planes_.row(y);
+  row.left_stride = left_planes_.plane_stride();
+  row.right_planes = right_planes_.row(y);
+  row.right_stride = right_planes_.plane_stride();
   row.windows = windowRow(windows, y);
   row.previous_windows = windowRow(windows, pass.upward ? y + 1 : y - 1);
   row.previous = pass.pathStates(y & 1);

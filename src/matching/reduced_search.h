@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "matching/aligned_buffer.h"
-#include "matching/matching_costs.h"
+#include "matching/census_planes.h"
+#include "matching/cost_tables.h"
 #include "matching/reduced_kernel.h"
-#include "matching/right_words.h"
 #include "matching/row_winners.h"
 #include "matching/search_windows.h"
 #include "predictive_stereo/matcher.h"
@@ -39,14 +39,14 @@ class ReducedSearch {
   size_t layOut(const SearchWindows& windows);
   WindowRow windowRow(const SearchWindows& windows, int y) const;
   void reserve(Pass& pass, int columns);
-  void aggregateRow(Pass& pass, const cv::Mat1i& left_words, const SearchWindows& windows, int y,
-                    const uint8_t* sums_before, uint8_t* sums);
+  void aggregateRow(Pass& pass, const SearchWindows& windows, int y, const uint8_t* sums_before,
+                    uint8_t* sums);
   void chooseWinners(Pass& pass, const SearchWindows& windows, int y, Match& match);
 
   const MatcherParams params_;
   const int64_t simd_target_;
   const CostTables tables_;
-  RightWords right_words_;
+  CensusPlanes left_planes_, right_planes_;
   AlignedBuffer volume_;
   cv::Mat1i positions_;             ///< of each pixel's bytes in its row's bytes
   std::vector<size_t> row_begins_;  ///< of each row's bytes in the volume, and the volume's size

@@ -1,0 +1,123 @@
+#include "matching/census_planes.h"
+
+#include <algorithm>
+
+#include "matching/simd_dispatch.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "matching/census_planes.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+#if PREDICTIVE_STEREO_HAS_VECTORS
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Bits 4 n, ... of each word go to target + n * stride: into the high half of the byte if
+/// kHighHalf, else into the low one. Reads and writes as many as fill whole vectors.
+template <bool kHighHalf>
+void splitWords(const int* words, int size, int nibbles, size_t stride, uint8_t* target) {
+  const hn::ScalableTag<uint8_t> d;
+  const hn::Repartition<uint16_t, decltype(d)> d16;
+  const auto half = hn::Set(d, kHighHalf ? 0xF0 : 0x0F);
+  for (int i = 0; i < size; i += static_cast<int>(hn::Lanes(d))) {
+    const auto store = [&](int nibble, auto even, auto odd) {
+      hn::StoreU(hn::And(hn::BitCast(d, even), half), d, target + i + nibble * stride);
+      hn::StoreU(hn::And(hn::BitCast(d, odd), half), d, target + i + (nibble + 1) * stride);
+    };
+    const auto split = [&](int nibble, auto bytes) {
+      const auto pairs = hn::BitCast(d16, bytes);
+      if constexpr (kHighHalf)
+        store(nibble, hn::ShiftLeft<4>(pairs), pairs);
+      else
+        store(nibble, pairs, hn::ShiftRight<4>(pairs));
+    };
+    hn::Vec<decltype(d)> byte0, byte1, byte2, byte3;
+    hn::LoadInterleaved4(d, reinterpret_cast<const uint8_t*>(words + i), byte0, byte1, byte2,
+                         byte3);
+    split(0, byte0);
+    split(2, byte1);
+    split(4, byte2);
+    if (nibbles == 8) split(6, byte3);
+  }
+}
+
+void SplitIntoTableRows(const int* words, int size, int nibbles, size_t stride, uint8_t* target) {
+  splitWords<true>(words, size, nibbles, stride, target);
+}
+void SplitIntoIndices(const int* words, int size, int nibbles, size_t stride, uint8_t* target) {
+  splitWords<false>(words, size, nibbles, stride, target);
+}
+
+#else
+void SplitIntoTableRows(const int*, int, int, size_t, uint8_t*) {}
+void SplitIntoIndices(const int*, int, int, size_t, uint8_t*) {}
+#endif
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+namespace {
+
+HWY_EXPORT(SplitIntoTableRows);
+HWY_EXPORT(SplitIntoIndices);
+
+/// Room for reading and writing whole vectors, in cache lines.
+size_t paddedStride(int entries) {
+  constexpr int kLargestVector = 64;
+  return (entries + kLargestVector + 63) / 64 * 64;
+}
+
+}  // namespace
+
+int nibbleCount(CensusForm form) { return form == CensusForm::kCentreSymmetric9x7 ? 8 : 6; }
+
+void CensusPlanes::buildLeft(const cv::Mat1i& words) {
+  const auto split = PREDICTIVE_STEREO_DISPATCH(SplitIntoTableRows, simd_target_);
+  plane_stride_ = paddedStride(words.cols);
+  planes_.create(words.rows, static_cast<int>(plane_stride_) * nibbles_);
+  ordered_.create(words.rows, static_cast<int>(plane_stride_));
+  cv::parallel_for_(cv::Range(0, words.rows), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      std::copy_n(words[y], words.cols, ordered_[y]);
+      split(ordered_[y], words.cols, nibbles_, plane_stride_, planes_[y]);
+    }
+  });
+}
+
+void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& range, int phases) {
+  const auto split = PREDICTIVE_STEREO_DISPATCH(SplitIntoIndices, simd_target_);
+  const int width = words.cols;
+  const int entries = width - 1 + range.count;
+  const int per_phase = (entries + phases - 1) / phases;
+  const size_t phase_stride = paddedStride(per_phase);
+  plane_stride_ = phase_stride * phases;
+  entry_offsets_.resize(entries);
+  for (int entry = 0; entry < entries; ++entry)
+    entry_offsets_[entry] = static_cast<uint32_t>(entry % phases * phase_stride + entry / phases);
+  planes_.create(words.rows, static_cast<int>(plane_stride_) * nibbles_);
+  ordered_.create(words.rows, static_cast<int>(plane_stride_));
+  cv::parallel_for_(cv::Range(0, words.rows), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      const int* const source = words[y];
+      for (int phase = 0; phase < phases; ++phase) {
+        int* const ordered = ordered_[y] + phase * phase_stride;
+        int x = width - 1 - range.min_disparity - phase;
+        for (int i = 0; i < per_phase; ++i, x -= phases)
+          ordered[i] = source[std::clamp(x, 0, width - 1)];
+      }
+      split(ordered_[y], static_cast<int>(plane_stride_) - 64, nibbles_, plane_stride_, planes_[y]);
+    }
+  });
+}
+
+}  // namespace predictive_stereo
+#endif

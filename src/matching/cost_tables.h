@@ -1,0 +1,25 @@
+/// Hamming distances of census words by table look-up.
+#pragma once
+
+#include <bitset>
+#include <cstdint>
+
+namespace predictive_stereo {
+
+/// For four bits of the left word, a row of 16 distances, one for each value of the four bits of
+/// the right word. A byte shuffle then gives the distances of 16 or more right pixels at once,
+/// without a population count.
+struct CostTables {
+  explicit CostTables(int p2) {
+    for (unsigned left = 0; left < 16; ++left)
+      for (unsigned right = 0; right < 16; ++right) {
+        distance[left][right] = static_cast<uint8_t>(std::bitset<4>(left ^ right).count());
+        distance_and_p2[left][right] = static_cast<uint8_t>(distance[left][right] + p2);
+      }
+  }
+
+  alignas(64) uint8_t distance[16][16];
+  alignas(64) uint8_t distance_and_p2[16][16];  ///< P2 included, for the first four bits of a word
+};
+
+}  // namespace predictive_stereo
