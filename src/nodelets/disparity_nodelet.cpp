@@ -211,18 +211,25 @@ class DisparityNodelet : public nodelet::Nodelet {
     if (pending_cloud_) publishCloud(nullptr);
     if (cloud_.getNumSubscribers() == 0) {
       mask_subscriber_.shutdown();
+      last_mask_.reset();
       return;
     }
-    if (!mask_subscriber_)
+    pending_cloud_ = cloud;
+    if (!mask_subscriber_) {
       mask_subscriber_ = getNodeHandle().subscribe<sensor_msgs::Image>(
           "moving_objects/mask", 2,
           [this](const sensor_msgs::ImageConstPtr& mask) { finishCloud(mask); });
-    pending_cloud_ = cloud;
-    if (mask_subscriber_.getNumPublishers() == 0) publishCloud(nullptr);
+      publishCloud(nullptr);  // whether this frame's mask still reaches us cannot be told
+    } else if (mask_subscriber_.getNumPublishers() == 0) {
+      publishCloud(nullptr);
+    } else if (last_mask_ && last_mask_->header.stamp == cloud.disparity->header.stamp) {
+      publishCloud(last_mask_.get());
+    }
   }
 
   void finishCloud(const sensor_msgs::ImageConstPtr& mask) {
     const std::lock_guard<std::mutex> lock(cloud_mutex_);
+    last_mask_ = mask;
     if (pending_cloud_ && pending_cloud_->disparity->header.stamp == mask->header.stamp)
       publishCloud(mask.get());
   }
@@ -268,6 +275,7 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   std::mutex cloud_mutex_;
   std::optional<PendingCloud> pending_cloud_;
+  sensor_msgs::ImageConstPtr last_mask_;
   ros::Subscriber mask_subscriber_;
 
   ros::Subscriber odometry_subscriber_;

@@ -78,8 +78,8 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
 }
 
 void EgoMotionProcessor::restart(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam) {
-  T_odom_cam_ = cameraIsBase(pair) ? bodyFromOptical() : T_base_cam;
-  T_odom_base_ = T_odom_cam_ * T_base_cam.inverse();
+  T_odom_base_ = cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity();
+  T_odom_cam_ = T_odom_base_ * T_base_cam;
   pose_covariance_.setZero();
   started_ = true;
 }
