@@ -85,18 +85,17 @@ struct Shader {
   }
 };
 
+bool sameSurface(const LitHit& a, const LitHit& b) {
+  return a.primitive == b.primitive && a.part == b.part && a.sunny == b.sunny;
+}
+
 bool isEdge(const HitImage& hits, int x, int y) {
+  const int left = std::max(x - 1, 0), right = std::min(x + 1, hits.size().width - 1);
+  const int bottom = std::min(y + 1, hits.size().height - 1);
   const LitHit& centre = hits.at(x, y);
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const int nx = std::clamp(x + dx, 0, hits.size().width - 1);
-      const int ny = std::clamp(y + dy, 0, hits.size().height - 1);
-      const LitHit& other = hits.at(nx, ny);
-      if (other.primitive != centre.primitive || other.part != centre.part ||
-          other.sunny != centre.sunny)
-        return true;
-    }
-  }
+  for (int row = std::max(y - 1, 0); row <= bottom; ++row)
+    for (int column = left; column <= right; ++column)
+      if (!sameSurface(hits.at(column, row), centre)) return true;
   return false;
 }
 
@@ -153,9 +152,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
           const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];
           met[i] = shade.cast(ray_x, ray_y);
           int j = 0;
-          while (met[j].primitive != met[i].primitive || met[j].part != met[i].part ||
-                 met[j].sunny != met[i].sunny)
-            ++j;
+          while (!sameSurface(met[j], met[i])) ++j;
           radiance_of[i] = j < i ? radiance_of[j] : shade(met[i], ray_x, ray_y);
           sum += radiance_of[i];
         }

@@ -48,7 +48,7 @@ float masonry(double u, double v, float length, float height, float joint, const
 
 float roadAlbedo(double x, double y, const Footprint& fp, float contrast) {
   const float grain = texture2(x, y, fp, {0.07f, 3, 0.9f}, 11);
-  const float patches = texture2(x, y, fp, {5.0f, 6, 0.62f}, 12);
+  const float patches = texture2(x, y, fp, {4.0f, 5, 0.62f}, 12);
   // Tar seams: thin dark lines where a slow noise passes through zero.
   const float seam_width = 0.03f + fp.width_m + 0.3f * fp.length_m;
   const float seam = std::abs(noise2(x / 3.1, y / 2.3, 13)) * 1.5f;
@@ -58,8 +58,10 @@ float roadAlbedo(double x, double y, const Footprint& fp, float contrast) {
   if (marking.strength > 0) {
     const float blur = fp.width_m + 0.5f * (std::abs(marking.across_u ? fp.along_u : fp.along_v));
     const float paint = std::clamp(marking.inside_m / std::max(blur, 1e-3f) + 0.5f, 0.0f, 1.0f);
-    const float worn = 0.85f + 0.25f * texture2(x, y, fp, {0.5f, 4, 0.8f}, 14);
-    albedo += paint * marking.strength * worn * 0.5f;
+    if (paint > 0) {
+      const float worn = 0.85f + 0.25f * texture2(x, y, fp, {0.5f, 4, 0.8f}, 14);
+      albedo += paint * marking.strength * worn * 0.5f;
+    }
   }
   return albedo;
 }
@@ -91,16 +93,20 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
       const float inside = p.half_m.x() - std::max(std::abs(local.x()), std::abs(local.y()));
       const float kerb = band(inside, 0.0, 0.14, fp.width_m);
       const float edge = band(inside, -1.0, kSidewalk_m, fp.width_m);
-      const float stones = 0.40f + contrast * (masonry(u, v, 0.4f, 0.4f, 0.012f, fp, seed) +
-                                               0.06f * texture2(u, v, fp, {4.0f, 8, 0.8f}, seed));
-      const float grass =
-          0.24f + contrast * (0.10f * texture2(u, v, fp, {0.5f, 6, 0.95f}, seed) +
-                              0.05f * texture2(u, v, fp, {8.0f, 4, 0.7f}, seed + 1));
-      return edge * (stones + 0.22f * kerb) + (1 - edge) * grass;
+      float albedo = 0;
+      if (edge > 0)
+        albedo += edge * (0.40f + 0.22f * kerb +
+                          contrast * (masonry(u, v, 0.4f, 0.4f, 0.012f, fp, seed) +
+                                      0.06f * texture2(u, v, fp, {2.0f, 6, 0.85f}, seed)));
+      if (edge < 1)  // grass behind
+        albedo += (1 - edge) *
+                  (0.24f + contrast * (0.10f * texture2(u, v, fp, {0.5f, 6, 0.95f}, seed) +
+                                       0.05f * texture2(u, v, fp, {8.0f, 3, 0.7f}, seed + 1)));
+      return albedo;
     }
     case Material::kPlaster: {
-      const float stains = texture2(u, v, fp, {5.0f, 8, 0.75f}, seed);
-      const float streaks = texture2(u * 3, v * 0.25, fp, {1.0f, 4, 0.8f}, seed + 1);
+      const float stains = texture2(u, v, fp, {4.0f, 6, 0.75f}, seed);
+      const float streaks = texture2(u * 3, v * 0.25, fp, {0.7f, 4, 0.8f}, seed + 1);
       return p.albedo + contrast * (0.045f * stains + 0.04f * streaks);
     }
     case Material::kBrick:

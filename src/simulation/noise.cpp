@@ -12,8 +12,7 @@ constexpr uint32_t kX = 0x8da6b343U, kY = 0xd8163841U, kZ = 0xcb1ab31fU;
 inline float lattice(uint32_t h) {
   h ^= h >> 15;
   h *= 0x2c1b3c6dU;
-  h ^= h >> 13;
-  h *= 0x297a2d39U;
+  h ^= h << 13;
   return static_cast<float>(static_cast<int32_t>(h)) * (1.0f / 2147483648.0f);
 }
 
@@ -29,6 +28,8 @@ inline float smooth(float f) { return f * f * (3.0f - 2.0f * f); }
 // and with image rows show as a grid.
 constexpr float kCos[4] = {0.921061f, 0.362358f, -0.665276f, 0.764842f};
 constexpr float kSin[4] = {0.389418f, 0.932039f, 0.746597f, -0.644218f};
+
+constexpr int kSamples = 3;  // at most, along a footprint
 
 // 1 for waves longer than four footprints, 0 for those shorter than two.
 inline float visibility(float wavelength, float footprint) {
@@ -75,13 +76,13 @@ float texture2(double u_m, double v_m, const Footprint& footprint, const Octaves
     const float scale = 1 / wavelength, c = kCos[k & 3] * scale, s = kSin[k & 3] * scale;
     const uint32_t octave = seed + 0x9e37U * static_cast<uint32_t>(k);
     const double x = u_m * c - v_m * s, y = u_m * s + v_m * c;
-    const int samples = std::min(4, 1 + static_cast<int>(2 * footprint.length_m * scale));
+    const int samples = std::min(kSamples, 1 + static_cast<int>(2 * footprint.length_m * scale));
     if (samples == 1) {
       sum += amplitude * weight * noiseAt(x, y, octave);
       continue;
     }
-    // Beyond four samples along the axis the average of so many details is their mean, 0.
-    if (samples == 4) weight *= std::min(1.0f, 4 * wavelength / footprint.length_m);
+    // Beyond so many samples along the axis the average of all details is their mean, 0.
+    if (samples == kSamples) weight *= std::min(1.0f, kSamples * wavelength / footprint.length_m);
     const float step_x = (footprint.along_u * c - footprint.along_v * s) / samples;
     const float step_y = (footprint.along_u * s + footprint.along_v * c) / samples;
     const int ix = floorOf(x), iy = floorOf(y);

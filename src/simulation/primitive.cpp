@@ -17,7 +17,6 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 struct Stretch {
   float enter = -kInfinity, leave = kInfinity;
   int face = 0;  // by which it enters
-  int exit = 0;
 
   // Stays where distance + t * slope <= 0.
   bool clip(float distance, float slope, int index) {
@@ -28,9 +27,8 @@ struct Stretch {
         enter = t;
         face = index;
       }
-    } else if (t < leave) {
-      leave = t;
-      exit = index;
+    } else {
+      leave = std::min(leave, t);
     }
     return enter <= leave;
   }
@@ -45,10 +43,20 @@ bool accept(const Stretch& stretch, float& t, int& part) {
 }
 
 bool clipBox(const Vector3f& half, const Vector3f& o, const Vector3f& d, Stretch& stretch) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (!stretch.clip(-o[axis] - half[axis], -d[axis], 2 * axis) ||
-        !stretch.clip(o[axis] - half[axis], d[axis], 2 * axis + 1))
-      return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (d[axis] == 0) {
+      if (std::abs(o[axis]) > half[axis]) return false;
+      continue;
+    }
+    const float inverse = 1 / d[axis], middle = -o[axis] * inverse;
+    const float reach = half[axis] * std::abs(inverse);
+    if (middle - reach > stretch.enter) {
+      stretch.enter = middle - reach;
+      stretch.face = 2 * axis + (d[axis] < 0);
+    }
+    stretch.leave = std::min(stretch.leave, middle + reach);
+    if (stretch.enter > stretch.leave) return false;
+  }
   return true;
 }
 

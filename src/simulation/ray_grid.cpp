@@ -30,8 +30,8 @@ std::array<Vector3d, 8> cornersOf(const Primitive& p, const Eigen::Isometry3d& T
 RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
                  const StereoRig& rig, double cx_px)
     : primitives_(&primitives),
-      placed_(primitives.size()),
-      bounds_(primitives.size()),
+      origins_(primitives.size()),
+      items_(primitives.size()),
       tiles_({-kMargin_px, -kMargin_px, static_cast<float>(rig.size.width) + 2 * kMargin_px,
               static_cast<float>(rig.size.height) + 2 * kMargin_px},
              kTile_px),
@@ -41,17 +41,11 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
       inverse_f_(static_cast<float>(1 / rig.fx_px)),
       inverse_fy_(static_cast<float>(1 / rig.fy_px)) {
   const Eigen::Isometry3d T_cam_world = T_world_cam.inverse();
-  std::vector<int> order(primitives.size());
   for (size_t i = 0; i < primitives.size(); ++i) {
-    order[i] = static_cast<int>(i);
     const Primitive& p = primitives[i];
-    Placed& placed = placed_[i];
-    placed.origin = p.R_local_world * (T_world_cam.translation() - p.centre_m).cast<float>();
-    if (p.shape == Shape::kGround) {
-      placed.nearest_m = 0;
-      bounds_[i] = cv::Rect2f(-kHuge, -kHuge, 2 * kHuge, 2 * kHuge);
-      continue;
-    }
+    origins_[i] = p.R_local_world * (T_world_cam.translation() - p.centre_m).cast<float>();
+    items_[i] = {-kHuge, -kHuge, kHuge, kHuge, 0, static_cast<int>(i)};
+    if (p.shape == Shape::kGround) continue;
     // The hull of what is left of the box in front of the camera.
     const auto corners = cornersOf(p, T_cam_world);
     double left = kHuge, right = -kHuge, top = kHuge, bottom = -kHuge, nearest = kHuge;
@@ -73,31 +67,38 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
         take(corners[a] + share * (corners[b] - corners[a]));
       }
     }
-    placed.nearest_m = static_cast<float>(nearest - 1e-3 * (1 + nearest));
-    bounds_[i] = nearest < kHuge / 2
-                     ? cv::Rect2f(static_cast<float>(left - 0.01), static_cast<float>(top - 0.01),
-                                  static_cast<float>(right - left + 0.02),
-                                  static_cast<float>(bottom - top + 0.02))
-                     : cv::Rect2f();
+    // A hair larger: rounding must not cut anything off. Empty where all of it lies behind.
+    items_[i] = {static_cast<float>(left - 0.01),
+                 static_cast<float>(top - 0.01),
+                 static_cast<float>(right + 0.01),
+                 static_cast<float>(bottom + 0.01),
+                 static_cast<float>(nearest - 1e-3 * (1 + nearest)),
+                 static_cast<int>(i)};
   }
-  std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
-    return placed_[static_cast<size_t>(a)].nearest_m < placed_[static_cast<size_t>(b)].nearest_m;
+  std::vector<Tiles::Item> sorted = items_;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Tiles::Item& a, const Tiles::Item& b) {
+    return a.nearest < b.nearest;
   });
-  tiles_.fill(bounds_, order);
+  tiles_.fill(sorted);
+}
+
+cv::Rect2f RayGrid::boundsOf(int primitive) const {
+  const Tiles::Item& item = items_[static_cast<size_t>(primitive)];
+  if (item.right < item.left) return {};
+  return {item.left, item.top, item.right - item.left, item.bottom - item.top};
 }
 
 Hit RayGrid::cast(float x_px, float y_px, float limit_m) const {
   const Vector3f direction = directionOf(x_px, y_px);
   Hit hit;
   hit.t = limit_m;
-  for (const int index : tiles_.at(x_px, y_px)) {
-    const Placed& placed = placed_[static_cast<size_t>(index)];
-    if (placed.nearest_m >= hit.t) break;
-    const cv::Rect2f& b = bounds_[static_cast<size_t>(index)];
-    if (x_px < b.x || x_px > b.x + b.width || y_px < b.y || y_px > b.y + b.height) continue;
-    const Primitive& p = (*primitives_)[static_cast<size_t>(index)];
-    if (intersect(p, placed.origin, p.R_local_world * direction, inverse_f_, hit.t, hit.part))
-      hit.primitive = index;
+  for (const Tiles::Item& item : tiles_.at(x_px, y_px)) {
+    if (item.nearest >= hit.t) break;
+    if (!item.covers(x_px, y_px)) continue;
+    const auto i = static_cast<size_t>(item.index);
+    const Primitive& p = (*primitives_)[i];
+    if (intersect(p, origins_[i], p.R_local_world * direction, inverse_f_, hit.t, hit.part))
+      hit.primitive = item.index;
   }
   return hit;
 }
@@ -110,7 +111,7 @@ bool RayGrid::meets(int index, float x_px, float y_px) const {
   const Primitive& p = (*primitives_)[static_cast<size_t>(index)];
   float t = std::numeric_limits<float>::infinity();
   int part = 0;
-  return intersect(p, placed_[static_cast<size_t>(index)].origin,
+  return intersect(p, origins_[static_cast<size_t>(index)],
                    p.R_local_world * directionOf(x_px, y_px), inverse_f_, t, part);
 }
 

@@ -35,25 +35,20 @@ class RayGrid {
     return R_world_cam_ * Eigen::Vector3f((x_px - cx_) * inverse_f_, (y_px - cy_) * inverse_fy_, 1);
   }
   float pixelPerM() const { return inverse_f_; }
-  int count() const { return static_cast<int>(placed_.size()); }
+  int count() const { return static_cast<int>(origins_.size()); }
   /// Local coordinates of the camera, and the axes, of a primitive.
   const Eigen::Vector3f& originIn(int primitive) const {
-    return placed_[static_cast<size_t>(primitive)].origin;
+    return origins_[static_cast<size_t>(primitive)];
   }
   const Primitive& primitive(int index) const { return (*primitives_)[static_cast<size_t>(index)]; }
 
   /// The pixels that the primitive may cover, unclipped; empty behind the camera.
-  cv::Rect2f boundsOf(int primitive) const { return bounds_[static_cast<size_t>(primitive)]; }
+  cv::Rect2f boundsOf(int primitive) const;
 
  private:
-  struct Placed {
-    Eigen::Vector3f origin;
-    float nearest_m;  // no part of it is nearer
-  };
-
   const std::vector<Primitive>* primitives_;
-  std::vector<Placed> placed_;
-  std::vector<cv::Rect2f> bounds_;
+  std::vector<Eigen::Vector3f> origins_;  // of the camera in the primitives' axes
+  std::vector<Tiles::Item> items_;
   Tiles tiles_;  // of the image, nearest primitives first
   Eigen::Matrix3f R_world_cam_;
   float cx_, cy_, inverse_f_, inverse_fy_;

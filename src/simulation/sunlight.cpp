@@ -11,11 +11,10 @@ Sunlight::Sunlight(const std::vector<Primitive>& primitives, const Vector3f& to_
                    const Eigen::Vector3d& centre_m)
     : primitives_(&primitives),
       casters_(primitives.size()),
-      bounds_(primitives.size()),
       tiles_({-kReach_m, -kReach_m, 2 * kReach_m, 2 * kReach_m}, 1.0f) {
   across_ = to_sun.cross(Vector3f::UnitZ()).normalized();
   up_ = across_.cross(to_sun);
-  std::vector<int> order;
+  std::vector<Tiles::Item> items;
   for (size_t i = 0; i < primitives.size(); ++i) {
     const Primitive& p = primitives[i];
     if (p.shape == Shape::kGround) continue;
@@ -28,23 +27,21 @@ Sunlight::Sunlight(const std::vector<Primitive>& primitives, const Vector3f& to_
     };
     const float width = extent(across_), height = extent(up_);
     const float x = caster.centre_m.dot(across_), y = caster.centre_m.dot(up_);
-    bounds_[i] = {x - width, y - height, 2 * width, 2 * height};
-    order.push_back(static_cast<int>(i));
+    items.push_back({x - width, y - height, x + width, y + height, 0, static_cast<int>(i)});
   }
   // The largest first: they are the most likely to be in the way.
-  std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
-    return bounds_[static_cast<size_t>(a)].area() > bounds_[static_cast<size_t>(b)].area();
+  std::stable_sort(items.begin(), items.end(), [](const Tiles::Item& a, const Tiles::Item& b) {
+    return (a.right - a.left) * (a.bottom - a.top) > (b.right - b.left) * (b.bottom - b.top);
   });
-  tiles_.fill(bounds_, order);
+  tiles_.fill(items);
 }
 
 bool Sunlight::reaches(const Vector3f& point_m) const {
   const float x = point_m.dot(across_), y = point_m.dot(up_);
   if (std::abs(x) > kReach_m || std::abs(y) > kReach_m) return true;
-  for (const int index : tiles_.at(x, y)) {
-    const auto i = static_cast<size_t>(index);
-    const cv::Rect2f& b = bounds_[i];
-    if (x < b.x || x > b.x + b.width || y < b.y || y > b.y + b.height) continue;
+  for (const Tiles::Item& item : tiles_.at(x, y)) {
+    if (!item.covers(x, y)) continue;
+    const auto i = static_cast<size_t>(item.index);
     const Primitive& p = (*primitives_)[i];
     float t = std::numeric_limits<float>::infinity();
     int part = 0;

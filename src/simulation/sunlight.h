@@ -29,7 +29,6 @@ class Sunlight {
   };
   const std::vector<Primitive>* primitives_;
   std::vector<Caster> casters_;
-  std::vector<cv::Rect2f> bounds_;
   Tiles tiles_;
   Eigen::Vector3f across_, up_;
 };

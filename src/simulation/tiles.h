@@ -1,4 +1,4 @@
-/// Lists of primitives by tile of a plane.
+/// Lists of things by tile of a plane.
 #pragma once
 
 #include <algorithm>
@@ -10,14 +10,22 @@
 
 namespace predictive_stereo::simulation {
 
-/// For each tile of a rectangle, the indices whose bounds overlap it, in the order of adding.
+/// For each tile of a rectangle, the items whose bounds overlap it, in the order of adding.
 class Tiles {
  public:
+  struct Item {
+    float left, top, right, bottom;  ///< nothing of it lies outside; right < left: nowhere
+    float nearest;                   ///< no part of it is nearer
+    int index;
+
+    bool covers(float x, float y) const {
+      return x >= left && x <= right && y >= top && y <= bottom;
+    }
+  };
   struct List {
-    const int* first;
-    const int* last;
-    const int* begin() const { return first; }
-    const int* end() const { return last; }
+    const Item *first, *last;
+    const Item* begin() const { return first; }
+    const Item* end() const { return last; }
   };
 
   Tiles(cv::Rect2f area, float tile_size)
@@ -26,19 +34,16 @@ class Tiles {
         columns_(static_cast<int>(std::ceil(area.width / tile_size))),
         rows_(static_cast<int>(std::ceil(area.height / tile_size))) {}
 
-  /// @param bounds  of each index; those that lie outside of the area are left out.
-  /// @param order  indices, in the order that each tile's list shall have.
-  void fill(const std::vector<cv::Rect2f>& bounds, const std::vector<int>& order) {
+  /// @param items  in the order that each tile's list shall have.
+  void fill(const std::vector<Item>& items) {
     start_.assign(static_cast<size_t>(columns_ * rows_) + 1, 0);
-    // Count, then place: one block of memory for all lists.
-    for (const int index : order)
-      overTiles(bounds[static_cast<size_t>(index)], [&](size_t tile) { ++start_[tile + 1]; });
+    // Count, then place: one block of memory, and copies of the items side by side.
+    for (const Item& item : items) overTiles(item, [&](size_t tile) { ++start_[tile + 1]; });
     for (size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
-    indices_.resize(start_.back());
+    items_.resize(start_.back());
     std::vector<size_t> next(start_.begin(), start_.end() - 1);
-    for (const int index : order)
-      overTiles(bounds[static_cast<size_t>(index)],
-                [&](size_t tile) { indices_[next[tile]++] = index; });
+    for (const Item& item : items)
+      overTiles(item, [&](size_t tile) { items_[next[tile]++] = item; });
   }
 
   /// The list at a point; points outside of the area have that of the nearest tile.
@@ -46,7 +51,7 @@ class Tiles {
     const size_t tile =
         static_cast<size_t>(tileOf(y - area_.y, rows_)) * static_cast<size_t>(columns_) +
         static_cast<size_t>(tileOf(x - area_.x, columns_));
-    return {indices_.data() + start_[tile], indices_.data() + start_[tile + 1]};
+    return {items_.data() + start_[tile], items_.data() + start_[tile + 1]};
   }
 
  private:
@@ -55,13 +60,13 @@ class Tiles {
     return tile <= 0 ? 0 : tile >= static_cast<float>(count) ? count - 1 : static_cast<int>(tile);
   }
   template <class Function>
-  void overTiles(const cv::Rect2f& b, Function&& function) const {
-    const float x = b.x - area_.x, y = b.y - area_.y;
-    if (b.width <= 0 || x > area_.width || y > area_.height || x + b.width < 0 || y + b.height < 0)
-      return;
-    const int x1 = tileOf(x + b.width, columns_), y1 = tileOf(y + b.height, rows_);
-    for (int row = tileOf(y, rows_); row <= y1; ++row)
-      for (int column = tileOf(x, columns_); column <= x1; ++column)
+  void overTiles(const Item& item, Function&& function) const {
+    const float left = item.left - area_.x, right = item.right - area_.x;
+    const float top = item.top - area_.y, bottom = item.bottom - area_.y;
+    if (right < left || left > area_.width || top > area_.height || right < 0 || bottom < 0) return;
+    const int last_column = tileOf(right, columns_), last_row = tileOf(bottom, rows_);
+    for (int row = tileOf(top, rows_); row <= last_row; ++row)
+      for (int column = tileOf(left, columns_); column <= last_column; ++column)
         function(static_cast<size_t>(row) * static_cast<size_t>(columns_) +
                  static_cast<size_t>(column));
   }
@@ -69,8 +74,8 @@ class Tiles {
   cv::Rect2f area_;
   float per_tile_;
   int columns_, rows_;
-  std::vector<size_t> start_;  // of each tile's list in indices_
-  std::vector<int> indices_;
+  std::vector<size_t> start_;  // of each tile's list in items_
+  std::vector<Item> items_;
 };
 
 }  // namespace predictive_stereo::simulation
