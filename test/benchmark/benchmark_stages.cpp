@@ -2,7 +2,12 @@
 /// The argument of each is the number of threads.
 #include <benchmark/benchmark.h>
 
+#include <atomic>
+#include <fstream>
+#include <numeric>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/core/utility.hpp>
+#include <vector>
 
 #include "benchmark/sequences.h"
 #include "predictive_stereo/pipeline.h"
@@ -68,6 +73,21 @@ const Inputs& inputs() {
   return inputs;
 }
 
+/// Growth of the process's resident memory since construction.
+class MemoryGrowth {
+ public:
+  benchmark::Counter megabytes() const { return residentMb() - before_; }
+
+ private:
+  static double residentMb() {
+    std::ifstream file("/proc/self/statm");
+    double total = 0, resident = 0;
+    file >> total >> resident;
+    return resident * 4096 / 1e6;
+  }
+  double before_ = residentMb();
+};
+
 template <class Work>
 void measure(benchmark::State& state, const Work& work) {
   inputs();
@@ -125,21 +145,25 @@ void searchRanges(benchmark::State& state) {
 
 void matchFull(benchmark::State& state, PathSet paths, CensusForm census) {
   const Inputs& in = inputs();
+  const MemoryGrowth memory;
   MatcherParams params = in.params.disparity.matcher;
   params.paths = paths;
   params.census = census;
   StereoMatcher matcher(params);
   Match match;
   measure(state, [&] { matcher.match(in.frame.left, in.aligned_right, match); });
+  state.counters["MB"] = memory.megabytes();
 }
 
 void matchReduced(benchmark::State& state, PathSet paths) {
   const Inputs& in = inputs();
+  const MemoryGrowth memory;
   MatcherParams params = in.params.disparity.matcher;
   params.paths = paths;
   StereoMatcher matcher(params);
   Match match;
   measure(state, [&] { matcher.match(in.frame.left, in.aligned_right, in.ranges, match); });
+  state.counters["MB"] = memory.megabytes();
 }
 
 void supportFilter(benchmark::State& state) {
@@ -147,6 +171,17 @@ void supportFilter(benchmark::State& state) {
   cv::Mat1f filtered_px;
   measure(state, [&] {
     filterBySupport(in.params.disparity.matcher.range, 10, in.match.disparity_px, filtered_px);
+  });
+}
+
+// What the support filter replaces.
+void opencvFilterSpeckles(benchmark::State& state) {
+  const Inputs& in = inputs();
+  cv::Mat disparity_16, filtered, buffer;
+  in.match.disparity_px.convertTo(disparity_16, CV_16S, 16);
+  measure(state, [&] {
+    disparity_16.copyTo(filtered);
+    cv::filterSpeckles(filtered, -16, 50, 16, buffer);
   });
 }
 
@@ -187,6 +222,7 @@ void correction(benchmark::State& state) {
 
 void disparityLoop(benchmark::State& state) {
   const Inputs& in = inputs();
+  const MemoryGrowth memory;
   DisparityEstimator estimator(in.params.disparity);
   DisparityOutput output;
   // The same frame again and again, predicted as if it followed the first one: the loop's cost.
@@ -194,6 +230,30 @@ void disparityLoop(benchmark::State& state) {
     estimator.prepare(in.frame.left, in.frame.right, in.rig);
     estimator.estimate(CameraMotion(), output);
   });
+  state.counters["MB"] = memory.megabytes();
+}
+
+// What the machine's memory allows: the cost volume of a full search, written once and read once.
+void memoryOfAFullSearch(benchmark::State& state) {
+  const Inputs& in = inputs();
+  const auto bytes = static_cast<size_t>(in.rig.size.area()) *
+                     static_cast<size_t>(in.params.disparity.matcher.range.count);
+  std::vector<uint64_t> volume(bytes / sizeof(uint64_t));
+  measure(state, [&] {
+    cv::parallel_for_(cv::Range(0, 16), [&](const cv::Range& parts) {
+      const auto begin = volume.begin() + static_cast<ptrdiff_t>(volume.size() / 16 * parts.start);
+      const auto end = volume.begin() + static_cast<ptrdiff_t>(volume.size() / 16 * parts.end);
+      std::fill(begin, end, parts.start);
+    });
+    std::atomic<uint64_t> sum = 0;
+    cv::parallel_for_(cv::Range(0, 16), [&](const cv::Range& parts) {
+      const auto begin = volume.begin() + static_cast<ptrdiff_t>(volume.size() / 16 * parts.start);
+      const auto end = volume.begin() + static_cast<ptrdiff_t>(volume.size() / 16 * parts.end);
+      sum += std::accumulate(begin, end, uint64_t{0});
+    });
+    benchmark::DoNotOptimize(sum.load());
+  });
+  state.counters["MB"] = static_cast<double>(2 * bytes) / 1e6;
 }
 
 #define TIMED ->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime()
@@ -214,11 +274,13 @@ VARIANT(matchFull, all_8, PathSet::kAll8, CensusForm::kCentreSymmetric9x5);
 VARIANT(matchReduced, straight_4, PathSet::kStraight4);
 VARIANT(matchReduced, all_8, PathSet::kAll8);
 STAGE(supportFilter);
+STAGE(opencvFilterSpeckles);
 STAGE(medianFilter);
 STAGE(holeFilling);
 STAGE(variance);
 STAGE(correction);
 STAGE(disparityLoop);
+STAGE(memoryOfAFullSearch);
 
 }  // namespace
 }  // namespace predictive_stereo
