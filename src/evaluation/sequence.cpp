@@ -86,11 +86,15 @@ class StreetSequence : public Sequence {
       frame.truth_px = current.disparity_px.clone();
       frame.truth_px.setTo(kNoTruth, current.disparity_px <= 0);
       const cv::Mat1b moving = current.moving_id > 0;
-      const cv::Mat1b fresh = newlyVisible(previous_, current, rig()) & ~moving;
-      const cv::Mat1b edges = nearTruthEdges(frame.truth_px) & ~moving & ~fresh;
-      const cv::Mat1b smooth = ~(moving | fresh | edges);
-      frame.regions = {
-          {"smooth", smooth}, {"near edges", edges}, {"newly visible", fresh}, {"moving", moving}};
+      const cv::Mat1b hidden = current.occluded & ~moving;
+      const cv::Mat1b fresh = newlyVisible(previous_, current, rig()) & ~(moving | hidden);
+      const cv::Mat1b edges = nearTruthEdges(frame.truth_px) & ~(moving | hidden | fresh);
+      const cv::Mat1b smooth = ~(moving | hidden | fresh | edges);
+      frame.regions = {{"smooth", smooth},
+                       {"near edges", edges},
+                       {"newly visible", fresh},
+                       {"hidden", hidden},
+                       {"moving", moving}};
     }
     previous_ = std::move(current);
     return frame;

@@ -47,8 +47,9 @@ std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir
                                                  const std::string& scene);
 
 /// The synthetic street; dense truth of all but the sky in all frames but the first. Regions, each
-/// pixel in one of them: "moving" objects; "newly visible", hidden or outside of the view in the
-/// previous frame; "near edges", within 5 px of a jump by more than 3 px; and "smooth", the rest.
+/// pixel in one of them: "moving" objects; "hidden", not seen by the right camera; "newly visible",
+/// hidden or outside of the view in the previous frame; "near edges", within 5 px of a jump by more
+/// than 3 px; and "smooth", the rest.
 std::unique_ptr<Sequence> streetSequence(const StreetParams& params);
 
 }  // namespace predictive_stereo

@@ -22,8 +22,8 @@ SequenceGroup alone(std::unique_ptr<Sequence> sequence) {
 
 }  // namespace
 
-std::vector<SequenceGroup> openSequences(const CommandLine& command_line) {
-  std::vector<SequenceGroup> groups;
+std::vector<DriveArgument> driveArguments(const CommandLine& command_line) {
+  std::vector<DriveArgument> drives;
   std::string date_dir;
   bool date_used = true;
   for (const std::string& argument : command_line.positional()) {
@@ -32,11 +32,18 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line) {
       date_dir = argument;
       date_used = false;
     } else {
-      groups.push_back(alone(kittiDriveSequence(date_dir, argument)));
+      drives.push_back({date_dir, argument});
       date_used = true;
     }
   }
   if (!date_used) throw UsageError("no drive given after the folder " + date_dir);
+  return drives;
+}
+
+std::vector<SequenceGroup> openSequences(const CommandLine& command_line) {
+  std::vector<SequenceGroup> groups;
+  for (const DriveArgument& drive : driveArguments(command_line))
+    groups.push_back(alone(kittiDriveSequence(drive.date_dir, drive.drive)));
   if (command_line.has("kitti2012")) {
     const std::string training_dir = command_line.get("kitti2012");
     SequenceGroup group;

@@ -11,6 +11,16 @@
 
 namespace predictive_stereo {
 
+/// A drive of KITTI's raw recordings, as named on the command line.
+struct DriveArgument {
+  std::string date_dir, drive;
+};
+
+/// Positional arguments DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...]: a folder with
+/// calib_cam_to_cam.txt begins another day.
+/// @throws UsageError for a day without drives.
+std::vector<DriveArgument> driveArguments(const CommandLine& command_line);
+
 /// Sequences that are counted as one.
 struct SequenceGroup {
   std::string name;

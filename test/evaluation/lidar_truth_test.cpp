@@ -26,7 +26,7 @@ LidarPoint point(double x_px, double y_px, double disparity_px) {
 }
 
 cv::Mat1f truth(const std::vector<LidarPoint>& points) {
-  return lidarTruth(points, Eigen::Isometry3d::Identity(), rig());
+  return lidarTruth(visibleLidarPoints(points, Eigen::Isometry3d::Identity(), rig()), rig().size);
 }
 
 int known(const cv::Mat1f& truth_px) { return cv::countNonZero(truth_px != kNoTruth); }

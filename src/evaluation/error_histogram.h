@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "evaluation/plot.h"
+
+namespace predictive_stereo {
+
+/// Distribution of disparity errors [px] in steps of 0.02 px from -3 to 3; what lies outside are
+/// gross errors, which are counted but are no noise.
+class ErrorHistogram {
+ public:
+  static constexpr double kLimit_px = 3.0;
+  static constexpr double kStep_px = 0.02;
+
+  void add(double error_px);
+  ErrorHistogram& operator+=(const ErrorHistogram& other);
+
+  int64_t count() const { return inside_ + gross_; }
+  double grossShare() const;
+  /// Of the errors that are not gross.
+  double mean_px() const;
+  double variance_px2() const;
+  /// Half of the width that holds the middle 68.3 %: what sigma would be of a normal distribution.
+  double robustSigma_px() const;
+  double shareWithin(double limit_px) const;
+
+  /// Lines "error_px,count,share", errors being the middles of steps.
+  std::string csv() const;
+  Plot plot(const std::string& title) const;
+
+ private:
+  static constexpr int kSteps = 300;
+  /// Error below which `share` of the errors lie that are not gross.
+  double quantile_px(double share) const;
+
+  std::array<int64_t, kSteps> steps_{};
+  int64_t inside_ = 0, gross_ = 0;
+  double sum_ = 0, sum_squares_ = 0;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,304 @@
+#include "evaluation/noise_estimation.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/core/optim.hpp>
+#include <random>
+#include <stdexcept>
+
+#include "evaluation/disparity_metrics.h"
+#include "evaluation/lidar_truth.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kMoverMarginPx = 6;
+constexpr double kOneSigma = 0.6827, kTwoSigma = 0.9545;
+constexpr size_t kMinSamples = 200;
+
+/// Points by the pixel that they were rounded to.
+class PointGrid {
+ public:
+  PointGrid(const std::vector<Eigen::Vector3d>& points, cv::Size size)
+      : index_(size, -1), points_(points) {
+    for (size_t i = 0; i < points.size(); ++i)
+      index_(static_cast<int>(std::lround(points[i].y())),
+             static_cast<int>(std::lround(points[i].x()))) = static_cast<int>(i);
+  }
+
+  /// Disparity at (x, y) of the plane through the points around it; false where they do not lie in
+  /// one plane, or not on all sides.
+  bool planeAt(double x_px, double y_px, double& disparity_px) const {
+    constexpr int kColumns = 8, kRows = 6, kMinPoints = 8;
+    constexpr double kMaxRms_px = 0.25;
+    const int cx = static_cast<int>(std::lround(x_px)), cy = static_cast<int>(std::lround(y_px));
+    if (cx < kColumns || cy < kRows || cx >= index_.cols - kColumns || cy >= index_.rows - kRows)
+      return false;
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    double squares = 0;
+    int count = 0, sides = 0;
+    for (int y = cy - kRows; y <= cy + kRows; ++y)
+      for (int x = cx - kColumns; x <= cx + kColumns; ++x) {
+        if (index_(y, x) < 0) continue;
+        const Eigen::Vector3d& point = points_[static_cast<size_t>(index_(y, x))];
+        const Eigen::Vector3d row(1, point.x() - x_px, point.y() - y_px);
+        A += row * row.transpose();
+        b += row * point.z();
+        squares += point.z() * point.z();
+        sides |= 1 << ((row.y() > 0 ? 1 : 0) + (row.z() > 0 ? 2 : 0));
+        ++count;
+      }
+    if (count < kMinPoints || sides != 15) return false;
+    const Eigen::LDLT<Eigen::Matrix3d> ldlt(A);
+    if (ldlt.rcond() < 1e-6) return false;
+    const Eigen::Vector3d plane = ldlt.solve(b);
+    const double residual = std::max(0.0, squares - b.dot(plane));
+    if (residual > kMaxRms_px * kMaxRms_px * count) return false;
+    disparity_px = plane[0];
+    return true;
+  }
+
+ private:
+  cv::Mat1i index_;
+  const std::vector<Eigen::Vector3d>& points_;
+};
+
+void addMeasurementErrors(const cv::Mat1f& measured_px, const DisparityRange& range,
+                          const cv::Mat1f& truth_px, ErrorHistogram& errors) {
+  for (int y = 0; y < truth_px.rows; ++y)
+    for (int x = 0; x < truth_px.cols; ++x)
+      if (hasTruth(truth_px(y, x)) && range.isValid(measured_px(y, x)))
+        errors.add(static_cast<double>(measured_px(y, x)) - truth_px(y, x));
+}
+
+void addSamples(const DisparityOutput& maps, const DisparityRange& range, const cv::Mat1f& truth_px,
+                std::vector<VarianceSample>& samples) {
+  for (int y = 0; y < truth_px.rows; ++y)
+    for (int x = 0; x < truth_px.cols; ++x) {
+      if (!hasTruth(truth_px(y, x)) || !range.isValid(maps.disparity_px(y, x))) continue;
+      VarianceSample sample;
+      sample.error_px = maps.disparity_px(y, x) - truth_px(y, x);
+      sample.disparity_px = maps.disparity_px(y, x);
+      sample.measured = range.isValid(maps.measured_disparity_px(y, x));
+      sample.predicted = range.isValid(maps.predicted_disparity_px(y, x));
+      sample.ambiguity = static_cast<float>(maps.ambiguity(y, x)) / 255.0f;
+      sample.innovation_px =
+          std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
+      sample.predicted_px2 = maps.predicted_variance_px2(y, x);
+      samples.push_back(sample);
+    }
+}
+
+double matchSigma(const VarianceSample& sample, const VarianceParams& params) {
+  const double t =
+      std::max(0.0, (sample.ambiguity - params.ambiguity_onset) / (1.0 - params.ambiguity_onset));
+  return params.sigma_floor_px + params.sigma_ambiguous_px * t * t +
+         params.sigma_per_disparity * std::max(0.0f, sample.disparity_px);
+}
+
+double surprise(const VarianceSample& sample, const VarianceParams& params) {
+  const double innovation_px = std::min<double>(sample.innovation_px, params.max_innovation_px);
+  return params.innovation_weight * innovation_px * innovation_px;
+}
+
+/// Quantile regression's loss of sigma as the 68.3 % and 2 sigma as the 95.4 % quantile of |error|.
+double quantileLoss(double error_px, double sigma_px) {
+  const auto loss = [](double beyond_px, double share) {
+    return beyond_px > 0 ? share * beyond_px : (share - 1) * beyond_px;
+  };
+  return loss(std::abs(error_px) - sigma_px, kOneSigma) +
+         loss(std::abs(error_px) - 2 * sigma_px, kTwoSigma);
+}
+
+/// An error and the part of its variance that is known.
+struct KnownPart {
+  double error_px, variance_px2;
+};
+
+/// The s for which sqrt(known variance + s^2) has the least loss.
+double addedSigma(const std::vector<KnownPart>& samples, double otherwise) {
+  if (samples.size() < kMinSamples) return otherwise;
+  double best = otherwise, least = std::numeric_limits<double>::infinity();
+  for (double s = 0.01; s < 10; s *= 1.04) {
+    double loss = 0;
+    for (const KnownPart& sample : samples)
+      loss += quantileLoss(sample.error_px, std::sqrt(sample.variance_px2 + s * s));
+    if (loss < least) {
+      least = loss;
+      best = s;
+    }
+  }
+  return best;
+}
+
+/// At most `count` of each set's samples for which `keep` holds, the same number of each.
+std::vector<VarianceSample> choose(const std::vector<std::vector<VarianceSample>>& sets,
+                                   size_t count, bool (*keep)(const VarianceSample&)) {
+  std::vector<std::vector<VarianceSample>> kept(sets.size());
+  for (size_t i = 0; i < sets.size(); ++i) {
+    std::copy_if(sets[i].begin(), sets[i].end(), std::back_inserter(kept[i]), keep);
+    if (!kept[i].empty()) count = std::min(count, kept[i].size());
+  }
+  std::vector<VarianceSample> chosen;
+  std::mt19937 random(1);
+  for (auto& samples : kept) {
+    if (samples.empty()) continue;
+    // Not std::shuffle: what it draws depends on the standard library.
+    for (size_t i = 0; i < count; ++i) {
+      std::swap(samples[i], samples[i + random() % (samples.size() - i)]);
+      chosen.push_back(samples[i]);
+    }
+  }
+  return chosen;
+}
+
+/// Mean loss as a function of floor, ambiguous, per_disparity (times 100), onset,
+/// innovation_weight.
+class MatchLoss : public cv::MinProblemSolver::Function {
+ public:
+  MatchLoss(std::vector<VarianceSample> samples, const VarianceParams& start)
+      : samples_(std::move(samples)), start_(start) {}
+  int getDims() const override { return 5; }
+  double calc(const double* x) const override {
+    // The solver knows no limits: outside of them the loss rises.
+    double penalty = 0;
+    const auto limited = [&penalty](double value, double low, double high) {
+      const double inside = std::clamp(value, low, high);
+      penalty += std::abs(value - inside);
+      return inside;
+    };
+    VarianceParams params = start_;
+    params.sigma_floor_px = limited(x[0], 0.05, 10);
+    params.sigma_ambiguous_px = limited(x[1], 0, 100);
+    params.sigma_per_disparity = limited(x[2], 0, 100) / 100;
+    params.ambiguity_onset = limited(x[3], 0, 0.9);
+    params.innovation_weight = limited(x[4], 0, 1);
+    double loss = 0;
+    for (const VarianceSample& sample : samples_) {
+      const double match_px = matchSigma(sample, params);
+      loss +=
+          quantileLoss(sample.error_px, std::sqrt(match_px * match_px + surprise(sample, params)));
+    }
+    return loss / static_cast<double>(samples_.size()) + penalty;
+  }
+
+ private:
+  std::vector<VarianceSample> samples_;
+  VarianceParams start_;
+};
+
+bool isFiltered(const VarianceSample& s) { return s.measured && s.predicted; }
+bool isUnpredicted(const VarianceSample& s) { return s.measured && !s.predicted; }
+bool isKept(const VarianceSample& s) { return !s.measured && s.predicted; }
+bool isFilled(const VarianceSample& s) { return !s.measured && !s.predicted; }
+
+double rounded(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(std::max(value, 1e-6))) - 1);
+  return std::round(value / unit) * unit;
+}
+
+}  // namespace
+
+void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
+                      const std::vector<Eigen::Vector3d>& points, const StereoRig& rig,
+                      const Eigen::Isometry3d& T_cam_prev, const cv::Mat1b& moving,
+                      ErrorHistogram& errors) {
+  const PointGrid grid(points, rig.size);
+  const Eigen::Matrix4d H = disparityMotion(rig, T_cam_prev);
+  for (const Eigen::Vector3d& point : points_prev) {
+    const Eigen::Vector3d moved = (H * point.homogeneous()).hnormalized();
+    const int x = static_cast<int>(std::lround(moved.x())),
+              y = static_cast<int>(std::lround(moved.y()));
+    if (x < 0 || y < 0 || x >= rig.size.width || y >= rig.size.height) continue;
+    if (!moving.empty() && moving(y, x)) continue;
+    double truth_px = 0;
+    if (grid.planeAt(moved.x(), moved.y(), truth_px)) errors.add(moved.z() - truth_px);
+  }
+}
+
+NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<ObjectLabel>& labels,
+                               const PipelineParams& params, int max_frames,
+                               const std::function<void(int)>& progress) {
+  NoiseObservations seen;
+  const DisparityRange range = params.disparity.matcher.range;
+  DisparityParams full = params.disparity;
+  full.search.scheme = SearchScheme::kFull;
+  EgoMotion ego_motion(params.ego_motion);
+  DisparityEstimator without_past(full), closed_loop(params.disparity);
+  DisparityOutput measured, published;
+  std::vector<Eigen::Vector3d> points_prev;
+  const int frames = max_frames > 0 ? std::min(max_frames, drive.frames()) : drive.frames();
+  for (int frame = 0; frame < frames; ++frame) {
+    const cv::Mat1b left = drive.left(frame), right = drive.right(frame);
+    const EgoMotionEstimate motion = ego_motion.estimate(left, right, drive.rig());
+    const bool tracked = motion.status == EgoMotionStatus::kTracked;
+    closed_loop.prepare(left, right, drive.rig());
+    closed_loop.estimate(tracked ? std::optional(motion.motion) : std::nullopt, published);
+
+    std::vector<Eigen::Vector3d> points;
+    if (drive.hasLidar(frame)) {
+      const cv::Mat1b moving =
+          movingMask(labels, drive.fileNumber(frame), drive.rig().size, kMoverMarginPx);
+      points = visibleLidarPoints(drive.lidar(frame), drive.T_cam_velo(), drive.rig());
+      cv::Mat1f truth_px = lidarTruth(points, drive.rig().size);
+      truth_px.setTo(kNoTruth, moving);
+      without_past.prepare(left, right, drive.rig());
+      without_past.estimate(std::nullopt, measured);
+      addMeasurementErrors(measured.measured_disparity_px, range, truth_px, seen.measurement);
+      if (frame > 0) addSamples(published, range, truth_px, seen.published);
+      if (tracked && !points_prev.empty())
+        addProcessErrors(points_prev, points, drive.rig(), motion.motion.T_cam_prev, moving,
+                         seen.process);
+      ++seen.frames;
+    }
+    points_prev = std::move(points);
+    if (progress) progress(frame);
+  }
+  if (seen.frames == 0)
+    throw std::runtime_error(drive.name() + ": has no laser scans (velodyne_points)");
+  return seen;
+}
+
+VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
+                           const VarianceParams& start) {
+  constexpr size_t kSamples = 60000;
+  VarianceParams fitted = start;
+  std::vector<VarianceSample> filtered = choose(sets, kSamples, isFiltered);
+  if (filtered.size() >= kMinSamples) {
+    const auto loss = cv::makePtr<MatchLoss>(std::move(filtered), start);
+    cv::Mat1d x = (cv::Mat1d(1, 5) << start.sigma_floor_px, start.sigma_ambiguous_px,
+                   100 * start.sigma_per_disparity, start.ambiguity_onset, start.innovation_weight);
+    const auto solver = cv::DownhillSolver::create(
+        loss, cv::Mat1d((cv::Mat1d(1, 5) << 0.1, 0.3, 0.3, 0.1, 0.1)),
+        cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 400, 1e-7));
+    solver->minimize(x);
+    fitted.sigma_floor_px = rounded(std::clamp(x(0), 0.05, 10.0));
+    fitted.sigma_ambiguous_px = rounded(std::clamp(x(1), 0.0, 100.0));
+    fitted.sigma_per_disparity = rounded(std::clamp(x(2), 0.0, 100.0) / 100);
+    fitted.ambiguity_onset = rounded(std::clamp(x(3), 0.0, 0.9));
+    fitted.innovation_weight = rounded(std::clamp(x(4), 0.0, 1.0));
+  }
+  const auto beyond = [&](bool (*kind)(const VarianceSample&), auto known) {
+    std::vector<KnownPart> parts;
+    for (const VarianceSample& sample : choose(sets, kSamples, kind))
+      parts.push_back({sample.error_px, known(sample)});
+    return parts;
+  };
+  const auto matchVariance = [&](const VarianceSample& sample) {
+    const double sigma_px = matchSigma(sample, fitted);
+    return sigma_px * sigma_px;
+  };
+  fitted.sigma_unpredicted_px =
+      rounded(addedSigma(beyond(isUnpredicted, matchVariance), start.sigma_unpredicted_px));
+  fitted.sigma_kept_px = rounded(addedSigma(
+      beyond(isKept, [](const VarianceSample& s) { return static_cast<double>(s.predicted_px2); }),
+      start.sigma_kept_px));
+  fitted.sigma_filled_px = rounded(addedSigma(
+      beyond(isFilled, [](const VarianceSample&) { return 0.0; }), start.sigma_filled_px));
+  return fitted;
+}
+
+}  // namespace predictive_stereo

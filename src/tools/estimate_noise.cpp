@@ -1,0 +1,152 @@
+/// Process and measurement noise from LiDAR, as a parameter file.
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "evaluation/noise_estimation.h"
+#include "tools/command_line.h"
+#include "tools/progress.h"
+#include "tools/tool_input.h"
+
+namespace predictive_stereo {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kHelp[] =
+    R"(Usage: estimate_noise DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] --output DIR [options]
+
+Estimates from laser scans, on what stands still (the paper's section 3):
+  process noise q      scans moved by the estimated ego-motion, against the next frame's scans
+  measurement noise r  full search of each pair by itself, against the scan
+and beyond it the parameters of the published variance, in closed loop, such that sigma and
+2 sigma are the 68.3 and 95.4 % quantiles of the absolute error as nearly as both can be had.
+
+Writes to DIR: noise.yaml (parameters as pipeline configs have them, with provenance),
+process_noise.{png,csv}, measurement_noise.{png,csv}.
+
+  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
+  --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
+                      what moves is left out. Without labels all that is seen counts as static.
+  --config YAML       parameters to start from, as in evaluate_kitti
+  --set NAME=VALUE    one parameter; may be given several times
+  --frames N          at most so many frames of each drive
+  --threads N         (default: all cores)
+)";
+
+void printErrors(const char* name, const ErrorHistogram& errors, std::ostream& out) {
+  char line[256];
+  std::snprintf(
+      line, sizeof(line),
+      "%s: %lld errors, mean %+.3f px, sigma %.3f px, robust sigma %.3f px, %.1f %% within "
+      "1 px, %.2f %% gross (> 3 px)",
+      name, static_cast<long long>(errors.count()), errors.mean_px(),
+      std::sqrt(errors.variance_px2()), errors.robustSigma_px(), 100 * errors.shareWithin(1),
+      100 * errors.grossShare());
+  out << line << "\n";
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  char text[16];
+  std::strftime(text, sizeof(text), "%Y-%m-%d", std::gmtime(&now));
+  return text;
+}
+
+void writeText(const fs::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+void writeHistogram(const fs::path& dir, const std::string& name, const std::string& title,
+                    const ErrorHistogram& errors) {
+  writeText(dir / (name + ".csv"), errors.csv());
+  if (!cv::imwrite((dir / (name + ".png")).string(), picture(errors.plot(title))))
+    throw std::runtime_error((dir / (name + ".png")).string() + ": cannot be written");
+}
+
+int estimate(const CommandLine& command_line) {
+  if (!command_line.has("output")) throw UsageError("--output is missing");
+  const auto drives = driveArguments(command_line);
+  if (drives.empty()) throw UsageError("expected DATE_DIR DRIVE");
+  const PipelineParams params = readParams(command_line);
+  const int max_frames = command_line.getInt("frames", 0, 2);
+  useThreads(command_line);
+
+  std::ostringstream provenance;
+  provenance << "# Noise, estimated from LiDAR by estimate_noise on " << today() << ".\n";
+  ErrorHistogram process, measurement;
+  std::vector<std::vector<VarianceSample>> published;
+  for (const DriveArgument& argument : drives) {
+    const KittiDrive drive(argument.date_dir, argument.drive);
+    std::vector<ObjectLabel> labels;
+    if (command_line.has("labels"))
+      labels = readObjectLabels(
+          (fs::path(command_line.get("labels")) / (drive.name() + ".csv")).string());
+    NoiseObservations seen;
+    {
+      Progress progress(drive.name(),
+                        max_frames ? std::min(max_frames, drive.frames()) : drive.frames());
+      seen = observeNoise(drive, labels, params, max_frames,
+                          [&](int frame) { progress.update(frame); });
+    }
+    provenance << "# " << drive.name() << ", " << seen.frames << " frames with scans, movers "
+               << (labels.empty() ? "not masked" : "masked by labels") << "\n";
+    for (std::ostream* out : {static_cast<std::ostream*>(&provenance), &std::cout}) {
+      const char* indent = out == &std::cout ? "" : "#   ";
+      if (out == &std::cout) *out << drive.name() << "\n";
+      *out << indent;
+      printErrors("process", seen.process, *out);
+      *out << indent;
+      printErrors("measurement", seen.measurement, *out);
+    }
+    process += seen.process;
+    measurement += seen.measurement;
+    published.push_back(std::move(seen.published));
+  }
+  const VarianceParams variance = fitVariance(published, params.disparity.variance);
+
+  std::ostringstream yaml;
+  yaml.precision(3);
+  yaml << provenance.str() << "# all\n#   ";
+  printErrors("process", process, yaml);
+  yaml << "#   ";
+  printErrors("measurement", measurement, yaml);
+  yaml << "disparity:\n  prediction:\n    process_noise_px2: " << process.variance_px2()
+       << "  # variance of errors that are not gross; holds the scans' own noise twice\n"
+       << "  correction:\n    measurement_noise_px2: " << measurement.variance_px2()
+       << "  # variance of errors that are not gross; holds the scans' own noise\n"
+       << "  variance:  # sigma, 2 sigma: 68.3, 95.4 % quantiles of the published error\n"
+       << "    sigma_floor_px: " << variance.sigma_floor_px
+       << "\n    sigma_ambiguous_px: " << variance.sigma_ambiguous_px
+       << "\n    sigma_per_disparity: " << variance.sigma_per_disparity
+       << "\n    ambiguity_onset: " << variance.ambiguity_onset
+       << "\n    innovation_weight: " << variance.innovation_weight
+       << "\n    sigma_unpredicted_px: " << variance.sigma_unpredicted_px
+       << "\n    sigma_kept_px: " << variance.sigma_kept_px
+       << "\n    sigma_filled_px: " << variance.sigma_filled_px << "\n";
+
+  const fs::path dir = command_line.get("output");
+  fs::create_directories(dir);
+  writeHistogram(dir, "process_noise", "Process noise", process);
+  writeHistogram(dir, "measurement_noise", "Measurement noise", measurement);
+  writeText(dir / "noise.yaml", yaml.str());
+  std::cout << yaml.str().substr(yaml.str().find("# all"));
+  return 0;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
+                                    {"output", "labels", "config", "set", "frames", "threads"}, {},
+                                    predictive_stereo::estimate);
+}

@@ -1,0 +1,139 @@
+#include "evaluation/noise_estimation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "evaluation/kitti_fixture.h"
+
+namespace predictive_stereo {
+namespace {
+
+TEST(ErrorHistogram, KnowsANormalDistribution) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0.1, 0.5);
+  ErrorHistogram errors;
+  for (int i = 0; i < 100000; ++i) errors.add(normal(random));
+  for (int i = 0; i < 1000; ++i) errors.add(7);
+  EXPECT_NEAR(errors.mean_px(), 0.1, 0.01);
+  EXPECT_NEAR(errors.variance_px2(), 0.25, 0.005);
+  EXPECT_NEAR(errors.robustSigma_px(), 0.5, 0.01);
+  EXPECT_NEAR(errors.grossShare(), 1000.0 / 101000, 1e-6);
+  EXPECT_NEAR(errors.shareWithin(1.1), 0.9772 - 0.0082, 0.01);
+}
+
+TEST(ErrorHistogram, WritesEveryStep) {
+  ErrorHistogram errors;
+  errors.add(-0.01);
+  const std::string csv = errors.csv();
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 301);
+  EXPECT_NE(csv.find("\n-0.01,1,1\n"), std::string::npos) << csv.substr(3000, 900);
+}
+
+TEST(ObjectLabels, MaskWhatMovesOrMayMove) {
+  const TemporaryDirectory files;
+  const std::string header =
+      "frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard\n";
+  const std::string path = files.write("a.csv", header +
+                                                    "3,1,car,10,5,20,15,8.5,0,1,toward,0\n"
+                                                    "3,2,ignore,30,5,35,15,,0,0,unknown,1\n"
+                                                    "3,3,static,40,5,50,15,9,1,0,static,0\n"
+                                                    "4,1,car,0,0,60,30,8,0,0,toward,0\r\n");
+  const auto labels = readObjectLabels(path);
+  ASSERT_EQ(labels.size(), 4u);
+  EXPECT_EQ(labels[0].box_px, cv::Rect(10, 5, 10, 10));
+  EXPECT_TRUE(std::isnan(labels[1].distance_m));
+  EXPECT_TRUE(labels[1].hard);
+  const cv::Mat1b mask = movingMask(labels, 3, {60, 30}, 2);
+  EXPECT_EQ(cv::countNonZero(mask), 14 * 14 + 9 * 14);
+  EXPECT_EQ(mask(3, 8), 255);
+  EXPECT_EQ(mask(10, 45), 0);
+
+  files.write("a.csv", header + "3,1,car,ten,5,20,15,8.5,0,1,toward,0\n");
+  EXPECT_NE(messageOf([&] { readObjectLabels(path); }).find("line 2"), std::string::npos);
+  files.write("a.csv", "x,y\n");
+  EXPECT_NE(messageOf([&] { readObjectLabels(path); }).find("first line"), std::string::npos);
+}
+
+/// Points of a ground plane 1.6 m below the camera, as a scanner sees them.
+std::vector<Eigen::Vector3d> groundPoints(const StereoRig& rig, const Eigen::Isometry3d& T_cam_prev,
+                                          double phase) {
+  std::vector<Eigen::Vector3d> points;
+  for (int row = 190; row < 330; row += 4)
+    for (int column = 20; column < 620; column += 3) {
+      const double y = row + phase, x = column + phase;
+      // The ground is fixed in the previous camera's frame: -y_prev + 1.6 = 0.
+      const Eigen::Vector3d ray((x - rig.cx_left_px) / rig.fx_px, (y - rig.cy_px) / rig.fy_px, 1);
+      const Eigen::Isometry3d T_prev_cam = T_cam_prev.inverse();
+      const double depth_m = (1.6 - T_prev_cam.translation().y()) / (T_prev_cam.linear() * ray).y();
+      if (depth_m > 0) points.push_back(rig.disparityFromPoint(depth_m * ray));
+    }
+  return points;
+}
+
+TEST(ProcessErrors, AreThoseOfTheEgoMotion) {
+  StereoRig rig;
+  rig.size = {640, 340};
+  rig.fx_px = rig.fy_px = 600;
+  rig.cx_left_px = rig.cx_right_px = 320;
+  rig.cy_px = 160;
+  rig.baseline_m = 0.5;
+  Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();
+  T_cam_prev.translation().z() = -0.8;
+  T_cam_prev.linear() = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const auto before = groundPoints(rig, Eigen::Isometry3d::Identity(), 0.0);
+  const auto after = groundPoints(rig, T_cam_prev, 0.3);
+
+  ErrorHistogram right, wrong, masked;
+  addProcessErrors(before, after, rig, T_cam_prev, {}, right);
+  EXPECT_GT(right.count(), 1000);
+  EXPECT_LT(std::sqrt(right.variance_px2()), 0.02);  // the ground is flat in disparity space
+  EXPECT_NEAR(right.mean_px(), 0, 0.01);
+
+  // Too low by 5 cm: disparities of the ground are wrong by d * 0.05 / 1.6.
+  Eigen::Isometry3d lifted = T_cam_prev;
+  lifted.translation().y() -= 0.05;
+  addProcessErrors(before, after, rig, lifted, {}, wrong);
+  EXPECT_GT(std::abs(wrong.mean_px()), 0.2);
+
+  addProcessErrors(before, after, rig, T_cam_prev, cv::Mat1b(rig.size, uchar{255}), masked);
+  EXPECT_EQ(masked.count(), 0);
+}
+
+TEST(FitVariance, FindsTheParametersThatMadeTheErrors) {
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal;
+  std::uniform_real_distribution<float> uniform;
+  std::vector<std::vector<VarianceSample>> sets(2);
+  const auto sigmaOf = [](const VarianceSample& s) {
+    const float t = std::max(0.0f, (s.ambiguity - 0.5f) / 0.5f);
+    return 0.2f + 1.5f * t * t + 0.01f * s.disparity_px;
+  };
+  for (int i = 0; i < 80000; ++i) {
+    VarianceSample s{};
+    s.disparity_px = 80 * uniform(random);
+    s.ambiguity = uniform(random);
+    s.measured = i % 4 != 0;
+    s.predicted = i % 4 != 1;
+    s.innovation_px = std::abs(normal(random));
+    s.predicted_px2 = 0.3f;
+    float variance = sigmaOf(s) * sigmaOf(s) + 0.3f * s.innovation_px * s.innovation_px;
+    if (!s.predicted) variance = sigmaOf(s) * sigmaOf(s) + 0.7f * 0.7f;
+    if (!s.measured) variance = 0.3f + 0.9f * 0.9f;
+    s.error_px = std::sqrt(variance) * normal(random);
+    sets[static_cast<size_t>(i % 2)].push_back(s);
+  }
+  const VarianceParams fitted = fitVariance(sets, VarianceParams{});
+  EXPECT_NEAR(fitted.sigma_floor_px, 0.2, 0.03);
+  EXPECT_NEAR(fitted.sigma_per_disparity, 0.01, 0.001);
+  EXPECT_NEAR(fitted.innovation_weight, 0.3, 0.05);
+  EXPECT_NEAR(fitted.sigma_ambiguous_px, 1.5, 0.2);
+  EXPECT_NEAR(fitted.ambiguity_onset, 0.5, 0.07);
+  EXPECT_NEAR(fitted.sigma_unpredicted_px, 0.7, 0.05);
+  EXPECT_NEAR(fitted.sigma_kept_px, 0.9, 0.05);
+  EXPECT_EQ(fitted.sigma_filled_px, VarianceParams{}.sigma_filled_px);  // no such samples
+}
+
+}  // namespace
+}  // namespace predictive_stereo
