@@ -63,9 +63,9 @@ class Predictor {
   void warp(const DisparityState& previous, const StereoRig& rig, const CameraMotion& motion);
   void scatter(const DisparityState& previous);
   void fillHoles(Prediction& prediction);
+  void markNearEdges(Prediction& prediction);
   void addProcessNoise(const StereoRig& rig, const CameraMotion& motion,
                        Prediction& prediction) const;
-  void resetNearEdges(Prediction& prediction);
 
   DisparityRange range_;
   PredictionParams params_;
@@ -74,9 +74,12 @@ class Predictor {
   cv::Mat1i target_;
   cv::Mat1f target_disparity_px_, target_variance_px2_;
   std::vector<cv::Range> target_rows_;  // the rows that a row of the previous frame goes to
-  // The current frame after the z-buffer, still with holes.
-  cv::Mat1f warped_disparity_px_, warped_variance_px2_;
-  cv::Mat1b warped_missed_frames_;
+  // The current frame after the z-buffer, still with holes, and with the holes of its rows filled.
+  struct Maps {
+    cv::Mat1f disparity_px, variance_px2;
+    cv::Mat1b missed_frames;
+  };
+  Maps warped_, rows_filled_;
   cv::Mat1b edges_;
 };
 

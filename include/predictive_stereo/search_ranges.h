@@ -50,11 +50,12 @@ class SearchRangeBuilder {
   void aroundPrediction(const Prediction& prediction, SearchRanges& ranges) const;
   void widenPrediction(const Prediction& prediction);
   void widenCoarse(const cv::Mat1f& coarse_disparity_px);
-  void unite(SearchRanges& ranges) const;
+  void unite(SearchRanges& ranges);
 
   DisparityRange range_;
   SearchRangeParams params_;
   SearchRanges predicted_, coarse_, coarse_hull_;
+  SearchRanges scratch_, coarse_scratch_;
 };
 
 }  // namespace predictive_stereo

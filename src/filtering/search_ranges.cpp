@@ -2,41 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
+
+#include "filtering/range_rows.h"
 
 namespace predictive_stereo {
 namespace {
-
-// A range that contains nothing and leaves every hull as it is.
-constexpr short kEmptyFirst = std::numeric_limits<short>::max();
-constexpr short kEmptyLast = std::numeric_limits<short>::min();
 
 void create(cv::Size size, SearchRanges& ranges) {
   ranges.first.create(size);
   ranges.last.create(size);
 }
 
-// Floor and ceiling that compilers turn into vector code; the offset makes every argument positive.
-constexpr float kOffset = 1024.0f;
-int floorOf(float value) { return static_cast<int>(value + kOffset) - static_cast<int>(kOffset); }
-int ceilingOf(float value) { return -floorOf(-value); }
+RangeRow row(SearchRanges& ranges, int y) { return {ranges.first[y], ranges.last[y]}; }
+ConstRangeRow constRow(const SearchRanges& ranges, int y) {
+  return {ranges.first[y], ranges.last[y]};
+}
 
-// The 3x3 hull of row y of `in`.
-void hullRow(const SearchRanges& in, int y, short* first, short* last) {
-  const int width = in.first.cols;
-  const int above = std::max(y - 1, 0), below = std::min(y + 1, in.first.rows - 1);
-  const short *first0 = in.first[above], *first1 = in.first[y], *first2 = in.first[below];
-  const short *last0 = in.last[above], *last1 = in.last[y], *last2 = in.last[below];
-  const auto lowest = [&](int x) { return std::min(std::min(first0[x], first1[x]), first2[x]); };
-  const auto highest = [&](int x) { return std::max(std::max(last0[x], last1[x]), last2[x]); };
-  const auto pixel = [&](int x, int left, int right) {
-    first[x] = std::min(std::min(lowest(left), lowest(x)), lowest(right));
-    last[x] = std::max(std::max(highest(left), highest(x)), highest(right));
-  };
-  pixel(0, 0, std::min(1, width - 1));
-  for (int x = 1; x + 1 < width; ++x) pixel(x, x - 1, x + 1);
-  pixel(width - 1, std::max(width - 2, 0), width - 1);
+// The 3x3 hull of row y; `hull` may be the row of another map.
+void hullOfRow(const SearchRanges& ranges, int y, SearchRanges& scratch, const RangeRow& hull) {
+  const int last = ranges.first.rows - 1;
+  const ConstRangeRow rows[3] = {constRow(ranges, std::max(y - 1, 0)), constRow(ranges, y),
+                                 constRow(ranges, std::min(y + 1, last))};
+  hullOfRows(rows, ranges.first.cols, row(scratch, y), hull);
 }
 
 }  // namespace
@@ -81,8 +69,8 @@ void SearchRangeBuilder::aroundPrediction(const Prediction& prediction,
         const float margin = known ? std::max(variance[x], least) : everything;
         const float first = std::max(disparity[x] - margin, smallest);
         const float last = std::min(disparity[x] + margin, largest);
-        ranges.first(y, x) = static_cast<short>(floorOf(first));
-        ranges.last(y, x) = static_cast<short>(ceilingOf(last));
+        ranges.first(y, x) = static_cast<short>(std::floor(first));
+        ranges.last(y, x) = static_cast<short>(std::ceil(last));
       }
     }
   });
@@ -91,26 +79,14 @@ void SearchRangeBuilder::aroundPrediction(const Prediction& prediction,
 void SearchRangeBuilder::widenPrediction(const Prediction& prediction) {
   const cv::Size size = prediction.disparity_px.size();
   create(size, predicted_);
-  const float smallest = static_cast<float>(range_.min_disparity);
-  const float least = static_cast<float>(params_.margin_px);
-  const float most = static_cast<float>(params_.max_margin_px);
-  const float sigmas = static_cast<float>(params_.margin_sigma);
+  const Margins margins{static_cast<float>(params_.margin_sigma),
+                        static_cast<float>(params_.margin_px),
+                        static_cast<float>(params_.max_margin_px)};
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      const float* disparity = prediction.disparity_px[y];
-      const float* variance = prediction.variance_px2[y];
-      const uchar* near_edge = prediction.near_edge[y];
-      short* first = predicted_.first[y];
-      short* last = predicted_.last[y];
-      for (int x = 0; x < size.width; ++x) {
-        // Near discontinuities the hull with the neighbours reaches across: no wider margin there.
-        const float wanted = near_edge[x] != 0 ? least : sigmas * std::sqrt(variance[x]);
-        const float margin = std::min(std::max(wanted, least), most);
-        const bool known = disparity[x] >= smallest;
-        first[x] = static_cast<short>(known ? floorOf(disparity[x] - margin) : kEmptyFirst);
-        last[x] = static_cast<short>(known ? ceilingOf(disparity[x] + margin) : kEmptyLast);
-      }
-    }
+    for (int y = part.start; y < part.end; ++y)
+      widenPredicted(prediction.disparity_px[y], prediction.variance_px2[y],
+                     prediction.near_edge[y], size.width, margins,
+                     static_cast<float>(range_.min_disparity), row(predicted_, y));
   });
 }
 
@@ -118,51 +94,31 @@ void SearchRangeBuilder::widenCoarse(const cv::Mat1f& coarse_disparity_px) {
   const cv::Size size = coarse_disparity_px.size();
   create(size, coarse_);
   create(size, coarse_hull_);
+  create(size, coarse_scratch_);
   if (size.empty()) return;
-  const float smallest = static_cast<float>(range_.min_disparity);
-  const float margin = static_cast<float>(params_.margin_px);
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      const float* disparity = coarse_disparity_px[y];
-      short* first = coarse_.first[y];
-      short* last = coarse_.last[y];
-      for (int x = 0; x < size.width; ++x) {
-        const bool known = disparity[x] >= smallest;
-        first[x] = static_cast<short>(known ? floorOf(disparity[x] - margin) : kEmptyFirst);
-        last[x] = static_cast<short>(known ? ceilingOf(disparity[x] + margin) : kEmptyLast);
-      }
-    }
+    for (int y = part.start; y < part.end; ++y)
+      widenMeasured(coarse_disparity_px[y], size.width, static_cast<float>(params_.margin_px),
+                    static_cast<float>(range_.min_disparity), row(coarse_, y));
   });
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
-      hullRow(coarse_, y, coarse_hull_.first[y], coarse_hull_.last[y]);
+      hullOfRow(coarse_, y, coarse_scratch_, row(coarse_hull_, y));
   });
 }
 
-void SearchRangeBuilder::unite(SearchRanges& ranges) const {
+void SearchRangeBuilder::unite(SearchRanges& ranges) {
   const cv::Size size = ranges.first.size(), coarse_size = coarse_.first.size();
-  const short smallest = static_cast<short>(range_.min_disparity);
-  const short largest = static_cast<short>(range_.max_disparity());
+  create(size, scratch_);
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y) {
-      short* first = ranges.first[y];
-      short* last = ranges.last[y];
-      hullRow(predicted_, y, first, last);
-      if (!coarse_size.empty()) {
-        const int coarse_y = std::min(y / 2, coarse_size.height - 1);
-        const short* coarse_first = coarse_hull_.first[coarse_y];
-        const short* coarse_last = coarse_hull_.last[coarse_y];
-        for (int x = 0; x < size.width; ++x) {
-          const int coarse_x = std::min(x / 2, coarse_size.width - 1);
-          first[x] = std::min(first[x], coarse_first[coarse_x]);
-          last[x] = std::max(last[x], coarse_last[coarse_x]);
-        }
-      }
-      for (int x = 0; x < size.width; ++x) {
-        const bool known = first[x] <= last[x];
-        first[x] = known ? std::max(first[x], smallest) : smallest;
-        last[x] = known ? std::min(last[x], largest) : largest;
-      }
+      hullOfRow(predicted_, y, scratch_, row(ranges, y));
+      const ConstRangeRow coarse =
+          coarse_size.empty() ? ConstRangeRow{nullptr, nullptr}
+                              : constRow(coarse_hull_, std::min(y / 2, coarse_size.height - 1));
+      uniteWithCoarse(coarse, coarse_size.empty() ? 0 : coarse_size.width, size.width,
+                      static_cast<short>(range_.min_disparity),
+                      static_cast<short>(range_.max_disparity()), row(ranges, y));
     }
   });
 }

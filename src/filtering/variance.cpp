@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+
+#include "filtering/correction_rows.h"
 
 namespace predictive_stereo {
 
@@ -38,30 +39,20 @@ void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityS
                        const cv::Mat1f& measured_variance_px2, const DisparityRange& range,
                        const VarianceParams& params, cv::Mat1f& variance_px2) {
   const auto squared = [](double sigma_px) { return static_cast<float>(sigma_px * sigma_px); };
-  const float unpredicted = squared(params.sigma_unpredicted_px);
-  const float kept = squared(params.sigma_kept_px), filled = squared(params.sigma_filled_px);
-  const float largest_innovation = static_cast<float>(params.max_innovation_px);
-  const float innovation_weight = static_cast<float>(params.innovation_weight);
-  const float smallest = static_cast<float>(range.min_disparity);
+  PublishedTerms terms;
+  terms.smallest_valid = static_cast<float>(range.min_disparity);
+  terms.unpredicted_px2 = squared(params.sigma_unpredicted_px);
+  terms.kept_px2 = squared(params.sigma_kept_px);
+  terms.filled_px2 = squared(params.sigma_filled_px);
+  terms.largest_innovation_px = static_cast<float>(params.max_innovation_px);
+  terms.innovation_weight = static_cast<float>(params.innovation_weight);
   variance_px2.create(published_disparity_px.size());
   cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      const float* published = published_disparity_px[y];
-      const float* filtered = state.disparity_px[y];
-      const float* p = state.variance_px2[y];
-      const float* predicted = prediction.disparity_px[y];
-      const float* measured = measured_disparity_px[y];
-      const float* measured_variance = measured_variance_px2[y];
-      float* variance = variance_px2[y];
-      for (int x = 0; x < variance_px2.cols; ++x) {
-        const float innovation = std::min(std::abs(measured[x] - predicted[x]), largest_innovation);
-        const float surprise =
-            predicted[x] >= smallest ? innovation_weight * innovation * innovation : unpredicted;
-        const float known = measured[x] >= smallest ? measured_variance[x] + surprise : p[x] + kept;
-        const float any = filtered[x] >= smallest ? known : filled;
-        variance[x] = published[x] >= smallest ? any : 0.0f;
-      }
-    }
+    for (int y = part.start; y < part.end; ++y)
+      publishedVarianceRow({published_disparity_px[y], state.disparity_px[y], state.variance_px2[y],
+                            prediction.disparity_px[y], measured_disparity_px[y],
+                            measured_variance_px2[y], variance_px2[y]},
+                           variance_px2.cols, terms);
   });
 }
 

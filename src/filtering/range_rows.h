@@ -1,0 +1,43 @@
+/// The loops of the search ranges over one row of pixels, see prediction_rows.h.
+#pragma once
+
+#include <cstdint>
+
+namespace predictive_stereo {
+
+/// Ranges of one row. first > last: nothing is known.
+struct RangeRow {
+  int16_t* first;
+  int16_t* last;
+};
+struct ConstRangeRow {
+  const int16_t* first;
+  const int16_t* last;
+};
+
+/// A range that contains nothing and leaves every hull as it is.
+constexpr int16_t kEmptyFirst = INT16_MAX;
+constexpr int16_t kEmptyLast = INT16_MIN;
+
+/// Margin around a disparity: sigmas standard deviations within [least, most]; least near edges.
+struct Margins {
+  float sigmas, least, most;
+};
+void widenPredicted(const float* disparity_px, const float* variance_px2, const uint8_t* near_edge,
+                    int width, const Margins& margins, float smallest_valid,
+                    const RangeRow& ranges);
+
+void widenMeasured(const float* disparity_px, int width, float margin_px, float smallest_valid,
+                   const RangeRow& ranges);
+
+/// The hull of three rows, then of each pixel with both its neighbours. `column_hull` is scratch
+/// memory of `width` pixels.
+void hullOfRows(const ConstRangeRow rows[3], int width, const RangeRow& column_hull,
+                const RangeRow& hull);
+
+/// Unites `ranges` with those of half resolution, cuts them to [smallest, largest], and opens those
+/// that are still empty to all of it.
+void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width, int16_t smallest,
+                     int16_t largest, const RangeRow& ranges);
+
+}  // namespace predictive_stereo
