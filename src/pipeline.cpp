@@ -103,4 +103,37 @@ void DisparityEstimator::reset() {
   state_ = DisparityState();
 }
 
+Pipeline::Pipeline(const PipelineParams& params)
+    : ego_motion_(params.ego_motion), disparity_(params.disparity), detector_(params.detection) {}
+
+void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
+                       double stamp_s, PipelineOutput& output) {
+  Stopwatch watch;
+  output.ego_motion = ego_motion_.estimate(left, right, rig);
+  const bool tracked = output.ego_motion.status == EgoMotionStatus::kTracked;
+  T_odom_cam_ = T_odom_cam_ * output.ego_motion.motion.T_cam_prev.inverse();
+  output.T_odom_cam = T_odom_cam_;
+  times_.clear();
+  watch.lap("ego-motion", times_);
+
+  disparity_.prepare(left, right, rig);
+  disparity_.estimate(tracked ? std::optional(output.ego_motion.motion) : std::nullopt,
+                      output.disparity);
+  times_.insert(times_.end(), disparity_.times().begin(), disparity_.times().end());
+  watch = Stopwatch();
+
+  detector_.detect({stamp_s, rig, left, output.disparity.measured_disparity_px,
+                    output.disparity.measured_variance_px2, output.disparity.predicted_disparity_px,
+                    output.disparity.predicted_variance_px2, tracked, output.T_odom_cam},
+                   output.detections);
+  watch.lap("detection", times_);
+}
+
+void Pipeline::reset() {
+  ego_motion_.reset();
+  disparity_.reset();
+  detector_.reset();
+  T_odom_cam_ = Eigen::Isometry3d::Identity();
+}
+
 }  // namespace predictive_stereo
