@@ -134,18 +134,18 @@ Marking markingAt(double x_m, double y_m) {
     best = {strength, static_cast<float>(inside), (in_along < in_across) != along_y};
   };
   const double dash = position - 9 * std::floor(position / 9);
-  if (from_crossing > 13) bar(-0.07, 0.07, 0, 3.5, dash, 1.0f);
-  bar(3.62, 3.74, 11, 50, from_crossing, 0.8f);
+  if (from_crossing > 14) bar(-0.07, 0.07, 0, 3.5, dash, 1.0f);
+  bar(kKerb_m - 2.1, kKerb_m - 1.98, 12, 50, from_crossing, 0.8f);
   // A zebra crossing before each junction, and the line where one stops.
   const double stripe = side - 1.0 * std::floor(side / 1.0);
-  if (from_crossing < 12) {
+  if (from_crossing < 13) {
     const double in_across = std::min(stripe - 0.0, 0.5 - stripe);
-    const double in_along = std::min(from_crossing - 7.0, 10.0 - from_crossing);
+    const double in_along = std::min(from_crossing - kKerb_m - 1.2, kKerb_m + 4.2 - from_crossing);
     const double inside = std::min(in_across, in_along);
     if (inside > best.inside_m)
       best = {1.0f, static_cast<float>(inside), (in_along < in_across) != along_y};
   }
-  bar(0.1, 3.6, 11.0, 11.4, from_crossing, 1.0f);
+  bar(0.1, kKerb_m - 2.1, kKerb_m + 5.2, kKerb_m + 5.6, from_crossing, 1.0f);
   return best;
 }
 

@@ -6,7 +6,7 @@
 namespace predictive_stereo::simulation {
 
 constexpr double kPitch_m = 100;      ///< from one street's middle to the next one's
-constexpr double kKerb_m = 5.8;       ///< from a street's middle to its kerbs
+constexpr double kKerb_m = 6.6;       ///< from a street's middle to its kerbs
 constexpr double kSidewalk_m = 3.2;   ///< width of the pavement between kerb and houses
 constexpr double kPavement_m = 0.12;  ///< height of the pavement above the road
 constexpr double kLane_m = 1.75;      ///< from a street's middle to the middle of a lane

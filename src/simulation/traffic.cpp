@@ -147,13 +147,13 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, doubl
       ++next_id;
     }
   };
-  meet(traffic.oncoming_s, 2, 7, [&](const Street& s, Random& r, Mover& m) {
+  meet(traffic.oncoming_s, 2, 14, [&](const Street& s, Random& r, Mover& m) {
     m.kind = r.chance(0.75) ? Kind::kCar : r.chance(0.6) ? Kind::kVan : Kind::kTruck;
     m.speed_mps = r.uniform(6, 12);
     m.met = s.place(s.along_m + r.uniform(3, 12), kLane_m + r.uniform(-0.1, 0.2), kPi, false);
     return true;
   });
-  meet(traffic.crossing_cars_s, 3, 6, [&](const Street& s, Random& r, Mover& m) {
+  meet(traffic.crossing_cars_s, 3, 12, [&](const Street& s, Random& r, Mover& m) {
     m.kind = r.chance(0.7) ? Kind::kCar : Kind::kVan;
     m.speed_mps = r.uniform(5, 10);
     const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1);
@@ -163,19 +163,19 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, doubl
         s.place(junction + (to_left ? kLane_m : -kLane_m), 0, to_left ? kPi / 2 : -kPi / 2, false);
     return true;
   });
-  meet(traffic.cyclists_s, 4, 9, [&](const Street& s, Random& r, Mover& m) {
+  meet(traffic.cyclists_s, 4, 25, [&](const Street& s, Random& r, Mover& m) {
     m.kind = Kind::kCyclist;
     const bool right = r.chance(0.65);
     m.speed_mps = r.uniform(3.2, 5.5);
-    m.met = s.place(s.along_m + r.uniform(6, 28), right ? -3.25 : 3.25, right ? 0 : kPi, false);
+    m.met = s.place(s.along_m + r.uniform(6, 28), right ? -3.5 : 3.5, right ? 0 : kPi, false);
     return true;
   });
-  meet(traffic.crossing_people_s, 5, 7, [&](const Street& s, Random& r, Mover& m) {
+  meet(traffic.crossing_people_s, 5, 12, [&](const Street& s, Random& r, Mover& m) {
     m.kind = Kind::kPerson;
     m.speed_mps = r.uniform(1.0, 2.0);
     const bool to_left = r.chance(0.5);
     // On the zebra crossing of the next junction where that is near, else anywhere.
-    const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1) - 8.5;
+    const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1) - kKerb_m - 2.7;
     const double ahead = junction - s.along_m;
     const double along =
         ahead > 5 && ahead < 40 ? junction + r.uniform(-1, 1) : s.along_m + r.uniform(9, 32);
@@ -183,11 +183,11 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, doubl
                     false);
     return true;
   });
-  meet(traffic.walkers_s, 6, 14, [&](const Street& s, Random& r, Mover& m) {
+  meet(traffic.walkers_s, 6, 50, [&](const Street& s, Random& r, Mover& m) {
     m.kind = Kind::kPerson;
     m.speed_mps = r.uniform(0.9, 2.0);
     const double side = r.chance(0.5) ? 1 : -1;
-    m.met = s.place(s.along_m + r.uniform(5, 45), side * r.uniform(7.2, 8.4),
+    m.met = s.place(s.along_m + r.uniform(5, 45), side * (kKerb_m + r.uniform(1.3, 2.6)),
                     r.chance(0.5) ? 0 : kPi, true);
     return true;
   });
