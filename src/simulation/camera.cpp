@@ -8,13 +8,13 @@ namespace {
 
 using Eigen::Vector3f;
 
-// What the pixel covers of a flat surface: from the points that its neighbours' rays meet.
+// What the pixel covers of a flat surface: an ellipse, longer along the view the flatter one looks
+// at the surface.
 Footprint footprintOf(const Surface& surface, const Vector3f& direction, float t,
                       float pixel_per_m) {
   Footprint footprint;
   footprint.width_m = t * pixel_per_m;
   if (surface.axis_u.isZero()) return footprint;
-  // A step across the ray within the plane; it grows with 1 / cosine along the view's foot.
   const float slope = std::abs(surface.normal.dot(direction)) / direction.norm();
   const float stretch = std::min(1.0f / std::max(slope, 1e-3f), 60.0f);
   if (stretch < 1.3f) return footprint;

@@ -13,6 +13,7 @@ namespace predictive_stereo::simulation {
 /// The ideal pixel whose ray a pixel of the image sees.
 using RowOfPixel = std::function<float(int x, int y)>;
 
+/// What lights the surfaces that one camera sees.
 struct Light {
   const Look& look;
   const Sunlight& sunlight;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace predictive_stereo::simulation {
 namespace {
@@ -212,13 +213,9 @@ void addCyclist(Builder b, const Vector3d& size, double stride_m, uint32_t seed)
     b.add(Shape::kRing, Material::kRubber, {x, 0, r}, {r, 0.02, r}, 0.08);
   const Vector3d rear(-l + r, 0, r), front(l - r, 0, r), seat(-0.12, 0, 0.9), bar(0.42, 0, 0.98);
   const Vector3d pedals(0.0, 0, 0.3);
-  for (const auto& [from, to] : {std::pair{rear, seat},
-                                 {rear, pedals},
-                                 {pedals, seat},
-                                 {pedals, bar},
-                                 {seat, bar},
-                                 {front, bar}})
-    b.rod(Material::kMetal, from, to, 0.022, frame);
+  const std::pair<Vector3d, Vector3d> tubes[] = {{rear, seat},  {rear, pedals}, {pedals, seat},
+                                                 {pedals, bar}, {seat, bar},    {front, bar}};
+  for (const auto& [from, to] : tubes) b.rod(Material::kMetal, from, to, 0.022, frame);
   b.rod(Material::kMetal, bar + Vector3d(0, -0.28, 0.03), bar + Vector3d(0, 0.28, 0.03), 0.018,
         0.2);
 }

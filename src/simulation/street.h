@@ -63,7 +63,7 @@ struct StreetFrame {
   cv::Mat1f disparity_px;
   cv::Mat1b occluded;    ///< 255: the right camera does not see this surface point, or sees it
                          ///< outside of its image
-  cv::Mat1b reflecting;  ///< 255: glass; its brightness depends on the view
+  cv::Mat1b reflecting;  ///< 255: glass and car paint, whose brightness depends on the view
   cv::Mat1w moving_id;   ///< StreetMover::id, 0: static
   Eigen::Isometry3d T_world_cam;  ///< pose of the left camera's optical frame
   std::vector<StreetMover> movers;

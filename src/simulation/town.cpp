@@ -125,27 +125,22 @@ Marking markingAt(double x_m, double y_m) {
   Marking best;
   best.inside_m = -1;
   if (side > kKerb_m || from_crossing < kKerb_m + 0.4) return best;
-  const auto bar = [&](double across_low, double across_high, double along_low, double along_high,
-                       double along_now, float strength) {
-    const double in_across = std::min(side - across_low, across_high - side);
+  // Keeps the marking that one is deepest in: a rectangle, given the position across and along it.
+  const auto paint = [&](double across_now, double across_low, double across_high, double along_now,
+                         double along_low, double along_high, float strength) {
+    const double in_across = std::min(across_now - across_low, across_high - across_now);
     const double in_along = std::min(along_now - along_low, along_high - along_now);
     const double inside = std::min(in_across, in_along);
-    if (inside <= best.inside_m || inside < -1) return;
-    best = {strength, static_cast<float>(inside), (in_along < in_across) != along_y};
-  };
-  const double dash = position - 9 * std::floor(position / 9);
-  if (from_crossing > 14) bar(-0.07, 0.07, 0, 3.5, dash, 1.0f);
-  bar(kKerb_m - 2.1, kKerb_m - 1.98, 12, 50, from_crossing, 0.8f);
-  // A zebra crossing before each junction, and the line where one stops.
-  const double stripe = side - 1.0 * std::floor(side / 1.0);
-  if (from_crossing < 13) {
-    const double in_across = std::min(stripe - 0.0, 0.5 - stripe);
-    const double in_along = std::min(from_crossing - kKerb_m - 1.2, kKerb_m + 4.2 - from_crossing);
-    const double inside = std::min(in_across, in_along);
     if (inside > best.inside_m)
-      best = {1.0f, static_cast<float>(inside), (in_along < in_across) != along_y};
-  }
-  bar(0.1, kKerb_m - 2.1, kKerb_m + 5.2, kKerb_m + 5.6, from_crossing, 1.0f);
+      best = {strength, static_cast<float>(inside), (in_along < in_across) != along_y};
+  };
+  constexpr double kParking_m = kKerb_m - 2.1;  // where the lane ends
+  const double dash = position - 9 * std::floor(position / 9);
+  if (from_crossing > 14) paint(side, -0.07, 0.07, dash, 0, 3.5, 1.0f);
+  paint(side, kParking_m, kParking_m + 0.12, from_crossing, 12, 50, 0.8f);
+  // A zebra crossing before each junction, and the line where one stops.
+  paint(side - std::floor(side), 0, 0.5, from_crossing, kKerb_m + 1.2, kKerb_m + 4.2, 1.0f);
+  paint(side, 0.1, kParking_m, from_crossing, kKerb_m + 5.2, kKerb_m + 5.6, 1.0f);
   return best;
 }
 

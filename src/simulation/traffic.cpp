@@ -40,15 +40,13 @@ bool overlap(const Outline& a, const Outline& b) {
   return true;
 }
 
-// Moves a candidate to where it may be: true if it never meets the camera or another mover.
+// Does it never meet the camera's vehicle or another mover?
 bool isFree(const Mover& mover, const std::vector<Mover>& others, const Route& route) {
   const Vector3d size = sizeOf(mover.kind, mover.seed), camera_car(4.2, 1.8, 1.5);
   for (double t = std::max(0.0, mover.from_s); t <= mover.until_s; t += 0.2) {
     const Place place = mover.placeAt(t, route);
     const Outline outline(place, size, 0.15);
-    // The camera looks out of the front half of a car.
-    Place car = route.placeAt(t);
-    if (overlap(outline, Outline(car, camera_car, 0.35))) return false;
+    if (overlap(outline, Outline(route.placeAt(t), camera_car, 0.35))) return false;
     for (const Mover& other : others) {
       if (t < other.from_s || t > other.until_s) continue;
       const Place there = other.placeAt(t, route);
