@@ -100,12 +100,10 @@ std::vector<BinnedCalibration::Bin> BinnedCalibration::bins(int count) const {
   return bins;
 }
 
-void evaluateDisparity(
-    const Sequence& sequence, const std::vector<NamedMethod>& methods, const DisparityRange& range,
-    const EgoMotionParams& ego_motion_params, int max_frames,
-    const std::function<void(int)>& progress,
-    const std::function<void(const SequenceFrame&, int, size_t, const MethodOutput&)>& panel,
-    std::vector<DisparityEvaluation>& evaluations) {
+void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>& methods,
+                       const DisparityRange& range, const EgoMotionParams& ego_motion_params,
+                       int max_frames, const std::function<void(int)>& progress,
+                       const PanelCallback& panel, std::vector<DisparityEvaluation>& evaluations) {
   evaluations.resize(methods.size());
   std::vector<std::unique_ptr<DisparityMethod>> running;
   for (const NamedMethod& method : methods) running.push_back(method.make(sequence.name()));

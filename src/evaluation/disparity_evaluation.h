@@ -63,15 +63,17 @@ struct NamedMethod {
   std::function<std::unique_ptr<DisparityMethod>(const std::string& sequence)> make;
 };
 
+/// Sees each frame with its index, a method's index and what it gave.
+using PanelCallback = std::function<void(const SequenceFrame&, int, size_t, const MethodOutput&)>;
+
 /// Adds a sequence to the evaluation of each method (by the method's name). All methods see each
 /// frame before the next one is read; ego-motion is estimated once for all of them.
 /// @param max_frames  0: all.
 /// @param progress  called after each frame with its index; may be empty.
-/// @param panel  called with each frame, the method's index and its output; may be empty.
-void evaluateDisparity(
-    const Sequence& sequence, const std::vector<NamedMethod>& methods, const DisparityRange& range,
-    const EgoMotionParams& ego_motion, int max_frames, const std::function<void(int)>& progress,
-    const std::function<void(const SequenceFrame&, int, size_t, const MethodOutput&)>& panel,
-    std::vector<DisparityEvaluation>& evaluations);
+/// @param panel  may be empty.
+void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>& methods,
+                       const DisparityRange& range, const EgoMotionParams& ego_motion,
+                       int max_frames, const std::function<void(int)>& progress,
+                       const PanelCallback& panel, std::vector<DisparityEvaluation>& evaluations);
 
 }  // namespace predictive_stereo

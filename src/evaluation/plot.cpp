@@ -7,6 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "evaluation/table.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -21,21 +23,6 @@ class Canvas {
   virtual void text(cv::Point2d position, const std::string& text, Anchor anchor,
                     bool upright = false) = 0;
 };
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 class SvgCanvas : public Canvas {
  public:
@@ -55,7 +42,7 @@ class SvgCanvas : public Canvas {
          << anchors[static_cast<int>(anchor)] << "'";
     if (upright)
       svg_ << " transform='rotate(-90 " << round(position.x) << ' ' << round(position.y) << ")'";
-    svg_ << ">" << escaped(text) << "</text>\n";
+    svg_ << ">" << escapedHtml(text) << "</text>\n";
   }
   std::string finish(cv::Size size) const {
     std::ostringstream out;

@@ -10,6 +10,7 @@ namespace predictive_stereo {
 
 CommandLine::CommandLine(int argc, const char* const* argv, const std::set<std::string>& options,
                          const std::set<std::string>& flags) {
+  for (int i = 0; i < argc; ++i) command_ += (i ? " " : "") + std::string(argv[i]);
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     if (argument.size() < 2 || argument[0] != '-') {

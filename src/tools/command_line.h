@@ -29,10 +29,13 @@ class CommandLine {
   /// @throws UsageError for what is no whole number of at least `smallest`.
   int getInt(const std::string& name, int otherwise, int smallest) const;
   const std::vector<std::string>& positional() const { return positional_; }
+  /// The command as it was given, arguments separated by blanks.
+  const std::string& command() const { return command_; }
 
  private:
   std::map<std::string, std::vector<std::string>> values_;
   std::vector<std::string> positional_;
+  std::string command_;
 };
 
 /// Runs a tool's body: prints `help` where asked for, turns exceptions into "tool: message" on

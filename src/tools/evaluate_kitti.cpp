@@ -1,16 +1,20 @@
 /// The paper's Table 2, and more, for drives of KITTI, scenes of KITTI 2012 and synthetic streets.
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <sstream>
 
-#include "evaluation/disparity_evaluation.h"
+#include "evaluation/disparity_report.h"
 #include "params/yaml_params.h"
 #include "tools/progress.h"
 #include "tools/tool_input.h"
 
 namespace predictive_stereo {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr char kHelp[] =
     R"(Usage: evaluate_kitti DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
@@ -31,6 +35,8 @@ Measures disparities against truth: KITTI raw drives against their laser scans, 
   --config YAML       parameters of this package, as `pipeline` of the shipped files has them
   --set NAME=VALUE    one parameter, e.g. disparity/matcher/p1=12; may be given several times
   --list-parameters   prints all parameters with their values and limits, and ends
+  --csv FILE          writes all figures; those of each frame into FILE's name with _frames
+  --html DIR          writes DIR/index.html, one page with all figures, plots and pictures
   --frames N          at most so many frames of each sequence
   --threads N         for all methods (default: all cores)
 )";
@@ -51,13 +57,13 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
   all.matcher.paths = PathSet::kAll8;
   full.search.scheme = SearchScheme::kFull;
   const std::vector<NamedMethod> known = {
-      {"opencv_hh", opencv(OpencvMode::kHh, false)},
-      {"opencv_3way", opencv(OpencvMode::k3Way, false)},
-      {"opencv_hh_aligned", opencv(OpencvMode::kHh, true)},
-      {"ours", ours(params)},
-      {"ours_diagonal", ours(diagonal)},
-      {"ours_8", ours(all)},
-      {"ours_full", ours(full)},
+      {kOpencvHh, opencv(OpencvMode::kHh, false)},
+      {kOpencv3Way, opencv(OpencvMode::k3Way, false)},
+      {kOpencvHhAligned, opencv(OpencvMode::kHh, true)},
+      {kOurs, ours(params)},
+      {kOursDiagonal, ours(diagonal)},
+      {kOurs8, ours(all)},
+      {kOursFull, ours(full)},
   };
   std::string list = command_line.get("methods", command_line.has("quick") ? "opencv_hh,ours" : "");
   if (list.empty()) return known;
@@ -72,71 +78,33 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
   return chosen;
 }
 
-void printEvaluations(const std::string& name, const std::vector<NamedMethod>& methods,
-                      const std::vector<DisparityEvaluation>& evaluations) {
-  std::printf("%s, %d images\n", name.c_str(), evaluations.front().images);
-  std::printf("  %-18s %7s %7s %7s %8s %7s %7s %7s\n", "method", "ms", "D1 %", "D1f %", "density",
-              "rms px", "bias", "ratios to opencv_hh");
-  const DisparityEvaluation* baseline = nullptr;
-  for (size_t m = 0; m < methods.size(); ++m)
-    if (methods[m].name == "opencv_hh") baseline = &evaluations[m];
-  for (size_t m = 0; m < methods.size(); ++m) {
-    const MeanDisparityScore& score = evaluations[m].score;
-    std::printf("  %-18s %7.1f %7.2f %7.2f %8.2f %7.3f %+7.3f", methods[m].name.c_str(),
-                evaluations[m].mean_ms, score.d1_percent, score.d1_filled_percent,
-                score.density_percent, score.rms_px, score.bias_px);
-    if (baseline)
-      std::printf("  %5.2f %5.2f", score.d1_percent / baseline->score.d1_percent,
-                  score.d1_filled_percent / baseline->score.d1_filled_percent);
-    std::printf("\n");
-    for (const auto& region : evaluations[m].regions) {
-      const MeanDisparityScore& part = region.second;
-      std::printf("    %-16s %7s %7.2f %7.2f %8.2f %7.3f %+7.3f", region.first.c_str(), "",
-                  part.d1_percent, part.d1_filled_percent, part.density_percent, part.rms_px,
-                  part.bias_px);
-      if (baseline) {
-        const MeanDisparityScore& other = baseline->regions.at(region.first);
-        std::printf("  %5.2f %5.2f", part.d1_percent / other.d1_percent,
-                    part.d1_filled_percent / other.d1_filled_percent);
-      }
-      std::printf("\n");
-    }
-  }
-  for (size_t m = 0; m < methods.size(); ++m) {
-    const DisparityEvaluation& e = evaluations[m];
-    if (e.measured.frames == 0) continue;
-    std::printf(
-        "  %s: width %.1f px, full search %.1f %%; rms of inliers measured %.3f filtered %.3f "
-        "(ratio %.3f; on the same pixels %.3f)\n",
-        methods[m].name.c_str(), e.mean_width_px, e.full_search_percent, e.measured.rms_px,
-        e.score.rms_px, e.score.rms_px / e.measured.rms_px,
-        e.common_filtered.rms_px / e.common_measured.rms_px);
-    std::printf("    measured D1 %.2f D1f %.2f density %.2f\n", e.measured.d1_percent,
-                e.measured.d1_filled_percent, e.measured.density_percent);
-    const auto printCalibration = [](const VarianceCalibration& c) {
-      std::printf("%5.1f %5.1f %5.1f %% within 1, 2, 3 sigma; nll %.3f, mean sigma %.3f px\n",
-                  100 * c.shareWithin(1), 100 * c.shareWithin(2), 100 * c.shareWithin(3),
-                  c.negativeLogLikelihood(), c.meanSigma_px());
-    };
-    std::printf("    variance            ");
-    printCalibration(e.variance);
-    for (const auto& bin : e.variance_by_ambiguity.bins(5)) {
-      std::printf("    ambiguity %.2f-%.2f ", bin.first, bin.last);
-      printCalibration(bin.calibration);
-    }
-    for (const auto& bin : e.variance_by_disparity.bins(5)) {
-      std::printf("    disparity %5.1f-%5.1f ", bin.first, bin.last);
-      printCalibration(bin.calibration);
-    }
-    if (e.without_variance)
-      std::printf("    %lld valid pixels have no variance\n",
-                  static_cast<long long>(e.without_variance));
-    std::printf("    ms:");
-    for (const auto& stage : e.stage_ms)
-      std::printf(" %s %.1f,", stage.first.c_str(), stage.second);
-    std::printf(" sum %.1f\n", e.mean_ms);
-  }
-  std::fflush(stdout);
+void print(const SequenceReport& report) {
+  std::cout << accuracyTable(report).text();
+  const DisparityEvaluation* ours = report.find(kOurs);
+  for (const Table& table : {regionTable(report), loopTable(report)})
+    if (!table.rows.empty()) std::cout << table.text();
+  if (ours && ours->variance.count() > 0) std::cout << calibrationTable(*ours).text();
+  std::cout << stageTable(report).text() << std::endl;
+}
+
+void write(const fs::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+/// The command and the parameters that differ from their defaults.
+std::string provenance(const CommandLine& command_line, PipelineParams params) {
+  std::ostringstream text;
+  text << command_line.command() << "\nOpenCV " << CV_VERSION << ", " << cv::getNumThreads()
+       << " threads\n";
+  PipelineParams defaults;
+  const ParamTable used(params), known(defaults);
+  for (size_t i = 0; i < used.entries().size(); ++i)
+    if (used.entries()[i].get() != known.entries()[i].get())
+      text << used.entries()[i].name << " = " << used.entries()[i].get() << "\n";
+  return text.str();
 }
 
 int evaluate(const CommandLine& command_line) {
@@ -150,17 +118,47 @@ int evaluate(const CommandLine& command_line) {
   const auto methods = chooseMethods(command_line, params.disparity);
   const auto groups = openSequences(command_line);
 
+  // Folders now: nobody wants to hear of them after an hour.
+  if (command_line.has("html")) fs::create_directories(command_line.get("html"));
+  if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
+    fs::create_directories(folder);
+
+  const DisparityRange& range = params.disparity.matcher.range;
+  const bool with_panels = command_line.has("html");
+  std::vector<SequenceReport> reports;
   for (const SequenceGroup& group : groups) {
-    std::vector<DisparityEvaluation> evaluations;
+    SequenceReport report;
+    report.name = group.name;
+    for (const NamedMethod& method : methods) report.methods.push_back(method.name);
     for (const auto& sequence : group.sequences) {
       const int frames =
           max_frames > 0 ? std::min(max_frames, sequence->frames()) : sequence->frames();
+      const auto addPanels = [&](const SequenceFrame& frame, int index, size_t m,
+                                 const MethodOutput& output) {
+        const std::string& method = methods[m].name;
+        if (index + 1 != frames || !(m == 0 || method == kOpencvHh || method == kOurs)) return;
+        const auto panels = panelsOf(frame, sequence->name() + ", frame " + std::to_string(index),
+                                     method, m == 0, range, output.maps);
+        report.panels.insert(report.panels.end(), panels.begin(), panels.end());
+      };
       Progress progress(sequence->name(), frames);
       evaluateDisparity(
-          *sequence, methods, params.disparity.matcher.range, params.ego_motion, max_frames,
-          [&](int index) { progress.update(index); }, nullptr, evaluations);
+          *sequence, methods, range, params.ego_motion, max_frames,
+          [&](int index) { progress.update(index); },
+          with_panels ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
     }
-    printEvaluations(group.name, methods, evaluations);
+    print(report);
+    reports.push_back(std::move(report));
+  }
+  std::cout << paperTable(reports).text();
+  if (command_line.has("csv")) {
+    const fs::path path = command_line.get("csv");
+    write(path, csv(reports));
+    write(path.parent_path() / (path.stem().string() + "_frames.csv"), framesCsv(reports));
+  }
+  if (command_line.has("html")) {
+    const fs::path dir = command_line.get("html");
+    write(dir / "index.html", htmlPage(reports, provenance(command_line, params)));
   }
   return 0;
 }
@@ -170,7 +168,7 @@ int evaluate(const CommandLine& command_line) {
 
 int main(int argc, char** argv) {
   return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
-                                    {"kitti2012", "street", "street-frames", "methods", "cache",
-                                     "config", "set", "frames", "threads"},
+                                    {"csv", "html", "kitti2012", "street", "street-frames",
+                                     "methods", "cache", "config", "set", "frames", "threads"},
                                     {"quick", "list-parameters"}, predictive_stereo::evaluate);
 }

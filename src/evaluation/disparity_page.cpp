@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "evaluation/disparity_report.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr char kStyle[] = R"(
+body { font-family: sans-serif; margin: 2em auto; max-width: 1300px; color: #222; }
+table { border-collapse: collapse; margin: 1em 0; font-size: 14px; }
+caption { text-align: left; font-weight: bold; padding: .3em 0; }
+th, td { padding: .2em .7em; text-align: right; border-bottom: 1px solid #ddd; }
+th:first-child, td:first-child { text-align: left; }
+tr:hover td { background: #f3f7fb; }
+figure { display: inline-block; margin: .4em; }
+figcaption { font-size: 13px; }
+pre { background: #f5f5f5; padding: .8em; overflow-x: auto; }
+)";
+
+std::string base64(const std::vector<uchar>& bytes) {
+  constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve(bytes.size() * 4 / 3 + 4);
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    const size_t left = std::min<size_t>(3, bytes.size() - i);
+    uint32_t group = 0;
+    for (size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[i + k] : 0u);
+    for (size_t k = 0; k < 4; ++k) text += k <= left ? kLetters[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+std::string figure(const Panel& panel) {
+  cv::Mat3b small;
+  cv::resize(panel.image, small, {}, 0.5, 0.5, cv::INTER_AREA);
+  std::vector<uchar> png;
+  cv::imencode(".png", small, png);
+  return "<figure><img alt='" + escapedHtml(panel.caption) + "' src='data:image/png;base64," +
+         base64(png) + "'><figcaption>" + escapedHtml(panel.caption) + "</figcaption></figure>\n";
+}
+
+/// Values from 0 to `largest` as colours, black where `valid` is 0.
+cv::Mat3b coloured(const cv::Mat& values, double largest, const cv::Mat1b& valid) {
+  cv::Mat1b bytes;
+  values.convertTo(bytes, CV_8U, 255 / largest);
+  cv::Mat3b colours;
+  cv::applyColorMap(bytes, colours, cv::COLORMAP_JET);
+  colours.setTo(cv::Vec3b(0, 0, 0), ~valid);
+  return colours;
+}
+
+/// Where truth is known: green to yellow up to 3 px, red for outliers, magenta where no disparity
+/// was found; over the darkened image.
+cv::Mat3b errorMap(const SequenceFrame& frame, const DisparityRange& range,
+                   const cv::Mat1f& disparity_px) {
+  cv::Mat3b map;
+  cv::cvtColor(frame.left / 2, map, cv::COLOR_GRAY2BGR);
+  const bool sparse =
+      cv::countNonZero(frame.truth_px >= 0) < static_cast<int>(frame.truth_px.total() / 4);
+  for (int y = 0; y < map.rows; ++y)
+    for (int x = 0; x < map.cols; ++x) {
+      const float truth_px = frame.truth_px(y, x);
+      if (!hasTruth(truth_px)) continue;
+      const float error_px = std::abs(disparity_px(y, x) - truth_px);
+      cv::Vec3b colour(0, 200, cv::saturate_cast<uchar>(255 * error_px / 3));
+      if (!range.isValid(disparity_px(y, x)))
+        colour = {255, 0, 255};
+      else if (isOutlier(disparity_px(y, x), truth_px))
+        colour = {0, 0, 255};
+      map(y, x) = colour;
+      if (sparse && x + 1 < map.cols && y + 1 < map.rows)  // single pixels are hard to see
+        map(y, x + 1) = map(y + 1, x) = map(y + 1, x + 1) = colour;
+    }
+  return map;
+}
+
+}  // namespace
+
+std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title,
+                            const std::string& method, bool first, const DisparityRange& range,
+                            const DisparityOutput& maps) {
+  std::vector<Panel> panels;
+  if (first) {
+    cv::Mat3b left;
+    cv::cvtColor(frame.left, left, cv::COLOR_GRAY2BGR);
+    panels.push_back({title + ", left image", left});
+  }
+  double largest_px = 64;
+  if (!frame.truth_px.empty()) cv::minMaxLoc(frame.truth_px, nullptr, &largest_px);
+  largest_px = std::max(16.0, largest_px);
+  const cv::Mat1b valid = maps.disparity_px >= range.min_disparity;
+  panels.push_back({method + ": disparity, 0 (blue) to " + fixed(largest_px, 0) + " px (red)",
+                    coloured(maps.disparity_px, largest_px, valid)});
+  if (!frame.truth_px.empty())
+    panels.push_back(
+        {method + ": errors, green to yellow up to 3 px, red outliers, magenta invalid",
+         errorMap(frame, range, maps.disparity_px)});
+  if (!maps.disparity_variance_px2.empty()) {
+    cv::Mat1f sigma_px;
+    cv::sqrt(maps.disparity_variance_px2, sigma_px);
+    panels.push_back(
+        {method + ": standard deviation, 0 (blue) to 2 px (red)", coloured(sigma_px, 2.0, valid)});
+    panels.push_back(
+        {method + ": disparities searched, 0 (blue) to " + std::to_string(range.count) + " (red)",
+         coloured(maps.search_width_px, range.count, cv::Mat1b(valid.size(), uchar{255}))});
+  }
+  return panels;
+}
+
+std::string htmlPage(const std::vector<SequenceReport>& reports, const std::string& provenance) {
+  std::ostringstream page;
+  page << "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
+          "<title>predictive_stereo: disparities against truth</title><style>"
+       << kStyle << "</style></head><body>\n<h1>Disparities against truth</h1>\n"
+       << "<p>D1: outliers, off by more than 3 px and 5 %, among pixels with a disparity. D1f: the "
+          "same with pixels without a disparity counted as outliers. All figures are means over "
+          "frames; the first frame is left out. hh: OpenCV StereoSGBM MODE_HH with the paper's "
+          "parameters; full: ours, searching all disparities under the same temporal rules.</p>\n"
+       << paperTable(reports).html();
+  for (const SequenceReport& report : reports) {
+    page << "<h2>" << escapedHtml(report.name) << "</h2>\n" << accuracyTable(report).html();
+    const Table regions = regionTable(report);
+    if (!regions.rows.empty()) page << regions.html();
+    const Table loop = loopTable(report);
+    if (!loop.rows.empty()) page << loop.html();
+    const DisparityEvaluation* ours = report.find(kOurs);
+    if (report.evaluations.front().score.frames > 0) page << svg(errorOverTime(report));
+    if (ours && ours->variance.count() > 0)
+      page << svg(reliability(*ours)) << calibrationTable(*ours).html();
+    const Table stages = stageTable(report);
+    if (!stages.rows.empty()) page << stages.html();
+    for (const Panel& panel : report.panels) page << figure(panel);
+  }
+  page << "<h2>How this page was made</h2>\n<pre>" << escapedHtml(provenance)
+       << "</pre>\n</body></html>\n";
+  return page.str();
+}
+
+}  // namespace predictive_stereo

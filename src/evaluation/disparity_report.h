@@ -1,0 +1,73 @@
+/// What evaluateDisparity found, as tables, plots, CSV and one HTML page.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "evaluation/disparity_evaluation.h"
+#include "evaluation/plot.h"
+#include "evaluation/table.h"
+
+namespace predictive_stereo {
+
+/// Methods by the names that reports know. The first one is what others are compared with; own
+/// methods begin with kOurs.
+constexpr char kOpencvHh[] = "opencv_hh";
+constexpr char kOpencv3Way[] = "opencv_3way";
+constexpr char kOpencvHhAligned[] = "opencv_hh_aligned";
+constexpr char kOurs[] = "ours";
+constexpr char kOursDiagonal[] = "ours_diagonal";
+constexpr char kOurs8[] = "ours_8";
+constexpr char kOursFull[] = "ours_full";
+
+/// A picture with its explanation.
+struct Panel {
+  std::string caption;
+  cv::Mat3b image;
+};
+
+struct SequenceReport {
+  std::string name;
+  std::vector<std::string> methods;
+  std::vector<DisparityEvaluation> evaluations;  ///< one a method
+  std::vector<Panel> panels;
+
+  /// nullptr where that method was not run.
+  const DisparityEvaluation* find(const std::string& method) const;
+};
+
+/// The paper's Table 2.
+Table paperTable(const std::vector<SequenceReport>& reports);
+/// Time and errors of each method, also relative to opencv_hh and to ours_full.
+Table accuracyTable(const SequenceReport& report);
+/// Errors by region; no rows where the sequence has none.
+Table regionTable(const SequenceReport& report);
+/// Search widths, and what the filters gain over the match alone.
+Table loopTable(const SequenceReport& report);
+/// Variance calibration of `ours`, overall and in five bins each of ambiguity (the lowest over the
+/// second lowest aggregated cost), of true disparity, and of the distance in it.
+Table calibrationTable(const DisparityEvaluation& evaluation);
+Table stageTable(const SequenceReport& report);
+
+/// Outliers of each frame (the paper's Figure 5).
+Plot errorOverTime(const SequenceReport& report);
+/// Observed shares of errors within multiples of sigma over those of a normal distribution.
+Plot reliability(const DisparityEvaluation& evaluation);
+
+/// One line a sequence, method and region, with a header.
+std::string csv(const std::vector<SequenceReport>& reports);
+/// One line a sequence, method and frame.
+std::string framesCsv(const std::vector<SequenceReport>& reports);
+
+/// Everything on one page without references to other files.
+/// @param provenance  how it was made: shown at the end.
+std::string htmlPage(const std::vector<SequenceReport>& reports, const std::string& provenance);
+
+/// Pictures of one frame and method: its disparities, its errors and (ours) its standard deviations
+/// and search widths. The first method also shows the left image.
+std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title,
+                            const std::string& method, bool first, const DisparityRange& range,
+                            const DisparityOutput& maps);
+
+}  // namespace predictive_stereo

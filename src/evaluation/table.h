@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace predictive_stereo {
+
+/// A table of texts that is printed or put on a page. The first column is aligned left.
+struct Table {
+  std::string title;
+  std::vector<std::string> header;
+  std::vector<std::vector<std::string>> rows;
+
+  std::string text() const;
+  std::string html() const;
+};
+
+/// A number with so many decimals; "-" for what is not finite.
+std::string fixed(double value, int decimals);
+
+std::string escapedHtml(const std::string& text);
+
+}  // namespace predictive_stereo
