@@ -56,18 +56,22 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   const DisparityRange& range = params_.matcher.range;
   prediction_.disparity_px = output.predicted_disparity_px;
   prediction_.variance_px2 = output.predicted_variance_px2;
-  match_.search_width = output.search_width_px;
   match_.ambiguity = output.ambiguity;
   Stopwatch watch;
 
-  output.predicted = motion.has_value() && !state_.empty();
+  output.predicted = motion.has_value() && !past_.empty();
+  unlinked_frames_ = motion ? 0 : unlinked_frames_ + 1;
+  output.carried =
+      motion || past_.empty() || unlinked_frames_ > params_.correction.max_missed_frames;
+  DisparityState& state = output.carried ? past_ : unlinked_;
   if (output.predicted)
-    predictor_.predict(state_, rig_, *motion, prediction_);
+    predictor_.predict(past_, rig_, *motion, prediction_);
   else
     predictor_.predictNothing(rig_.size, prediction_);
   watch.lap("prediction", times_);
 
   range_builder_.build(prediction_, coarse_disparity_px_, ranges_);
+  cv::subtract(ranges_.last, ranges_.first - 1, output.search_width_px, cv::noArray(), CV_16U);
   watch.lap("search ranges", times_);
 
   matcher_.match(left_, aligned_right_, ranges_, match_);
@@ -78,29 +82,33 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
                       output.measured_variance_px2);
   watch.lap("support", times_);
 
-  correct(prediction_, output.measured_disparity_px, range, params_.correction, state_);
-  std::swap(state_.disparity_px, corrected_disparity_px_);
-  filterBySupport(range, params_.min_support, corrected_disparity_px_, state_.disparity_px);
+  correct(prediction_, output.measured_disparity_px, range, params_.correction, state);
+  std::swap(state.disparity_px, corrected_disparity_px_);
+  filterBySupport(range, params_.min_support, corrected_disparity_px_, state.disparity_px);
   watch.lap("correction", times_);
 
-  state_.disparity_px.copyTo(filled_disparity_px_);
+  state.disparity_px.copyTo(filled_disparity_px_);
   fillHoles(range, params_.max_hole_px, kHoleTolerancePx, filled_disparity_px_);
   median3x3(range, filled_disparity_px_, output.disparity_px);
-  publishedVariance(output.disparity_px, state_, prediction_, output.measured_disparity_px,
+  publishedVariance(output.disparity_px, state, prediction_, output.measured_disparity_px,
                     output.measured_variance_px2, range, params_.variance,
                     output.disparity_variance_px2);
   watch.lap("median", times_);
 
   output.predicted_disparity_px = prediction_.disparity_px;
   output.predicted_variance_px2 = prediction_.variance_px2;
-  output.search_width_px = match_.search_width;
   output.ambiguity = match_.ambiguity;
   output.row_alignment = row_alignment_;
 }
 
 void DisparityEstimator::reset() {
   row_aligner_.reset();
-  state_ = DisparityState();
+  forgetPast();
+}
+
+void DisparityEstimator::forgetPast() {
+  past_ = DisparityState();
+  unlinked_frames_ = 0;
 }
 
 Pipeline::Pipeline(const PipelineParams& params)
@@ -117,8 +125,12 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
   watch.lap("ego-motion", times_);
 
   disparity_.prepare(left, right, rig);
-  disparity_.estimate(tracked ? std::optional(output.ego_motion.motion) : std::nullopt,
+  ++frames_since_past_;
+  const bool from_past = output.ego_motion.frames == frames_since_past_;
+  if (tracked && !from_past) disparity_.forgetPast();
+  disparity_.estimate(tracked && from_past ? std::optional(output.ego_motion.motion) : std::nullopt,
                       output.disparity);
+  if (output.disparity.carried) frames_since_past_ = 0;
   times_.insert(times_.end(), disparity_.times().begin(), disparity_.times().end());
   watch = Stopwatch();
 
@@ -134,6 +146,7 @@ void Pipeline::reset() {
   disparity_.reset();
   detector_.reset();
   T_odom_cam_ = Eigen::Isometry3d::Identity();
+  frames_since_past_ = 0;
 }
 
 }  // namespace predictive_stereo

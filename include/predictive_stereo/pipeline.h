@@ -53,10 +53,11 @@ struct DisparityOutput {
   cv::Mat1f measured_variance_px2;
   cv::Mat1f predicted_disparity_px;  ///< from the past alone; all invalid without a past
   cv::Mat1f predicted_variance_px2;  ///< see Prediction
-  cv::Mat1w search_width_px;         ///< disparities that were searched
-  cv::Mat1b ambiguity;               ///< of the measured disparity, see Match
+  cv::Mat1w search_width_px;  ///< disparities asked for; the matcher looks at 16 or more around
+  cv::Mat1b ambiguity;        ///< of the measured disparity, see Match
   RowAlignment row_alignment;
   bool predicted = false;  ///< whether the past was used
+  bool carried = false;    ///< whether this frame is the past of the next one, see estimate()
 };
 
 /// Disparity with prediction: the closed loop of the paper's block diagram.
@@ -74,11 +75,16 @@ class DisparityEstimator {
   void prepare(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
 
   /// Step 2: prediction, search ranges, matching, correction.
-  /// @param motion  from the frame that was last estimated to the prepared one. None: the frame is
-  ///   matched without prediction, and the filters start anew.
+  /// @param motion  from the past, the last frame that was carried, to the prepared one. None: it
+  /// is
+  ///   not known, and the frame is matched without prediction. The past is then kept for the frames
+  ///   after, so that one frame without motion costs no more than itself; after
+  ///   correction/max_missed_frames of them this frame takes its place.
   void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output);
 
-  /// Forgets the past.
+  /// Forgets the filters: the next frame is matched without prediction and starts them anew.
+  void forgetPast();
+  /// Forgets everything, the row alignment too: for another sequence.
   void reset();
 
   const DisparityParams& params() const { return params_; }
@@ -106,8 +112,11 @@ class DisparityEstimator {
   cv::Mat1f corrected_disparity_px_, filled_disparity_px_;
   StageTimes times_;
 
+  DisparityState unlinked_;  // the filters of a frame that is not carried
+
   // What is carried to the next frame.
-  DisparityState state_;
+  DisparityState past_;
+  int unlinked_frames_ = 0;  // since then
 };
 
 struct PipelineParams {
@@ -147,6 +156,7 @@ class Pipeline {
   DisparityEstimator disparity_;
   MovingObjectDetector detector_;
   Eigen::Isometry3d T_odom_cam_ = Eigen::Isometry3d::Identity();
+  int frames_since_past_ = 0;  // since the frame that disparity_ carries on
   StageTimes times_;
 };
 

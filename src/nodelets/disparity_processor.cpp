@@ -75,7 +75,7 @@ DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>
   result.predicted = output.predicted;
   result.mean_search_width_px = cv::mean(output.search_width_px)[0];
   result.searched_fraction = result.mean_search_width_px / params_.disparity.matcher.range.count;
-  previous_stamp_ = pair_.left->header.stamp;
+  if (output.carried) previous_stamp_ = pair_.left->header.stamp;
   pair_ = StereoPair();
   return result;
 }
