@@ -60,9 +60,9 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   Stopwatch watch;
 
   output.predicted = motion.has_value() && !past_.empty();
-  unlinked_frames_ = motion ? 0 : unlinked_frames_ + 1;
-  output.carried =
-      motion || past_.empty() || unlinked_frames_ > params_.correction.max_missed_frames;
+  unlinked_frames_ = motion || past_.empty() ? 0 : unlinked_frames_ + 1;
+  output.carried = unlinked_frames_ == 0 || unlinked_frames_ > params_.correction.max_missed_frames;
+  if (output.carried) unlinked_frames_ = 0;
   DisparityState& state = output.carried ? past_ : unlinked_;
   if (output.predicted)
     predictor_.predict(past_, rig_, *motion, prediction_);
