@@ -31,8 +31,13 @@ EgoMotionProcessor::EgoMotionProcessor(const EgoMotionProcessorParams& params)
 }
 
 void EgoMotionProcessor::reset() {
-  ego_motion_.reset();
+  startAnew();
   guard_.forget();
+}
+
+// EgoMotion::reset() would keep what it learnt of the calibration.
+void EgoMotionProcessor::startAnew() {
+  ego_motion_ = EgoMotion(params_.ego_motion);
   started_ = false;
 }
 
@@ -57,8 +62,7 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
     case SequenceGuard::Verdict::kDuplicate:
       return output;
     case SequenceGuard::Verdict::kBackward:
-      started_ = false;
-      ego_motion_.reset();
+      startAnew();
       break;
     case SequenceGuard::Verdict::kFirst:
     case SequenceGuard::Verdict::kBroken:
@@ -67,7 +71,7 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
     case SequenceGuard::Verdict::kContinues:
       break;
   }
-  if (!started_) restart(pair, T_base_cam);
+  if (!started_) setOrigin(pair, T_base_cam);
   const bool use_mask = moving_mask.size() == left.size() &&
                         output.sequence.verdict == SequenceGuard::Verdict::kContinues;
   output.estimate = ego_motion_.estimate(left, right, rig, use_mask ? moving_mask : cv::Mat1b());
@@ -77,7 +81,7 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
   return output;
 }
 
-void EgoMotionProcessor::restart(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam) {
+void EgoMotionProcessor::setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam) {
   T_odom_base_ = cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity();
   T_odom_cam_ = T_odom_base_ * T_base_cam;
   pose_covariance_.setZero();

@@ -62,7 +62,8 @@ class EgoMotionProcessor {
   bool cameraIsBase(const StereoPair& pair) const;
 
  private:
-  void restart(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam);
+  void startAnew();
+  void setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam);
   void move(const EgoMotionEstimate& estimate, const Eigen::Isometry3d& T_base_cam, double dt_s);
   EgoMotionMessages messages(const StereoPair& pair) const;
 

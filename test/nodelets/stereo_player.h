@@ -29,6 +29,11 @@ class StereoPlayer {
     });
   }
 
+  void shutDownRight() {
+    right_.shutdown();
+    right_info_.shutdown();
+  }
+
   void publish(const StereoPair& pair) {
     left_.publish(pair.left);
     right_.publish(pair.right);

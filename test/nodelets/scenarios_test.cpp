@@ -1,0 +1,342 @@
+/// How the nodelets take what goes wrong on robots.
+#include <nav_msgs/Odometry.h>
+#include <ros/network.h>
+#include <ros/xmlrpc_manager.h>
+#include <stereo_msgs/DisparityImage.h>
+
+#include <cstring>
+
+#include "nodelet_fixture.h"
+#include "nodelets/messages.h"
+
+namespace predictive_stereo {
+namespace {
+
+using DisparityRecorder = Recorder<stereo_msgs::DisparityImage>;
+
+size_t validPixels(const stereo_msgs::DisparityImage& disparity) {
+  size_t valid = 0;
+  for (size_t i = 0; i < disparity.image.data.size(); i += sizeof(float)) {
+    float d;
+    std::memcpy(&d, &disparity.image.data[i], sizeof(d));
+    valid += d >= disparity.min_disparity;
+  }
+  return valid;
+}
+
+class Scenarios : public NodeletTest {
+ protected:
+  /// Publishes the pair and waits for its disparity.
+  bool comesOut(const StereoPair& pair, const DisparityRecorder& disparity) {
+    player_.publish(pair);
+    return eventually([&] { return disparity.at(pair.left->header.stamp) != nullptr; }, 10);
+  }
+};
+
+TEST_F(Scenarios, without_tf_disparity_comes_without_prediction) {
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  ASSERT_TRUE(comesOut(street().pair(0), disparity));
+  ASSERT_TRUE(comesOut(street().pair(1), disparity));
+  EXPECT_GT(validPixels(*disparity.last()), StreetCamera::kWidth * StreetCamera::kHeight / 2u);
+  EXPECT_EQ(validPixels(*predicted.at(street().stamp(1))), 0u);
+  EXPECT_TRUE(says("Disparity", "transform_timeout"));
+  EXPECT_TRUE(says("Disparity", "matched without prediction"));
+}
+
+TEST_F(Scenarios, a_topic_that_nobody_publishes_is_named) {
+  setParam("Disparity", "queue_size", 5);
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  player_.shutDownRight();
+  EXPECT_TRUE(says("Disparity", "nobody publishes " + ns_ + "/right/image_rect"));
+  EXPECT_TRUE(says("Disparity", "camera:="));
+}
+
+TEST_F(Scenarios, stamps_that_differ_are_told_with_the_cure) {
+  setParam("Disparity", "approximate_sync", false);
+  setParam("EgoMotion", "sync_tolerance", 0.001);
+  load("Disparity");
+  load("EgoMotion");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  for (int round = 0; round < 40; ++round) {
+    StereoPair pair = street().pair(0);
+    auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
+    auto left_info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.left_info);
+    auto right = boost::make_shared<sensor_msgs::Image>(*pair.right);
+    auto right_info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.right_info);
+    left->header.stamp = left_info->header.stamp = street().stamp(0) + ros::Duration(0.1 * round);
+    right->header.stamp = right_info->header.stamp = left->header.stamp + ros::Duration(0.004);
+    player_.publish({left, right, left_info, right_info});
+    ros::WallDuration(0.1).sleep();
+  }
+  EXPECT_TRUE(says("Disparity", "by 4 ms or more"));
+  EXPECT_TRUE(says("Disparity", "set approximate_sync to true"));
+  EXPECT_TRUE(says("EgoMotion", "sync_tolerance allows 1 ms"));
+  EXPECT_EQ(disparity.count(), 0u);
+}
+
+TEST_F(Scenarios, stamps_that_differ_a_little_make_pairs_at_once) {
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  StereoPair pair = street().pair(0);
+  auto right = boost::make_shared<sensor_msgs::Image>(*pair.right);
+  auto right_info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.right_info);
+  right->header.stamp = right_info->header.stamp = pair.left->header.stamp + ros::Duration(0.004);
+  pair.right = right;
+  pair.right_info = right_info;
+  EXPECT_TRUE(comesOut(pair, disparity)) << "a frame late?";
+}
+
+TEST_F(Scenarios, a_missing_extrinsic_is_waited_for) {
+  load("EgoMotion");
+  Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  StereoPair pair = street().pair(0);
+  // A frame of its own: other tests' extrinsics are in tf.
+  const auto withFrame = [](const auto& message) {
+    auto copy = boost::make_shared<std::decay_t<decltype(*message)>>(*message);
+    copy->header.frame_id = "unmounted_camera";
+    return copy;
+  };
+  const auto unmounted = [&](int index) {
+    const StereoPair pair = street().pair(index);
+    return StereoPair{withFrame(pair.left), withFrame(pair.right), withFrame(pair.left_info),
+                      withFrame(pair.right_info)};
+  };
+  player_.publish(unmounted(0));
+  EXPECT_TRUE(says("EgoMotion", "no transform from base_frame 'base_link'"));
+  EXPECT_TRUE(says("EgoMotion", "unmounted_camera"));
+  EXPECT_EQ(odometry.count(), 0u);
+
+  geometry_msgs::TransformStamped extrinsic = street().extrinsic();
+  extrinsic.child_frame_id = "unmounted_camera";
+  StaticTransform mounted(extrinsic);
+  player_.publish(unmounted(1));
+  EXPECT_TRUE(eventually([&] { return odometry.count() > 0; }, 10));
+}
+
+TEST_F(Scenarios, the_camera_may_be_its_own_base) {
+  setParam("EgoMotion", "base_frame", "");
+  setParam("EgoMotion", "publish_tf", false);
+  load("EgoMotion");
+  Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  for (int i = 0; i < 4; ++i) {
+    player_.publish(street().pair(i));
+    ASSERT_TRUE(eventually([&] { return odometry.count() == static_cast<size_t>(i + 1); }, 10));
+  }
+  EXPECT_EQ(odometry.last()->child_frame_id, StreetCamera::kFrame);
+  // REP 103: ahead is x.
+  const Eigen::Isometry3d truth = street().T_world_base(0).inverse() * street().T_world_base(3);
+  EXPECT_NEAR(odometry.last()->pose.pose.position.x, truth.translation().x(),
+              0.05 * truth.translation().norm() + 0.02);
+  // The twist is in the child frame: a camera looks along z.
+  EXPECT_GT(odometry.last()->twist.twist.linear.z, 1.0);
+}
+
+TEST_F(Scenarios, refused_parameters_are_told_and_the_manager_lives) {
+  setParam("Disparity", "matcher/p1", 500);
+  load("Disparity");
+  EXPECT_TRUE(says("Disparity", ns_ + "/Disparity/matcher/p1 = 500: must be within [1, 200]"));
+  setParam("EgoMotion", "features", "many");
+  load("EgoMotion");
+  EXPECT_TRUE(says("EgoMotion", "features = many"));
+  setParam("MovingObjects", "queue_size", 0);
+  load("MovingObjects");
+  EXPECT_TRUE(says("MovingObjects", "queue_size = 0"));
+}
+
+TEST_F(Scenarios, bad_pairs_are_told_and_good_ones_go_on) {
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+
+  StereoPair deep = street().pair(0);
+  auto mono16 = boost::make_shared<sensor_msgs::Image>(*deep.left);
+  mono16->encoding = "mono16";
+  deep.left = mono16;
+  player_.publish(deep);
+  EXPECT_TRUE(says("Disparity", "left image has encoding 'mono16'"));
+
+  StereoPair swapped = street().pair(1);
+  std::swap(swapped.left_info, swapped.right_info);
+  player_.publish(swapped);
+  EXPECT_TRUE(says("Disparity", "are left and right swapped"));
+  EXPECT_TRUE(says("Disparity", "P_right"));
+
+  StereoPair narrow = street().pair(2);
+  auto cropped = boost::make_shared<sensor_msgs::Image>(*narrow.right);
+  cropped->width -= 16;
+  narrow.right = cropped;
+  player_.publish(narrow);
+  EXPECT_TRUE(says("Disparity", "the right one is 400x128"));
+
+  StereoPair short_data = street().pair(3);
+  auto truncated = boost::make_shared<sensor_msgs::Image>(*short_data.left);
+  truncated->data.resize(100);
+  short_data.left = truncated;
+  player_.publish(short_data);
+  EXPECT_TRUE(says("Disparity", "left image is broken"));
+
+  EXPECT_EQ(disparity.count(), 0u);
+  EXPECT_TRUE(comesOut(street().pair(4), disparity));
+  EXPECT_TRUE(eventually([&] {
+    return diagnostics_.of(ns_.substr(1) + "/Disparity").level ==
+           diagnostic_msgs::DiagnosticStatus::OK;
+  }));
+}
+
+TEST_F(Scenarios, colour_images_are_taken_as_grey) {
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  ASSERT_TRUE(comesOut(street().pair(0), disparity));
+  const auto grey = disparity.last();
+  disparity.clear();
+  const auto coloured = [](const sensor_msgs::Image& image, const char* encoding, size_t channels) {
+    auto result = boost::make_shared<sensor_msgs::Image>(image);
+    result->encoding = encoding;
+    result->step = static_cast<uint32_t>(image.step * channels);
+    result->data.clear();
+    for (const uint8_t value : image.data) result->data.insert(result->data.end(), channels, value);
+    return result;
+  };
+  int index = 0;
+  for (const auto& [encoding, channels] :
+       std::vector<std::pair<const char*, size_t>>{{"bgr8", 3}, {"rgb8", 3}, {"bgra8", 4}}) {
+    // The gap makes every frame a first one.
+    const ros::Time stamp = street().stamp(0) + ros::Duration(10.0 * ++index);
+    StereoPair pair = street().pair(0);
+    auto left = coloured(*pair.left, encoding, channels);
+    auto right = coloured(*pair.right, encoding, channels);
+    auto left_info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.left_info);
+    auto right_info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.right_info);
+    left->header.stamp = right->header.stamp = stamp;
+    left_info->header.stamp = right_info->header.stamp = stamp;
+    ASSERT_TRUE(comesOut({left, right, left_info, right_info}, disparity)) << encoding;
+    EXPECT_TRUE(disparity.last()->image.data == grey->image.data) << encoding;
+  }
+}
+
+TEST_F(Scenarios, a_bag_in_a_loop_gives_the_same_again) {
+  load("EgoMotion");
+  load("Disparity");
+  StaticTransform extrinsic(street().extrinsic());
+  DisparityRecorder disparity(node_, "disparity");
+  Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  std::vector<stereo_msgs::DisparityImageConstPtr> first;
+  std::vector<nav_msgs::OdometryConstPtr> first_odometry;
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_TRUE(comesOut(street().pair(i), disparity));
+    ASSERT_TRUE(eventually([&] { return odometry.count() == static_cast<size_t>(i + 1); }, 10));
+    first.push_back(disparity.last());
+    first_odometry.push_back(odometry.last());
+  }
+  disparity.clear();
+  odometry.clear();
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_TRUE(comesOut(street().pair(i), disparity));
+    ASSERT_TRUE(eventually([&] { return odometry.count() == static_cast<size_t>(i + 1); }, 10));
+    EXPECT_TRUE(disparity.last()->image.data == first[i]->image.data) << "frame " << i;
+    EXPECT_TRUE(odometry.last()->pose == first_odometry[i]->pose) << "frame " << i;
+  }
+}
+
+TEST_F(Scenarios, anybodys_odometry_serves_through_tf) {
+  setParam("Disparity", "odom_frame", "world_of_others");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  tf2_ros::TransformBroadcaster broadcaster;
+  for (int i = 0; i < 4; ++i) {
+    geometry_msgs::TransformStamped pose = street().extrinsic();
+    pose.header.stamp = street().stamp(i);
+    pose.header.frame_id = "world_of_others";
+    pose.child_frame_id = "camera_of_others";
+    pose.transform = transformMsg(street().T_world_base(i) * Street::cameraMount());
+    broadcaster.sendTransform(pose);
+    StereoPair pair = street().pair(i);
+    auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
+    left->header.frame_id = "camera_of_others";
+    pair.left = left;
+    ASSERT_TRUE(comesOut(pair, disparity));
+  }
+  EXPECT_GT(validPixels(*predicted.at(street().stamp(3))),
+            StreetCamera::kWidth * StreetCamera::kHeight / 2u);
+  EXPECT_TRUE(eventually([&] { return value("Disparity", "predicted") == "yes"; }));
+}
+
+TEST_F(Scenarios, disparity_sleeps_while_nobody_listens_and_starts_anew) {
+  load("Disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  player_.publish(street().pair(0));
+  EXPECT_TRUE(says("Disparity", "asleep"));
+  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
+  ASSERT_TRUE(eventually([&] { return disparity.connected() && predicted.connected(); }));
+  ASSERT_TRUE(comesOut(street().pair(1), disparity));
+  EXPECT_EQ(validPixels(*predicted.at(street().stamp(1))), 0u);
+}
+
+TEST_F(Scenarios, nothing_is_copied_between_nodelets_of_one_manager) {
+  load("EgoMotion");
+  load("Disparity");
+  load("MovingObjects");
+  StaticTransform extrinsic(street().extrinsic());
+  // Each topic twice: what one subscriber of the process sees is what all see.
+  DisparityRecorder disparity(node_, "disparity"), measured(node_, "measured_disparity"),
+      measured_again(node_, "measured_disparity");
+  Recorder<sensor_msgs::Image> inner(node_, "disparity/image"), left(node_, "left/image_rect"),
+      mask(node_, "moving_objects/mask"), variance(node_, "measured_variance"),
+      variance_again(node_, "measured_variance");
+  Recorder<MovingObjectArray> objects(node_, "moving_objects");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  for (int i = 0; i < 3; ++i) {
+    const StereoPair pair = street().pair(i);
+    const ros::Time stamp = pair.left->header.stamp;
+    player_.publish(pair);
+    ASSERT_TRUE(eventually([&] {
+      return objects.at(stamp) && inner.at(stamp) && disparity.at(stamp) && measured.at(stamp) &&
+             measured_again.at(stamp) && left.at(stamp) && variance.at(stamp) &&
+             variance_again.at(stamp);
+    })) << "frame "
+        << i;
+    EXPECT_EQ(left.at(stamp)->data.data(), pair.left->data.data());
+    EXPECT_EQ(measured.at(stamp)->image.data.data(), measured_again.at(stamp)->image.data.data());
+    EXPECT_EQ(variance.at(stamp)->data.data(), variance_again.at(stamp)->data.data());
+    EXPECT_EQ(inner.at(stamp)->data.data(), disparity.at(stamp)->image.data.data());
+  }
+  // No image topic of ours goes through a socket.
+  std::string host;
+  uint32_t port = 0;
+  ASSERT_TRUE(ros::network::splitURI(ros::XMLRPCManager::instance()->getServerURI(), host, port));
+  XmlRpc::XmlRpcClient self(host.c_str(), static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue caller, answer;
+  caller[0] = ros::this_node::getName();
+  ASSERT_TRUE(self.execute("getBusInfo", caller, answer));
+  XmlRpc::XmlRpcValue connections = answer[2];
+  int within = 0;
+  for (int i = 0; i < connections.size(); ++i) {
+    const std::string transport = connections[i][3];
+    const std::string topic = connections[i][4];
+    if (topic.rfind(ns_ + "/", 0) != 0) continue;
+    EXPECT_EQ(transport, "INTRAPROCESS") << topic;
+    ++within;
+  }
+  EXPECT_GT(within, 10);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "scenarios_test");
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  return RUN_ALL_TESTS();
+}
