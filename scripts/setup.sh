@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # What demo and test have in common: installing what is missing, and the build. To be sourced by
 # bash with `set -euo pipefail`.
 
@@ -61,5 +62,7 @@ build() {
   # A compiler takes up to 1 GB: on small machines memory is the limit.
   local by_memory=$(($(awk '/MemAvailable/ {print $2}' /proc/meminfo) / 1000000))
   if [ "$by_memory" -lt "$jobs" ]; then jobs=$((by_memory > 0 ? by_memory : 1)); fi
-  cmake --build "$REPOSITORY/$folder" -j "$jobs" ${1:+--target "$@"}
+  # What was built before is not worth a line.
+  cmake --build "$REPOSITORY/$folder" -j "$jobs" ${1:+--target "$@"} |
+    { grep -v 'Built target' || true; }
 }

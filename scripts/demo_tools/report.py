@@ -1,0 +1,208 @@
+"""The demo's report: one page that needs no other file."""
+
+import base64
+import html
+from collections import OrderedDict, namedtuple
+
+import numpy as np
+import rosbag
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+from predictive_stereo.msg import MovingObjectArray
+
+from panels import unpack
+
+Run = namedtuple('Run', 'title bag rate launch_file recording drawn')
+
+STYLE = '''
+body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 1240px; padding: 0 1em;
+       color: #222; background: #fff }
+h1 { margin-bottom: 0 } h2 { margin-top: 2em }
+table { border-collapse: collapse } td, th { padding: .25em .8em; border-bottom: 1px solid #ddd;
+       text-align: right } td:first-child, th:first-child { text-align: left }
+#frame { width: 100%; background: #202020 } #strip { white-space: nowrap; overflow-x: auto }
+#strip img { height: 74px; cursor: pointer; margin-right: 2px }
+.controls { display: flex; gap: 1em; align-items: center } .controls input { flex: 1 }
+.note { color: #666 } svg { background: #fafafa; border: 1px solid #ddd }
+'''
+
+SCRIPT = '''
+const frame = document.getElementById('frame'), slider = document.getElementById('slider');
+const label = document.getElementById('label'), button = document.getElementById('play');
+let timer = null;
+function show(i) { slider.value = i; frame.src = pictures[i]; label.textContent = labels[i]; }
+function stop() { clearInterval(timer); timer = null; button.textContent = 'Play'; }
+function play() { timer = setInterval(() => show((+slider.value + 1) % pictures.length), 150);
+                  button.textContent = 'Stop'; }
+slider.oninput = () => { stop(); show(+slider.value); };
+button.onclick = () => timer ? stop() : play();
+const strip = document.getElementById('strip');
+pictures.forEach((picture, i) => {
+  if (i % Math.ceil(pictures.length / 20)) return;
+  const small = document.createElement('img');
+  small.src = picture; small.onclick = () => { stop(); show(i); }; strip.append(small);
+});
+show(0);
+'''
+
+
+def table(header, rows):
+    def row(cells, tag):
+        return '<tr>' + ''.join('<%s>%s</%s>' % (tag, html.escape(str(c)), tag) for c in cells) + \
+            '</tr>'
+    return '<table>%s%s</table>' % (row(header, 'th'), ''.join(row(cells, 'td') for cells in rows))
+
+
+def positions(odometry):
+    return np.array([[m.pose.pose.position.x, m.pose.pose.position.y, m.pose.pose.position.z]
+                     for m in odometry])
+
+
+def length(path):
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) if len(path) > 1 else 0.0
+
+
+def true_path(run):
+    """Poses of truth/odometry of a synthetic bag by stamp; empty where there are none."""
+    topic = run.recording.camera + '/truth/odometry'
+    with rosbag.Bag(run.bag) as bag:
+        return {m.header.stamp.to_nsec(): m for _, m, _ in bag.read_messages(topic)}
+
+
+def path_picture(path, truth, size=520, margin=40):
+    """The path from above, x (ahead at the start) up, y to the left."""
+    everything = np.vstack([p[:, :2] for p in (path, truth) if len(p)])
+    low, high = everything.min(0), everything.max(0)
+    span = max((high - low).max(), 1.0)
+    centre = (low + high) / 2
+    step = 10.0 ** np.floor(np.log10(span / 2))
+    for factor in (5, 2, 1):
+        if step * factor <= span / 2:
+            step *= factor
+            break
+
+    def points(p):
+        x = size / 2 - (p[:, 1] - centre[1]) / span * (size - 2 * margin)
+        y = size / 2 - (p[:, 0] - centre[0]) / span * (size - 2 * margin)
+        return ' '.join('%.1f,%.1f' % xy for xy in zip(x, y))
+
+    bar = step / span * (size - 2 * margin)
+    lines = []
+    if len(truth):
+        lines.append('<polyline points="%s" fill="none" stroke="#999" stroke-width="4"/>' %
+                     points(truth))
+    lines.append('<polyline points="%s" fill="none" stroke="#c22" stroke-width="2"/>' % points(path))
+    lines.append('<path d="M10 %d h%.1f" stroke="#222" stroke-width="2"/><text x="10" y="%d">%g m'
+                 '</text>' % (size - 12, bar, size - 18, step))
+    return '<svg width="%d" height="%d" viewBox="0 0 %d %d">%s</svg>' % (
+        size, size, size, size, ''.join(lines))
+
+
+def path_section(run):
+    odometry = [unpack(Odometry, data) for data in run.recording.small['odometry']]
+    if not odometry:
+        return '<p>None.</p>'
+    path = positions(odometry)
+    duration = (odometry[-1].header.stamp - odometry[0].header.stamp).to_sec()
+    text = '<p>%.1f m in %.1f s, from above' % (length(path), duration)
+    truth = true_path(run)
+    both = [(m, truth[m.header.stamp.to_nsec()]) for m in odometry
+            if m.header.stamp.to_nsec() in truth]
+    true = positions([t for _, t in both])
+    if both:
+        error = np.linalg.norm(positions([m for m, _ in both]) - true, axis=1)
+        text += '; red: odometry, grey: truth. Error of the position at the end: %.2f m after ' \
+            '%.1f m (%.2f %%)' % (error[-1], length(true), 100 * error[-1] / max(length(true), 1e-9))
+    return text + '.</p>' + path_picture(path, true)
+
+
+def objects_section(run):
+    seen = OrderedDict()
+    frames = 0
+    for data in run.recording.small['moving_objects']:
+        frames += 1
+        for found in unpack(MovingObjectArray, data).objects:
+            seen.setdefault(found.id, []).append(found)
+    if not seen:
+        return '<p>None in %d frames.</p>' % frames
+    rows = []
+    for number, found in seen.items():
+        speeds = [np.linalg.norm([f.velocity.x, f.velocity.y, f.velocity.z]) for f in found
+                  if f.velocity_covariance[0] >= 0]
+        distances = [f.distance for f in found]
+        rows.append([number, len(found), '%.1f ... %.1f' % (min(distances), max(distances)),
+                     '%.1f' % np.median(speeds) if speeds else 'not known',
+                     '%.1f x %.1f' % (np.median([f.size.x for f in found]),
+                                      np.median([f.size.y for f in found])),
+                     '%.2f' % np.mean([f.score for f in found])])
+    return table(['id', 'frames', 'distance [m]', 'median speed over ground [m/s]',
+                  'median width x height [m]', 'mean score'], rows)
+
+
+def accuracy_section(run):
+    names = list(OrderedDict.fromkeys(n for d in run.drawn for n in d.figures))
+    rows = []
+    for name in names:
+        # The first frame has no past: it is not what the method does.
+        values = [d.figures[name] for d in run.drawn[1:] or run.drawn if name in d.figures]
+        rows.append([name, '%.2f' % np.nanmean(values), '%.2f' % np.nanmin(values),
+                     '%.2f' % np.nanmax(values)])
+    note = ''
+    if any('outliers [%]' in d.figures for d in run.drawn):
+        note = '<p class="note">Outlier: more than 3 px and more than 5 % from the exact truth, all ' \
+            'pixels counted, also those that the right camera does not see.</p>'
+    return table(['of %d drawn frames' % len(run.drawn), 'mean', 'smallest', 'largest'],
+                 rows) + note
+
+
+def times_section(run):
+    """Means of the figures in the diagnostics, by nodelet."""
+    sums = OrderedDict()
+    for data in run.recording.diagnostics:
+        for status in unpack(DiagnosticArray, data).status:
+            for item in status.values:
+                if not item.key.endswith('[ms]'):
+                    continue
+                try:
+                    value = float(item.value)
+                except ValueError:
+                    continue
+                sums.setdefault((status.name, item.key[:-len(' [ms]')]), []).append(value)
+    rows = [['%s: %s' % (name, stage), '%.1f' % np.mean(values), '%.1f' % max(values)]
+            for (name, stage), values in sums.items()]
+    return table(['nodelet: stage', 'mean ms', 'largest mean of a second'], rows)
+
+
+def write(path, run):
+    """Writes the report of a run."""
+    pictures = ','.join('"data:image/jpeg;base64,%s"' % base64.b64encode(d.jpeg).decode()
+                        for d in run.drawn)
+    labels = ','.join('"%.2f s"' % (d.stamp_s - run.drawn[0].stamp_s) for d in run.drawn)
+    speed = '' if run.rate == 1 else \
+        ' The bag was played at %g times its speed; times are of this machine under this load.' % \
+        run.rate
+    text = '''<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">
+<title>predictive_stereo: {title}</title><style>{style}</style></head><body>
+<h1>{title}</h1>
+<p class="note">{complete} frames went through the nodelets of {launch_file}.{speed}</p>
+<img id="frame" alt="left image with moving objects, disparity, standard deviation, residual">
+<div class="controls"><button id="play">Play</button>
+<input id="slider" type="range" min="0" max="{last}" value="0"><span id="label"></span></div>
+<div id="strip"></div>
+<h2>Disparity</h2>{accuracy}
+<h2>Moving objects</h2>{objects}
+<h2>Path</h2>{path}
+<h2>Time</h2>
+<p class="note">From the nodelets' diagnostics. Latency: from the arrival of a nodelet's last input
+to its output. The nodelets work side by side: their times do not add up.</p>{times}
+<script>const pictures = [{pictures}], labels = [{labels}];{script}</script>
+</body></html>
+'''.format(title=html.escape(run.title), style=STYLE, complete=run.recording.complete,
+           launch_file=html.escape(run.launch_file), speed=speed, last=len(run.drawn) - 1,
+           accuracy=accuracy_section(run), objects=objects_section(run), path=path_section(run),
+           times=times_section(run), pictures=pictures, labels=labels, script=SCRIPT)
+    partial = path + '.partial'
+    with open(partial, 'w', encoding='utf-8') as page:
+        page.write(text)
+    import os
+    os.replace(partial, path)

@@ -1,0 +1,152 @@
+#!/usr/bin/python3
+"""Plays a bag into the nodelets and writes pictures and a report. Started by scripts/demo."""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+import launching
+import panels
+import recording
+import report
+
+COMPLETE = 0.95  # share of the pairs that must have come out, or the bag is played again slower
+SLOWEST_RATE = 0.1
+
+
+class DemoError(Exception):
+    """Ends the demo with a message."""
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(prog='scripts/demo')
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument('--kitti', nargs=2, metavar=('DATE_DIR', 'DRIVE'))
+    source.add_argument('--bag')
+    parser.add_argument('--output', default='output')
+    parser.add_argument('--rate', type=float)
+    parser.add_argument('--frames', type=int, default=100)
+    parser.add_argument('--cameras', choices=('gray', 'color'), default='gray')
+    parser.add_argument('--config')
+    parser.add_argument('--panels', type=int, default=60)
+    parser.add_argument('--rviz', action='store_true')
+    parser.add_argument('launch', nargs='*', metavar='name:=value')
+    options = parser.parse_args(arguments)
+    if options.launch and not options.bag:
+        parser.error('%s: launch arguments go with --bag' % options.launch[0])
+    for name, smallest in (('frames', 2), ('panels', 1)):
+        if getattr(options, name) < smallest:
+            parser.error('--%s = %d: must be at least %d' % (name, getattr(options, name), smallest))
+    if options.rate is not None and not 0 < options.rate <= 100:
+        parser.error('--rate = %g: must be within (0, 100]' % options.rate)
+    return options
+
+
+def tool(name, *arguments):
+    """Runs a tool of this package; its errors are on the screen already when it fails."""
+    status = subprocess.call([name] + list(arguments))
+    if status:
+        raise DemoError('%s failed (exit status %d)' % (name, status))
+
+
+def say(text):
+    print('\n== ' + text, flush=True)
+
+
+def prepare(options, output):
+    """Makes or finds the bag; returns (title, bag, launch file, launch arguments)."""
+    if options.bag:
+        bag = os.path.abspath(options.bag)
+        if not os.path.isfile(bag):
+            raise DemoError('--bag %s: there is no such file' % options.bag)
+        if options.launch and options.launch[0].endswith('.launch'):
+            line = options.launch
+        else:
+            say('Checking %s' % options.bag)
+            found = subprocess.run(
+                ['check_bag', '--launch', bag], stdout=subprocess.PIPE, universal_newlines=True,
+                check=False)
+            if found.returncode:
+                raise DemoError('the bag cannot be used as it is')
+            line = found.stdout.split() + options.launch  # the later of two arguments holds
+        return os.path.basename(bag), bag, line[0], line[1:]
+    if options.kitti:
+        folder, drive = options.kitti
+        bag = os.path.join(output, drive + '.bag')
+        say('Converting %s' % drive)
+        tool('kitti_to_bag', folder, drive, bag, '--cameras', options.cameras)
+        return 'KITTI ' + drive, bag, 'kitti.launch', ['cameras:=' + options.cameras]
+    bag = os.path.join(output, 'street.bag')
+    say('Rendering %d frames of a synthetic street' % options.frames)
+    tool('street_to_bag', bag, '--frames', str(options.frames))
+    return 'Synthetic street', bag, 'demo_street.launch', []
+
+
+def play(options, bag, launch_file, launch_arguments, work):
+    """Plays the bag, slower again where frames were lost; returns (recording, rate)."""
+    camera, images = launching.topics(launch_file, launch_arguments)
+    pairs = recording.count_pairs(bag, images)
+    if pairs == 0:
+        raise DemoError('%s has no pairs on %s and %s' % (bag, *images))
+    rate = options.rate or 1.0
+    while True:
+        say('Playing %d pairs at %gx into %s' % (pairs, rate, launch_file))
+        frames = os.path.join(work, 'frames')
+        shutil.rmtree(frames, ignore_errors=True)
+        os.makedirs(frames)
+        with launching.Launch(launch_file, launch_arguments + [
+                'bag:=' + bag, 'rate:=%g' % rate, 'play_options:=--pause',
+                'rviz:=' + str(options.rviz).lower()], os.path.join(work, 'log')) as launch:
+            result = recording.record(launch, camera, frames, pairs, options.panels)
+        print('%d of %d pairs came out with all outputs' % (result.complete, pairs), flush=True)
+        if result.complete == 0:
+            raise DemoError('the nodelets gave no outputs. The end of their log:\n' + launch.tail())
+        if result.complete >= COMPLETE * pairs:
+            return result, rate
+        if options.rate or rate / 2 < SLOWEST_RATE:
+            raise DemoError('only %d of %d pairs came out at %gx' % (result.complete, pairs, rate))
+        rate /= 2
+        print('This machine is too slow for that, or busy: once more, slower')
+
+
+def main():
+    options = parse(sys.argv[1:])
+    output = os.path.abspath(options.output)
+    os.makedirs(output, exist_ok=True)
+    started = time.time()
+    work = tempfile.mkdtemp(prefix='.demo_', dir=output)
+    try:
+        title, bag, launch_file, launch_arguments = prepare(options, output)
+        if options.config:
+            launch_arguments.append('config:=' + os.path.abspath(options.config))
+        result, rate = play(options, bag, launch_file, launch_arguments, work)
+        say('Drawing %d frames' % len(result.frames))
+        pictures = os.path.join(output, 'panels')
+        shutil.rmtree(pictures, ignore_errors=True)
+        os.makedirs(pictures)
+        drawn = panels.draw_all(result, bag, pictures)
+        page = os.path.join(output, 'report.html')
+        report.write(page, report.Run(title=title, bag=bag, rate=rate, launch_file=launch_file,
+                                      recording=result, drawn=drawn))
+        say('Done in %.0f s' % (time.time() - started))
+        print('Pictures: %s\nReport:   %s\nBag:      %s' % (pictures, page, bag))
+        return 0
+    except (DemoError, launching.LaunchError) as error:
+        print('demo: %s' % error, file=sys.stderr)
+        log = os.path.join(work, 'log')
+        if os.path.isdir(log):
+            kept = os.path.join(output, 'log')
+            shutil.rmtree(kept, ignore_errors=True)
+            shutil.move(log, kept)
+            print('Logs: %s' % kept, file=sys.stderr)
+        return 1
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
