@@ -1,0 +1,334 @@
+#include "tools/bag_check.h"
+
+#include <rosbag/view.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "nodelets/nodelet_params.h"
+#include "nodelets/stereo_messages.h"
+#include "tools/bag_layouts.h"
+
+namespace predictive_stereo {
+namespace {
+
+using Level = BagFinding::Level;
+
+constexpr double kLookedAt_s = 30;
+constexpr double kSlow_hz = 5;
+constexpr double kLargestGap_s = 1.0;
+
+template <class... Values>
+std::string format(const char* text, Values... values) {
+  char buffer[1024];
+  std::snprintf(buffer, sizeof(buffer), text, values...);
+  return buffer;
+}
+
+// The stamps of one topic.
+struct Stream {
+  std::string topic;
+  std::vector<ros::Time> stamps;
+
+  bool unstamped() const {
+    return std::any_of(stamps.begin(), stamps.end(), [](ros::Time t) { return t.isZero(); });
+  }
+};
+
+class Checker {
+ public:
+  Checker(const rosbag::Bag& bag, const StereoTopicChoice& choice) : bag_(bag), choice_(choice) {}
+
+  BagCheck run() {
+    types_ = topicTypes(bag_);
+    if (types_.empty()) {
+      fault("the bag is empty");
+      return result_;
+    }
+    if (!chooseCamera()) return result_;
+    read();
+    if (checkMessages() && checkCalibration()) {
+      checkStamps();
+      checkFrames();
+    }
+    result_.launch_file = camera_.launch_file;
+    result_.arguments = camera_.arguments;
+    return result_;
+  }
+
+ private:
+  void good(const std::string& text) { result_.findings.push_back({Level::kGood, text}); }
+  void advice(const std::string& text) { result_.findings.push_back({Level::kAdvice, text}); }
+  void fault(const std::string& text) { result_.findings.push_back({Level::kFault, text}); }
+  void argument(const std::string& text) { camera_.arguments.push_back(text); }
+
+  std::string topicsOfType(const std::string& type) const {
+    std::string list;
+    for (const auto& known : types_)
+      if (known.second == type) list += (list.empty() ? "" : ", ") + known.first;
+    return list;
+  }
+
+  bool chooseCamera() {
+    const bool chosen = !choice_.camera.empty() || !choice_.left.empty();
+    const std::vector<CameraLayout> cameras = findCameras(types_);
+    if (chosen) {
+      camera_ = chosenCamera(choice_);
+      // Named by its namespace, but with another image topic there.
+      for (const CameraLayout& known : cameras)
+        if (!choice_.camera.empty() && !types_.count(camera_.topics.left) &&
+            !known.arguments.empty() && known.arguments[0] == camera_.arguments[0])
+          camera_ = known;
+      return true;
+    }
+    if (!cameras.empty()) {
+      camera_ = cameras[0];
+      good("layout: " + camera_.name);
+      for (size_t i = 1; i < cameras.size(); ++i)
+        advice("there is also: " + cameras[i].name + " (--left " + cameras[i].topics.left +
+               " --right " + cameras[i].topics.right + ")");
+      return true;
+    }
+    const std::string images = topicsOfType("sensor_msgs/Image"),
+                      packed = topicsOfType("sensor_msgs/CompressedImage");
+    if (!images.empty())
+      fault(
+          "no stereo camera of a known layout; choose by --left and --right from the image "
+          "topics " +
+          images + ", each with a camera_info beside it");
+    else if (!packed.empty())
+      fault("the images are compressed (" + packed +
+            "): unpack them first, by rosrun image_transport republish compressed in:=<topic> raw "
+            "out:=<topic>, while recording a new bag");
+    else
+      fault("no topic has type sensor_msgs/Image");
+    return false;
+  }
+
+  void read() {
+    const StereoTopics& topics = camera_.topics;
+    for (const std::string& topic :
+         {topics.left, topics.right, topics.left_info, topics.right_info})
+      streams_.push_back({topic, {}});
+    rosbag::View all(bag_);
+    const ros::Time end = all.getBeginTime() + ros::Duration(kLookedAt_s);
+    rosbag::View view(bag_,
+                      rosbag::TopicQuery(std::vector<std::string>{
+                          topics.left, topics.right, topics.left_info, topics.right_info}),
+                      all.getBeginTime(), end);
+    for (const rosbag::MessageInstance& message : view) {
+      if (const auto image = message.instantiate<sensor_msgs::Image>()) {
+        const bool left = message.getTopic() == topics.left;
+        streams_[left ? 0 : 1].stamps.push_back(image->header.stamp);
+        auto& first = left ? pair_.left : pair_.right;
+        if (!first) first = image;
+      } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
+        const bool left = message.getTopic() == topics.left_info;
+        streams_[left ? 2 : 3].stamps.push_back(info->header.stamp);
+        auto& first = left ? pair_.left_info : pair_.right_info;
+        if (!first) first = info;
+      }
+    }
+    rosbag::View transforms(
+        bag_, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static", "tf", "tf_static"}),
+        all.getBeginTime(), end);
+    for (const rosbag::MessageInstance& message : transforms)
+      if (const auto tf = message.instantiate<tf2_msgs::TFMessage>())
+        for (const auto& transform : tf->transforms) {
+          const bool is_static = message.getTopic().find("static") != std::string::npos;
+          tf_.setTransform(transform, "bag", is_static);
+          if (!is_static) moving_parents_[transform.child_frame_id] = transform.header.frame_id;
+        }
+  }
+
+  bool checkMessages() {
+    bool all = true;
+    const char* kinds[] = {"sensor_msgs/Image", "sensor_msgs/Image", "sensor_msgs/CameraInfo",
+                           "sensor_msgs/CameraInfo"};
+    for (size_t i = 0; i < streams_.size(); ++i) {
+      const std::string& topic = streams_[i].topic;
+      const auto type = types_.find(topic);
+      if (type == types_.end()) {
+        const std::string others = topicsOfType(kinds[i]);
+        fault("no messages on " + topic + "; topics of type " + kinds[i] + ": " +
+              (others.empty() ? "none" : others) +
+              ". Choose by --camera, or --left and --right; or rename with rosbag play's "
+              "old:=new");
+      } else if (type->second != kinds[i]) {
+        fault(topic + " has type " + type->second + ", not " + kinds[i]);
+      } else if (streams_[i].stamps.empty()) {
+        fault("no messages on " + topic + " in the first " + format("%g s", kLookedAt_s));
+      } else {
+        continue;
+      }
+      all = false;
+    }
+    return all;
+  }
+
+  bool checkCalibration() {
+    try {
+      cv::Mat1b buffer;
+      greyImage(*pair_.left, "left", buffer);
+      greyImage(*pair_.right, "right", buffer);
+      good(format("images: %ux%u %s", pair_.left->width, pair_.left->height,
+                  pair_.left->encoding.c_str()));
+      const StereoRig rig = stereoRig(pair_);
+      good(format("calibration: focal length %.1f px, baseline %.4f m", rig.fx_px, rig.baseline_m));
+      if (rig.baseline_m < 0.01 || rig.baseline_m > 5)
+        advice(
+            format("a baseline of %g m is unusual: are the P matrices in metres?", rig.baseline_m));
+      return true;
+    } catch (const std::invalid_argument& error) {
+      fault(error.what());
+      return false;
+    }
+  }
+
+  // Largest distance of a stamp of `a` to the nearest one of `b`, leaving out the worst 5 %: single
+  // lost messages are no lack of synchronisation.
+  static double stampDistance(const Stream& a, const Stream& b) {
+    std::vector<ros::Time> sorted = b.stamps;
+    std::sort(sorted.begin(), sorted.end());
+    std::vector<double> distances;
+    for (const ros::Time& stamp : a.stamps) {
+      const auto next = std::lower_bound(sorted.begin(), sorted.end(), stamp);
+      double nearest = std::numeric_limits<double>::infinity();
+      if (next != sorted.end()) nearest = std::abs((*next - stamp).toSec());
+      if (next != sorted.begin())
+        nearest = std::min(nearest, std::abs((stamp - *(next - 1)).toSec()));
+      distances.push_back(nearest);
+    }
+    std::sort(distances.begin(), distances.end());
+    return distances[static_cast<size_t>(0.95 * static_cast<double>(distances.size() - 1))];
+  }
+
+  void checkStamps() {
+    for (size_t i = 0; i < 2; ++i)
+      if (streams_[i].unstamped()) {
+        fault(streams_[i].topic + " has stamps of zero: the driver must stamp its images");
+        return;
+      }
+    const std::vector<ros::Time>& left = streams_[0].stamps;
+    if (left.size() < 2) {
+      advice("one pair only: there is nothing to predict from");
+      return;
+    }
+    std::vector<double> periods;
+    size_t backward = 0, gaps = 0;
+    for (size_t i = 1; i < left.size(); ++i) {
+      const double period = (left[i] - left[i - 1]).toSec();
+      if (period <= 0) ++backward;
+      if (period > kLargestGap_s) ++gaps;
+      periods.push_back(period);
+    }
+    std::nth_element(periods.begin(), periods.begin() + periods.size() / 2, periods.end());
+    const double period_s = periods[periods.size() / 2];
+    const double rate_hz = period_s > 0 ? 1 / period_s : 0;
+    good(format("%zu left images in the first %.1f s, %.1f Hz", left.size(),
+                (left.back() - left.front()).toSec(), rate_hz));
+    if (backward)
+      advice(format("stamps go back %zu times: everything starts anew there", backward));
+    if (gaps)
+      advice(format("%zu gaps of more than max_gap = %g s: everything starts anew after them", gaps,
+                    kLargestGap_s));
+    if (rate_hz < kSlow_hz)
+      advice(
+          format("%.1f Hz is slow: the further the camera moves between two frames, the less "
+                 "the past can predict",
+                 rate_hz));
+    checkSynchronisation(period_s);
+  }
+
+  void checkSynchronisation(double period_s) {
+    const SyncParams defaults;
+    double largest_s = 0;
+    for (size_t i = 1; i < streams_.size(); ++i) {
+      if (i > 1 && streams_[i].unstamped()) continue;  // one calibration for all
+      const double distance_s = stampDistance(streams_[0], streams_[i]);
+      largest_s = std::max(largest_s, distance_s);
+      if (distance_s < 0.5 * period_s) continue;
+      fault(streams_[i].topic +
+            format(": its stamps differ from those of the left images by %.3f s, half the time "
+                   "between two frames (%.3f s) or more: the cameras are not synchronised",
+                   distance_s, period_s));
+      return;
+    }
+    if (largest_s == 0) {
+      good("stamps of both cameras are equal");
+    } else if (largest_s <= defaults.sync_tolerance) {
+      good(
+          format("stamps of both cameras differ by up to %.2f ms: approximate_sync, which is the "
+                 "default, is needed",
+                 1e3 * largest_s));
+    } else {
+      const double tolerance_s = std::min(0.49 * period_s, 1.2 * largest_s);
+      argument(format("sync_tolerance:=%.4f", tolerance_s));
+      advice(
+          format("stamps of both cameras differ by up to %.1f ms: sync_tolerance:=%.4f; fast "
+                 "motion will be seen as disparity",
+                 1e3 * largest_s, tolerance_s));
+    }
+  }
+
+  void checkFrames() {
+    const std::string& frame = pair_.left->header.frame_id;
+    if (frame.empty()) {
+      fault(camera_.topics.left + " has an empty frame_id: set it in the camera driver");
+      return;
+    }
+    if (camera_.knows_tf) {
+      good("tf: " + camera_.launch_file + " knows this layout");
+      return;
+    }
+    const std::string base = EgoMotionProcessorParams().base_frame;
+    if (!tf_.canTransform(base, frame, ros::Time(0))) {
+      argument("camera_is_base:=true");
+      advice(
+          "tf has no path from " + base + " to " + frame +
+          ": camera_is_base:=true takes the left camera itself as the base; or give base_frame:=");
+      return;
+    }
+    good("tf: " + base + " to " + frame + " is there");
+    const auto parent = moving_parents_.find(base);
+    if (parent != moving_parents_.end()) {
+      argument("publish_tf:=false");
+      argument("odom_frame:=" + parent->second);
+      advice("the bag's tf moves " + base + " in " + parent->second +
+             " itself: publish_tf:=false, and odom_frame:=" + parent->second +
+             " takes the motion from there");
+    }
+  }
+
+  const rosbag::Bag& bag_;
+  const StereoTopicChoice choice_;
+  BagCheck result_;
+  std::map<std::string, std::string> types_;
+  CameraLayout camera_;
+  StereoPair pair_;              // the first of each topic
+  std::vector<Stream> streams_;  // left, right, left_info, right_info
+  tf2::BufferCore tf_{ros::Duration(2 * kLookedAt_s)};
+  std::map<std::string, std::string> moving_parents_;  // in /tf, by child
+};
+
+}  // namespace
+
+bool BagCheck::usable() const {
+  return !launch_file.empty() &&
+         std::none_of(findings.begin(), findings.end(),
+                      [](const BagFinding& f) { return f.level == Level::kFault; });
+}
+
+BagCheck checkBag(const rosbag::Bag& bag, const StereoTopicChoice& choice) {
+  return Checker(bag, choice).run();
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,134 @@
+#include "tools/bag_layouts.h"
+
+#include <rosbag/view.h>
+
+#include <array>
+
+namespace predictive_stereo {
+namespace {
+
+using Types = std::map<std::string, std::string>;
+
+constexpr char kRobot[] = "predictive_stereo.launch", kKitti[] = "kitti.launch";
+
+StereoTopics topicsOf(const std::string& left_folder, const std::string& right_folder,
+                      const std::string& image) {
+  return {left_folder + "/" + image, left_folder + "/camera_info", right_folder + "/" + image,
+          right_folder + "/camera_info"};
+}
+
+bool has(const Types& types, const StereoTopics& topics) {
+  const auto is = [&](const std::string& topic, const char* type) {
+    const auto found = types.find(topic);
+    return found != types.end() && found->second == type;
+  };
+  return is(topics.left, "sensor_msgs/Image") && is(topics.right, "sensor_msgs/Image") &&
+         is(topics.left_info, "sensor_msgs/CameraInfo") &&
+         is(topics.right_info, "sensor_msgs/CameraInfo");
+}
+
+std::string folderOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+
+std::string nameOf(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+// Topics that are not where the nodelets look for them by themselves.
+CameraLayout remapped(const std::string& name, const std::string& camera,
+                      const StereoTopics& topics) {
+  return {name,
+          topics,
+          kRobot,
+          {"camera:=" + camera, "left_image:=" + topics.left, "left_info:=" + topics.left_info,
+           "right_image:=" + topics.right, "right_info:=" + topics.right_info}};
+}
+
+std::vector<CameraLayout> kittiLayouts() {
+  std::vector<CameraLayout> layouts;
+  for (const std::string cameras : {"gray", "color"}) {
+    const std::string left = "/kitti/camera_" + cameras + "_left",
+                      right = "/kitti/camera_" + cameras + "_right";
+    layouts.push_back({"kitti2bag raw_synced, " + cameras,
+                       topicsOf(left, right, "image_raw"),
+                       kKitti,
+                       {"profile:=raw", "cameras:=" + cameras},
+                       true});
+    layouts.push_back({"kitti2bag odom, " + cameras,
+                       topicsOf(left, right, "image_rect"),
+                       kKitti,
+                       {"profile:=odom", "cameras:=" + cameras},
+                       true});
+    const bool gray = cameras == "gray";
+    layouts.push_back(
+        {"kitti_to_rosbag (ETH), " + cameras,
+         topicsOf(gray ? "/cam00" : "/cam02", gray ? "/cam01" : "/cam03", "image_raw"),
+         kKitti,
+         {"profile:=eth", "cameras:=" + cameras},
+         true});
+  }
+  return layouts;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> topicTypes(const rosbag::Bag& bag) {
+  Types types;
+  rosbag::View view(bag);
+  for (const rosbag::ConnectionInfo* connection : view.getConnections())
+    types[connection->topic] = connection->datatype;
+  return types;
+}
+
+std::vector<CameraLayout> findCameras(const Types& types) {
+  std::vector<CameraLayout> found;
+  for (const CameraLayout& layout : kittiLayouts())
+    if (has(types, layout.topics)) found.push_back(layout);
+
+  for (const std::string image : {"image_rect", "image_rect_color", "image_raw"})
+    for (const auto& known : types) {
+      const std::string& left = known.first;
+      if (nameOf(left) != image || !endsWith(folderOf(left), "/left")) continue;
+      const std::string camera = folderOf(folderOf(left));
+      const StereoTopics topics = topicsOf(camera + "/left", camera + "/right", image);
+      if (!has(types, topics)) continue;
+      const std::string ns = camera.empty() ? "/" : camera;
+      if (image == "image_rect")
+        found.push_back({"stereo camera " + ns, topics, kRobot, {"camera:=" + ns}});
+      else if (image == "image_raw")
+        found.push_back(
+            {"stereo camera " + ns + ", raw", topics, kRobot, {"camera:=" + ns, "rectify:=true"}});
+      else
+        found.push_back(remapped("stereo camera " + ns + ", colour", ns, topics));
+    }
+
+  // RealSense: the infrared pair is rectified, whatever its name says.
+  for (const auto& known : types) {
+    const std::string& left = known.first;
+    if (nameOf(left) != "image_rect_raw" || !endsWith(folderOf(left), "/infra1")) continue;
+    const std::string camera = folderOf(folderOf(left));
+    const StereoTopics topics = topicsOf(camera + "/infra1", camera + "/infra2", "image_rect_raw");
+    if (has(types, topics)) found.push_back(remapped("infrared pair of " + camera, camera, topics));
+  }
+  return found;
+}
+
+CameraLayout chosenCamera(const StereoTopicChoice& choice) {
+  if (!choice.camera.empty()) {
+    std::string camera = choice.camera;
+    while (!camera.empty() && camera.back() == '/') camera.pop_back();
+    if (camera.empty() || camera[0] != '/') camera = "/" + camera;
+    if (camera == "/") camera.clear();
+    const std::string ns = camera.empty() ? "/" : camera;
+    return {"stereo camera " + ns,
+            topicsOf(camera + "/left", camera + "/right", "image_rect"),
+            kRobot,
+            {"camera:=" + ns}};
+  }
+  const StereoTopics topics{choice.left, folderOf(choice.left) + "/camera_info", choice.right,
+                            folderOf(choice.right) + "/camera_info"};
+  return remapped("chosen topics", "/stereo", topics);
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,86 @@
+/// Says whether a bag can be used and, if not, what to change.
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+
+#include "tools/bag_check.h"
+#include "tools/command_line.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr char kHelp[] = R"(Usage: check_bag BAG [options]
+
+Says whether the nodelets can use a bag, with which launch file and arguments, and what is wrong
+where they cannot: topics, encodings, sizes, calibrations, stamps, tf. Needs no ROS master.
+
+  --camera NS           check this camera: NS/{left,right}/{image_rect,camera_info}
+  --left T --right T    check these image topics, with camera_info beside them
+  --launch              print nothing but the launch file and its arguments, faults on stderr
+
+Exit status: 0: the bag can be used; 1: it cannot; 2: wrong use.
+)";
+
+const char* mark(BagFinding::Level level) {
+  switch (level) {
+    case BagFinding::Level::kGood:
+      return "ok    ";
+    case BagFinding::Level::kAdvice:
+      return "note  ";
+    default:
+      return "FAULT ";
+  }
+}
+
+std::string launchLine(const BagCheck& check) {
+  std::string line = check.launch_file;
+  for (const std::string& argument : check.arguments) line += " " + argument;
+  return line;
+}
+
+int check(const CommandLine& command_line) {
+  if (command_line.positional().size() != 1) throw UsageError("give one bag");
+  const StereoTopicChoice choice{command_line.get("camera"), command_line.get("left"),
+                                 command_line.get("right")};
+  if (choice.left.empty() != choice.right.empty())
+    throw UsageError("--left and --right go together");
+  if (!choice.left.empty() && !choice.camera.empty())
+    throw UsageError("--camera and --left/--right exclude each other");
+  const std::string path = command_line.positional()[0];
+
+  rosbag::Bag bag;
+  try {
+    bag.open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagUnindexedException&) {
+    throw std::runtime_error(path +
+                             ": has no index (was its recording cut off?); run rosbag reindex");
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(path + ": " + error.what());
+  }
+  const BagCheck result = checkBag(bag, choice);
+
+  if (command_line.has("launch")) {
+    for (const BagFinding& finding : result.findings)
+      if (finding.level != BagFinding::Level::kGood)
+        std::cerr << mark(finding.level) << finding.text << "\n";
+    if (result.usable()) std::cout << launchLine(result) << "\n";
+    return result.usable() ? 0 : 1;
+  }
+  for (const BagFinding& finding : result.findings)
+    std::cout << mark(finding.level) << finding.text << "\n";
+  if (result.usable())
+    std::cout << "\nThis bag can be used:\n  roslaunch predictive_stereo " << launchLine(result)
+              << " bag:=" << std::filesystem::absolute(path).string() << " rviz:=true\n";
+  else
+    std::cout << "\nThis bag cannot be used like this.\n";
+  return result.usable() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
+                                    {"camera", "left", "right"}, {"launch"},
+                                    predictive_stereo::check);
+}

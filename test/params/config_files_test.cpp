@@ -1,0 +1,73 @@
+// Every yaml file that is shipped can be loaded; the one with all parameters holds the defaults.
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "nodelets/nodelet_params.h"
+#include "nodelets/pipeline_processor.h"
+#include "params/yaml_params.h"
+
+namespace predictive_stereo {
+namespace {
+
+const std::filesystem::path kFolder = CONFIG_FOLDER;
+
+std::vector<std::filesystem::path> files() {
+  std::vector<std::filesystem::path> result;
+  for (const auto& entry : std::filesystem::directory_iterator(kFolder))
+    if (entry.path().extension() == ".yaml") result.push_back(entry.path());
+  return result;
+}
+
+void collectNames(const YAML::Node& node, const std::string& prefix, std::set<std::string>& names) {
+  for (const auto& entry : node) {
+    const std::string name = prefix + entry.first.as<std::string>();
+    if (entry.second.IsMap())
+      collectNames(entry.second, name + "/", names);
+    else
+      names.insert(name);
+  }
+}
+
+TEST(ConfigFiles, AreThere) { EXPECT_GE(files().size(), 4u); }
+
+TEST(ConfigFiles, SetKnownParametersToAllowedValuesThatWorkTogether) {
+  for (const auto& path : files()) {
+    AllNodeletParams params;
+    ParamTable table(params);
+    EXPECT_NO_THROW(setFromYamlFile(path.string(), table)) << path;
+    EXPECT_NO_THROW(PipelineProcessor{params}) << path;
+  }
+}
+
+TEST(ConfigFiles, ChangeSomethingWhereTheyAreNotTheDefaults) {
+  for (const auto& path : files()) {
+    if (path.filename() == "predictive_stereo.yaml") continue;
+    AllNodeletParams changed, defaults;
+    ParamTable changed_table(changed);
+    setFromYamlFile(path.string(), changed_table);
+    EXPECT_NE(toYaml(changed_table), toYaml(ParamTable(defaults))) << path;
+  }
+}
+
+TEST(ConfigFiles, TheAnnotatedOneHoldsEveryParameterAtItsDefault) {
+  const std::string path = (kFolder / "predictive_stereo.yaml").string();
+  std::set<std::string> names;
+  collectNames(YAML::LoadFile(path), "", names);
+  AllNodeletParams defaults, loaded;
+  const ParamTable default_table(defaults);
+  ParamTable loaded_table(loaded);
+  setFromYamlFile(path, loaded_table);
+  for (size_t i = 0; i < default_table.entries().size(); ++i) {
+    const ParamTable::Entry& entry = default_table.entries()[i];
+    EXPECT_TRUE(names.count(entry.name)) << path << ": add " << entry.name << ": " << entry.get();
+    EXPECT_EQ(loaded_table.entries()[i].get(), entry.get()) << path << ": " << entry.name;
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo

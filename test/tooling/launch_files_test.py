@@ -1,0 +1,163 @@
+#!/usr/bin/python3
+"""Loads every launch file with the arguments it is made for: the nodes, topics and parameters that
+come out must be those of the nodelets.
+
+Arguments: the repository, a folder with the tools.
+"""
+
+import glob
+import os
+import subprocess
+import sys
+import unittest
+
+import yaml
+
+REPOSITORY, TOOLS = sys.argv[1:3]
+LAUNCH = os.path.join(REPOSITORY, 'launch')
+THREE = {'ego_motion', 'disparity', 'moving_objects'}
+
+
+def roslaunch(option, name, *arguments):
+    path = name if os.path.isabs(name) else os.path.join(LAUNCH, name)
+    result = subprocess.run(['roslaunch', option, path] + list(arguments), check=False,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True)
+    if result.returncode:
+        raise AssertionError('%s %s: %s' % (name, ' '.join(arguments), result.stderr))
+    return result.stdout
+
+
+def nodes(name, *arguments):
+    return set(roslaunch('--nodes', name, *arguments).split())
+
+
+def params(name, *arguments):
+    return yaml.safe_load(roslaunch('--dump-params', name, *arguments)) or {}
+
+
+def command(node, name, *arguments):
+    """Command line of a node, without its path."""
+    return roslaunch('--args=' + node, name, *arguments)
+
+
+def names(tree, prefix=''):
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from names(value, prefix + key + '/')
+        else:
+            yield prefix + key
+
+
+KNOWN = set(names(yaml.safe_load(subprocess.check_output(
+    [os.path.join(TOOLS, 'replay'), '--parameters'], universal_newlines=True))))
+
+
+class LaunchFiles(unittest.TestCase):
+
+    def assert_known(self, given, camera):
+        """Every parameter of the three nodelets is one that they have."""
+        for name in given:
+            section = name[len(camera) + 1:].split('/')[0]
+            if name.startswith(camera + '/') and section in THREE:
+                self.assertIn(name[len(camera) + 1:], KNOWN)
+
+    def test_every_file_is_tested(self):
+        self.assertEqual({os.path.basename(path) for path in glob.glob(LAUNCH + '/*.launch')},
+                         {'predictive_stereo.launch', 'kitti.launch', 'demo_street.launch'})
+
+    def test_robot_needs_the_camera_only(self):
+        self.assertEqual(nodes('predictive_stereo.launch', 'camera:=/stereo'),
+                         {'/stereo/' + n for n in THREE | {'predictive_stereo_manager'}})
+        given = params('predictive_stereo.launch', 'camera:=/stereo')
+        self.assert_known(given, '/stereo')
+        # The whole annotated file is loaded where the nodelets look for it.
+        self.assertEqual({n for n in KNOWN if '/stereo/' + n not in given}, set())
+
+    def test_robot_without_the_camera_is_refused(self):
+        with self.assertRaisesRegex(AssertionError, 'camera'):
+            nodes('predictive_stereo.launch')
+
+    def test_robot_in_the_drivers_manager(self):
+        arguments = ('camera:=stereo', 'manager:=/camera/manager')
+        self.assertEqual(nodes('predictive_stereo.launch', *arguments),
+                         {'/stereo/' + n for n in THREE})
+        self.assertRegex(command('/stereo/disparity', 'predictive_stereo.launch', *arguments),
+                         r'load predictive_stereo/Disparity /camera/manager')
+
+    def test_robot_standalone(self):
+        arguments = ('camera:=stereo', 'standalone:=true', 'rectify:=true')
+        self.assertEqual(nodes('predictive_stereo.launch', *arguments),
+                         {'/stereo/' + n for n in THREE | {'rectify_left', 'rectify_right'}})
+        self.assertRegex(command('/stereo/ego_motion', 'predictive_stereo.launch', *arguments),
+                         r'standalone predictive_stereo/EgoMotion')
+
+    def test_robot_with_everything(self):
+        arguments = ('camera:=/stereo', 'rectify:=true', 'rviz:=true', 'bag:=/some.bag', 'rate:=0.5',
+                     'approximate_sync:=false', 'sync_tolerance:=0.03', 'publish_tf:=false',
+                     'odom_frame:=map', 'base_frame:=base', 'left_image:=/l', 'left_info:=/li')
+        extra = {'predictive_stereo_manager', 'rectify_left', 'rectify_right', 'rviz'}
+        self.assertEqual(nodes('predictive_stereo.launch', *arguments),
+                         {'/stereo/' + n for n in THREE | extra} | {'/player'})
+        given = params('predictive_stereo.launch', *arguments)
+        self.assert_known(given, '/stereo')
+        self.assertIs(given['/use_sim_time'], True)
+        for node in ('ego_motion', 'disparity'):
+            self.assertIs(given['/stereo/%s/approximate_sync' % node], False)
+            self.assertEqual(given['/stereo/%s/sync_tolerance' % node], 0.03)
+        for node in THREE:
+            self.assertEqual(given['/stereo/%s/odom_frame' % node], 'map')
+        self.assertIs(given['/stereo/ego_motion/publish_tf'], False)
+        self.assertEqual(given['/stereo/ego_motion/base_frame'], 'base')
+        self.assertRegex(command('/stereo/disparity', 'predictive_stereo.launch', *arguments),
+                         r'left/image_rect:=/l\b')
+        self.assertRegex(command('/player', 'predictive_stereo.launch', *arguments),
+                         r'--rate 0.5')
+
+    def test_robot_whose_camera_is_the_base(self):
+        given = params('predictive_stereo.launch', 'camera:=/stereo', 'camera_is_base:=true')
+        self.assertEqual(given['/stereo/ego_motion/base_frame'], '')
+
+    def test_kitti(self):
+        expected = {
+            ('raw', 'gray'): '/kitti/camera_gray_left/image_raw',
+            ('raw', 'color'): '/kitti/camera_color_left/image_raw',
+            ('odom', 'gray'): '/kitti/camera_gray_left/image_rect',
+            ('odom', 'color'): '/kitti/camera_color_left/image_rect',
+            ('eth', 'gray'): '/cam00/image_raw',
+            ('eth', 'color'): '/cam02/image_raw',
+        }
+        for (profile, cameras), left in expected.items():
+            arguments = ('bag:=/some.bag', 'profile:=' + profile, 'cameras:=' + cameras,
+                         'rviz:=false')
+            self.assertEqual(nodes('kitti.launch', *arguments),
+                             {'/kitti/' + n for n in THREE | {'predictive_stereo_manager'}} |
+                             {'/player'})
+            right = left.replace('_left', '_right').replace('00', '01').replace('02', '03')
+            line = command('/kitti/ego_motion', 'kitti.launch', *arguments)
+            for topic, source in (('left/image_rect', left), ('right/image_rect', right),
+                                  ('left/camera_info', os.path.dirname(left) + '/camera_info'),
+                                  ('right/camera_info', os.path.dirname(right) + '/camera_info')):
+                self.assertIn('%s:=%s ' % (topic, source), line + ' ')
+            given = params('kitti.launch', *arguments)
+            self.assert_known(given, '/kitti')
+            # raw bags have base_link; the others have no extrinsics at all.
+            self.assertEqual(given.get('/kitti/ego_motion/base_frame'),
+                             None if profile == 'raw' else '')
+            # The bag's own poses must not get in the way of the odometry's.
+            self.assertIn('/tf:=/kitti/tf', command('/player', 'kitti.launch', *arguments))
+
+    def test_street(self):
+        arguments = ('bag:=/some.bag', 'rviz:=true')
+        self.assertEqual(nodes('demo_street.launch', *arguments),
+                         {'/street/' + n for n in THREE | {'predictive_stereo_manager', 'rviz'}} |
+                         {'/player'})
+        self.assert_known(params('demo_street.launch', *arguments), '/street')
+
+    def test_every_config_file(self):
+        for path in glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml')):
+            self.assert_known(params('predictive_stereo.launch', 'camera:=/stereo',
+                                     'config:=' + path), '/stereo')
+
+
+if __name__ == '__main__':
+    unittest.main(argv=sys.argv[:1], verbosity=2)

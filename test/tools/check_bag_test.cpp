@@ -1,0 +1,300 @@
+#include <geometry_msgs/TransformStamped.h>
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "tools/bag_check.h"
+
+namespace predictive_stereo {
+namespace {
+
+/// What a small bag with one stereo camera looks like; each test spoils one thing.
+struct Recording {
+  std::string left = "/stereo/left/image_rect", right = "/stereo/right/image_rect";
+  std::string left_info = "/stereo/left/camera_info", right_info = "/stereo/right/camera_info";
+  std::string encoding = "mono8", left_frame = "left_optical_frame";
+  unsigned width = 64, right_width = 64, calibrated_width = 64, height = 32;
+  double right_P3 = -30;
+  double period_s = 0.1, right_delay_s = 0;
+  std::vector<double> stamps_s;  // empty: ten, one a period
+  bool zero_stamps = false;
+  bool extrinsic = true;
+  std::string base_parent;  // of base_link in /tf
+};
+
+sensor_msgs::Image image(const Recording& recording, unsigned width, ros::Time stamp) {
+  sensor_msgs::Image message;
+  message.header.frame_id = recording.left_frame;
+  message.header.stamp = stamp;
+  message.width = width;
+  message.height = recording.height;
+  message.encoding = recording.encoding;
+  const unsigned bytes = recording.encoding == "mono16" ? 2 : recording.encoding == "bgr8" ? 3 : 1;
+  message.step = width * bytes;
+  message.data.resize(message.step * message.height);
+  return message;
+}
+
+sensor_msgs::CameraInfo info(const Recording& recording, double P3, ros::Time stamp) {
+  sensor_msgs::CameraInfo message;
+  message.header.frame_id = recording.left_frame;
+  message.header.stamp = stamp;
+  message.width = recording.calibrated_width;
+  message.height = recording.height;
+  message.P = {100, 0, 32, P3, 0, 100, 16, 0, 0, 0, 1, 0};
+  return message;
+}
+
+tf2_msgs::TFMessage transform(const std::string& parent, const std::string& child,
+                              ros::Time stamp) {
+  geometry_msgs::TransformStamped one;
+  one.header.stamp = stamp;
+  one.header.frame_id = parent;
+  one.child_frame_id = child;
+  one.transform.rotation.w = 1;
+  tf2_msgs::TFMessage message;
+  message.transforms.push_back(one);
+  return message;
+}
+
+class CheckBag : public testing::Test {
+ protected:
+  CheckBag()
+      : path_(std::filesystem::temp_directory_path() /
+              ("check_bag_test_" + std::to_string(getpid()) + ".bag")) {}
+  ~CheckBag() override { std::filesystem::remove(path_); }
+
+  void write(const Recording& recording) {
+    rosbag::Bag bag(path_.string(), rosbag::bagmode::Write);
+    const ros::Time begin(1000);
+    std::vector<double> stamps_s = recording.stamps_s;
+    if (stamps_s.empty())
+      for (int i = 0; i < 10; ++i) stamps_s.push_back(i * recording.period_s);
+    if (recording.extrinsic)
+      bag.write("/tf_static", begin, transform("base_link", recording.left_frame, begin));
+    for (size_t i = 0; i < stamps_s.size(); ++i) {
+      const ros::Time now = begin + ros::Duration(recording.period_s * static_cast<double>(i));
+      const auto stamp = [&](double offset_s) {
+        return recording.zero_stamps ? ros::Time() : begin + ros::Duration(stamps_s[i] + offset_s);
+      };
+      const ros::Time left = stamp(0), right = stamp(recording.right_delay_s);
+      if (!recording.left.empty())
+        bag.write(recording.left, now, image(recording, recording.width, left));
+      if (!recording.right.empty())
+        bag.write(recording.right, now, image(recording, recording.right_width, right));
+      if (!recording.left_info.empty())
+        bag.write(recording.left_info, now, info(recording, 0, left));
+      if (!recording.right_info.empty())
+        bag.write(recording.right_info, now, info(recording, recording.right_P3, right));
+      if (!recording.base_parent.empty())
+        bag.write("/tf", now, transform(recording.base_parent, "base_link", now));
+    }
+    bag.close();
+  }
+
+  BagCheck check(const Recording& recording, const StereoTopicChoice& choice = {}) {
+    write(recording);
+    const rosbag::Bag bag(path_.string());
+    return checkBag(bag, choice);
+  }
+
+  const std::filesystem::path path_;
+};
+
+std::string said(const BagCheck& check, BagFinding::Level level) {
+  std::string text;
+  for (const BagFinding& finding : check.findings)
+    if (finding.level == level) text += finding.text + "\n";
+  return text;
+}
+std::string faults(const BagCheck& check) { return said(check, BagFinding::Level::kFault); }
+std::string advice(const BagCheck& check) { return said(check, BagFinding::Level::kAdvice); }
+
+bool hasArgument(const BagCheck& check, const std::string& argument) {
+  return std::count(check.arguments.begin(), check.arguments.end(), argument) == 1;
+}
+
+#define EXPECT_SAYS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
+
+TEST_F(CheckBag, FindsNothingWrongWithAGoodBag) {
+  const BagCheck result = check({});
+  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_EQ(advice(result), "");
+  EXPECT_EQ(result.launch_file, "predictive_stereo.launch");
+  EXPECT_EQ(result.arguments, std::vector<std::string>{"camera:=/stereo"});
+}
+
+TEST_F(CheckBag, PutsRectificationInFrontOfRawImages) {
+  Recording raw;
+  raw.left = "/stereo/left/image_raw";
+  raw.right = "/stereo/right/image_raw";
+  const BagCheck result = check(raw);
+  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_TRUE(hasArgument(result, "rectify:=true"));
+}
+
+TEST_F(CheckBag, KnowsKittisLayouts) {
+  struct Layout {
+    const char* left_folder;
+    const char* right_folder;
+    const char* image;
+    const char* profile;
+    const char* cameras;
+  };
+  for (const Layout& layout : {
+           Layout{"/kitti/camera_gray_left", "/kitti/camera_gray_right", "image_raw", "raw",
+                  "gray"},
+           Layout{"/kitti/camera_color_left", "/kitti/camera_color_right", "image_raw", "raw",
+                  "color"},
+           Layout{"/kitti/camera_gray_left", "/kitti/camera_gray_right", "image_rect", "odom",
+                  "gray"},
+           Layout{"/cam00", "/cam01", "image_raw", "eth", "gray"},
+           Layout{"/cam02", "/cam03", "image_raw", "eth", "color"},
+       }) {
+    Recording kitti;
+    const std::string left = layout.left_folder, right = layout.right_folder;
+    kitti.left = left + "/" + layout.image;
+    kitti.left_info = left + "/camera_info";
+    kitti.right = right + "/" + layout.image;
+    kitti.right_info = right + "/camera_info";
+    kitti.extrinsic = false;
+    kitti.base_parent = "world";
+    const BagCheck result = check(kitti);
+    EXPECT_TRUE(result.usable()) << faults(result);
+    EXPECT_EQ(result.launch_file, "kitti.launch");
+    EXPECT_EQ(result.arguments,
+              (std::vector<std::string>{std::string("profile:=") + layout.profile,
+                                        std::string("cameras:=") + layout.cameras}));
+  }
+}
+
+TEST_F(CheckBag, TakesOtherTopicsWhenTold) {
+  Recording other;
+  other.left = "/a/picture";
+  other.left_info = "/a/camera_info";
+  other.right = "/b/picture";
+  other.right_info = "/b/camera_info";
+  const BagCheck unknown = check(other);
+  EXPECT_FALSE(unknown.usable());
+  EXPECT_SAYS(faults(unknown), "/a/picture, /b/picture");
+  const BagCheck told = check(other, {"", "/a/picture", "/b/picture"});
+  EXPECT_TRUE(told.usable()) << faults(told);
+  EXPECT_TRUE(hasArgument(told, "left_image:=/a/picture"));
+  EXPECT_TRUE(hasArgument(told, "right_info:=/b/camera_info"));
+}
+
+TEST_F(CheckBag, NamesTopicsThatAreMissing) {
+  Recording no_info;
+  no_info.right_info = "";
+  const BagCheck result = check(no_info, {"/stereo", "", ""});
+  EXPECT_FALSE(result.usable());
+  EXPECT_SAYS(faults(result), "no messages on /stereo/right/camera_info");
+}
+
+TEST_F(CheckBag, SaysHowToUnpackCompressedImages) {
+  {
+    rosbag::Bag bag(path_.string(), rosbag::bagmode::Write);
+    bag.write("/left/image_rect/compressed", ros::Time(1), sensor_msgs::CompressedImage());
+  }
+  const rosbag::Bag bag(path_.string());
+  EXPECT_SAYS(faults(checkBag(bag)), "republish");
+}
+
+TEST_F(CheckBag, RefusesAnEmptyBag) {
+  { rosbag::Bag bag(path_.string(), rosbag::bagmode::Write); }
+  const rosbag::Bag bag(path_.string());
+  const BagCheck result = checkBag(bag);
+  EXPECT_FALSE(result.usable());
+  EXPECT_SAYS(faults(result), "empty");
+}
+
+TEST_F(CheckBag, RefusesEncodingsThatAreNot8Bit) {
+  Recording deep;
+  deep.encoding = "mono16";
+  EXPECT_SAYS(faults(check(deep)), "mono16");
+}
+
+TEST_F(CheckBag, RefusesDifferentSizes) {
+  Recording different;
+  different.right_width = 48;
+  EXPECT_SAYS(faults(check(different)), "48x32");
+  Recording uncalibrated;
+  uncalibrated.calibrated_width = 128;
+  EXPECT_SAYS(faults(check(uncalibrated)), "128x32");
+}
+
+TEST_F(CheckBag, RefusesABaselineThatIsNotPositive) {
+  Recording swapped;
+  swapped.right_P3 = 30;
+  EXPECT_FALSE(check(swapped).usable());
+  Recording single;
+  single.right_P3 = 0;
+  EXPECT_FALSE(check(single).usable());
+}
+
+TEST_F(CheckBag, TellsSynchronisationsApart) {
+  Recording slightly;
+  slightly.right_delay_s = 0.003;
+  const BagCheck within = check(slightly);
+  EXPECT_TRUE(within.usable()) << faults(within);
+  EXPECT_EQ(within.arguments.size(), 1u);
+  EXPECT_SAYS(said(within, BagFinding::Level::kGood), "approximate_sync");
+
+  Recording more;
+  more.right_delay_s = 0.02;
+  const BagCheck beyond = check(more);
+  EXPECT_TRUE(beyond.usable()) << faults(beyond);
+  EXPECT_TRUE(hasArgument(beyond, "sync_tolerance:=0.0240")) << advice(beyond);
+
+  Recording never;
+  never.right_delay_s = 0.05;
+  EXPECT_SAYS(faults(check(never)), "not synchronised");
+}
+
+TEST_F(CheckBag, RefusesStampsOfZero) {
+  Recording unstamped;
+  unstamped.zero_stamps = true;
+  EXPECT_SAYS(faults(check(unstamped)), "stamps of zero");
+}
+
+TEST_F(CheckBag, NoticesGapsAndStampsThatGoBack) {
+  Recording uneven;
+  uneven.stamps_s = {0, 0.1, 0.2, 2.5, 2.6, 2.7, 0.3, 0.4};
+  const BagCheck result = check(uneven);
+  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_SAYS(advice(result), "1 gaps");
+  EXPECT_SAYS(advice(result), "go back 1 times");
+}
+
+TEST_F(CheckBag, TakesTheCameraAsTheBaseWhereTfDoesNotKnowIt) {
+  Recording no_tf;
+  no_tf.extrinsic = false;
+  const BagCheck result = check(no_tf);
+  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_TRUE(hasArgument(result, "camera_is_base:=true"));
+}
+
+TEST_F(CheckBag, LeavesTfToAnOdometryOfTheBag) {
+  Recording own;
+  own.base_parent = "map";
+  const BagCheck result = check(own);
+  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_TRUE(hasArgument(result, "publish_tf:=false"));
+  EXPECT_TRUE(hasArgument(result, "odom_frame:=map"));
+}
+
+TEST_F(CheckBag, RefusesAnEmptyFrame) {
+  Recording nameless;
+  nameless.left_frame = "";
+  nameless.extrinsic = false;
+  EXPECT_SAYS(faults(check(nameless)), "frame_id");
+}
+
+}  // namespace
+}  // namespace predictive_stereo
