@@ -1,0 +1,43 @@
+#include "evaluation/odometry_evaluation.h"
+
+#include <gtest/gtest.h>
+
+namespace predictive_stereo {
+namespace {
+
+TEST(EvaluateOdometry, MeasuresTheStreet) {
+  StreetParams params;
+  params.scene = "straight";
+  params.frames = 6;
+  const auto street = streetSequence(params);
+  int frames = 0;
+  const OdometryEvaluation e =
+      evaluateOdometry(*street, EgoMotionParams{}, 0, [&](int) { ++frames; });
+  EXPECT_EQ(frames, 6);
+  EXPECT_EQ(e.motions.size(), 5u);
+  EXPECT_EQ(e.estimated.size(), 6u);
+  EXPECT_EQ(e.lost, 0);
+  EXPECT_GT(e.length_m, 1);
+  EXPECT_LT(std::abs(e.length_error_percent), 1);
+  EXPECT_LT(e.mean.translation_m, 0.02);
+  EXPECT_GT(e.mean_normalized_error, 0);
+  EXPECT_EQ(pathPlot(e).series[1].points.size(), 6u);
+}
+
+TEST(EvaluateOdometry, NeedsTruePoses) {
+  class Blind : public Sequence {
+   public:
+    const std::string& name() const override { return name_; }
+    const StereoRig& rig() const override { return rig_; }
+    int frames() const override { return 1; }
+    SequenceFrame frame(int) const override { return {}; }
+
+   private:
+    std::string name_ = "blind";
+    StereoRig rig_;
+  };
+  EXPECT_THROW(evaluateOdometry(Blind(), EgoMotionParams{}, 0, nullptr), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
