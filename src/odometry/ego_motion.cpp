@@ -24,8 +24,9 @@ constexpr double kNewTrust = 0.5, kStaticTrust = 1.0, kMovingTrust = 0.2;
 // The reference stays while the image hardly moves, so that standing still does not drift.
 constexpr double kHoldFlowPx = 1.5;
 constexpr double kHoldInliers = 0.6;  // share of the reference's features that must be in view
-// A motion that fewer points than this share agree with is doubted; others are tried as well.
-constexpr double kDoubtfulInliers = 0.35;
+// A motion is doubted that few of the points agree with that were followed, and far fewer than in
+// the frame before; others are tried as well.
+constexpr double kDoubtfulShare = 0.35, kUsualShare = 0.7;
 // Frames with fewer features show nothing: the reference then waits for better ones, a while.
 constexpr int kBlindFeatures = 30;
 constexpr int kLongestWait = 10;
@@ -54,6 +55,14 @@ Matrix6d covarianceOfChange(const CameraMotion& a, const CameraMotion& b) {
   return a.covariance + adjoint * b.covariance * adjoint.transpose();
 }
 
+// How likely static the points are, in all, that agree with a motion.
+double support(const PoseSolution& solution, const std::vector<Correspondence>& correspondences) {
+  double sum = 0;
+  for (size_t i = 0; i < correspondences.size(); ++i)
+    if (solution.inlier[i]) sum += correspondences[i].trust;
+  return sum;
+}
+
 bool certain(const Matrix6d& covariance) {
   const double largest_m2 = covariance.diagonal().head<3>().maxCoeff();
   const double largest_rad2 = covariance.diagonal().tail<3>().maxCoeff();
@@ -66,7 +75,8 @@ bool certain(const Matrix6d& covariance) {
 struct EgoMotion::State {
   explicit State(const EgoMotionParams& p) : params(p), row_offsets(p.row_alignment) {
     validate(p, "ego_motion/");
-    offset.variance_px2 = p.disparity_offset_sigma_px * p.disparity_offset_sigma_px;
+    if (p.estimate_disparity_offset)
+      offset.variance_px2 = p.disparity_offset_sigma_px * p.disparity_offset_sigma_px;
   }
 
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right,
@@ -76,6 +86,11 @@ struct EgoMotion::State {
   PoseSolution moveSince(const ReferenceFrame& reference, const cv::Mat1b& moving_mask);
   PoseSolution tryMotion(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
                          const cv::Mat1b& moving_mask);
+  PoseSolverParams solverParams() const {
+    PoseSolverParams solver;
+    solver.offset_jitter_px = params.disparity_jitter_px;
+    return solver;
+  }
   void followFeatures(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
                       const cv::Mat1b& moving_mask);
   void findInRightImage(std::vector<StereoMatch>& stereo);
@@ -94,6 +109,8 @@ struct EgoMotion::State {
   // What the next frame is compared with, best first: one frame, or, after a loss, two.
   std::vector<ReferenceFrame> references;
 
+  double usual_share = 1;  // of the points followed, how many agreed with the last frame's motion
+
   CornerDetector detector;
   // Features of a reference that are found in the current frame; `id` is their place there.
   std::vector<Track> tracks;
@@ -106,6 +123,7 @@ void EgoMotion::State::reset() {
   row_offsets.reset();
   alignment = RowAlignment();
   T_last = Eigen::Isometry3d::Identity();
+  usual_share = 1;
 }
 
 EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
@@ -163,30 +181,53 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
     }
   }
   estimate.row_alignment = alignment;
-  estimate.disparity_offset_px = params.estimate_disparity_offset ? offset.offset_px : 0;
-  estimate.disparity_offset_sigma_px =
-      params.estimate_disparity_offset ? std::sqrt(offset.variance_px2) : 0;
+  if (params.estimate_disparity_offset) {
+    estimate.disparity_offset_px = offset.offset_px;
+    estimate.disparity_offset_sigma_px = std::sqrt(offset.variance_px2);
+  }
   return estimate;
 }
 
-// From a reference to the current frame. Expects the camera to go on as before; where that leads to
-// little agreement, as after a duplicated or a dropped frame, that it stands still.
+// From a reference to the current frame. Expects the camera to go on as before. Where that leads to
+// little agreement, others are tried: that it stands still, as after a duplicated or a dropped
+// frame; and what the rest agrees with, because among vehicles that move along with the camera most
+// of the street is out of reach until it is expected where it is.
 PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
                                          const cv::Mat1b& moving_mask) {
   const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
   Eigen::Isometry3d T_expected = T_previous;
   for (int i = 0; i < std::min(reference.age, 3); ++i) T_expected = T_last * T_expected;
   PoseSolution best = tryMotion(reference, T_expected, moving_mask);
-  if (best.found && best.inliers > kDoubtfulInliers * static_cast<double>(tracks.size()))
+  const auto followed = static_cast<double>(std::max<size_t>(tracks.size(), 1));
+  const double share = best.inliers / followed;
+  if (best.found && share > std::min(kDoubtfulShare, kUsualShare * usual_share)) {
+    usual_share = share;
     return best;
-  auto best_tracks = tracks;
-  auto best_matches = matches;
-  auto best_correspondences = correspondences;
-  PoseSolution other = tryMotion(reference, T_previous, moving_mask);
-  if (other.inliers > best.inliers) return other;
-  std::swap(tracks, best_tracks);
+  }
+
+  std::vector<StereoMatch> best_matches = matches;
+  std::vector<Correspondence> best_correspondences = correspondences;
+  const auto tryInstead = [&](const Eigen::Isometry3d& T) {
+    const PoseSolution other = tryMotion(reference, T, moving_mask);
+    if (!other.found ||
+        (best.found && support(other, correspondences) <= support(best, best_correspondences)))
+      return;
+    best = other;
+    best_matches = matches;
+    best_correspondences = correspondences;
+  };
+  tryInstead(T_previous);
+  if (best.found) {
+    std::vector<Correspondence> rest;
+    for (size_t i = 0; i < best_correspondences.size(); ++i)
+      if (!best.inlier[i]) rest.push_back(best_correspondences[i]);
+    const PoseSolution second =
+        solvePose(rig, rest, best.T_cam_prev, reference.offset, kExpectedSigmaPx, solverParams());
+    if (second.found) tryInstead(second.T_cam_prev);
+  }
   std::swap(matches, best_matches);
   std::swap(correspondences, best_correspondences);
+  if (best.found) usual_share = best.inliers / followed;
   return best;
 }
 
@@ -205,12 +246,8 @@ PoseSolution EgoMotion::State::tryMotion(const ReferenceFrame& reference,
     c.trust = feature.trust;
     correspondences.push_back(c);
   }
-  PoseSolverParams solver;
-  solver.offset_jitter_px = params.disparity_jitter_px;
-  DisparityOffset previous_offset = reference.offset;
-  if (!params.estimate_disparity_offset) previous_offset = {0, 0};
-  PoseSolution solution =
-      solvePose(rig, correspondences, T_expected, previous_offset, kExpectedSigmaPx, solver);
+  PoseSolution solution = solvePose(rig, correspondences, T_expected, reference.offset,
+                                    kExpectedSigmaPx, solverParams());
   solution.found = solution.found && certain(solution.covariance);
   return solution;
 }
@@ -306,7 +343,10 @@ bool EgoMotion::State::hardlyMoved(const PoseSolution& solution) const {
 ReferenceFrame EgoMotion::State::frameFromHere(const PoseSolution& solution) {
   ReferenceFrame here;
   here.offset = offset;
-  here.offset.variance_px2 += params.disparity_offset_drift_px * params.disparity_offset_drift_px;
+  if (params.estimate_disparity_offset)
+    here.offset.variance_px2 += params.disparity_offset_drift_px * params.disparity_offset_drift_px;
+  else
+    here.offset = DisparityOffset();
   std::vector<cv::Point2f> taken, corners;
   for (size_t i = 0; i < correspondences.size(); ++i) {
     const Correspondence& c = correspondences[i];

@@ -57,11 +57,26 @@ bool Patch::sample(const cv::Mat1b& image, cv::Point2f centre, float scale) {
     if (!Bilinear(centre.x - half, centre.y - half).inside(image, 1, 1) ||
         !Bilinear(centre.x + half, centre.y + half).inside(image, 1, 1))
       return false;
-    for (int y = 0; y < kBorder; ++y)
+    int column[kBorder];
+    float column_fraction[kBorder];
+    for (int x = 0; x < kBorder; ++x) {
+      const float at = centre.x - half + static_cast<float>(x) * scale;
+      column[x] = static_cast<int>(at);
+      column_fraction[x] = at - static_cast<float>(column[x]);
+    }
+    for (int y = 0; y < kBorder; ++y) {
+      const float at = centre.y - half + static_cast<float>(y) * scale;
+      const int row = static_cast<int>(at);
+      const float f = at - static_cast<float>(row);
+      const uchar* upper = image.ptr<uchar>(row);
+      const uchar* lower = image.ptr<uchar>(row + 1);
       for (int x = 0; x < kBorder; ++x) {
-        const Bilinear at(centre.x - half + x * scale, centre.y - half + y * scale);
-        sampleRow<1>(image, at, 0, &grey[y][x]);
+        const int c = column[x];
+        const float top = upper[c] + column_fraction[x] * (upper[c + 1] - upper[c]);
+        const float bottom = lower[c] + column_fraction[x] * (lower[c + 1] - lower[c]);
+        grey[y][x] = top + f * (bottom - top);
       }
+    }
   }
 
   float sum_t[kSize] = {}, sum_x[kSize] = {}, sum_y[kSize] = {};

@@ -13,7 +13,8 @@ void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) 
   Patch patch;
   for (int k = from.levels() - 1; k > 0; --k) {
     const float shrink = 1.f / static_cast<float>(1 << k);
-    if (!patch.sample(from.level(k), track.origin * shrink, track.scale)) continue;
+    // Only the finest levels are worth the true scale.
+    if (!patch.sample(from.level(k), track.origin * shrink, k > 1 ? 1.f : track.scale)) continue;
     const Patch::Match match = patch.align(to.level(k), track.position * shrink, kCoarseIterations);
     // A coarse level that fails, as on small structures before another background, is skipped.
     if (match.correlation > 0.5f) track.position = match.position / shrink;
