@@ -30,6 +30,10 @@ constexpr double kDoubtfulShare = 0.35, kUsualShare = 0.7;
 // Frames with fewer features show nothing: the reference then waits for better ones, a while.
 constexpr int kBlindFeatures = 30;
 constexpr int kLongestWait = 10;
+// Errors of neighbouring points go together (patches at the edges of depth, interpolation), which
+// the normal equations do not know. Measured on the synthetic street: mean e'C^-1e / 6 was 2.1
+// without.
+constexpr double kCommonErrors = 2.1;
 // A motion less certain than this is not told.
 constexpr double kLargestSigma_m = 0.5, kLargestSigma_rad = 0.05;
 
@@ -248,6 +252,7 @@ PoseSolution EgoMotion::State::tryMotion(const ReferenceFrame& reference,
   }
   PoseSolution solution = solvePose(rig, correspondences, T_expected, reference.offset,
                                     kExpectedSigmaPx, solverParams());
+  solution.covariance *= kCommonErrors;
   solution.found = solution.found && certain(solution.covariance);
   return solution;
 }

@@ -1,0 +1,150 @@
+/// Ego-motion on the synthetic street and on KITTI, against true poses.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cstdlib>
+
+#include "evaluation/odometry_evaluation.h"
+#include "predictive_stereo/ego_motion.h"
+#include "simulation/street.h"
+
+namespace predictive_stereo {
+namespace {
+
+struct Driven {
+  double estimated_m = 0, true_m = 0, end_error_m = 0;
+  double largest_error_m = 0, largest_error_rad = 0;
+  double mean_normalized_error = 0;
+  int lost = 0;
+
+  double driftPercent() const { return 100 * end_error_m / true_m; }
+};
+
+// Drives from one frame to another of a scene; `spoil` may change the images of a frame.
+template <class Spoil>
+Driven drive(const std::string& scene, int first, int frames, const Spoil& spoil) {
+  StreetParams params;
+  params.scene = scene;
+  params.seed = 3;
+  const Street street(params);
+  EgoMotion ego_motion{EgoMotionParams()};
+  Driven driven;
+  Eigen::Isometry3d T_start_cam = Eigen::Isometry3d::Identity();
+  int reference = first;
+  for (int k = first; k < first + frames; ++k) {
+    StreetFrame frame = street.render(k);
+    spoil(k - first, frame.left, frame.right);
+    const EgoMotionEstimate estimate = ego_motion.estimate(frame.left, frame.right, street.rig());
+    if (k == first) continue;
+    T_start_cam = T_start_cam * estimate.motion.T_cam_prev.inverse();
+    if (estimate.status != EgoMotionStatus::kTracked) {
+      ++driven.lost;
+      EXPECT_TRUE(estimate.motion.T_cam_prev.matrix().isIdentity());
+      EXPECT_EQ(estimate.motion.covariance(0, 0), 9999);
+      continue;
+    }
+    EXPECT_EQ(estimate.frames, k - reference);
+    const Eigen::Isometry3d T_true = street.poseOf(k).inverse() * street.poseOf(reference);
+    const Eigen::Isometry3d delta = estimate.motion.T_cam_prev * T_true.inverse();
+    const Eigen::AngleAxisd rotation(delta.linear());
+    Vector6d error;
+    error << delta.translation(), rotation.angle() * rotation.axis();
+    driven.largest_error_m = std::max(driven.largest_error_m, error.head<3>().norm());
+    driven.largest_error_rad = std::max(driven.largest_error_rad, error.tail<3>().norm());
+    driven.mean_normalized_error +=
+        error.dot(estimate.motion.covariance.inverse() * error) / 6 / (frames - 1);
+    driven.true_m += T_true.translation().norm();
+    driven.estimated_m += estimate.motion.T_cam_prev.translation().norm();
+    reference = k;
+  }
+  const Eigen::Isometry3d T_true = street.poseOf(first).inverse() * street.poseOf(reference);
+  driven.end_error_m = (T_start_cam.translation() - T_true.translation()).norm();
+  return driven;
+}
+
+Driven drive(const std::string& scene, int first, int frames) {
+  return drive(scene, first, frames, [](int, cv::Mat1b&, cv::Mat1b&) {});
+}
+
+constexpr double kDegree = 3.14159265358979 / 180;
+
+TEST(EgoMotionScenes, Street) {
+  const Driven driven = drive("street", 20, 12);
+  EXPECT_EQ(driven.lost, 0);
+  EXPECT_LT(driven.driftPercent(), 0.5);
+  EXPECT_GT(driven.mean_normalized_error, 0.5);
+  EXPECT_LT(driven.mean_normalized_error, 2);
+}
+
+TEST(EgoMotionScenes, VehiclesThatMoveAlongCoverFortyPercentOfTheView) {
+  const Driven driven = drive("crowded", 20, 10);
+  EXPECT_EQ(driven.lost, 0);
+  EXPECT_LT(driven.driftPercent(), 1);
+}
+
+TEST(EgoMotionScenes, NoDriftAtStandstill) {
+  const Driven driven = drive("standstill", 20, 8);
+  EXPECT_EQ(driven.lost, 0);
+  EXPECT_LT(driven.largest_error_m, 0.001);
+  EXPECT_LT(driven.largest_error_rad, 0.005 * kDegree);
+  EXPECT_LT(driven.end_error_m, 0.001);
+}
+
+TEST(EgoMotionScenes, FastRotation) {
+  const Driven driven = drive("fast_rotation", 10, 8);
+  EXPECT_EQ(driven.lost, 0);
+  EXPECT_LT(driven.driftPercent(), 0.5);
+  EXPECT_LT(driven.largest_error_rad, 0.02 * kDegree);
+}
+
+TEST(EgoMotionScenes, DroppedAndDuplicatedFrames) {
+  for (const char* scene : {"dropped", "duplicated"}) {
+    const Driven driven = drive(scene, 20, 8);
+    EXPECT_EQ(driven.lost, 0) << scene;
+    EXPECT_LT(driven.driftPercent(), 0.5) << scene;
+  }
+}
+
+TEST(EgoMotionScenes, BadLight) {
+  for (const char* scene : {"night", "saturated", "low_texture", "blur"}) {
+    const Driven driven = drive(scene, 20, 6);
+    EXPECT_EQ(driven.lost, 0) << scene;
+    EXPECT_LT(driven.driftPercent(), 1) << scene;
+  }
+}
+
+TEST(EgoMotionScenes, RecoversOnTheNextGoodFrame) {
+  const Driven driven = drive("static", 20, 9, [](int k, cv::Mat1b& left, cv::Mat1b& right) {
+    if (k != 4 && k != 5) return;
+    left.setTo(k == 4 ? 255 : 0);
+    right.setTo(k == 4 ? 255 : 0);
+  });
+  EXPECT_EQ(driven.lost, 2);
+  EXPECT_LT(driven.driftPercent(), 0.5);
+}
+
+TEST(EgoMotionScenes, KittiDrive0020) {
+  const char* kitti = std::getenv("KITTI_EXCERPTS");
+  if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
+  const auto sequence =
+      kittiDriveSequence(std::string(kitti) + "/2011_09_30", "2011_09_30_drive_0020_sync");
+  const OdometryEvaluation result = evaluateOdometry(*sequence, EgoMotionParams(), 0, {});
+  EXPECT_EQ(result.lost, 0);
+  EXPECT_LE(result.mean.translation_m, 0.013);
+  EXPECT_LE(result.mean.rotation_rad, 0.054 * kDegree);
+  EXPECT_LT(std::abs(result.length_error_percent), 0.5);
+}
+
+TEST(EgoMotionScenes, KittiDrivesAreAsLongAsTheyAre) {
+  const char* kitti = std::getenv("KITTI_EXCERPTS");
+  if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
+  for (const char* drive : {"2011_09_26_drive_0009_sync", "2011_09_26_drive_0002_sync"}) {
+    const auto sequence = kittiDriveSequence(std::string(kitti) + "/2011_09_26", drive);
+    const OdometryEvaluation result = evaluateOdometry(*sequence, EgoMotionParams(), 0, {});
+    EXPECT_EQ(result.lost, 0) << drive;
+    EXPECT_LT(std::abs(result.length_error_percent), 0.5) << drive;
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
