@@ -56,6 +56,8 @@ MovingObjectMsg message(const MovingObject& object) {
   result.velocity.z = object.velocity_mps.z();
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(result.velocity_covariance.data()) =
       object.velocity_covariance;
+  // The convention of sensor_msgs/Imu: no estimate.
+  if (object.velocity_covariance.isZero()) result.velocity_covariance[0] = -1;
   result.score = object.score;
   result.age = static_cast<uint32_t>(object.age);
   result.distance = object.distance_m;
