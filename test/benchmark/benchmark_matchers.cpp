@@ -402,13 +402,15 @@ ScaledTimes timeScaled(const Job& job, const MatcherParams& params, double area,
     full.push_back(timeOf([&] { matcher.match(left, right, match); }));
     reduced.push_back(timeOf([&] { matcher.match(left, right, ranges, match); }));
   }
-  return {median(full), median(reduced)};
+  return {*std::min_element(full.begin(), full.end()),
+          *std::min_element(reduced.begin(), reduced.end())};
 }
 
 void printScaling(const Job& job, const MatcherParams& params, int rounds, int most_threads) {
-  cv::setNumThreads(most_threads);
-  std::printf("\n%d threads, 4 paths, median ms. Reduced: 8 disparities around each pixel's.\n",
-              most_threads);
+  cv::setNumThreads(1);
+  std::printf(
+      "\n1 thread, 4 paths, fastest of %d, ms. Reduced: 8 disparities around each pixel's.\n",
+      rounds);
   std::printf("\n| image area | full | reduced |\n|---|---:|---:|\n");
   for (double area : {0.25, 0.5, 1.0, 2.0, 4.0}) {
     const ScaledTimes times = timeScaled(job, params, area, rounds);
@@ -421,13 +423,6 @@ void printScaling(const Job& job, const MatcherParams& params, int rounds, int m
     const ScaledTimes times = timeScaled(job, other, 1, rounds);
     std::printf("| %d | %7.2f | %7.2f |\n", count, times.full_ms, times.reduced_ms);
   }
-  std::printf("\n| threads | full | reduced |\n|---|---:|---:|\n");
-  for (int threads = 1; threads <= most_threads; ++threads) {
-    cv::setNumThreads(threads);
-    const ScaledTimes times = timeScaled(job, params, 1, rounds);
-    std::printf("| %d | %7.2f | %7.2f |\n", threads, times.full_ms, times.reduced_ms);
-  }
-
   std::printf("\n| width asked for | mean width searched | ms |\n|---|---:|---:|\n");
   StereoMatcher matcher(params);
   Match full, match;
@@ -440,7 +435,15 @@ void printScaling(const Job& job, const MatcherParams& params, int rounds, int m
     for (int i = 0; i <= rounds; ++i)
       ms.push_back(timeOf([&] { matcher.match(job.left, job.aligned_right, ranges, match); }));
     ms.erase(ms.begin());
-    std::printf("| %d | %6.1f | %7.2f |\n", width, meanWidth(match), median(ms));
+    std::printf("| %d | %6.1f | %7.2f |\n", width, meanWidth(match),
+                *std::min_element(ms.begin(), ms.end()));
+  }
+
+  std::printf("\n| threads | full | reduced |\n|---|---:|---:|\n");
+  for (int threads = 1; threads <= most_threads; ++threads) {
+    cv::setNumThreads(threads);
+    const ScaledTimes times = timeScaled(job, params, 1, rounds);
+    std::printf("| %d | %7.2f | %7.2f |\n", threads, times.full_ms, times.reduced_ms);
   }
 }
 
