@@ -21,9 +21,10 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using Bytes16 = hn::FixedTag<uint8_t, 16>;
 using V = hn::Vec<Bytes16>;
-
 constexpr int kLanes = 16;
-constexpr int kMostVectors = 256 / kLanes;
+/// Vectors for windows wider than 16, which are 32 or more in general.
+using WideBytes = hn::CappedTag<uint8_t, 32>;
+constexpr int kWideLanes = hn::MaxLanes(WideBytes());
 
 /// Shuffles that shift by -18 ... 18 lanes are 16 bytes of this, from kNoShift - 18 on.
 constexpr int kNoShift = 18;
@@ -43,9 +44,10 @@ struct Neighbour {
   int width;  ///< 0: the path starts anew
 };
 
-/// What a neighbour passes on to the 16 disparities of a vector.
+/// What a neighbour passes on to the disparities of a vector.
+template <class Vector>
 struct Carried {
-  V same, below, above;
+  Vector same, below, above;
 };
 
 template <int kNibbles, bool kStraight, bool kDiagonal>
@@ -59,20 +61,23 @@ class RowAggregation {
   }
 
   HWY_INLINE void run() {
-    const int step = row_.upward ? -1 : 1;
-    int x = row_.upward ? row_.columns - 1 : 0;
-    for (int i = 0; i < row_.columns; ++i, x += step) {
-      const int width = row_.windows.width[x];
-      if (width == kLanes)
-        narrowPixel(x, step);
-      else if (width > 0)
-        widePixel(x, step, width);
+    for (int i = 0; i < row_.columns;) {
+      const int width = row_.windows.width[column(i)];
+      if (width == kLanes) {
+        i = narrowPixels(i);
+        continue;
+      }
+      if (width > 0) widePixel(column(i), width);
       horizontal_width_ = width;
-      horizontal_first_ = row_.windows.first[x];
+      horizontal_first_ = row_.windows.first[column(i)];
+      ++i;
     }
   }
 
  private:
+  /// The i-th column of the pass.
+  int column(int i) const { return row_.upward ? row_.columns - 1 - i : i; }
+
   Neighbour inPreviousRow(int x, const uint8_t* goodness) const {
     const WindowRow& windows = row_.previous_windows;
     if (!windows.width || x < 0 || x >= row_.columns || windows.width[x] == 0)
@@ -81,15 +86,16 @@ class RowAggregation {
   }
   Neighbour inThisRow() const { return {horizontal_, horizontal_first_, horizontal_width_}; }
 
-  /// Hamming distances + P2 of 16 disparities from `index` on.
-  HWY_INLINE V matchingCosts(int x, int index) const {
+  /// Hamming distances + P2 of the disparities from `index` on.
+  template <class D>
+  HWY_INLINE hn::Vec<D> matchingCosts(D d, int x, int index) const {
     const uint8_t* const left = row_.left_planes + x;
     const size_t entry = row_.columns - 1 - x + index;
-    V parts[kNibbles];
+    hn::Vec<D> parts[kNibbles];
     for (int n = 0; n < kNibbles; ++n) {
       const auto* rows = n == 0 ? row_.tables->distance_and_p2 : row_.tables->distance;
-      const V table = hn::Load(d_, rows[0] + left[n * row_.left_stride]);
-      parts[n] = hn::TableLookupBytes(table, hn::LoadU(d_, right_[n] + entry));
+      const auto table = hn::LoadDup128(d, rows[0] + left[n * row_.left_stride]);
+      parts[n] = hn::TableLookupBytes(table, hn::LoadU(d, right_[n] + entry));
     }
     for (int n = 2; n < kNibbles; n += 2) {
       parts[0] = hn::Add(parts[0], parts[n]);
@@ -98,53 +104,76 @@ class RowAggregation {
     return hn::Add(parts[0], parts[1]);
   }
 
-  /// A window of 16.
-  HWY_INLINE void narrowPixel(int x, int step) {
-    const int first = row_.windows.first[x];
-    const size_t at = row_.windows.position[x];
-    const V costs = matchingCosts(x, first);
-    V sums = hn::Zero(d_);
-    if constexpr (kStraight) {
-      const Carried carried = horizontal_width_ == kLanes
-                                  ? shifted(horizontal_vector_, first - horizontal_first_)
-                                  : fetch(inThisRow(), first);
-      horizontal_vector_ = narrowPath(carried, costs, sums);
-      hn::Store(horizontal_vector_, d_, horizontal_);
-      const V goodness =
-          narrowPath(fetch(inPreviousRow(x, row_.previous.straight), first), costs, sums);
-      hn::StoreU(goodness, d_, row_.next.straight + at);
+  /// Windows of 16, from the i-th column of the pass as far as there are such; returns the first
+  /// column that has another.
+  HWY_INLINE int narrowPixels(int i) {
+    // What the loop reads lies in local variables: bytes that it writes might, for all the compiler
+    // knows, change the members of this object.
+    const ReducedSearchRow row = row_;
+    const int step = row.upward ? -1 : 1;
+    const WindowRow windows = row.windows, above = row.previous_windows;
+    V horizontal = horizontal_vector_;
+    int horizontal_first = horizontal_first_;
+    bool is_first = horizontal_width_ != kLanes;
+    int x = column(i);
+    for (; i < row.columns && windows.width[x] == kLanes; ++i, x += step) {
+      const int first = windows.first[x];
+      const size_t at = windows.position[x];
+      const V costs = matchingCosts(d_, x, first);
+      V sums;
+      if constexpr (kStraight) {
+        const auto carried = HWY_UNLIKELY(is_first) ? fetch(inThisRow(), first)
+                                                    : shifted(horizontal, first - horizontal_first);
+        horizontal = narrowPath<true>(carried, costs, sums);
+        const auto vertical =
+            HWY_LIKELY(above.width && above.width[x] == kLanes)
+                ? shifted(hn::LoadU(d_, row.previous.straight + above.position[x]),
+                          first - above.first[x])
+                : fetch(inPreviousRow(x, row.previous.straight), first);
+        const V goodness = narrowPath<false>(vertical, costs, sums);
+        hn::StoreU(goodness, d_, row.next.straight + at);
+      }
+      if constexpr (kDiagonal) {
+        V goodness = narrowPath<!kStraight>(
+            fetch(inPreviousRow(x - step, row.previous.from_behind), first), costs, sums);
+        hn::StoreU(goodness, d_, row.next.from_behind + at);
+        goodness = narrowPath<false>(fetch(inPreviousRow(x + step, row.previous.from_ahead), first),
+                                     costs, sums);
+        hn::StoreU(goodness, d_, row.next.from_ahead + at);
+      }
+      if (row.sums_before) sums = hn::SaturatedAdd(sums, hn::LoadU(d_, row.sums_before + at));
+      hn::StoreU(sums, d_, row.sums + at);
+      horizontal_first = first;
+      is_first = false;
     }
-    if constexpr (kDiagonal) {
-      V goodness =
-          narrowPath(fetch(inPreviousRow(x - step, row_.previous.from_behind), first), costs, sums);
-      hn::StoreU(goodness, d_, row_.next.from_behind + at);
-      goodness =
-          narrowPath(fetch(inPreviousRow(x + step, row_.previous.from_ahead), first), costs, sums);
-      hn::StoreU(goodness, d_, row_.next.from_ahead + at);
-    }
-    if (row_.sums_before) sums = hn::SaturatedAdd(sums, hn::LoadU(d_, row_.sums_before + at));
-    hn::StoreU(sums, d_, row_.sums + at);
+    horizontal_vector_ = horizontal;
+    hn::Store(horizontal, d_, horizontal_);
+    horizontal_first_ = horizontal_first;
+    horizontal_width_ = kLanes;
+    return i;
   }
 
-  HWY_INLINE V narrowPath(const Carried& carried, V costs, V& sums) const {
+  /// kFirst: the path's costs begin the sums, else they are added.
+  template <bool kFirst>
+  HWY_INLINE V narrowPath(const Carried<V>& carried, V costs, V& sums) const {
     const V path = pathCost(costs, carried.same, carried.below, carried.above, p1_);
-    sums = hn::SaturatedAdd(sums, path);
+    sums = kFirst ? path : hn::SaturatedAdd(sums, path);
     return hn::SaturatedSub(p2_, hn::Sub(path, lowestLane(d_, path)));
   }
 
   /// For 16 disparities from `first` on.
-  HWY_INLINE Carried fetch(const Neighbour& neighbour, int first) {
-    if (HWY_LIKELY(neighbour.width == kLanes))
+  HWY_INLINE Carried<V> fetch(const Neighbour& neighbour, int first) {
+    if (neighbour.width == kLanes)
       return shifted(hn::LoadU(d_, neighbour.goodness), first - neighbour.first);
     if (neighbour.width == 0) return {p2_, p2_, p2_};
     paint(neighbour);
-    const Carried carried = fromCanvas(first);
+    const auto carried = fromCanvas(d_, first);
     erase(neighbour);
     return carried;
   }
 
   /// Lane i + shift of a window of 16, 0 where that does not exist.
-  HWY_INLINE Carried shifted(V goodness, int shift) const {
+  HWY_INLINE Carried<V> shifted(V goodness, int shift) const {
     // Windows that are further apart than 16 do not even touch.
     constexpr int kApart = kLanes + 1;
     const uint8_t* shuffle = kShiftTable.values + kNoShift + std::clamp(shift, -kApart, kApart);
@@ -153,50 +182,70 @@ class RowAggregation {
             hn::TableLookupBytesOr0(goodness, hn::LoadU(d_, shuffle + 1))};
   }
 
-  /// A window of any width.
-  HWY_NOINLINE void widePixel(int x, int step, int width) {
-    const int first = row_.windows.first[x];
-    const size_t at = row_.windows.position[x];
-    const int vectors = width / kLanes;
-    V costs[kMostVectors], sums[kMostVectors];
-    for (int k = 0; k < vectors; ++k) {
-      costs[k] = matchingCosts(x, first + k * kLanes);
-      sums[k] = hn::Zero(d_);
-    }
-    if constexpr (kStraight) {
-      widePath(inThisRow(), first, vectors, costs, sums, horizontal_);
-      widePath(inPreviousRow(x, row_.previous.straight), first, vectors, costs, sums,
-               row_.next.straight + at);
-    }
-    if constexpr (kDiagonal) {
-      widePath(inPreviousRow(x - step, row_.previous.from_behind), first, vectors, costs, sums,
-               row_.next.from_behind + at);
-      widePath(inPreviousRow(x + step, row_.previous.from_ahead), first, vectors, costs, sums,
-               row_.next.from_ahead + at);
-    }
-    for (int k = 0; k < vectors; ++k) {
-      if (row_.sums_before)
-        sums[k] = hn::SaturatedAdd(sums[k], hn::LoadU(d_, row_.sums_before + at + k * kLanes));
-      hn::StoreU(sums[k], d_, row_.sums + at + k * kLanes);
+  /// A window of any width, in the widest vectors that fit.
+  HWY_NOINLINE void widePixel(int x, int width) {
+    if (width % kWideLanes != 0) return widePixel<0>(d_, x, width);
+    switch (width / kWideLanes) {
+      case 1:
+        return widePixel<1>(WideBytes(), x, width);
+      case 2:
+        return widePixel<2>(WideBytes(), x, width);
+      case 4:
+        return widePixel<4>(WideBytes(), x, width);
+      default:
+        return widePixel<0>(WideBytes(), x, width);
     }
   }
 
-  HWY_INLINE void widePath(const Neighbour& neighbour, int first, int vectors, const V* costs,
-                           V* sums, uint8_t* next) {
-    V path[kMostVectors];
-    V lowest = hn::Set(d_, 255);
+  /// kVectors: number of vectors, 0: as many as the window takes.
+  template <int kVectors, class D>
+  HWY_INLINE void widePixel(D d, int x, int width) {
+    constexpr int kLanesOfD = hn::MaxLanes(D());
+    const int vectors = kVectors > 0 ? kVectors : width / kLanesOfD;
+    const int step = row_.upward ? -1 : 1;
+    const int first = row_.windows.first[x];
+    const size_t at = row_.windows.position[x];
+    hn::Vec<D> costs[kVectors > 0 ? kVectors : 256 / kLanesOfD];
+    hn::Vec<D> sums[kVectors > 0 ? kVectors : 256 / kLanesOfD];
+    for (int k = 0; k < vectors; ++k) {
+      costs[k] = matchingCosts(d, x, first + k * kLanesOfD);
+      sums[k] =
+          row_.sums_before ? hn::LoadU(d, row_.sums_before + at + k * kLanesOfD) : hn::Zero(d);
+    }
+    const auto follow = [&](const Neighbour& neighbour, uint8_t* next) {
+      widePath<kVectors>(d, neighbour, first, vectors, costs, sums, next);
+    };
+    if constexpr (kStraight) {
+      follow(inThisRow(), horizontal_);
+      follow(inPreviousRow(x, row_.previous.straight), row_.next.straight + at);
+    }
+    if constexpr (kDiagonal) {
+      follow(inPreviousRow(x - step, row_.previous.from_behind), row_.next.from_behind + at);
+      follow(inPreviousRow(x + step, row_.previous.from_ahead), row_.next.from_ahead + at);
+    }
+    for (int k = 0; k < vectors; ++k) hn::StoreU(sums[k], d, row_.sums + at + k * kLanesOfD);
+  }
+
+  template <int kVectors, class D, class Vector = hn::Vec<D>>
+  HWY_INLINE void widePath(D d, const Neighbour& neighbour, int first, int vectors,
+                           const Vector* costs, Vector* sums, uint8_t* next) {
+    constexpr int kLanesOfD = hn::MaxLanes(D());
+    const Vector p1 = hn::Set(d, static_cast<uint8_t>(row_.p1));
+    const Vector p2 = hn::Set(d, static_cast<uint8_t>(row_.p2));
+    Vector path[kVectors > 0 ? kVectors : 256 / kLanesOfD];
+    Vector lowest = hn::Set(d, 255);
     if (neighbour.width > 0) paint(neighbour);
     for (int k = 0; k < vectors; ++k) {
-      const Carried carried =
-          neighbour.width > 0 ? fromCanvas(first + k * kLanes) : Carried{p2_, p2_, p2_};
-      path[k] = pathCost(costs[k], carried.same, carried.below, carried.above, p1_);
+      const auto carried =
+          neighbour.width > 0 ? fromCanvas(d, first + k * kLanesOfD) : Carried<Vector>{p2, p2, p2};
+      path[k] = pathCost(costs[k], carried.same, carried.below, carried.above, p1);
       lowest = hn::Min(lowest, path[k]);
       sums[k] = hn::SaturatedAdd(sums[k], path[k]);
     }
     if (neighbour.width > 0) erase(neighbour);
-    lowest = lowestLane(d_, lowest);
+    lowest = lowestLane(d, lowest);
     for (int k = 0; k < vectors; ++k)
-      hn::StoreU(hn::SaturatedSub(p2_, hn::Sub(path[k], lowest)), d_, next + k * kLanes);
+      hn::StoreU(hn::SaturatedSub(p2, hn::Sub(path[k], lowest)), d, next + k * kLanesOfD);
   }
 
   // The canvas holds the goodness of every disparity index, 0 but for one neighbour's window.
@@ -209,9 +258,10 @@ class RowAggregation {
     for (int k = 0; k < neighbour.width; k += kLanes)
       hn::StoreU(hn::Zero(d_), d_, canvas_ + kMargin + neighbour.first + k);
   }
-  HWY_INLINE Carried fromCanvas(int index) const {
+  template <class D>
+  HWY_INLINE Carried<hn::Vec<D>> fromCanvas(D d, int index) const {
     const uint8_t* same = canvas_ + kMargin + index;
-    return {hn::LoadU(d_, same), hn::LoadU(d_, same - 1), hn::LoadU(d_, same + 1)};
+    return {hn::LoadU(d, same), hn::LoadU(d, same - 1), hn::LoadU(d, same + 1)};
   }
 
   static constexpr int kMargin = kLanes;

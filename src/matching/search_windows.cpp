@@ -13,6 +13,26 @@ int narrowestWindow(int needed, int count) {
   return count;
 }
 
+/// The windows of one run.
+template <int kRun>
+void planRun(const short* first, const short* last, const DisparityRange& range,
+             uint8_t* window_first, uint16_t* window_width) {
+  int begin[kRun], needed[kRun], widest = 0;
+  for (int i = 0; i < kRun; ++i) {
+    begin[i] = std::max(first[i] - range.min_disparity, 0);
+    needed[i] = std::min(last[i] - range.min_disparity, range.count - 1) - begin[i] + 1;
+    widest = std::max(widest, needed[i]);
+  }
+  const int width = narrowestWindow(widest, range.count);
+  for (int i = 0; i < kRun; ++i) {
+    const int centred = begin[i] - ((width - needed[i]) >> 1);
+    const bool searched = needed[i] > 0;
+    window_first[i] =
+        static_cast<uint8_t>(searched ? std::max(std::min(centred, range.count - width), 0) : 0);
+    window_width[i] = static_cast<uint16_t>(searched ? width : 0);
+  }
+}
+
 void requireSize(const char* name, const cv::Mat1s& map, cv::Size size) {
   if (map.size() == size) return;
   std::ostringstream text;
@@ -29,27 +49,27 @@ void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, 
   requireSize("ranges.last", ranges.last, size);
   windows.first.create(size);
   windows.width.create(size);
-  const auto firstIndex = [&](int first) { return std::max(first - range.min_disparity, 0); };
-  const auto lastIndex = [&](int last) {
-    return std::min(last - range.min_disparity, range.count - 1);
-  };
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       const short* first = ranges.first[y];
       const short* last = ranges.last[y];
-      for (int run = 0; run < size.width; run += kWindowRun) {
-        const int run_end = std::min(run + kWindowRun, size.width);
-        int needed = 0;
-        for (int x = run; x < run_end; ++x)
-          needed = std::max(needed, lastIndex(last[x]) - firstIndex(first[x]) + 1);
-        const int width = narrowestWindow(needed, range.count);
-        for (int x = run; x < run_end; ++x) {
-          const int slack = width - (lastIndex(last[x]) - firstIndex(first[x]) + 1);
-          const bool searched = slack < width;
-          const int centred = firstIndex(first[x]) - slack / 2;
-          windows.first(y, x) = searched ? std::clamp(centred, 0, range.count - width) : 0;
-          windows.width(y, x) = searched ? width : 0;
-        }
+      uint8_t* window_first = windows.first[y];
+      uint16_t* window_width = windows.width[y];
+      int x = 0;
+      for (; x + kWindowRun <= size.width; x += kWindowRun)
+        planRun<kWindowRun>(first + x, last + x, range, window_first + x, window_width + x);
+      if (x < size.width) {
+        // The last run may be shorter: its other pixels are not searched.
+        short run_first[kWindowRun], run_last[kWindowRun];
+        uint8_t planned_first[kWindowRun];
+        uint16_t planned_width[kWindowRun];
+        std::fill_n(run_first, kWindowRun, short{1});
+        std::fill_n(run_last, kWindowRun, short{0});
+        std::copy(first + x, first + size.width, run_first);
+        std::copy(last + x, last + size.width, run_last);
+        planRun<kWindowRun>(run_first, run_last, range, planned_first, planned_width);
+        std::copy_n(planned_first, size.width - x, window_first + x);
+        std::copy_n(planned_width, size.width - x, window_width + x);
       }
     }
   });

@@ -14,7 +14,7 @@ struct SearchWindows {
 };
 
 /// Pixels of a row come in runs of this many that share one window width: kernels like it so.
-constexpr int kWindowRun = 8;
+constexpr int kWindowRun = 4;
 
 /// Widens each range to a window around its centre. The width is the narrowest of 16, 32, 64 and
 /// the whole range that holds every range of the pixel's run; windows do not leave the range.
