@@ -16,14 +16,15 @@ FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
   upward_.upward = true;
 }
 
-void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, Match& match) {
+void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
+                       AlignedBuffer& volume, Match& match) {
   const int width = left_words.cols, height = left_words.rows;
   const int count = params_.range.count;
   const size_t row_bytes = static_cast<size_t>(width) * count;
   left_planes_.buildLeft(left_words);
   right_planes_.buildRight(right_words, params_.range,
                            count / fullSearchLanes(simd_target_, count));
-  uint8_t* const volume = volume_.reserve(row_bytes * height);
+  uint8_t* const all_sums = volume.reserve(row_bytes * height);
   start(downward_, width);
   start(upward_, width);
 
@@ -33,7 +34,7 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
     const int begin = top ? 0 : middle, end = top ? middle : height;
     for (int i = begin; i < end; ++i) {
       const int y = pass.upward ? begin + end - 1 - i : i;
-      uint8_t* const sums = volume + y * row_bytes;
+      uint8_t* const sums = all_sums + y * row_bytes;
       if (first_half_of_pass) {
         aggregateRow(pass, width, y, nullptr, sums);
       } else {

@@ -19,7 +19,9 @@ class FullSearch {
   FullSearch(const MatcherParams& params, int64_t simd_target);
 
   /// Fills every member of `match` except search_width; all have their sizes already.
-  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, Match& match);
+  /// @param volume  memory for the sums of all disparities; may be shared with other searches.
+  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, AlignedBuffer& volume,
+             Match& match);
 
  private:
   struct Pass {
@@ -36,7 +38,6 @@ class FullSearch {
   const int64_t simd_target_;
   const CostTables tables_;
   CensusPlanes left_planes_, right_planes_;
-  AlignedBuffer volume_;
   Pass downward_, upward_;
 };
 

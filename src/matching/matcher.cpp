@@ -61,7 +61,7 @@ struct StereoMatcher::Workspace {
     } else {
       census.transform(left, left_words);
       census.transform(right, right_words);
-      full_search.match(left_words, right_words, match);
+      full_search.match(left_words, right_words, volume, match);
     }
     match.search_width.setTo(params.range.count);
   }
@@ -75,7 +75,7 @@ struct StereoMatcher::Workspace {
     } else {
       census.transform(left, left_words);
       census.transform(right, right_words);
-      reduced_search.match(left_words, right_words, windows, match);
+      reduced_search.match(left_words, right_words, windows, volume, match);
     }
     windows.width.copyTo(match.search_width);
   }
@@ -84,6 +84,7 @@ struct StereoMatcher::Workspace {
   const std::string simd_target;
   const int64_t target_bit;
   CensusKernel census;
+  AlignedBuffer volume;
   FullSearch full_search;
   ReducedSearch reduced_search;
   SearchWindows windows;

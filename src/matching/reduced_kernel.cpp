@@ -21,7 +21,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using Bytes16 = hn::FixedTag<uint8_t, 16>;
 using V = hn::Vec<Bytes16>;
-constexpr int kLanes = 16;
+constexpr int kLanes = kNarrowWindow;
 /// Vectors for windows wider than 16, which are 32 or more in general.
 using WideBytes = hn::CappedTag<uint8_t, 32>;
 constexpr int kWideLanes = hn::MaxLanes(WideBytes());
@@ -119,8 +119,13 @@ class RowAggregation {
     for (; i < row.columns && windows.width[x] == kLanes; ++i, x += step) {
       const int first = windows.first[x];
       const size_t at = windows.position[x];
-      const V costs = matchingCosts(d_, x, first);
-      V sums;
+      V costs, sums;
+      if (row.sums_before) {
+        costs = hn::Load(d_, row.narrow_costs + kLanes * x);
+      } else {
+        costs = matchingCosts(d_, x, first);
+        hn::Store(costs, d_, row.narrow_costs + kLanes * x);
+      }
       if constexpr (kStraight) {
         const auto carried = HWY_UNLIKELY(is_first) ? fetch(inThisRow(), first)
                                                     : shifted(horizontal, first - horizontal_first);

@@ -16,6 +16,9 @@
 
 namespace predictive_stereo {
 
+/// Width of the windows that have a fast path.
+constexpr int kNarrowWindow = 16;
+
 /// The windows of one row.
 struct WindowRow {
   const uint8_t* first;   ///< first index of each pixel
@@ -46,6 +49,8 @@ struct ReducedSearchRow {
   WindowRow windows;
   WindowRow previous_windows;  ///< of the row before; members are nullptr: there is none
   PathStates previous, next;
+  /// Matching costs of windows of 16, [x][16]: left by the first pass for the second one.
+  uint8_t* narrow_costs;
   const uint8_t* sums_before;  ///< sums of the other pass, or nullptr
   uint8_t* sums;
 };

@@ -14,14 +14,15 @@ ReducedSearch::ReducedSearch(const MatcherParams& params, int64_t simd_target)
 }
 
 void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
-                          const SearchWindows& windows, Match& match) {
+                          const SearchWindows& windows, AlignedBuffer& volume, Match& match) {
   const int height = left_words.rows;
   left_planes_.buildLeft(left_words);
   right_planes_.buildRight(right_words, params_.range, 1);
   layOut(windows);
   // Room for the widest windows: pages that are never touched cost nothing, and no frame with wider
   // windows than its predecessors has to allocate.
-  uint8_t* const volume = volume_.reserve(left_words.total() * params_.range.count);
+  uint8_t* const all_sums = volume.reserve(left_words.total() * params_.range.count);
+  narrow_costs_.reserve(left_words.total() * kNarrowWindow);
   reserve(downward_, left_words.cols);
   reserve(upward_, left_words.cols);
 
@@ -31,7 +32,7 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
     const int begin = top ? 0 : middle, end = top ? middle : height;
     for (int i = begin; i < end; ++i) {
       const int y = pass.upward ? begin + end - 1 - i : i;
-      uint8_t* const sums = volume + row_begins_[y];
+      uint8_t* const sums = all_sums + row_begins_[y];
       if (first_half_of_pass) {
         aggregateRow(pass, windows, y, nullptr, sums);
       } else {
@@ -97,6 +98,7 @@ void ReducedSearch::aggregateRow(Pass& pass, const SearchWindows& windows, int y
   row.previous_windows = windowRow(windows, pass.upward ? y + 1 : y - 1);
   row.previous = pass.pathStates(y & 1);
   row.next = pass.pathStates(~y & 1);
+  row.narrow_costs = narrow_costs_.data() + static_cast<size_t>(y) * row.columns * kNarrowWindow;
   row.sums_before = sums_before;
   row.sums = sums;
   reducedSearchRow(simd_target_)(row);

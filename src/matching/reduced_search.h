@@ -19,8 +19,9 @@ class ReducedSearch {
   ReducedSearch(const MatcherParams& params, int64_t simd_target);
 
   /// Fills every member of `match` except search_width; all have their sizes already.
+  /// @param volume  memory for the sums of all windows; may be shared with other searches.
   void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
-             const SearchWindows& windows, Match& match);
+             const SearchWindows& windows, AlignedBuffer& volume, Match& match);
 
  private:
   struct Pass {
@@ -47,7 +48,7 @@ class ReducedSearch {
   const int64_t simd_target_;
   const CostTables tables_;
   CensusPlanes left_planes_, right_planes_;
-  AlignedBuffer volume_;
+  AlignedBuffer narrow_costs_;
   cv::Mat1i positions_;             ///< of each pixel's bytes in its row's bytes
   std::vector<size_t> row_begins_;  ///< of each row's bytes in the volume, and the volume's size
   Pass downward_, upward_;
