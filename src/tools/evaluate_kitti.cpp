@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "evaluation/disparity_report.h"
-#include "params/yaml_params.h"
+#include "params/param_table.h"
 #include "tools/progress.h"
 #include "tools/tool_input.h"
 
@@ -32,7 +32,7 @@ Measures disparities against truth: KITTI raw drives against their laser scans, 
   --quick             only opencv_hh and ours
   --cache DIR         keeps OpenCV's disparities there, for the next run. Empty it after a change
                       of images or of row alignment.
-  --config YAML       parameters of this package, as `pipeline` of the shipped files has them
+  --config YAML       parameters of this package, as config/*.yaml of its sources
   --set NAME=VALUE    one parameter, e.g. disparity/matcher/p1=12; may be given several times
   --list-parameters   prints all parameters with their values and limits, and ends
   --csv FILE          writes all figures; those of each frame into FILE's name with _frames
@@ -108,11 +108,11 @@ std::string provenance(const CommandLine& command_line, PipelineParams params) {
 }
 
 int evaluate(const CommandLine& command_line) {
-  PipelineParams params = readParams(command_line);
   if (command_line.has("list-parameters")) {
-    std::cout << toYaml(ParamTable(params));
+    std::cout << listParams(command_line);
     return 0;
   }
+  const PipelineParams params = readParams(command_line);
   useThreads(command_line);
   const int max_frames = command_line.getInt("frames", 0, 1);
   const auto methods = chooseMethods(command_line, params.disparity);

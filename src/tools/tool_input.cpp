@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "evaluation/kitti_scene_2012.h"
+#include "nodelets/nodelet_params.h"
 #include "params/yaml_params.h"
 
 namespace predictive_stereo {
@@ -18,6 +19,14 @@ SequenceGroup alone(std::unique_ptr<Sequence> sequence) {
   group.name = sequence->name();
   group.sequences.push_back(std::move(sequence));
   return group;
+}
+
+AllNodeletParams readConfig(const CommandLine& command_line) {
+  AllNodeletParams params;
+  ParamTable table(params);
+  if (command_line.has("config")) setFromYamlFile(command_line.get("config"), table);
+  for (const std::string& assignment : command_line.all("set")) table.setAssignment(assignment);
+  return params;
 }
 
 }  // namespace
@@ -64,11 +73,17 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line) {
 }
 
 PipelineParams readParams(const CommandLine& command_line) {
-  PipelineParams params;
-  ParamTable table(params);
-  if (command_line.has("config")) setFromYamlFile(command_line.get("config"), table);
-  for (const std::string& assignment : command_line.all("set")) table.setAssignment(assignment);
-  return params;
+  const AllNodeletParams params = readConfig(command_line);
+  PipelineParams pipeline;
+  pipeline.ego_motion = params.ego_motion.processor.ego_motion;
+  pipeline.disparity = params.disparity.processor.disparity;
+  pipeline.detection = params.moving_objects.processor.detection;
+  return pipeline;
+}
+
+std::string listParams(const CommandLine& command_line) {
+  AllNodeletParams params = readConfig(command_line);
+  return toYaml(ParamTable(params));
 }
 
 void useThreads(const CommandLine& command_line) {

@@ -33,8 +33,11 @@ struct SequenceGroup {
 /// @throws UsageError where nothing is named; std::runtime_error where it cannot be read.
 std::vector<SequenceGroup> openSequences(const CommandLine& command_line);
 
-/// The defaults, changed by the options --config and --set.
+/// The defaults, changed by the options --config and --set. Files and names are those of the
+/// nodelets (config/*.yaml), so that one file serves robot, replay and measurement.
 PipelineParams readParams(const CommandLine& command_line);
+/// All of them as yaml, with their limits.
+std::string listParams(const CommandLine& command_line);
 
 /// Option --threads.
 void useThreads(const CommandLine& command_line);
