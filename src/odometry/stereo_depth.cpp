@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 
 #include "odometry/patch.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr int kBlock = 10;  // side of the blocks compared at half resolution [px]
+constexpr int kBlock = 8;  // side of the blocks compared at half resolution [px]
 constexpr float kSmallestCorrelation = 0.8f;
 constexpr float kExpectedCorrelation = 0.9f;  // to be accepted without a search
 constexpr float kUniqueness = 0.03f;          // by which the best must beat any other place
@@ -17,18 +19,26 @@ constexpr float kFarthestPx = 4;              // from a place found at half reso
 constexpr int kIterations = 12;
 
 float blockCorrelation(const cv::Mat1b& a, cv::Point at_a, const cv::Mat1b& b, cv::Point at_b) {
-  int sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
+  // One lane per column, so that the compiler can vectorise.
+  int lane_a[kBlock] = {}, lane_b[kBlock] = {}, lane_aa[kBlock] = {}, lane_bb[kBlock] = {},
+      lane_ab[kBlock] = {};
   for (int y = 0; y < kBlock; ++y) {
     const uchar* row_a = a.ptr<uchar>(at_a.y + y) + at_a.x;
     const uchar* row_b = b.ptr<uchar>(at_b.y + y) + at_b.x;
     for (int x = 0; x < kBlock; ++x) {
-      sum_a += row_a[x];
-      sum_b += row_b[x];
-      sum_aa += row_a[x] * row_a[x];
-      sum_bb += row_b[x] * row_b[x];
-      sum_ab += row_a[x] * row_b[x];
+      const short grey_a = row_a[x], grey_b = row_b[x];
+      lane_a[x] += grey_a;
+      lane_b[x] += grey_b;
+      lane_aa[x] += grey_a * grey_a;
+      lane_bb[x] += grey_b * grey_b;
+      lane_ab[x] += grey_a * grey_b;
     }
   }
+  const auto sum = [](const int(&lanes)[kBlock]) {
+    return std::accumulate(std::begin(lanes), std::end(lanes), 0);
+  };
+  const int sum_a = sum(lane_a), sum_b = sum(lane_b), sum_aa = sum(lane_aa), sum_bb = sum(lane_bb),
+            sum_ab = sum(lane_ab);
   constexpr int kArea = kBlock * kBlock;
   const float cov = static_cast<float>(kArea * sum_ab - sum_a * sum_b);
   const float var_a = static_cast<float>(kArea * sum_aa - sum_a * sum_a);
