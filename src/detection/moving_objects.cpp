@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "detection/motion_scheme.h"
 #include "detection/object_shape.h"
 #include "detection/paper_windows.h"
 #include "detection/residual.h"
@@ -44,14 +45,18 @@ TrackingParams trackingOf(const DetectionParams& params) {
 struct MovingObjectDetector::State {
   DetectionParams params;
   ObjectTracker tracker;
+  MotionScheme motion;
   StereoRig rig;
   cv::Mat1f difference_px;
-  std::vector<Observation> observations;
-  std::vector<cv::Mat1b> masks;  // of observations, of the size of their boxes
+  std::vector<ObservedObject> observed;
 
-  explicit State(const DetectionParams& p) : params(p), tracker(trackingOf(p)) {}
+  explicit State(const DetectionParams& p)
+      : params(p), tracker(trackingOf(p)), motion(p.range, p.motion) {}
 
-  void reset() { tracker.reset(); }
+  void reset() {
+    tracker.reset();
+    motion.reset();
+  }
   void observeAsPaper(const DetectionInput& input);
 };
 
@@ -63,15 +68,14 @@ void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
     const cv::Mat1b mask = difference_px(box) >= kMovingPx;
     const auto shape = shapeOf(input.rig, params.range, input.measured_disparity_px, box, mask);
     if (!shape) continue;
-    Observation seen;
+    observed.push_back({Observation(), mask});
+    Observation& seen = observed.back().observation;
     seen.box_px = box;
     seen.centre_m = shape->centre_m;
     seen.size_m = shape->size_m;
     seen.distance_m = shape->distance_m;
     seen.centre_covariance = Eigen::Vector3d(0.25, 0.25, 1.0).asDiagonal();
     seen.score = std::min(1.0, cv::mean(difference_px(box))[0] / params.paper.max_difference_px);
-    observations.push_back(seen);
-    masks.push_back(mask);
   }
 }
 
@@ -92,23 +96,27 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
   State& state = *state_;
   if (input.rig != state.rig) state.reset();
   state.rig = input.rig;
-  state.observations.clear();
-  state.masks.clear();
+  state.observed.clear();
   normalizedResidual(input.measured_disparity_px, input.measured_variance_px2,
                      input.predicted_disparity_px, input.predicted_variance_px2, state.params.range,
                      detections.residual);
-  state.observeAsPaper(input);
-
   state.tracker.predict(input.stamp_s, input.rig, input.T_odom_cam);
-  state.tracker.update(state.observations);
+  if (state.params.scheme == DetectionScheme::kPaper)
+    state.observeAsPaper(input);
+  else
+    state.motion.observe(input, state.tracker, state.observed);
+  std::vector<Observation> observations;
+  for (const ObservedObject& object : state.observed) observations.push_back(object.observation);
+  state.tracker.update(observations);
+
   detections.objects.clear();
   detections.mask.create(input.rig.size);
   detections.mask.setTo(0);
   for (const ObjectTrack& track : state.tracker.tracks()) {
     if (!track.confirmed || track.observation < 0) continue;
     detections.objects.push_back(state.tracker.describe(track));
-    const auto seen = static_cast<size_t>(track.observation);
-    detections.mask(state.observations[seen].box_px).setTo(255, state.masks[seen]);
+    const ObservedObject& object = state.observed[static_cast<size_t>(track.observation)];
+    detections.mask(object.observation.box_px).setTo(255, object.mask);
   }
 }
 

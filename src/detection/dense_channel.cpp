@@ -1,0 +1,127 @@
+#include "detection/dense_channel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kWindow = 7;
+constexpr float kFewestKnown = 0.6f * kWindow * kWindow;
+constexpr float kLargestPx = 8.0f;
+constexpr int kFewestPoints = 20;  // of a group
+
+void boxSum(const cv::Mat1f& in, cv::Mat1f& out) {
+  cv::boxFilter(in, out, CV_32F, {kWindow, kWindow}, {-1, -1}, false, cv::BORDER_CONSTANT);
+}
+
+float medianOf(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void denseResidual(const DetectionInput& input, const DisparityRange& range,
+                   const cv::Mat3f& static_source, const cv::Mat1f& previous_disparity_px,
+                   cv::Mat1f& residual_px) {
+  residual_px.create(static_source.size());
+  // Near discontinuities the prediction's variance is that of no prediction.
+  const auto count = static_cast<float>(range.count);
+  const float unpredicted = 0.5f * count * count / 12;
+  cv::parallel_for_(cv::Range(0, residual_px.rows), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v) {
+      const float* measured = input.measured_disparity_px[2 * v];
+      const float* predicted = input.predicted_disparity_px[2 * v];
+      const float* variance = input.predicted_variance_px2[2 * v];
+      for (int u = 0; u < residual_px.cols; ++u) {
+        float& out = residual_px(v, u);
+        out = kUnknownResidual;
+        const int x = 2 * u;
+        const cv::Vec3f& source = static_source(v, u);
+        if (source[2] < 0 || !range.isValid(predicted[x]) || variance[x] > unpredicted) continue;
+        const int sx = cvRound(source[0]), sy = cvRound(source[1]);
+        if (sx < 0 || sy < 0 || sx >= previous_disparity_px.cols ||
+            sy >= previous_disparity_px.rows)
+          continue;
+        const float before = previous_disparity_px(sy, sx);
+        if (!range.isValid(before)) continue;
+        const float forward = std::clamp(measured[x] - predicted[x], -kLargestPx, kLargestPx);
+        const float backward = std::clamp(source[2] - before, -kLargestPx, kLargestPx);
+        out = forward * backward <= 0
+                  ? 0.0f
+                  : (std::abs(forward) < std::abs(backward) ? forward : backward);
+      }
+    }
+  });
+}
+
+std::vector<DenseGroup> denseGroups(const cv::Mat1f& residual_px, const cv::Mat1f& disparity_px,
+                                    const MotionDetectionParams& params) {
+  cv::Mat1f value(residual_px.size()), known(residual_px.size()), sign(residual_px.size());
+  for (int v = 0; v < value.rows; ++v)
+    for (int u = 0; u < value.cols; ++u) {
+      const float r = residual_px(v, u);
+      const bool is_known = r != kUnknownResidual;
+      value(v, u) = is_known ? r : 0.0f;
+      known(v, u) = is_known ? 1.0f : 0.0f;
+      sign(v, u) = is_known ? (r > 0 ? 1.0f : r < 0 ? -1.0f : 0.0f) : 0.0f;
+    }
+  cv::Mat1f value_sum, known_sum, sign_sum;
+  boxSum(value, value_sum);
+  boxSum(known, known_sum);
+  boxSum(sign, sign_sum);
+  const auto least = static_cast<float>(params.dense_min_residual_px);
+  // 90 % of one sign, the rest of the other one: a sum of 0.8.
+  const auto least_sign = static_cast<float>(2 * params.dense_one_sign - 1);
+  cv::Mat1b seeds(value.size());
+  for (int v = 0; v < value.rows; ++v)
+    for (int u = 0; u < value.cols; ++u) {
+      const float n = known_sum(v, u), s = value_sum(v, u);
+      const bool seed = n >= kFewestKnown && std::abs(s) >= least * n &&
+                        std::abs(sign_sum(v, u)) >= least_sign * n && known(v, u) > 0;
+      seeds(v, u) = seed ? (s > 0 ? 1 : 2) : 0;
+    }
+  // Flood over neighbours of one sign and similar disparity.
+  std::vector<DenseGroup> groups;
+  std::vector<cv::Point> open;
+  for (int v = 0; v < seeds.rows; ++v)
+    for (int u = 0; u < seeds.cols; ++u) {
+      if (!seeds(v, u)) continue;
+      const uchar kind = seeds(v, u);
+      DenseGroup group;
+      seeds(v, u) = 0;
+      open.assign(1, {u, v});
+      while (!open.empty()) {
+        const cv::Point p = open.back();
+        open.pop_back();
+        group.points.push_back(p);
+        const float d = disparity_px(2 * p.y, 2 * p.x);
+        for (const cv::Point step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+          const cv::Point q = p + step;
+          if (q.x < 0 || q.y < 0 || q.x >= seeds.cols || q.y >= seeds.rows || seeds(q) != kind)
+            continue;
+          if (std::abs(disparity_px(2 * q.y, 2 * q.x) - d) > 1.5f) continue;
+          seeds(q) = 0;
+          open.push_back(q);
+        }
+      }
+      if (static_cast<int>(group.points.size()) < kFewestPoints) continue;
+      std::vector<float> disparities, residuals;
+      for (cv::Point p : group.points) {
+        disparities.push_back(disparity_px(2 * p.y, 2 * p.x));
+        residuals.push_back(residual_px(p));
+      }
+      group.disparity_px = medianOf(disparities);
+      group.residual_px = medianOf(residuals);
+      groups.push_back(std::move(group));
+    }
+  std::stable_sort(groups.begin(), groups.end(), [](const DenseGroup& a, const DenseGroup& b) {
+    return a.points.size() > b.points.size();
+  });
+  return groups;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "detection/frame_comparison.h"
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+/// Signed evidence of motion along the line of sight, on the lattice of compareFrames [px]: where
+/// the prediction forward (measured - predicted) and the one backward (static source - previous
+/// measurement) agree in sign, the smaller of both; kUnknownResidual where one is unknown.
+constexpr float kUnknownResidual = -1e6f;
+void denseResidual(const DetectionInput& input, const DisparityRange& range,
+                   const cv::Mat3f& static_source, const cv::Mat1f& previous_disparity_px,
+                   cv::Mat1f& residual_px);
+
+/// Connected groups of lattice points around which the residual's 7x7 mean is large and nearly
+/// all of one sign.
+struct DenseGroup {
+  std::vector<cv::Point> points;  ///< lattice
+  float disparity_px = 0;         ///< median
+  float residual_px = 0;          ///< median
+};
+std::vector<DenseGroup> denseGroups(const cv::Mat1f& residual_px, const cv::Mat1f& disparity_px,
+                                    const MotionDetectionParams& params);
+
+}  // namespace predictive_stereo

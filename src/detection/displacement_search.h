@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "detection/frame_comparison.h"
+
+namespace predictive_stereo {
+
+/// Where a group of lattice points as a whole was in the previous frame, against where the static
+/// world puts it: found by trying all shifts, for what moves too far for Lucas-Kanade.
+/// @param source  of the static world, from compareFrames.
+/// @return the shift [px] of the lowest mean zero-mean difference; none where no shift is much
+///   better than the others around it.
+std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
+                                     const cv::Mat3f& source, const std::vector<cv::Point>& points);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,233 @@
+#include "detection/motion_scheme.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "detection/displacement_search.h"
+#include "detection/object_shape.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kPyramidLevels = 4;
+constexpr int kCell = 4;  // lattice points between points that are followed
+constexpr float kGreyNoise = 3.0f;
+constexpr int kMargin_px = 10;
+
+double dt(const RememberedFrame& previous, const DetectionInput& input) {
+  return input.stamp_s - previous.stamp_s;
+}
+
+// Full-resolution pixels of a segment: its lattice cells, cut to the layer of the disparities.
+ObservedObject observed(const DetectionInput& input, const Segment& segment, float nearest,
+                        float farthest) {
+  ObservedObject object;
+  const cv::Rect image(cv::Point(), input.rig.size);
+  const cv::Rect box = cv::Rect(2 * segment.area.x, 2 * segment.area.y, 2 * segment.area.width,
+                                2 * segment.area.height) &
+                       image;
+  object.observation.box_px = box;
+  object.mask = cv::Mat1b::zeros(box.size());
+  for (int y = 0; y < box.height; ++y)
+    for (int x = 0; x < box.width; ++x) {
+      const float d = input.measured_disparity_px(box.y + y, box.x + x);
+      if (segment.mask(y / 2, x / 2) && d >= farthest && d <= nearest) object.mask(y, x) = 255;
+    }
+  return object;
+}
+
+}  // namespace
+
+void MotionScheme::remember(const DetectionInput& input) {
+  current_.stamp_s = input.stamp_s;
+  current_.T_odom_cam = input.T_odom_cam;
+  current_.pyramid.build(input.left, kPyramidLevels);
+  input.measured_disparity_px.copyTo(current_.disparity_px);
+}
+
+// Lattice points, one a cell, where the static world does not explain the image.
+std::vector<cv::Point> MotionScheme::suspiciousPoints() const {
+  struct Suspect {
+    float ratio;
+    cv::Point pixel;
+  };
+  std::vector<Suspect> suspects;
+  const cv::Mat1f& mismatch = static_world_.mismatch;
+  const auto least = static_cast<float>(params_.min_mismatch);
+  for (int v = kMargin_px / 2; v + kCell + kMargin_px / 2 <= mismatch.rows; v += kCell)
+    for (int u = kMargin_px / 2; u + kCell + kMargin_px / 2 <= mismatch.cols; u += kCell) {
+      Suspect worst{0, {}};
+      for (int j = 0; j < kCell; ++j)
+        for (int i = 0; i < kCell; ++i) {
+          const float m = mismatch(v + j, u + i);
+          const float ratio = m / (texture_(v + j, u + i) + kGreyNoise);
+          if (m >= 0 && ratio > worst.ratio) worst = {ratio, {2 * (u + i), 2 * (v + j)}};
+        }
+      if (worst.ratio >= least) suspects.push_back(worst);
+    }
+  // Where ego-motion fails everything is suspicious: take an even sample.
+  std::vector<cv::Point> points;
+  const auto most = static_cast<size_t>(params_.max_tracks);
+  const size_t step = suspects.size() / (most + 1) + 1;
+  for (size_t i = 0; i < suspects.size(); i += step) points.push_back(suspects[i].pixel);
+  return points;
+}
+
+void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& hypothesis,
+                                 const Eigen::Matrix3d& covariance, bool dense, bool expected,
+                                 std::vector<ObservedObject>& objects) {
+  int free = 0;
+  for (cv::Point p : hypothesis.seeds) free += !taken_(p);
+  if (2 * free < static_cast<int>(hypothesis.seeds.size())) return;
+  const SegmentationView view{input.rig,
+                              range_,
+                              current_.pyramid,
+                              previous_.pyramid,
+                              input.measured_disparity_px,
+                              T_prev_cam_,
+                              static_world_.mismatch,
+                              dense_residual_px_};
+  const auto found = segment(view, params_, hypothesis);
+  if (!found) return;
+  const bool explained =
+      found->decisive >= params_.min_decisive_cells && found->explained >= params_.min_explained;
+  const bool along = found->dense >= params_.dense_min_share &&
+                     (found->explained >= 0.5 || found->decisive < params_.min_decisive_cells);
+  if (!(explained || ((dense || expected) && along))) return;
+
+  const double fB = input.rig.disparityTimesDepth();
+  const double depth = fB / hypothesis.disparity_px;
+  const float nearest = static_cast<float>(fB / std::max(depth - params_.layer_depth_m, 0.5)) + 1;
+  const float farthest = static_cast<float>(fB / (depth + params_.layer_depth_m)) - 1;
+  ObservedObject object = observed(input, *found, nearest, farthest);
+  Observation& seen = object.observation;
+  const auto shape =
+      shapeOf(input.rig, range_, input.measured_disparity_px, seen.box_px, object.mask);
+  if (!shape) return;
+  const double height = seen.box_px.height * shape->centre_m.z() / input.rig.fy_px;
+  const double width = seen.box_px.width * shape->centre_m.z() / input.rig.fx_px;
+  const bool cut_below = seen.box_px.br().y >= input.rig.size.height - 4;
+  if ((height < params_.min_height_m && !cut_below) || height > params_.max_height_m ||
+      width > params_.max_width_m || width < params_.min_width_m)
+    return;
+  // What overlaps an object of about the same depth belongs to it.
+  for (const ObservedObject& other : objects) {
+    const cv::Rect common = other.observation.box_px & seen.box_px;
+    if (common.area() > 0.5 * std::min(other.observation.box_px.area(), seen.box_px.area()) &&
+        std::abs(other.observation.distance_m - shape->distance_m) < params_.layer_depth_m)
+      return;
+  }
+
+  seen.centre_m = shape->centre_m;
+  seen.size_m = shape->size_m;
+  seen.distance_m = shape->distance_m;
+  const double sigma_z = 0.3 + 0.3 * depth / hypothesis.disparity_px;
+  seen.centre_covariance = Eigen::Vector3d(0.04, 0.04, sigma_z * sigma_z).asDiagonal();
+  const double seconds = dt(previous_, input);
+  if (!expected && seconds > 0) {
+    const Eigen::Matrix3d R = previous_.T_odom_cam.linear();
+    seen.has_velocity = true;
+    seen.velocity_mps = R * hypothesis.moved_m / seconds;
+    seen.velocity_covariance = R * covariance * R.transpose() / (seconds * seconds);
+  }
+  seen.score = std::clamp(explained ? found->explained : found->dense, 0.0, 1.0);
+  for (int v = 0; v < found->area.height; ++v)
+    for (int u = 0; u < found->area.width; ++u)
+      if (found->mask(v, u)) taken_(found->area.y + v, found->area.x + u) = 255;
+  objects.push_back(std::move(object));
+}
+
+void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& known,
+                           std::vector<ObservedObject>& objects) {
+  remember(input);
+  const bool comparable = !previous_.empty() && dt(previous_, input) > 0;
+  if (comparable) {
+    T_prev_cam_ = previous_.T_odom_cam.inverse() * input.T_odom_cam;
+    const cv::Rect lattice(cv::Point(), current_.pyramid.level(1).size());
+    const SourceOf source_of(disparityMotion(input.rig, T_prev_cam_));
+    compareFrames(current_.pyramid, input.measured_disparity_px, range_, previous_.pyramid,
+                  source_of, lattice, static_world_, &static_source_);
+    latticeTexture(current_.pyramid, texture_);
+    denseResidual(input, range_, static_source_, previous_.disparity_px, dense_residual_px_);
+    taken_ = cv::Mat1b::zeros(lattice.size());
+
+    const TrackingView view{input.rig,
+                            range_,
+                            current_.pyramid,
+                            input.measured_disparity_px,
+                            input.measured_variance_px2,
+                            previous_,
+                            T_prev_cam_};
+    const std::vector<PointTrack> tracks = followPoints(view, params_, suspiciousPoints());
+    for (const auto& members : clusterTracks(input.rig, params_, tracks)) {
+      const Displacement fit = fitDisplacement(input.rig, params_, tracks, members);
+      if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
+          fit.moved_m.norm() < params_.min_displacement_m)
+        continue;
+      Hypothesis hypothesis;
+      hypothesis.moved_m = fit.moved_m;
+      std::vector<float> disparities;
+      for (size_t i : fit.inliers) {
+        hypothesis.seeds.emplace_back(static_cast<int>(tracks[i].position.x) / 2,
+                                      static_cast<int>(tracks[i].position.y) / 2);
+        disparities.push_back(tracks[i].disparity_px);
+      }
+      std::nth_element(disparities.begin(),
+                       disparities.begin() + std::ptrdiff_t(disparities.size() / 2),
+                       disparities.end());
+      hypothesis.disparity_px = disparities[disparities.size() / 2];
+      tryHypothesis(input, hypothesis, fit.covariance, false, false, objects);
+    }
+
+    for (const DenseGroup& group :
+         denseGroups(dense_residual_px_, input.measured_disparity_px, params_)) {
+      const double pixels_per_m = group.disparity_px / input.rig.baseline_m;
+      if (static_cast<double>(group.points.size()) * 4 / (pixels_per_m * pixels_per_m) <
+          params_.dense_min_area_m2)
+        continue;
+      Hypothesis hypothesis;
+      hypothesis.seeds = group.points;
+      hypothesis.disparity_px = group.disparity_px;
+      const cv::Rect box = cv::boundingRect(group.points);
+      const cv::Point middle = box.tl() + box.br();
+      const Eigen::Vector3d now =
+          T_prev_cam_ * input.rig.pointFromDisparity(middle.x, middle.y, group.disparity_px);
+      // Where it was before: shifted in the image, at the depth that the disparities tell.
+      Eigen::Vector3d before = input.rig.disparityFromPoint(now);
+      before.z() = std::max(before.z() - group.residual_px, 0.5);
+      const auto shift =
+          searchShift(current_.pyramid, previous_.pyramid, static_source_, group.points);
+      if (shift) before.head<2>() += Eigen::Vector2d(shift->x, shift->y);
+      hypothesis.moved_m = now - input.rig.pointFromDisparity(before.x(), before.y(), before.z());
+      Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity() * (shift ? 0.01 : 0.09);
+      const double sigma_z = 0.4 * now.z() / group.disparity_px;
+      covariance(2, 2) += sigma_z * sigma_z;
+      if (hypothesis.moved_m.norm() < params_.min_displacement_m) continue;
+      tryHypothesis(input, hypothesis, covariance, true, false, objects);
+    }
+
+    // Objects that are known are looked for where they should be.
+    for (const ObjectTrack& track : known.tracks()) {
+      if (!track.confirmed) continue;
+      const cv::Rect box = track.last.box_px & cv::Rect(cv::Point(), input.rig.size);
+      if (box.area() < 100) continue;
+      Hypothesis hypothesis;
+      const double depth = track.last.centre_m.z();
+      hypothesis.disparity_px = static_cast<float>(input.rig.disparityTimesDepth() / depth);
+      hypothesis.moved_m =
+          previous_.T_odom_cam.linear().transpose() * track.state.tail<3>() * dt(previous_, input);
+      if (hypothesis.moved_m.norm() < params_.min_displacement_m) continue;
+      const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
+      for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)
+        for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2)
+          if (std::abs(input.measured_disparity_px(2 * v, 2 * u) - hypothesis.disparity_px) <
+              tolerance)
+            hypothesis.seeds.emplace_back(u, v);
+      tryHypothesis(input, hypothesis, {}, false, true, objects);
+    }
+  }
+  std::swap(previous_, current_);
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,49 @@
+/// The default detector: tracks and dense residuals against the static world.
+#pragma once
+
+#include <vector>
+
+#include "detection/dense_channel.h"
+#include "detection/frame_comparison.h"
+#include "detection/point_tracks.h"
+#include "detection/segmentation.h"
+#include "detection/tracker.h"
+
+namespace predictive_stereo {
+
+/// An object of this frame with its pixels.
+struct ObservedObject {
+  Observation observation;
+  cv::Mat1b mask;  ///< 255 on its pixels; of the size of its box
+};
+
+class MotionScheme {
+ public:
+  MotionScheme(const DisparityRange& range, const MotionDetectionParams& params)
+      : range_(range), params_(params) {}
+
+  /// @param known  objects that are followed, moved to this frame.
+  void observe(const DetectionInput& input, const ObjectTracker& known,
+               std::vector<ObservedObject>& objects);
+  void reset() { previous_ = RememberedFrame(); }
+
+ private:
+  void remember(const DetectionInput& input);
+  std::vector<cv::Point> suspiciousPoints() const;
+  void tryHypothesis(const DetectionInput& input, const Hypothesis& hypothesis,
+                     const Eigen::Matrix3d& covariance, bool dense, bool expected,
+                     std::vector<ObservedObject>& objects);
+
+  DisparityRange range_;
+  MotionDetectionParams params_;
+  RememberedFrame previous_, current_;
+
+  // The frame in work.
+  Eigen::Isometry3d T_prev_cam_ = Eigen::Isometry3d::Identity();
+  Comparison static_world_;
+  cv::Mat3f static_source_;
+  cv::Mat1f texture_, dense_residual_px_;
+  cv::Mat1b taken_;  // lattice points of objects that were found already
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,208 @@
+#include "detection/point_tracks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "odometry/tracking.h"
+
+namespace predictive_stereo {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr float kFloorVariance_px2 = 0.09f;  // of any disparity
+constexpr double kPreviousSigma_px = 0.5;    // of the disparity where a point was found
+constexpr double kHuber = 2;                 // standard deviations
+
+// Derivative of (x, y, d) by the point that is seen there.
+Matrix3d projectionJacobian(const StereoRig& rig, const Vector3d& p) {
+  const double z = p.z();
+  Matrix3d j;
+  j << rig.fx_px / z, 0, -rig.fx_px * p.x() / (z * z),  //
+      0, rig.fy_px / z, -rig.fy_px * p.y() / (z * z),   //
+      0, 0, -rig.disparityTimesDepth() / (z * z);
+  return j;
+}
+
+float disparityAt(const cv::Mat1f& map, const DisparityRange& range, const Vector3d& at) {
+  const int x = cvRound(at.x()), y = cvRound(at.y());
+  if (x < 0 || y < 0 || x >= map.cols || y >= map.rows || !range.isValid(map(y, x))) return -1;
+  return map(y, x);
+}
+
+// Whether a static point with one of the disparities nearby would have been seen where this one
+// was.
+bool explainedNearby(const TrackingView& view, const SourceOf& source_of, cv::Point point,
+                     const Vector3d& found, double tolerance_px) {
+  for (int dy = -3; dy <= 3; dy += 3)
+    for (int dx = -3; dx <= 3; dx += 3) {
+      const int x = std::clamp(point.x + dx, 0, view.disparity_px.cols - 1);
+      const int y = std::clamp(point.y + dy, 0, view.disparity_px.rows - 1);
+      const float d = view.disparity_px(y, x);
+      if (!view.range.isValid(d) || !(d > 0)) continue;
+      const Eigen::Vector3f source =
+          source_of(static_cast<float>(point.x), static_cast<float>(point.y), d);
+      if ((source.cast<double>() - found).head<2>().norm() < tolerance_px) return true;
+    }
+  return false;
+}
+
+void judge(const TrackingView& view, const MotionDetectionParams& params, const SourceOf& source_of,
+           PointTrack& track) {
+  const Matrix3d j = projectionJacobian(view.rig, track.static_m);
+  const Eigen::Vector3f farther =
+      source_of(track.position.x, track.position.y, track.disparity_px + 0.1f);
+  const Vector3d by_disparity = (farther.cast<double>() - track.static_px) / 0.1;
+  Matrix3d covariance = by_disparity * by_disparity.transpose() * track.variance_px2;
+  const double ego = params.ego_motion_sigma_m * params.ego_motion_sigma_m;
+  covariance += ego * j * j.transpose();
+  const double flow = params.flow_sigma_px * params.flow_sigma_px;
+  covariance.diagonal() += Vector3d(flow, flow, kPreviousSigma_px * kPreviousSigma_px);
+  Vector3d residual = track.found_px - track.static_px;
+  if (track.found_px.z() < 0) {
+    residual.z() = 0;
+    covariance(2, 2) += 1e6;
+  }
+  track.mahalanobis = residual.dot(covariance.inverse() * residual);
+  const double depth = track.static_m.z();
+  const double moved_m =
+      Vector3d(residual.x() * depth / view.rig.fx_px, residual.y() * depth / view.rig.fy_px,
+               residual.z() * depth / track.static_px.z())
+          .norm();
+  const bool visible = residual.head<2>().norm() >= params.min_flow_px ||
+                       std::abs(residual.z()) >= params.min_disparity_change_px;
+  track.moving =
+      visible && moved_m >= params.min_displacement_m &&
+      track.mahalanobis >= params.min_mahalanobis &&
+      !explainedNearby(view, source_of, track.position, track.found_px, params.min_flow_px);
+}
+
+}  // namespace
+
+std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
+                                     const std::vector<cv::Point>& points_px) {
+  const SourceOf source_of(disparityMotion(view.rig, view.T_prev_cam));
+  std::vector<cv::Point2f> points;
+  std::vector<Track> tracks;
+  std::vector<PointTrack> result;
+  for (cv::Point p : points_px) {
+    const float d = view.disparity_px(p);
+    if (!view.range.isValid(d) || !(d > 0)) continue;
+    PointTrack track;
+    track.position = p;
+    track.disparity_px = d;
+    track.variance_px2 = std::max(view.variance_px2(p), kFloorVariance_px2);
+    track.static_m = view.T_prev_cam * view.rig.pointFromDisparity(p.x, p.y, d);
+    if (!(track.static_m.z() > 0.5)) continue;
+    track.static_px = view.rig.disparityFromPoint(track.static_m);
+    result.push_back(track);
+    points.emplace_back(p);
+    tracks.emplace_back();
+    tracks.back().position = {static_cast<float>(track.static_px.x()),
+                              static_cast<float>(track.static_px.y())};
+  }
+  trackPoints(view.current, view.previous.pyramid, points, tracks);
+  std::vector<PointTrack> found;
+  for (size_t i = 0; i < result.size(); ++i) {
+    if (!tracks[i].found) continue;
+    PointTrack& track = result[i];
+    track.found_px = Vector3d(tracks[i].position.x, tracks[i].position.y, 0);
+    track.found_px.z() = disparityAt(view.previous.disparity_px, view.range, track.found_px);
+    judge(view, params, source_of, track);
+    found.push_back(track);
+  }
+  return found;
+}
+
+Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
+                             const std::vector<PointTrack>& tracks,
+                             const std::vector<size_t>& members) {
+  Displacement fit;
+  const double flow_variance = params.flow_sigma_px * params.flow_sigma_px;
+  // Start from the median displacement across the line of sight, which does not need depth.
+  for (int k = 0; k < 2; ++k) {
+    std::vector<double> values;
+    for (size_t i : members)
+      values.push_back(-tracks[i].flow()[k] * tracks[i].static_m.z() / rig.fx_px);
+    std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2),
+                     values.end());
+    fit.moved_m[k] = values[values.size() / 2];
+  }
+  Matrix3d information = Matrix3d::Identity();
+  double chi2 = 0;
+  int count = 0;
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    // A weak prior: within largest speeds nothing is known of motion along the line of sight.
+    information = Matrix3d::Identity() / 9.0;
+    Vector3d gradient = information * -fit.moved_m;
+    chi2 = 0;
+    count = 0;
+    fit.inliers.clear();
+    for (size_t i : members) {
+      const PointTrack& track = tracks[i];
+      const Vector3d before = track.static_m - fit.moved_m;
+      if (!(before.z() > 0.5)) continue;
+      Vector3d residual = track.found_px - rig.disparityFromPoint(before);
+      Vector3d weight(1 / flow_variance, 1 / flow_variance,
+                      1 / (track.variance_px2 + kPreviousSigma_px * kPreviousSigma_px));
+      if (track.found_px.z() < 0) weight.z() = residual.z() = 0;
+      const double flow_error = residual.head<2>().norm() / params.flow_sigma_px;
+      const double disparity_error = std::abs(residual.z()) * std::sqrt(weight.z());
+      if (flow_error < 5) fit.inliers.push_back(i);
+      weight.head<2>() *= std::min(1.0, kHuber / std::max(flow_error, 1e-9));
+      weight.z() *= std::min(1.0, kHuber / std::max(disparity_error, 1e-9));
+      const Matrix3d j = -projectionJacobian(rig, before);
+      information += j.transpose() * weight.asDiagonal() * j;
+      gradient += j.transpose() * weight.asDiagonal() * residual;
+      chi2 += residual.dot(weight.asDiagonal() * residual);
+      count += 3;
+    }
+    const Vector3d step = information.ldlt().solve(gradient);
+    fit.moved_m += step;
+    if (step.norm() < 1e-4) break;
+  }
+  const double scale = count > 6 ? std::max(1.0, chi2 / (count - 3)) : 4.0;
+  fit.covariance = scale * information.inverse();
+  // Neighbouring points share their errors, and ego-motion's is common to all of them.
+  fit.covariance *= 4;
+  fit.covariance.diagonal().array() += params.ego_motion_sigma_m * params.ego_motion_sigma_m;
+  return fit;
+}
+
+std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
+                                               const MotionDetectionParams& params,
+                                               const std::vector<PointTrack>& tracks) {
+  std::vector<size_t> moving;
+  for (size_t i = 0; i < tracks.size(); ++i)
+    if (tracks[i].moving) moving.push_back(i);
+  std::vector<size_t> parent(moving.size());
+  for (size_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  const auto root = [&](size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (size_t a = 0; a < moving.size(); ++a)
+    for (size_t b = a + 1; b < moving.size(); ++b) {
+      const PointTrack &p = tracks[moving[a]], &q = tracks[moving[b]];
+      const double mean_d = 0.5 * (p.disparity_px + q.disparity_px);
+      const double pixels_per_m = mean_d / rig.baseline_m;
+      const cv::Point2f apart = p.position - q.position;
+      if (std::hypot(apart.x, apart.y) > params.link_distance_m * pixels_per_m) continue;
+      const double link_d = 1.0 + params.link_depth_m * mean_d * mean_d / rig.disparityTimesDepth();
+      if (std::abs(p.disparity_px - q.disparity_px) > link_d) continue;
+      const double flow = std::max(p.flow().norm(), q.flow().norm());
+      if ((p.flow() - q.flow()).norm() > 1.5 + params.link_flow_share * flow) continue;
+      parent[root(a)] = root(b);
+    }
+  std::vector<std::vector<size_t>> by_root(moving.size());
+  for (size_t i = 0; i < moving.size(); ++i) by_root[root(i)].push_back(moving[i]);
+  std::vector<std::vector<size_t>> clusters;
+  for (const auto& members : by_root)
+    if (static_cast<int>(members.size()) >= params.min_tracks) clusters.push_back(members);
+  std::stable_sort(clusters.begin(), clusters.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  return clusters;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "detection/frame_comparison.h"
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+/// A point of the current frame that was found in the previous one.
+struct PointTrack {
+  cv::Point2f position;       ///< now [px]
+  float disparity_px = 0;     ///< now
+  float variance_px2 = 0;     ///< of disparity_px
+  Eigen::Vector3d static_m;   ///< where it is now, in the previous camera's frame
+  Eigen::Vector3d static_px;  ///< (x, y, d) where a static point would have been before
+  Eigen::Vector3d found_px;   ///< (x, y, d) where it was found; d < 0: unknown
+  double mahalanobis = 0;     ///< squared, of found_px - static_px given the errors of both
+  bool moving = false;
+
+  Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
+};
+
+/// What is needed to follow points back into the previous frame.
+struct TrackingView {
+  const StereoRig& rig;
+  const DisparityRange& range;
+  const ImagePyramid& current;
+  const cv::Mat1f& disparity_px;
+  const cv::Mat1f& variance_px2;
+  const RememberedFrame& previous;
+  const Eigen::Isometry3d& T_prev_cam;
+};
+
+/// Follows lattice points back by Lucas-Kanade and tells the moving from the static ones: these
+/// are explained by ego-motion and one of the disparities around them. Points that are not found
+/// are left out.
+std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
+                                     const std::vector<cv::Point>& points_px);
+
+/// A displacement in the previous camera's frame [m] and its covariance.
+struct Displacement {
+  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  std::vector<size_t> inliers;  ///< of the tracks that were used
+};
+
+/// The translation that moves these points from where they were to where they are, robustly.
+Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
+                             const std::vector<PointTrack>& tracks,
+                             const std::vector<size_t>& members);
+
+/// Groups moving points that are near each other in space and move alike.
+std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
+                                               const MotionDetectionParams& params,
+                                               const std::vector<PointTrack>& tracks);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "detection/frame_comparison.h"
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+/// A guess that something at this depth moves like this.
+struct Hypothesis {
+  std::vector<cv::Point> seeds;  ///< lattice points that belong to it
+  float disparity_px = 0;
+  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();  ///< in the previous camera's frame
+};
+
+/// The part of the image that a hypothesis explains.
+struct Segment {
+  cv::Rect area;   ///< lattice
+  cv::Mat1b mask;  ///< 255 within; of the area's size
+  int cells = 0;
+  double explained = 0;  ///< share of decisive cells that the hypothesis explains better
+  int decisive = 0;      ///< cells where the two explanations differ
+  double dense = 0;      ///< share of cells with a dense residual of the majority's sign
+};
+
+/// What segmentation looks at.
+struct SegmentationView {
+  const StereoRig& rig;
+  const DisparityRange& range;
+  const ImagePyramid& current;
+  const ImagePyramid& previous;
+  const cv::Mat1f& disparity_px;
+  const Eigen::Isometry3d& T_prev_cam;
+  const cv::Mat1f& static_mismatch;  ///< of the whole lattice
+  const cv::Mat1f& dense_residual_px;
+};
+
+/// The connected part of the hypothesis' disparity layer around its seeds which the object's motion
+/// explains no worse than the static world. None where there is no such part.
+std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
+                               const Hypothesis& hypothesis);
+
+}  // namespace predictive_stereo
