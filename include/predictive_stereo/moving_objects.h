@@ -108,7 +108,7 @@ struct MotionDetectionParams {
   double dense_min_area_m2 = 0.3;      ///< of a group of such pixels
   double dense_min_share = 0.7;        ///< of an object's pixels with such a residual
   // Verification in the object's disparity layer.
-  double layer_depth_m = 2.5;   ///< it reaches so far to either side
+  double layer_margin_m = 0.8;  ///< it reaches so far beyond the depths of the points
   double reach_m = 4;           ///< farthest that an object extends beyond its points
   double gap_m = 0.35;          ///< texture-less gaps within an object
   double min_explained = 0.6;   ///< share of the layer that the object's motion explains better
@@ -135,7 +135,7 @@ struct MotionDetectionParams {
     v("dense_one_sign", dense_one_sign, 0.5, 1.0);
     v("dense_min_area_m2", dense_min_area_m2, 0.0, 100.0);
     v("dense_min_share", dense_min_share, 0.0, 1.0);
-    v("layer_depth_m", layer_depth_m, 0.1, 100.0);
+    v("layer_margin_m", layer_margin_m, 0.1, 100.0);
     v("reach_m", reach_m, 0.1, 100.0);
     v("gap_m", gap_m, 0.0, 10.0);
     v("min_explained", min_explained, 0.0, 1.0);

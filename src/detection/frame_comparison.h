@@ -14,6 +14,7 @@ namespace predictive_stereo {
 /// What the detector keeps of a frame for the next one.
 struct RememberedFrame {
   double stamp_s = 0;
+  bool has_pose = false;
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
   ImagePyramid pyramid;
   cv::Mat1f disparity_px;  ///< as measured

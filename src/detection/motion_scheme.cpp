@@ -37,10 +37,37 @@ ObservedObject observed(const DetectionInput& input, const Segment& segment, flo
   return object;
 }
 
+// Lattice points as pixels, evenly thinned.
+std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
+  constexpr size_t kMost = 40;
+  std::vector<cv::Point> pixels;
+  const size_t step = lattice_points.size() / (kMost + 1) + 1;
+  for (size_t i = 0; i < lattice_points.size(); i += step) pixels.push_back(2 * lattice_points[i]);
+  return pixels;
+}
+
 }  // namespace
+
+// The disparities of the seeds, and a little beyond.
+void MotionScheme::setLayer(const DetectionInput& input, Hypothesis& hypothesis) const {
+  std::vector<float> values;
+  for (cv::Point seed : hypothesis.seeds)
+    values.push_back(input.measured_disparity_px(2 * seed.y, 2 * seed.x));
+  std::sort(values.begin(), values.end());
+  const auto quantile = [&](double share) {
+    return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
+  };
+  hypothesis.disparity_px = quantile(0.5);
+  const auto fB = static_cast<float>(input.rig.disparityTimesDepth());
+  const auto margin_m = static_cast<float>(params_.layer_margin_m);
+  constexpr float kNoise_px = 1.0f;
+  hypothesis.nearest_px = fB / std::max(fB / quantile(0.9) - margin_m, 0.5f) + kNoise_px;
+  hypothesis.farthest_px = fB / (fB / quantile(0.1) + margin_m) - kNoise_px;
+}
 
 void MotionScheme::remember(const DetectionInput& input) {
   current_.stamp_s = input.stamp_s;
+  current_.has_pose = input.has_pose;
   current_.T_odom_cam = input.T_odom_cam;
   current_.pyramid.build(input.left, kPyramidLevels);
   input.measured_disparity_px.copyTo(current_.disparity_px);
@@ -96,11 +123,8 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
                      (found->explained >= 0.5 || found->decisive < params_.min_decisive_cells);
   if (!(explained || ((dense || expected) && along))) return;
 
-  const double fB = input.rig.disparityTimesDepth();
-  const double depth = fB / hypothesis.disparity_px;
-  const float nearest = static_cast<float>(fB / std::max(depth - params_.layer_depth_m, 0.5)) + 1;
-  const float farthest = static_cast<float>(fB / (depth + params_.layer_depth_m)) - 1;
-  ObservedObject object = observed(input, *found, nearest, farthest);
+  ObservedObject object = observed(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
+  const double depth = input.rig.disparityTimesDepth() / hypothesis.disparity_px;
   Observation& seen = object.observation;
   const auto shape =
       shapeOf(input.rig, range_, input.measured_disparity_px, seen.box_px, object.mask);
@@ -115,7 +139,7 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
   for (const ObservedObject& other : objects) {
     const cv::Rect common = other.observation.box_px & seen.box_px;
     if (common.area() > 0.5 * std::min(other.observation.box_px.area(), seen.box_px.area()) &&
-        std::abs(other.observation.distance_m - shape->distance_m) < params_.layer_depth_m)
+        std::abs(other.observation.distance_m - shape->distance_m) < params_.max_width_m / 2)
       return;
   }
 
@@ -141,7 +165,8 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
 void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& known,
                            std::vector<ObservedObject>& objects) {
   remember(input);
-  const bool comparable = !previous_.empty() && dt(previous_, input) > 0;
+  const bool comparable =
+      !previous_.empty() && previous_.has_pose && input.has_pose && dt(previous_, input) > 0;
   if (comparable) {
     T_prev_cam_ = previous_.T_odom_cam.inverse() * input.T_odom_cam;
     const cv::Rect lattice(cv::Point(), current_.pyramid.level(1).size());
@@ -167,16 +192,10 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
         continue;
       Hypothesis hypothesis;
       hypothesis.moved_m = fit.moved_m;
-      std::vector<float> disparities;
-      for (size_t i : fit.inliers) {
+      for (size_t i : fit.inliers)
         hypothesis.seeds.emplace_back(static_cast<int>(tracks[i].position.x) / 2,
                                       static_cast<int>(tracks[i].position.y) / 2);
-        disparities.push_back(tracks[i].disparity_px);
-      }
-      std::nth_element(disparities.begin(),
-                       disparities.begin() + std::ptrdiff_t(disparities.size() / 2),
-                       disparities.end());
-      hypothesis.disparity_px = disparities[disparities.size() / 2];
+      setLayer(input, hypothesis);
       tryHypothesis(input, hypothesis, fit.covariance, false, false, objects);
     }
 
@@ -188,23 +207,21 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
         continue;
       Hypothesis hypothesis;
       hypothesis.seeds = group.points;
-      hypothesis.disparity_px = group.disparity_px;
-      const cv::Rect box = cv::boundingRect(group.points);
-      const cv::Point middle = box.tl() + box.br();
-      const Eigen::Vector3d now =
-          T_prev_cam_ * input.rig.pointFromDisparity(middle.x, middle.y, group.disparity_px);
-      // Where it was before: shifted in the image, at the depth that the disparities tell.
-      Eigen::Vector3d before = input.rig.disparityFromPoint(now);
-      before.z() = std::max(before.z() - group.residual_px, 0.5);
+      setLayer(input, hypothesis);
       const auto shift =
           searchShift(current_.pyramid, previous_.pyramid, static_source_, group.points);
-      if (shift) before.head<2>() += Eigen::Vector2d(shift->x, shift->y);
-      hypothesis.moved_m = now - input.rig.pointFromDisparity(before.x(), before.y(), before.z());
-      Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity() * (shift ? 0.01 : 0.09);
-      const double sigma_z = 0.4 * now.z() / group.disparity_px;
-      covariance(2, 2) += sigma_z * sigma_z;
-      if (hypothesis.moved_m.norm() < params_.min_displacement_m) continue;
-      tryHypothesis(input, hypothesis, covariance, true, false, objects);
+      if (!shift) continue;
+      const std::vector<PointTrack> followed =
+          followPoints(view, params_, sampleOf(group.points), *shift);
+      if (static_cast<int>(followed.size()) < params_.min_tracks) continue;
+      std::vector<size_t> all(followed.size());
+      for (size_t i = 0; i < all.size(); ++i) all[i] = i;
+      const Displacement fit = fitDisplacement(input.rig, params_, followed, all);
+      if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
+          fit.moved_m.norm() < params_.min_displacement_m)
+        continue;
+      hypothesis.moved_m = fit.moved_m;
+      tryHypothesis(input, hypothesis, fit.covariance, true, false, objects);
     }
 
     // Objects that are known are looked for where they should be.
@@ -224,6 +241,8 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
           if (std::abs(input.measured_disparity_px(2 * v, 2 * u) - hypothesis.disparity_px) <
               tolerance)
             hypothesis.seeds.emplace_back(u, v);
+      if (hypothesis.seeds.size() < 8) continue;
+      setLayer(input, hypothesis);
       tryHypothesis(input, hypothesis, {}, false, true, objects);
     }
   }

@@ -28,6 +28,7 @@ class MotionScheme {
   void reset() { previous_ = RememberedFrame(); }
 
  private:
+  void setLayer(const DetectionInput& input, Hypothesis& hypothesis) const;
   void remember(const DetectionInput& input);
   std::vector<cv::Point> suspiciousPoints() const;
   void tryHypothesis(const DetectionInput& input, const Hypothesis& hypothesis,

@@ -81,9 +81,9 @@ void judge(const TrackingView& view, const MotionDetectionParams& params, const 
 }  // namespace
 
 std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
-                                     const std::vector<cv::Point>& points_px) {
+                                     const std::vector<cv::Point>& points_px,
+                                     cv::Point2f shift_px) {
   const SourceOf source_of(disparityMotion(view.rig, view.T_prev_cam));
-  std::vector<cv::Point2f> points;
   std::vector<Track> tracks;
   std::vector<PointTrack> result;
   for (cv::Point p : points_px) {
@@ -97,12 +97,12 @@ std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetec
     if (!(track.static_m.z() > 0.5)) continue;
     track.static_px = view.rig.disparityFromPoint(track.static_m);
     result.push_back(track);
-    points.emplace_back(p);
     tracks.emplace_back();
-    tracks.back().position = {static_cast<float>(track.static_px.x()),
-                              static_cast<float>(track.static_px.y())};
+    tracks.back().origin = p;
+    tracks.back().position = shift_px + cv::Point2f(static_cast<float>(track.static_px.x()),
+                                                    static_cast<float>(track.static_px.y()));
   }
-  trackPoints(view.current, view.previous.pyramid, points, tracks);
+  trackPoints(view.current, view.previous.pyramid, tracks);
   std::vector<PointTrack> found;
   for (size_t i = 0; i < result.size(); ++i) {
     if (!tracks[i].found) continue;

@@ -37,8 +37,10 @@ struct TrackingView {
 /// Follows lattice points back by Lucas-Kanade and tells the moving from the static ones: these
 /// are explained by ego-motion and one of the disparities around them. Points that are not found
 /// are left out.
+/// @param shift_px  where the search begins, from where a static point would have been.
 std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
-                                     const std::vector<cv::Point>& points_px);
+                                     const std::vector<cv::Point>& points_px,
+                                     cv::Point2f shift_px = {});
 
 /// A displacement in the previous camera's frame [m] and its covariance.
 struct Displacement {

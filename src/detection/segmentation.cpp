@@ -9,7 +9,6 @@ namespace {
 
 constexpr float kDecisive_grey = 2.0f;  // difference of mismatches that is no noise
 constexpr float kContradiction_grey = 0.7f;
-constexpr float kDisparityNoise_px = 1.0f;
 constexpr int kFewestCells = 24;
 
 // Columns and rows that hardly belong to the object: ground beside wheels, branches.
@@ -42,11 +41,6 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   const cv::Rect area =
       cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
       lattice;
-  const float nearest =
-      static_cast<float>(fB / std::max(depth - params.layer_depth_m, 0.5)) + kDisparityNoise_px;
-  const float farthest =
-      static_cast<float>(fB / (depth + params.layer_depth_m)) - kDisparityNoise_px;
-
   Eigen::Isometry3d T_source = view.T_prev_cam;
   T_source.translation() -= hypothesis.moved_m;
   Comparison comparison;
@@ -60,7 +54,9 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
       const float d = view.disparity_px(2 * (area.y + v), 2 * (area.x + u));
       const float by_static = view.static_mismatch(area.y + v, area.x + u);
       const float by_object = comparison.mismatch(v, u);
-      layer(v, u) = view.range.isValid(d) && d >= farthest && d <= nearest ? 255 : 0;
+      layer(v, u) =
+          view.range.isValid(d) && d >= hypothesis.farthest_px && d <= hypothesis.nearest_px ? 255
+                                                                                             : 0;
       support(v, u) =
           by_static < 0 || by_object < 0 ? 0.0f : std::clamp(by_static - by_object, -15.0f, 15.0f);
     }

@@ -12,8 +12,9 @@ namespace predictive_stereo {
 
 /// A guess that something at this depth moves like this.
 struct Hypothesis {
-  std::vector<cv::Point> seeds;  ///< lattice points that belong to it
-  float disparity_px = 0;
+  std::vector<cv::Point> seeds;                       ///< lattice points that belong to it
+  float disparity_px = 0;                             ///< median of the seeds
+  float nearest_px = 0, farthest_px = 0;              ///< disparities of its layer
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();  ///< in the previous camera's frame
 };
 
