@@ -1,8 +1,11 @@
 #include "predictive_stereo/coarse_matcher.h"
 
-#include <opencv2/imgproc.hpp>
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
+
+#include "matching/half_image.h"
+#include "matching/simd_dispatch.h"
 
 namespace predictive_stereo {
 namespace {
@@ -36,9 +39,9 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
          << left.cols << "x" << left.rows << ": both must have one size";
     throw std::invalid_argument(text.str());
   }
-  const cv::Rect even(0, 0, left.cols / 2 * 2, left.rows / 2 * 2);
-  cv::resize(left(even), left_half_, even.size() / 2, 0, 0, cv::INTER_AREA);
-  cv::resize(right(even), right_half_, even.size() / 2, 0, 0, cv::INTER_AREA);
+  const int64_t simd_target = simdTargetBit(matcher_.simdTarget());
+  halveImage(left, simd_target, left_half_);
+  halveImage(right, simd_target, right_half_);
   matcher_.match(left_half_, right_half_, match_);
 
   const float half_invalid = matcher_.params().range.invalid();

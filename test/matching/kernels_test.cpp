@@ -5,6 +5,7 @@
 
 #include "matching/census.h"
 #include "matching/census_kernel.h"
+#include "matching/half_image.h"
 #include "matching/matching_scenes.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
@@ -66,6 +67,37 @@ void expectFullSearchEqualsReference(const TestPair& pair, MatcherParams params)
   }
 }
 
+/// Ranges of every kind: narrow and wide ones, far apart and overlapping, beyond the interval,
+/// empty ones alone and in groups.
+SearchRanges randomRanges(cv::Size size, const DisparityRange& range, unsigned seed) {
+  cv::RNG random(seed);
+  SearchRanges ranges{cv::Mat1s(size), cv::Mat1s(size)};
+  for (int y = 0; y < size.height; ++y) {
+    int centre = random.uniform(range.min_disparity, range.max_disparity());
+    int half = 3;
+    for (int x = 0; x < size.width; ++x) {
+      centre += random.uniform(-1, 2);
+      if (random.uniform(0, 8) == 0) centre = random.uniform(-30, range.max_disparity() + 30);
+      if (random.uniform(0, 12) == 0) half = random.uniform(0, 8);
+      if (random.uniform(0, 40) == 0) half = random.uniform(-2, range.count);
+      ranges.first(y, x) = static_cast<short>(centre - half);
+      ranges.last(y, x) = static_cast<short>(centre + half);
+    }
+  }
+  return ranges;
+}
+
+void expectReducedSearchEqualsReference(const TestPair& pair, MatcherParams params,
+                                        const SearchRanges& ranges) {
+  const Match expected = referenceMatch(pair, params, &ranges);
+  for (const std::string& target : availableSimdTargets()) {
+    params.simd_target = target;
+    Match match;
+    StereoMatcher(params).match(pair.left, pair.right, ranges, match);
+    EXPECT_EQ(differences(match, expected), "") << describe(params, pair.left.size());
+  }
+}
+
 TEST(Kernels, CensusEqualsReference) {
   cv::RNG random(1);
   for (const cv::Size size : {cv::Size(1, 1), {3, 1}, {1, 9}, {17, 4}, {64, 7}, {131, 9}}) {
@@ -79,6 +111,24 @@ TEST(Kernels, CensusEqualsReference) {
         CensusKernel(form, simdTargetBit(target)).transform(image, words);
         EXPECT_TRUE(equal(words, expected)) << target << size << static_cast<int>(form);
       }
+    }
+  }
+}
+
+TEST(Kernels, HalvedImagesHoldMeansOfFourPixels) {
+  cv::RNG random(15);
+  for (const cv::Size size : {cv::Size(2, 2), {3, 5}, {66, 8}, {257, 31}}) {
+    cv::Mat1b image(size), half;
+    random.fill(image, cv::RNG::UNIFORM, 0, 256);
+    for (const std::string& target : availableSimdTargets()) {
+      halveImage(image, simdTargetBit(target), half);
+      ASSERT_EQ(half.size(), size / 2);
+      for (int y = 0; y < half.rows; ++y)
+        for (int x = 0; x < half.cols; ++x) {
+          const int sum = image(2 * y, 2 * x) + image(2 * y, 2 * x + 1) + image(2 * y + 1, 2 * x) +
+                          image(2 * y + 1, 2 * x + 1);
+          ASSERT_EQ(half(y, x), (sum + 2) / 4) << target << size;
+        }
     }
   }
 }
@@ -109,6 +159,16 @@ TEST(Kernels, FullSearchOfEverySize) {
       }
 }
 
+TEST(Kernels, SearchesOfCameraSizes) {
+  for (const cv::Size size : {cv::Size(1242, 375), {1226, 370}, {2048, 1088}}) {
+    MatcherParams params;
+    params.range.count = size.width < 2000 ? 64 : 16;
+    const TestPair pair = makeTestPair(size, 0, 40, 13);
+    expectFullSearchEqualsReference(pair, params);
+    expectReducedSearchEqualsReference(pair, params, randomRanges(size, params.range, 14));
+  }
+}
+
 TEST(Kernels, FullSearchOfEveryPenalty) {
   const TestPair pair = makeTestPair({90, 30}, 0, 30, 4);
   for (const auto& [p1, p2] : {std::pair(1, 2), {6, 65}, {12, 80}, {100, 220}, {200, 201}})
@@ -135,37 +195,6 @@ TEST(Kernels, FullSearchOfNoise) {
       params.census = CensusForm::kCentreSymmetric9x7;
       expectFullSearchEqualsReference(pair, params);
     }
-}
-
-/// Ranges of every kind: narrow and wide ones, far apart and overlapping, beyond the interval,
-/// empty ones alone and in groups.
-SearchRanges randomRanges(cv::Size size, const DisparityRange& range, unsigned seed) {
-  cv::RNG random(seed);
-  SearchRanges ranges{cv::Mat1s(size), cv::Mat1s(size)};
-  for (int y = 0; y < size.height; ++y) {
-    int centre = random.uniform(range.min_disparity, range.max_disparity());
-    int half = 3;
-    for (int x = 0; x < size.width; ++x) {
-      centre += random.uniform(-1, 2);
-      if (random.uniform(0, 8) == 0) centre = random.uniform(-30, range.max_disparity() + 30);
-      if (random.uniform(0, 12) == 0) half = random.uniform(0, 8);
-      if (random.uniform(0, 40) == 0) half = random.uniform(-2, range.count);
-      ranges.first(y, x) = static_cast<short>(centre - half);
-      ranges.last(y, x) = static_cast<short>(centre + half);
-    }
-  }
-  return ranges;
-}
-
-void expectReducedSearchEqualsReference(const TestPair& pair, MatcherParams params,
-                                        const SearchRanges& ranges) {
-  const Match expected = referenceMatch(pair, params, &ranges);
-  for (const std::string& target : availableSimdTargets()) {
-    params.simd_target = target;
-    Match match;
-    StereoMatcher(params).match(pair.left, pair.right, ranges, match);
-    EXPECT_EQ(differences(match, expected), "") << describe(params, pair.left.size());
-  }
 }
 
 TEST(Kernels, ReducedSearchOfEveryPathSetCensusFormAndCount) {
