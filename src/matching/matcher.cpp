@@ -1,5 +1,6 @@
 #include "predictive_stereo/matcher.h"
 
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 
@@ -63,7 +64,8 @@ struct StereoMatcher::Workspace {
       census.transform(right, right_words);
       full_search.match(left_words, right_words, volume, match);
     }
-    match.search_width.setTo(params.range.count);
+    for (int y = 0; y < left.rows; ++y)  // cv::Mat::setTo would allocate
+      std::fill_n(match.search_width[y], left.cols, static_cast<uint16_t>(params.range.count));
   }
 
   void matchReduced(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
