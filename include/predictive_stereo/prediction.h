@@ -20,7 +20,7 @@ struct DisparityState {
 };
 
 struct PredictionParams {
-  double process_noise_px2 = 0.1;     ///< q of eq. 4, or its floor where motion covariance is used
+  double process_noise_px2 = 0.051;   ///< q of eq. 4, or its floor where motion covariance is used
   bool use_motion_covariance = true;  ///< q grows by J Sigma J^T of the ego-motion
   double edge_jump_px = 3.0;          ///< neighbours that differ by more are a discontinuity
   int edge_margin_px = 2;             ///< pixels this near to a discontinuity are reset

@@ -9,7 +9,8 @@
 
 namespace predictive_stereo {
 
-/// Standard deviations of disparities [px], by how they came about. Fitted to LiDAR.
+/// Standard deviations of disparities [px], by how they came about. The defaults are what
+/// estimate_noise found on KITTI (config/noise_kitti.yaml).
 ///
 /// A match has sigma_match = sigma_floor + sigma_ambiguous t^2 + sigma_per_disparity d, where t
 /// grows from 0 to 1 as its ambiguity (lowest over second lowest aggregated cost) goes from
@@ -17,15 +18,15 @@ namespace predictive_stereo {
 /// errors of successive matches as independent, which they are not. What does tell is the
 /// innovation.
 struct VarianceParams {
-  double sigma_floor_px = 0.26;
-  double sigma_ambiguous_px = 0.9;
-  double sigma_per_disparity = 0.0055;
-  double ambiguity_onset = 0.6;
-  double innovation_weight = 0.4;     ///< share of the squared innovation that adds to the variance
+  double sigma_floor_px = 0.23;
+  double sigma_ambiguous_px = 0.7;
+  double sigma_per_disparity = 0.0057;
+  double ambiguity_onset = 0.5;
+  double innovation_weight = 0.46;    ///< share of the squared innovation that adds to the variance
   double max_innovation_px = 4.0;     ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 1.0;  ///< adds to a match that nothing was predicted for
-  double sigma_kept_px = 1.0;         ///< adds to a prediction that was not measured
-  double sigma_filled_px = 2.0;       ///< of what was filled
+  double sigma_unpredicted_px = 1.3;  ///< adds to a match that nothing was predicted for
+  double sigma_kept_px = 1.3;         ///< adds to a prediction that was not measured
+  double sigma_filled_px = 3.7;       ///< of what was filled
 
   template <class Visitor>
   void visit(Visitor&& v) {

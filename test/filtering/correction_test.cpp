@@ -6,6 +6,7 @@ namespace predictive_stereo {
 namespace {
 
 const DisparityRange kRange{0, 128};
+const float kNoise = static_cast<float>(CorrectionParams().measurement_noise_px2);
 
 struct Pixel {
   Prediction prediction;
@@ -50,7 +51,7 @@ TEST(Correction, InnovationBeyondTheGateStartsAnew) {
     const bool reset = factor > 1;
     EXPECT_EQ(pixel.disparity() == pixel.measured_px(0), reset);
     if (reset) {
-      EXPECT_FLOAT_EQ(pixel.variance(), 0.4f);
+      EXPECT_FLOAT_EQ(pixel.variance(), kNoise);
     }
   }
 }
@@ -59,7 +60,7 @@ TEST(Correction, GateZeroNeverResets) {
   CorrectionParams params;
   params.gate_sigma = 0;
   Pixel pixel;
-  pixel.predict(20.0f, 0.4f);
+  pixel.predict(20.0f, kNoise);
   pixel.measured_px = 100.0f;
   pixel.correctBy(params);
   EXPECT_FLOAT_EQ(pixel.disparity(), 60.0f);
@@ -70,7 +71,7 @@ TEST(Correction, MeasurementAloneStartsTheFilter) {
   pixel.measured_px = 33.25f;
   pixel.correctBy(CorrectionParams());
   EXPECT_EQ(pixel.disparity(), 33.25f);
-  EXPECT_FLOAT_EQ(pixel.variance(), 0.4f);
+  EXPECT_FLOAT_EQ(pixel.variance(), kNoise);
 }
 
 TEST(Correction, PredictionLivesOnForSomeFramesOnly) {
@@ -92,7 +93,7 @@ TEST(Correction, ResetVarianceMeansThatTheMeasurementIsTaken) {
   pixel.measured_px = 70.0f;
   pixel.correctBy(CorrectionParams());
   EXPECT_NEAR(pixel.disparity(), 70.0f, 0.02);
-  EXPECT_NEAR(pixel.variance(), 0.4f, 0.001);
+  EXPECT_NEAR(pixel.variance(), kNoise, 0.001);
 }
 
 TEST(Correction, NothingKnownStaysUnknown) {
