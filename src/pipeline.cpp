@@ -40,7 +40,7 @@ void DisparityEstimator::prepare(const cv::Mat1b& left, const cv::Mat1b& right,
   times_.clear();
   Stopwatch watch;
 
-  alignRightImage(right, RowAlignment(), rig.cx_left_px - rig.cx_right_px, shifted_right_);
+  alignRightImage(right, RowOffsetModel(), rig.cx_left_px - rig.cx_right_px, shifted_right_);
   coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_);
   watch.lap("half-resolution match", times_);
 

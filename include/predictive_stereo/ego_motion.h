@@ -49,11 +49,11 @@ struct EgoMotionEstimate {
   /// From the last frame that was not lost to this one; where that one is out of sight, from a
   /// later one. See `frames`.
   CameraMotion motion;
-  int frames = 1;              ///< how many frames back `motion` starts: 1 is the previous one
-  int features = 0;            ///< corners followed from there in both cameras
-  int inliers = 0;             ///< those that agree with the motion
-  double residual_px = 0;      ///< root mean square reprojection error of the inliers
-  RowAlignment row_alignment;  ///< the vertical offset that the features' stereo matches showed
+  int frames = 1;                ///< how many frames back `motion` starts: 1 is the previous one
+  int features = 0;              ///< corners followed from there in both cameras
+  int inliers = 0;               ///< those that agree with the motion
+  double residual_px = 0;        ///< root mean square reprojection error of the inliers
+  RowOffsetModel row_alignment;  ///< the vertical offset that the features' stereo matches showed
   /// To be added to measured disparities of this frame, and its standard deviation; 0 if switched
   /// off. Its change from frame to frame is known far better than its value.
   double disparity_offset_px = 0, disparity_offset_sigma_px = 0;

@@ -14,7 +14,7 @@
 namespace predictive_stereo {
 
 /// One object that moves by itself.
-struct MovingObject {
+struct DetectedObject {
   int id = 0;         ///< stable while the object is followed
   cv::Rect2f box_px;  ///< in the left image
   Eigen::Vector3d centre_m =
@@ -42,7 +42,7 @@ struct DetectionInput {
 };
 
 struct Detections {
-  std::vector<MovingObject> objects;
+  std::vector<DetectedObject> objects;
   cv::Mat1b mask;      ///< 255 on pixels of the objects
   cv::Mat1f residual;  ///< (measured - predicted) / sigma, 0 where it cannot be told
 };

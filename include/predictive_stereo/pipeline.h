@@ -55,7 +55,7 @@ struct DisparityOutput {
   cv::Mat1f predicted_variance_px2;  ///< see Prediction
   cv::Mat1w search_width_px;  ///< disparities asked for; the matcher looks at 16 or more around
   cv::Mat1b ambiguity;        ///< of the measured disparity, see Match
-  RowAlignment row_alignment;
+  RowOffsetModel row_alignment;
   bool predicted = false;  ///< whether the past was used
   bool carried = false;    ///< whether this frame is the past of the next one, see estimate()
 };
@@ -105,7 +105,7 @@ class DisparityEstimator {
   StereoRig rig_;
   cv::Mat1b left_, right_, shifted_right_, aligned_right_;
   cv::Mat1f coarse_disparity_px_;
-  RowAlignment row_alignment_;
+  RowOffsetModel row_alignment_;
   Prediction prediction_;
   SearchRanges ranges_;
   Match match_;

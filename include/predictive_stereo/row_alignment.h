@@ -32,7 +32,7 @@ struct RowAlignmentParams {
 /// It is a function of the right image's columns because it can then be undone without knowing
 /// disparities; it fits real rigs as well as one of the left image's columns does. Where no
 /// disparity is known the left column may stand in: on KITTI that errs by 0.1 px at most.
-struct RowAlignment {
+struct RowOffsetModel {
   Eigen::Matrix<double, 6, 1> coefficients_px = Eigen::Matrix<double, 6, 1>::Zero();
   int samples = 0;               ///< samples in agreement with the fit; 0: identity
   double residual_px = 0;        ///< their root mean square residual
@@ -58,7 +58,7 @@ class RowOffsetFilter {
   explicit RowOffsetFilter(const RowAlignmentParams& params);
 
   /// @return identity where samples are too few or do not agree, now and in the past frames.
-  RowAlignment update(const std::vector<RowOffsetMeasurement>& samples, cv::Size size);
+  RowOffsetModel update(const std::vector<RowOffsetMeasurement>& samples, cv::Size size);
   /// Forgets the past frames.
   void reset();
 
@@ -93,8 +93,8 @@ class RowAligner {
   /// @param coarse_disparity_px  the half-resolution match of this pair (CoarseMatcher).
   /// @return identity where switched off, or where samples are too few or do not agree.
   /// @throws std::invalid_argument for sizes that do not fit together.
-  RowAlignment estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                        const cv::Mat1f& coarse_disparity_px, const DisparityRange& range);
+  RowOffsetModel estimate(const cv::Mat1b& left, const cv::Mat1b& right,
+                          const cv::Mat1f& coarse_disparity_px, const DisparityRange& range);
   /// Forgets the past frames.
   void reset();
 
@@ -117,7 +117,7 @@ class RowAligner {
 ///
 /// Where nothing is to be moved nothing is copied: `aligned` then shares the pixels of `right`.
 /// Otherwise its memory is reused, unless somebody else shares it.
-void alignRightImage(const cv::Mat1b& right, const RowAlignment& alignment, double column_shift_px,
-                     cv::Mat1b& aligned);
+void alignRightImage(const cv::Mat1b& right, const RowOffsetModel& alignment,
+                     double column_shift_px, cv::Mat1b& aligned);
 
 }  // namespace predictive_stereo

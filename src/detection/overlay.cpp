@@ -21,7 +21,7 @@ void drawMovingObjects(const cv::Mat1b& left, const Detections& detections, cv::
   for (int y = 0; y < overlay.rows; ++y)
     for (int x = 0; x < overlay.cols; ++x)
       if (detections.mask(y, x)) overlay(y, x)[2] = cv::saturate_cast<uchar>(overlay(y, x)[2] + 90);
-  for (const MovingObject& object : detections.objects) {
+  for (const DetectedObject& object : detections.objects) {
     const cv::Scalar colour = colourOf(object.id);
     cv::rectangle(overlay, cv::Rect(object.box_px), colour, 2);
     char text[64];

@@ -168,8 +168,8 @@ ObjectTrack ObjectTracker::start(const Observation& observation) {
   return track;
 }
 
-MovingObject ObjectTracker::describe(const ObjectTrack& track) const {
-  MovingObject object;
+DetectedObject ObjectTracker::describe(const ObjectTrack& track) const {
+  DetectedObject object;
   object.id = track.id;
   object.age = track.age;
   object.box_px = track.last.box_px & cv::Rect(cv::Point(), rig_.size);

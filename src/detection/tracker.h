@@ -48,7 +48,7 @@ class ObjectTracker {
   const std::vector<ObjectTrack>& tracks() const { return tracks_; }
   /// What the tracks say of an object's place now.
   Eigen::Vector3d centreInCamera(const ObjectTrack& track) const;
-  MovingObject describe(const ObjectTrack& track) const;
+  DetectedObject describe(const ObjectTrack& track) const;
   void reset();
 
  private:

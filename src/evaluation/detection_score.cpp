@@ -152,7 +152,7 @@ void DetectionScore::startSequence() {
 }
 
 std::vector<std::optional<bool>> DetectionScore::add(const std::vector<LabelledObject>& labels,
-                                                     const std::vector<MovingObject>& objects) {
+                                                     const std::vector<DetectedObject>& objects) {
   using Kind = LabelledObject::Kind;
   ++frames;
   std::vector<Kind> kinds;
@@ -187,7 +187,7 @@ std::vector<std::optional<bool>> DetectionScore::add(const std::vector<LabelledO
          {&all, &by_motion[label.motion], &by_distance[distanceGroup(label.distance_m)]}) {
       ++counts->demanded;
       if (object_of[l] < 0) continue;
-      const MovingObject& object = objects[static_cast<size_t>(object_of[l])];
+      const DetectedObject& object = objects[static_cast<size_t>(object_of[l])];
       ++counts->found;
       counts->sum_iou += intersectionOverUnion(label.box_px, object.box_px);
       if (label.distance_m)

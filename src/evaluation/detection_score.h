@@ -65,7 +65,7 @@ class DetectionScore {
   /// Frames must come in order. The verdict on each object, for pictures: true, false, or none
   /// (tolerated).
   std::vector<std::optional<bool>> add(const std::vector<LabelledObject>& labels,
-                                       const std::vector<MovingObject>& objects);
+                                       const std::vector<DetectedObject>& objects);
   /// Another sequence begins: its tracks and ids have nothing to do with those before.
   void startSequence();
 

@@ -104,7 +104,7 @@ class OpencvMethod : public DisparityMethod {
   cv::Mat1b align(const MethodInput& input) {
     cv::Mat1b shifted, aligned;
     cv::Mat1f coarse_px;
-    alignRightImage(input.right, RowAlignment(), input.rig.cx_left_px - input.rig.cx_right_px,
+    alignRightImage(input.right, RowOffsetModel(), input.rig.cx_left_px - input.rig.cx_right_px,
                     shifted);
     coarse_matcher_.match(input.left, shifted, coarse_px);
     alignRightImage(shifted,

@@ -84,8 +84,8 @@ void warpRow(const ShiftedRows& right, int y, const Eigen::Matrix<double, 6, 1>&
 
 }  // namespace
 
-void alignRightImage(const cv::Mat1b& right, const RowAlignment& alignment, double column_shift_px,
-                     cv::Mat1b& aligned) {
+void alignRightImage(const cv::Mat1b& right, const RowOffsetModel& alignment,
+                     double column_shift_px, cv::Mat1b& aligned) {
   if (alignment.isIdentity() && column_shift_px == 0) {
     aligned = right;
     return;

@@ -53,7 +53,7 @@ double largestOffset(const Vector6& coefficients_px) {
 
 }  // namespace
 
-double RowAlignment::offset(double x_right_px, double y_px, cv::Size size) const {
+double RowOffsetModel::offset(double x_right_px, double y_px, cv::Size size) const {
   return coefficients_px.dot(terms(2 * x_right_px / size.width - 1, 2 * y_px / size.height - 1));
 }
 
@@ -94,8 +94,8 @@ RowOffsetFilter::Vector6 RowOffsetFilter::solve(const Fit& fit) const {
                                   kPriorWeight * prior_px_);
 }
 
-RowAlignment RowOffsetFilter::update(const std::vector<RowOffsetMeasurement>& samples,
-                                     cv::Size size) {
+RowOffsetModel RowOffsetFilter::update(const std::vector<RowOffsetMeasurement>& samples,
+                                       cv::Size size) {
   past_.fade(params_.smoothing);
   terms_.clear();
   for (const RowOffsetMeasurement& sample : samples)
@@ -127,16 +127,16 @@ RowAlignment RowOffsetFilter::update(const std::vector<RowOffsetMeasurement>& sa
   }
   if (agreeing.samples >= kLeastAgreement * static_cast<double>(samples.size()))
     past_.add(agreeing);
-  if (past_.samples < params_.min_samples) return RowAlignment();
+  if (past_.samples < params_.min_samples) return RowOffsetModel();
 
-  RowAlignment alignment;
+  RowOffsetModel alignment;
   alignment.coefficients_px = solve(Fit());
   alignment.samples = static_cast<int>(past_.samples);
   alignment.residual_px = std::sqrt(past_.squared_residuals / past_.samples);
   alignment.largest_offset_px = largestOffset(alignment.coefficients_px);
   if (alignment.largest_offset_px > params_.max_offset_px) {
     reset();
-    return RowAlignment();
+    return RowOffsetModel();
   }
   prior_px_ = alignment.coefficients_px;
   return alignment;
@@ -146,11 +146,11 @@ RowAligner::RowAligner(const RowAlignmentParams& params) : params_(params), filt
 
 void RowAligner::reset() { filter_.reset(); }
 
-RowAlignment RowAligner::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                                  const cv::Mat1f& coarse_disparity_px,
-                                  const DisparityRange& range) {
+RowOffsetModel RowAligner::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
+                                    const cv::Mat1f& coarse_disparity_px,
+                                    const DisparityRange& range) {
   requireSizes(left.size(), right.size(), coarse_disparity_px.size());
-  if (!params_.enabled) return RowAlignment();
+  if (!params_.enabled) return RowOffsetModel();
 
   const cv::Size cells(left.cols / kCellPx, left.rows / kCellPx);
   tried_.resize(static_cast<size_t>(cells.area()));

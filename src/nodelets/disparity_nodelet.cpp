@@ -108,7 +108,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     colour_image_ = image_transport::ImageTransport(node).advertise("disparity/color", 5);
     depth_info_ = node.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5);
     cloud_ = node.advertise<sensor_msgs::PointCloud2>("points2", 5);
-    row_alignment_ = node.advertise<RowAlignmentMsg>("row_alignment", 5);
+    row_alignment_ = node.advertise<RowAlignment>("row_alignment", 5);
     publishers_.insert(publishers_.end(), {depth_info_, cloud_, row_alignment_});
   }
 

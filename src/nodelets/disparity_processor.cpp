@@ -64,7 +64,7 @@ DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>
   output.search_width_px = writableView<uint16_t>(*result.search_range);
   estimator_.estimate(motion, output);
 
-  result.row_alignment = boost::make_shared<RowAlignmentMsg>();
+  result.row_alignment = boost::make_shared<RowAlignment>();
   result.row_alignment->header = pair_.left->header;
   for (int i = 0; i < 6; ++i)
     result.row_alignment->coefficients[i] = output.row_alignment.coefficients_px(i);

@@ -1,12 +1,12 @@
 #pragma once
 
+#include <predictive_stereo/RowAlignment.h>
 #include <sensor_msgs/Image.h>
 #include <stereo_msgs/DisparityImage.h>
 
 #include <optional>
 
 #include "nodelets/message_pool.h"
-#include "nodelets/messages.h"
 #include "nodelets/sequence_guard.h"
 #include "nodelets/stereo_messages.h"
 #include "predictive_stereo/pipeline.h"
@@ -28,7 +28,7 @@ struct DisparityMessages {
   stereo_msgs::DisparityImagePtr disparity, measured_disparity, predicted_disparity;
   sensor_msgs::ImagePtr disparity_variance, measured_variance, predicted_variance;
   sensor_msgs::ImagePtr search_range;
-  RowAlignmentMsg::Ptr row_alignment;
+  RowAlignment::Ptr row_alignment;
 
   bool predicted = false;           ///< whether the past was used
   double mean_search_width_px = 0;  ///< over all pixels

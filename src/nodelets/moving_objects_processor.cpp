@@ -37,8 +37,8 @@ StereoRig rigOf(const sensor_msgs::CameraInfo& left_info,
   return StereoRig::fromProjections(P, P_right, size);
 }
 
-MovingObjectMsg message(const MovingObject& object) {
-  MovingObjectMsg result;
+MovingObject message(const DetectedObject& object) {
+  MovingObject result;
   result.id = static_cast<uint32_t>(object.id);
   result.bbox.center.x = object.box_px.x + object.box_px.width / 2;
   result.bbox.center.y = object.box_px.y + object.box_px.height / 2;
@@ -134,7 +134,7 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
 
   result.objects = boost::make_shared<MovingObjectArray>();
   result.objects->header = header;
-  for (const MovingObject& object : detections.objects)
+  for (const DetectedObject& object : detections.objects)
     result.objects->objects.push_back(message(object));
   output.messages = std::move(result);
   return output;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <predictive_stereo/MovingObjectArray.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <stereo_msgs/DisparityImage.h>
@@ -7,7 +8,6 @@
 #include <optional>
 
 #include "nodelets/message_pool.h"
-#include "nodelets/messages.h"
 #include "nodelets/sequence_guard.h"
 #include "predictive_stereo/moving_objects.h"
 

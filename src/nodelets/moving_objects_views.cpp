@@ -25,13 +25,13 @@ cv::Vec3b colourOf(uint32_t id) {
   return bgr(0, 0);
 }
 
-std::string label(const MovingObjectMsg& object) {
+std::string label(const MovingObject& object) {
   char text[64];
   std::snprintf(text, sizeof(text), "%u: %.1f m", object.id, object.distance);
   return text;
 }
 
-Marker marker(const MovingObjectArray& objects, const MovingObjectMsg& object, const char* ns,
+Marker marker(const MovingObjectArray& objects, const MovingObject& object, const char* ns,
               int type) {
   const cv::Vec3b bgr = colourOf(object.id);
   Marker result;
@@ -57,7 +57,7 @@ geometry_msgs::Point point(const Eigen::Vector3d& p) {
 }
 
 // The twelve edges: a box that hides nothing.
-Marker box(const MovingObjectArray& objects, const MovingObjectMsg& object) {
+Marker box(const MovingObjectArray& objects, const MovingObject& object) {
   Marker result = marker(objects, object, "boxes", Marker::LINE_LIST);
   result.pose = object.pose;
   result.scale.x = 0.05;
@@ -74,7 +74,7 @@ Marker box(const MovingObjectArray& objects, const MovingObjectMsg& object) {
   return result;
 }
 
-Marker text(const MovingObjectArray& objects, const MovingObjectMsg& object) {
+Marker text(const MovingObjectArray& objects, const MovingObject& object) {
   Marker result = marker(objects, object, "labels", Marker::TEXT_VIEW_FACING);
   result.pose.position = object.pose.position;
   result.pose.position.y -= object.size.y / 2 + 0.3;  // above it: y points down
@@ -83,7 +83,7 @@ Marker text(const MovingObjectArray& objects, const MovingObjectMsg& object) {
   return result;
 }
 
-Marker arrow(const MovingObjectArray& objects, const MovingObjectMsg& object,
+Marker arrow(const MovingObjectArray& objects, const MovingObject& object,
              const Eigen::Isometry3d& T_odom_cam) {
   Marker result = marker(objects, object, "velocities", Marker::ARROW);
   const Eigen::Vector3d centre(object.pose.position.x, object.pose.position.y,
@@ -105,7 +105,7 @@ visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
   clear.action = Marker::DELETEALL;
   clear.pose.orientation.w = 1;
   result->markers.push_back(clear);
-  for (const MovingObjectMsg& object : objects.objects) {
+  for (const MovingObject& object : objects.objects) {
     result->markers.push_back(box(objects, object));
     result->markers.push_back(text(objects, object));
     if (T_odom_cam && object.velocity_covariance[0] >= 0)
@@ -121,7 +121,7 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
   allocateImage(left.header, grey.size(), sensor_msgs::image_encodings::BGR8, *message);
   cv::Mat3b image = writableView<cv::Vec3b>(*message);
   cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
-  for (const MovingObjectMsg& object : objects.objects) {
+  for (const MovingObject& object : objects.objects) {
     const cv::Scalar colour(colourOf(object.id));
     const cv::Rect2d box(object.bbox.center.x - object.bbox.size_x / 2,
                          object.bbox.center.y - object.bbox.size_y / 2, object.bbox.size_x,

@@ -1,13 +1,12 @@
 /// Moving objects as pictures and as rviz markers, on demand.
 #pragma once
 
+#include <predictive_stereo/MovingObjectArray.h>
 #include <sensor_msgs/Image.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <Eigen/Geometry>
 #include <optional>
-
-#include "nodelets/messages.h"
 
 namespace predictive_stereo {
 

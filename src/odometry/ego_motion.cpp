@@ -107,7 +107,7 @@ struct EgoMotion::State {
   StereoRig rig;
   ImagePyramid left_pyramid, right_pyramid;  // of the current frame
   RowOffsetFilter row_offsets;
-  RowAlignment alignment;
+  RowOffsetModel alignment;
   DisparityOffset offset;                                    // of the last frame that was tracked
   Eigen::Isometry3d T_last = Eigen::Isometry3d::Identity();  // the last frame's motion
   // What the next frame is compared with, best first: one frame, or, after a loss, two.
@@ -125,7 +125,7 @@ struct EgoMotion::State {
 void EgoMotion::State::reset() {
   references.clear();
   row_offsets.reset();
-  alignment = RowAlignment();
+  alignment = RowOffsetModel();
   T_last = Eigen::Isometry3d::Identity();
   usual_share = 1;
 }

@@ -91,8 +91,8 @@ Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f p
   return coarse;
 }
 
-void matchPoint(const ImagePyramid& left, const ImagePyramid& right, const RowAlignment& alignment,
-                const StereoSearch& search, StereoMatch& match) {
+void matchPoint(const ImagePyramid& left, const ImagePyramid& right,
+                const RowOffsetModel& alignment, const StereoSearch& search, StereoMatch& match) {
   const cv::Point2f point = match.point;
   match.found = false;
   Patch patch;
@@ -129,8 +129,9 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right, const RowAl
 
 }  // namespace
 
-void matchStereo(const ImagePyramid& left, const ImagePyramid& right, const RowAlignment& alignment,
-                 const StereoSearch& search, std::vector<StereoMatch>& matches) {
+void matchStereo(const ImagePyramid& left, const ImagePyramid& right,
+                 const RowOffsetModel& alignment, const StereoSearch& search,
+                 std::vector<StereoMatch>& matches) {
   CV_Assert(left.levels() > 1 && right.levels() > 1);
   cv::parallel_for_(cv::Range(0, static_cast<int>(matches.size())), [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i)

@@ -33,7 +33,8 @@ struct StereoSearch {
 /// Finds points of the left image in the right one: normalised correlation at half resolution along
 /// the row that `alignment` tells, then sub-pixel alignment in both directions. Results do not
 /// depend on the number of threads.
-void matchStereo(const ImagePyramid& left, const ImagePyramid& right, const RowAlignment& alignment,
-                 const StereoSearch& search, std::vector<StereoMatch>& matches);
+void matchStereo(const ImagePyramid& left, const ImagePyramid& right,
+                 const RowOffsetModel& alignment, const StereoSearch& search,
+                 std::vector<StereoMatch>& matches);
 
 }  // namespace predictive_stereo

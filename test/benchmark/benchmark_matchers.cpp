@@ -147,7 +147,7 @@ std::vector<Job> prepareJobs(const Sequence& sequence, const DisparityParams& pa
     const EgoMotionEstimate ego = ego_motion.estimate(frame.left, frame.right, sequence.rig());
     job.motion = ego.motion;
     coarse_matcher.match(frame.left, frame.right, coarse_px);
-    const RowAlignment alignment = aligner.estimate(frame.left, frame.right, coarse_px, range);
+    const RowOffsetModel alignment = aligner.estimate(frame.left, frame.right, coarse_px, range);
     alignRightImage(frame.right, alignment, 0, job.aligned_right);
     if (ego.status == EgoMotionStatus::kTracked)
       predictor.predict(state, sequence.rig(), ego.motion, prediction);
@@ -222,7 +222,7 @@ class MatcherComparison {
          {}},
         {"row alignment: estimate and warp",
          [this](const Job& job) {
-           const RowAlignment alignment =
+           const RowOffsetModel alignment =
                aligner_.estimate(job.left, job.right, coarse_px_, range_);
            alignRightImage(job.right, alignment, 0, aligned_);
          },

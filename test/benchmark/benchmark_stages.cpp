@@ -58,7 +58,7 @@ struct Inputs {
   PipelineParams params;
   StereoRig rig;
   SequenceFrame previous, frame;
-  RowAlignment alignment;
+  RowOffsetModel alignment;
   cv::Mat1b aligned_right;
   cv::Mat1f coarse_px, measured_px;
   DisparityState state;

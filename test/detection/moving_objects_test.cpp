@@ -31,7 +31,7 @@ TEST(MovingObjectDetector, PaperFindsWhatChangesDisparity) {
   Detections found;
   detector.detect(input, found);
   ASSERT_EQ(found.objects.size(), 1u);
-  const MovingObject& object = found.objects[0];
+  const DetectedObject& object = found.objects[0];
   EXPECT_EQ(cv::Rect(object.box_px) & car, car);
   EXPECT_NEAR(object.distance_m, 10.0, 1e-6);
   EXPECT_NEAR(object.centre_m.x(), (239.5 - 300) * 10 / 400, 0.05);

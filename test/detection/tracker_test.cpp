@@ -52,7 +52,7 @@ TEST(ObjectTracker, FollowsThroughTheCamerasMotion) {
     EXPECT_EQ(track.confirmed, k >= 1);
     EXPECT_EQ(track.age, k + 1);
   }
-  const MovingObject object = tracker.describe(tracker.tracks()[0]);
+  const DetectedObject object = tracker.describe(tracker.tracks()[0]);
   EXPECT_LT((object.velocity_mps - velocity).norm(), 0.3);
   // The estimate lies within its own covariance.
   const Eigen::Vector3d error = object.velocity_mps - velocity;

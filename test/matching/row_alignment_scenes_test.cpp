@@ -12,8 +12,8 @@ namespace predictive_stereo {
 namespace {
 
 struct Alignments {
-  RowAlignment first;   ///< of the pair as given
-  RowAlignment second;  ///< of the pair after the first one's warp
+  RowOffsetModel first;   ///< of the pair as given
+  RowOffsetModel second;  ///< of the pair after the first one's warp
 };
 
 Alignments alignTwice(const cv::Mat1b& left, const cv::Mat1b& right) {
@@ -31,7 +31,7 @@ Alignments alignTwice(const cv::Mat1b& left, const cv::Mat1b& right) {
   return alignments;
 }
 
-double largestError(const RowAlignment& alignment, const Street& street) {
+double largestError(const RowOffsetModel& alignment, const Street& street) {
   const cv::Size size = street.rig().size;
   double largest = 0;
   for (int y = 0; y < size.height; y += 10)

@@ -22,8 +22,8 @@ Coefficients coefficients(double c0, double c1, double c2, double c3, double c4,
 // As measured on a KITTI drive.
 Coefficients kittiOffset() { return coefficients(-0.32, 0.21, -0.02, -0.49, 1.29, -0.07); }
 
-RowAlignment alignmentOf(const Coefficients& c) {
-  RowAlignment alignment;
+RowOffsetModel alignmentOf(const Coefficients& c) {
+  RowOffsetModel alignment;
   alignment.coefficients_px = c;
   alignment.samples = 1000;
   return alignment;
@@ -45,7 +45,7 @@ Pair makePair(const Coefficients& offset_px, int seed = 1, cv::Size size = kSize
   scene = 128 + 220 * scene;
 
   const auto disparity = [&](double y) { return 5 + 60 * y / size.height; };
-  const RowAlignment alignment = alignmentOf(offset_px);
+  const RowOffsetModel alignment = alignmentOf(offset_px);
   cv::Mat2f left_map(size), aligned_map(size), right_map(size);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
@@ -76,7 +76,7 @@ Pair makePair(const Coefficients& offset_px, int seed = 1, cv::Size size = kSize
   return pair;
 }
 
-double largestError(const RowAlignment& alignment, const Coefficients& truth) {
+double largestError(const RowOffsetModel& alignment, const Coefficients& truth) {
   double largest = 0;
   for (int y = 0; y < kSize.height; y += 10)
     for (int x = 0; x < kSize.width; x += 10)
@@ -85,12 +85,12 @@ double largestError(const RowAlignment& alignment, const Coefficients& truth) {
   return largest;
 }
 
-RowAlignment estimate(RowAligner& aligner, const Pair& pair) {
+RowOffsetModel estimate(RowAligner& aligner, const Pair& pair) {
   return aligner.estimate(pair.left, pair.right, pair.coarse_disparity_px, kRange);
 }
 
 TEST(RowAlignment, OffsetOfKnownTerms) {
-  const RowAlignment alignment = alignmentOf(coefficients(1, 2, 3, 4, 5, 6));
+  const RowOffsetModel alignment = alignmentOf(coefficients(1, 2, 3, 4, 5, 6));
   EXPECT_DOUBLE_EQ(alignment.offset(621, 187.5, kSize), 1);
   EXPECT_DOUBLE_EQ(alignment.offset(1242, 375, kSize), 21);
   EXPECT_DOUBLE_EQ(alignment.offset(0, 375, kSize), 1 - 2 + 3 + 4 - 5 + 6);
@@ -98,7 +98,7 @@ TEST(RowAlignment, OffsetOfKnownTerms) {
 
 TEST(RowAligner, FindsTheOffsetOfARealRig) {
   RowAligner aligner({});
-  const RowAlignment alignment = estimate(aligner, makePair(kittiOffset()));
+  const RowOffsetModel alignment = estimate(aligner, makePair(kittiOffset()));
   EXPECT_GT(alignment.samples, 500);
   EXPECT_LT(alignment.residual_px, 0.15);
   EXPECT_LT(largestError(alignment, kittiOffset()), 0.1);
@@ -108,7 +108,7 @@ TEST(RowAligner, FindsTheOffsetOfARealRig) {
 TEST(RowAligner, LeavesAPerfectPairAlone) {
   for (int seed = 1; seed <= 4; ++seed) {
     RowAligner aligner({});
-    const RowAlignment alignment = estimate(aligner, makePair(Coefficients::Zero(), seed));
+    const RowOffsetModel alignment = estimate(aligner, makePair(Coefficients::Zero(), seed));
     EXPECT_FALSE(alignment.isIdentity());
     EXPECT_LT(alignment.largest_offset_px, 0.07);
     EXPECT_LT(largestError(alignment, Coefficients::Zero()), 0.07);
@@ -128,7 +128,7 @@ TEST(RowAligner, BearsWrongDisparities) {
       disparity_px += rng.uniform(-0.7f, 0.7f);
   }
   RowAligner aligner({});
-  const RowAlignment alignment = estimate(aligner, pair);
+  const RowOffsetModel alignment = estimate(aligner, pair);
   EXPECT_FALSE(alignment.isIdentity());
   EXPECT_LT(largestError(alignment, kittiOffset()), 0.12);
 }
@@ -148,7 +148,7 @@ TEST(RowAligner, IdentityWhereNothingCanBeTold) {
   EXPECT_TRUE(aligner.estimate(grey, grey, pair.coarse_disparity_px, kRange).isIdentity());
   // Images of different scenes.
   const Pair other = makePair(kittiOffset(), 2);
-  const RowAlignment wrong =
+  const RowOffsetModel wrong =
       aligner.estimate(pair.left, other.right, pair.coarse_disparity_px, kRange);
   EXPECT_TRUE(wrong.isIdentity()) << wrong.samples;
 }
@@ -192,7 +192,7 @@ TEST(RowAligner, SameForEveryNumberOfThreads) {
   const int before = cv::getNumThreads();
   cv::setNumThreads(1);
   RowAligner first({});
-  const RowAlignment expected = estimate(first, pair);
+  const RowOffsetModel expected = estimate(first, pair);
   for (int threads : {2, 3, 7}) {
     cv::setNumThreads(threads);
     RowAligner aligner({});
@@ -234,7 +234,7 @@ TEST(RowAligner, RefusesWhatDoesNotFit) {
 }
 
 // Pixel by pixel, in exact arithmetic but for the weights of 1/128.
-cv::Mat1b alignNaively(const cv::Mat1b& right, const RowAlignment& alignment, int shift_px) {
+cv::Mat1b alignNaively(const cv::Mat1b& right, const RowOffsetModel& alignment, int shift_px) {
   cv::Mat1b aligned(right.size());
   for (int y = 0; y < right.rows; ++y)
     for (int x = 0; x < right.cols; ++x) {
@@ -256,7 +256,7 @@ TEST(AlignRightImage, EqualsTheNaiveReference) {
     cv::theRNG().state = 5;
     cv::randu(right, 0, 256);
     for (int shift : {0, 3, -7}) {
-      const RowAlignment alignment = alignmentOf(kittiOffset() * 1.3);
+      const RowOffsetModel alignment = alignmentOf(kittiOffset() * 1.3);
       cv::Mat1b aligned;
       alignRightImage(right, alignment, shift, aligned);
       // Weights may differ by 1/128 where the offset falls between two of them.
@@ -285,7 +285,7 @@ TEST(AlignRightImage, FractionalColumnShift) {
   cv::Mat1b ramp(4, 300);
   for (int x = 0; x < ramp.cols; ++x) ramp.col(x).setTo(x / 2 * 2 * 127 / 150);
   cv::Mat1b moved;
-  alignRightImage(ramp, RowAlignment(), 2.25, moved);
+  alignRightImage(ramp, RowOffsetModel(), 2.25, moved);
   for (int x = 4; x < ramp.cols; ++x)
     EXPECT_NEAR(moved(2, x), 0.25 * ramp(2, x - 3) + 0.75 * ramp(2, x - 2), 0.51) << x;
   EXPECT_EQ(moved(2, 0), ramp(2, 0));
@@ -294,7 +294,7 @@ TEST(AlignRightImage, FractionalColumnShift) {
 TEST(AlignRightImage, CopiesNothingWithoutNeedAndNeverWritesIntoAnImage) {
   const cv::Mat1b right(20, 30, 9);
   cv::Mat1b aligned;
-  alignRightImage(right, RowAlignment(), 0, aligned);
+  alignRightImage(right, RowOffsetModel(), 0, aligned);
   EXPECT_EQ(aligned.data, right.data);
   // The same `aligned` in the next frame, which has an offset.
   cv::Mat1b next(20, 30, 200);
@@ -307,7 +307,7 @@ TEST(AlignRightImage, CopiesNothingWithoutNeedAndNeverWritesIntoAnImage) {
   // Memory that is not OpenCV's own.
   std::vector<uchar> message(20 * 30, 50);
   const cv::Mat1b wrapped(20, 30, message.data());
-  alignRightImage(wrapped, RowAlignment(), 0, aligned);
+  alignRightImage(wrapped, RowOffsetModel(), 0, aligned);
   alignRightImage(next, alignmentOf(kittiOffset()), 0, aligned);
   EXPECT_EQ(message, std::vector<uchar>(20 * 30, 50));
 }

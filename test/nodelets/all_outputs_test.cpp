@@ -3,6 +3,8 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
+#include <predictive_stereo/MovingObjectArray.h>
+#include <predictive_stereo/RowAlignment.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Empty.h>
 #include <stereo_msgs/DisparityImage.h>
@@ -11,7 +13,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "nodelets/messages.h"
 #include "recorder.h"
 #include "stereo_player.h"
 #include "street_camera.h"
@@ -68,7 +69,7 @@ TEST(AllOutputs, come_for_every_frame) {
       residual(camera, "moving_objects/residual"), overlay(camera, "moving_objects/image");
   Recorder<sensor_msgs::CameraInfo> depth_info(camera, "depth/camera_info");
   Recorder<sensor_msgs::PointCloud2> cloud(camera, "points2");
-  Recorder<RowAlignmentMsg> row_alignment(camera, "row_alignment");
+  Recorder<RowAlignment> row_alignment(camera, "row_alignment");
   Recorder<MovingObjectArray> objects(camera, "moving_objects");
   std::vector<visualization_msgs::MarkerArrayConstPtr> marker_arrays;
   const ros::Subscriber markers = camera.subscribe<visualization_msgs::MarkerArray>(

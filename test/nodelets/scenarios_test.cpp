@@ -7,7 +7,6 @@
 #include <cstring>
 
 #include "nodelet_fixture.h"
-#include "nodelets/messages.h"
 
 namespace predictive_stereo {
 namespace {

@@ -71,7 +71,7 @@ TEST(StereoDepth, FindsAnyShiftInRange) {
   for (const auto& [far, near] : {std::pair{5.3, 7.9}, {40.2, 44.1}, {90.0, 95.0}}) {
     std::vector<StereoMatch> matches = asMatches(points);
     const Pair pair(far, near, 0);
-    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
+    matchStereo(pair.left, pair.right, RowOffsetModel(), StereoSearch(), matches);
     expectFound(pair, points, matches);
   }
 }
@@ -81,7 +81,7 @@ TEST(StereoDepth, FindsPointsInOtherRows) {
   for (double row_offset : {-2.3, -0.6, 1.4, 2.8}) {
     std::vector<StereoMatch> matches = asMatches(points);
     const Pair pair(20, 26, row_offset);
-    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
+    matchStereo(pair.left, pair.right, RowOffsetModel(), StereoSearch(), matches);
     expectFound(pair, points, matches);
   }
 }
@@ -90,7 +90,7 @@ TEST(StereoDepth, FarPointsOfARigThatSquintsHaveNegativeShifts) {
   const auto points = grid();
   std::vector<StereoMatch> matches = asMatches(points);
   const Pair pair(-1.3, -1.0, 0);
-  matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
+  matchStereo(pair.left, pair.right, RowOffsetModel(), StereoSearch(), matches);
   expectFound(pair, points, matches);
 }
 
@@ -103,7 +103,7 @@ TEST(StereoDepth, AWrongExpectationDoesNoHarm) {
       matches[i].expected = true;
       matches[i].shift_px = static_cast<float>(pair.shift(points[i].y)) + off;
     }
-    matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
+    matchStereo(pair.left, pair.right, RowOffsetModel(), StereoSearch(), matches);
     expectFound(pair, points, matches);
   }
 }
@@ -113,7 +113,7 @@ TEST(StereoDepth, NothingIsFoundInAnEmptyImage) {
   pair.right.build(cv::Mat1b(kSize, uchar{255}), 2);
   const auto points = grid();
   std::vector<StereoMatch> matches = asMatches(points);
-  matchStereo(pair.left, pair.right, RowAlignment(), StereoSearch(), matches);
+  matchStereo(pair.left, pair.right, RowOffsetModel(), StereoSearch(), matches);
   for (const StereoMatch& match : matches) EXPECT_FALSE(match.found);
 }
 
@@ -126,7 +126,7 @@ TEST(StereoDepth, RepeatedStructureIsRefused) {
   image.build(cv::Mat1b(fence), 2);
   const auto points = grid();
   std::vector<StereoMatch> matches = asMatches(points);
-  matchStereo(image, image, RowAlignment(), StereoSearch(), matches);
+  matchStereo(image, image, RowOffsetModel(), StereoSearch(), matches);
   for (const StereoMatch& match : matches) EXPECT_FALSE(match.found);
 }
 
