@@ -152,7 +152,8 @@ class RowAggregation {
   HWY_INLINE void finish(size_t at, Vectors& sums) const {
     if (row_.sums_before)
       for (int k = 0; k < vectors(); ++k)
-        sums.v[k] = hn::SaturatedAdd(sums.v[k], hn::Load(d_, row_.sums_before + at + k * kLanes));
+        sums.v[k] = joinPasses < kStraight &&
+                    kDiagonal > (sums.v[k], hn::Load(d_, row_.sums_before + at + k * kLanes));
     store(sums, row_.sums + at);
   }
 

@@ -91,6 +91,16 @@ HWY_INLINE V pathCost(V cost_and_p2, V goodness, V below, V above, V p1) {
   return hn::Sub(cost_and_p2, hn::Max(goodness, stepped));
 }
 
+/// Sums of both passes together. Those of 8 paths are halved, as they would not fit into a byte:
+/// on hard images up to a fifth of the pixels would have no winner below 255.
+template <bool kHalve, class V>
+HWY_INLINE V joinPasses(V sums, V sums_of_other_pass) {
+  if constexpr (kHalve)
+    return hn::AverageRound(sums, sums_of_other_pass);
+  else
+    return hn::SaturatedAdd(sums, sums_of_other_pass);
+}
+
 #endif
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)

@@ -146,7 +146,8 @@ class RowAggregation {
                                      costs, sums);
         hn::StoreU(goodness, d_, row.next.from_ahead + at);
       }
-      if (row.sums_before) sums = hn::SaturatedAdd(sums, hn::LoadU(d_, row.sums_before + at));
+      if (row.sums_before)
+        sums = joinPasses < kStraight && kDiagonal > (sums, hn::LoadU(d_, row.sums_before + at));
       hn::StoreU(sums, d_, row.sums + at);
       horizontal_first = first;
       is_first = false;
@@ -214,8 +215,7 @@ class RowAggregation {
     hn::Vec<D> sums[kVectors > 0 ? kVectors : 256 / kLanesOfD];
     for (int k = 0; k < vectors; ++k) {
       costs[k] = matchingCosts(d, x, first + k * kLanesOfD);
-      sums[k] =
-          row_.sums_before ? hn::LoadU(d, row_.sums_before + at + k * kLanesOfD) : hn::Zero(d);
+      sums[k] = hn::Zero(d);
     }
     const auto follow = [&](const Neighbour& neighbour, uint8_t* next) {
       widePath<kVectors>(d, neighbour, first, vectors, costs, sums, next);
@@ -228,7 +228,13 @@ class RowAggregation {
       follow(inPreviousRow(x - step, row_.previous.from_behind), row_.next.from_behind + at);
       follow(inPreviousRow(x + step, row_.previous.from_ahead), row_.next.from_ahead + at);
     }
-    for (int k = 0; k < vectors; ++k) hn::StoreU(sums[k], d, row_.sums + at + k * kLanesOfD);
+    for (int k = 0; k < vectors; ++k) {
+      const size_t bytes = at + k * kLanesOfD;
+      if (row_.sums_before)
+        sums[k] =
+            joinPasses < kStraight && kDiagonal > (sums[k], hn::LoadU(d, row_.sums_before + bytes));
+      hn::StoreU(sums[k], d, row_.sums + bytes);
+    }
   }
 
   template <int kVectors, class D, class Vector = hn::Vec<D>>

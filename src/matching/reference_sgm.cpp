@@ -35,7 +35,8 @@ class ReferenceSgm {
         windows_(windows),
         size_(left.size()),
         count_(params.range.count),
-        sums_(left.total() * params.range.count, 0) {
+        sums_(left.total() * params.range.count, 0),
+        upward_sums_(sums_) {
     censusReference(left, params.census, left_census_);
     censusReference(right, params.census, right_census_);
   }
@@ -47,6 +48,9 @@ class ReferenceSgm {
     if (params_.paths != PathSet::kStraight4)
       for (const auto& [dx, dy] : {std::pair(1, 1), {-1, -1}, {-1, 1}, {1, -1}})
         aggregatePath(dx, dy);
+    const bool halve = params_.paths == PathSet::kAll8;
+    std::transform(sums_.begin(), sums_.end(), upward_sums_.begin(), sums_.begin(),
+                   [&](int down, int up) { return joinPasses(down, up, halve); });
   }
 
   void chooseWinners(Match& match) const {
@@ -80,13 +84,14 @@ class ReferenceSgm {
         const auto& neighbours = dy == 0 ? current : previous;
         const bool starts = !isSearched(x - dx, y - dy);
         const uint8_t* neighbour = starts ? nullptr : &neighbours[(x - dx) * stride + 1];
-        step(x, y, neighbour, &current[x * stride + 1]);
+        auto& sums = dx + 2 * dy > 0 ? sums_ : upward_sums_;
+        step(x, y, neighbour, &current[x * stride + 1], &sums[offsetOf(x, y)]);
       }
     }
   }
 
   /// One pixel of a path; no neighbour: the path starts here.
-  void step(int x, int y, const uint8_t* neighbour, uint8_t* goodness) {
+  void step(int x, int y, const uint8_t* neighbour, uint8_t* goodness, uint8_t* sums) {
     const int first = windows_.first(y, x), end = first + windows_.width(y, x);
     int path_costs[256], lowest = 255;
     for (int i = first; i < end; ++i) {
@@ -98,11 +103,15 @@ class ReferenceSgm {
       lowest = std::min(lowest, path_costs[i]);
     }
     std::fill(goodness, goodness + count_, uint8_t{0});
-    uint8_t* sums = sumsOf(x, y);
     for (int i = first; i < end; ++i) {
       goodness[i] = static_cast<uint8_t>(std::max(params_.p2 - (path_costs[i] - lowest), 0));
       sums[i] = static_cast<uint8_t>(std::min(sums[i] + path_costs[i], 255));
     }
+  }
+
+  /// Sums of 8 paths are halved: see path_step-inl.h.
+  static uint8_t joinPasses(int down, int up, bool halve) {
+    return static_cast<uint8_t>(halve ? (down + up + 1) / 2 : std::min(down + up, 255));
   }
 
   /// The right image's winners, searched along the diagonals of the left image's sums.
@@ -145,9 +154,8 @@ class ReferenceSgm {
     if (!isSearched(x, y)) return;
 
     const Winner winner = findWinner(x, y);
-    const int paths = params_.paths == PathSet::kAll8 ? 8 : 4;
     match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
-    match.cost(y, x) = static_cast<uint8_t>(winner.cost / paths);
+    match.cost(y, x) = static_cast<uint8_t>(winner.cost >> kPathCostShift);
     const bool at_interval_border = winner.index == 0 || winner.index == count_ - 1;
     match.at_range_border(y, x) = !winner.inside && !at_interval_border ? 255 : 0;
 
@@ -170,19 +178,19 @@ class ReferenceSgm {
     const int first = windows_.first(y, x);
     return index >= first && index < first + windows_.width(y, x);
   }
-  uint8_t* sumsOf(int x, int y) {
-    return &sums_[(static_cast<size_t>(y) * size_.width + x) * count_];
+  size_t offsetOf(int x, int y) const {
+    return (static_cast<size_t>(y) * size_.width + x) * count_;
   }
-  const uint8_t* sumsOf(int x, int y) const {
-    return &sums_[(static_cast<size_t>(y) * size_.width + x) * count_];
-  }
+  const uint8_t* sumsOf(int x, int y) const { return &sums_[offsetOf(x, y)]; }
 
   const MatcherParams& params_;
   const SearchWindows& windows_;
   const cv::Size size_;
   const int count_;
   cv::Mat1i left_census_, right_census_;
-  std::vector<uint8_t> sums_;  ///< saturating sums over the paths, [y][x][index]
+  /// Saturating sums over the paths of the downward pass (in the end those of both passes), and
+  /// over those of the upward pass: [y][x][index].
+  std::vector<uint8_t> sums_, upward_sums_;
 };
 
 }  // namespace

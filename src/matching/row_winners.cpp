@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "matching/simd_dispatch.h"
+#include "matching/winner.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/row_winners.cpp"
@@ -38,7 +39,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// not. See winner.h for the formulas.
 template <class D>
 HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRange& range,
-                              int path_shift, int columns, int x) {
+                              int columns, int x) {
   const hn::RebindToSigned<D> di;
   const hn::Rebind<uint8_t, D> d8;
   const hn::Rebind<uint16_t, D> d16;
@@ -75,7 +76,7 @@ HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRa
                                                  hn::ConvertTo(df, hn::Max(runner_up, one))));
     const auto has_ratio = hn::And(searched, hn::Gt(runner_up, zero));
     store(hn::IfThenElse(has_ratio, ratio, white), row.ambiguity);
-    store(hn::IfThenElse(searched, hn::ShiftRightSame(cost, path_shift), white), row.path_cost);
+    store(hn::IfThenElse(searched, hn::ShiftRight<kPathCostShift>(cost), white), row.path_cost);
     const auto inside_interval = hn::And(hn::Gt(index, zero), hn::Lt(index, last_index));
     const auto at_border = hn::And(searched, hn::AndNot(inside, inside_interval));
     store(hn::IfThenElseZero(at_border, white), row.at_range_border);
@@ -83,14 +84,13 @@ HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRa
   return x;
 }
 
-void DescribePixels(const RowDescription& row, const DisparityRange& range, int path_shift,
-                    int columns) {
-  const int x = describePixels(hn::ScalableTag<float>(), row, range, path_shift, columns, 0);
-  describePixels(hn::FixedTag<float, 1>(), row, range, path_shift, columns, x);
+void DescribePixels(const RowDescription& row, const DisparityRange& range, int columns) {
+  const int x = describePixels(hn::ScalableTag<float>(), row, range, columns, 0);
+  describePixels(hn::FixedTag<float, 1>(), row, range, columns, x);
 }
 
 #else
-void DescribePixels(const RowDescription&, const DisparityRange&, int, int) {}
+void DescribePixels(const RowDescription&, const DisparityRange&, int) {}
 #endif
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -137,7 +137,7 @@ void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_
   row.path_cost = match.cost[y];
   row.at_range_border = match.at_range_border[y];
   PREDICTIVE_STEREO_DISPATCH(DescribePixels, simd_target)
-  (row, params.range, params.paths == PathSet::kAll8 ? 3 : 2, columns);
+  (row, params.range, columns);
 }
 
 }  // namespace predictive_stereo

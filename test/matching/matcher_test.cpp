@@ -62,6 +62,37 @@ TEST(Matcher, FindsTheDisparitiesOfEveryPathSetAndCensusForm) {
   }
 }
 
+// Where the images hardly agree, 8 path costs add up to more than a byte holds.
+TEST(Matcher, EightPathsFindNoLessThanFourInNoise) {
+  TestPair pair = makeTestPair({200, 120}, 10, 10, 7);
+  cv::RNG random(8);
+  cv::Mat1b noise(pair.left.size());
+  random.fill(noise, cv::RNG::UNIFORM, 0, 160);
+  cv::addWeighted(pair.left, 0.08, noise, 0.92, 0, pair.left);
+  MatcherParams params = smallParams(0, 32);
+  params.census = CensusForm::kCentreSymmetric9x7;
+  params.p1 = 20;
+  params.p2 = 120;
+  const auto scoreOf = [&](PathSet paths, const SearchRanges* ranges) {
+    params.paths = paths;
+    StereoMatcher matcher(params);
+    Match match;
+    if (ranges)
+      matcher.match(pair.left, pair.right, *ranges, match);
+    else
+      matcher.match(pair.left, pair.right, match);
+    return score(match, pair, params.range);
+  };
+  const SearchRanges narrow = uniformRanges(pair.left.size(), 4, 17);
+  for (const SearchRanges* ranges : {static_cast<const SearchRanges*>(nullptr), &narrow}) {
+    const Score four = scoreOf(PathSet::kStraight4, ranges);
+    const Score eight = scoreOf(PathSet::kAll8, ranges);
+    EXPECT_GT(four.density, 0.7);
+    EXPECT_GT(eight.density, four.density);
+    EXPECT_GT(eight.correct, four.correct);
+  }
+}
+
 TEST(Matcher, RangesThatCoverEverythingGiveTheFullSearch) {
   const TestPair pair = makeTestPair({101, 40}, 0, 60, 2);
   for (const PathSet paths : {PathSet::kStraight4, PathSet::kDiagonal4, PathSet::kAll8}) {
