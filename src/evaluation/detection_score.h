@@ -1,93 +1,85 @@
-/// How good detected moving objects are, against labels or the synthetic street's truth.
+/// How good detected moving objects are, against labels.
 #pragma once
 
-#include <iosfwd>
 #include <map>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "evaluation/object_labels.h"
 #include "predictive_stereo/moving_objects.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 
-/// One labelled object in one frame.
-struct LabelledObject {
-  enum class Kind {
-    kDemanded,   ///< to be found
-    kTolerated,  ///< a box on it neither counts nor harms
-    kStatic,     ///< a box on it is false
-  };
-  int frame = 0;
-  int track = 0;
-  std::string class_name;
-  cv::Rect2f box_px;
-  std::optional<double> distance_m;  ///< depth of its nearest part
-  std::string motion;                ///< toward, away, crossing: the group it is counted in
-  std::optional<double> speed_mps;   ///< over ground
-  Kind kind = Kind::kDemanded;
-};
-using Labels = std::map<int, std::vector<LabelledObject>>;  ///< by frame
-
-/// Reads `frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard` with that header
-/// line. Class "ignore" and hard = 1 are tolerated, class "static" is static.
-/// @throws std::runtime_error that names the file and the line.
-Labels readLabels(const std::string& path);
-
-/// What a street's frame demands: movers nearer than 35 m and faster than 2 m/s over ground, of
-/// which at least half is visible, in at least 20 x 20 pixels or 400. All other movers are
-/// tolerated.
-std::vector<LabelledObject> labelsOf(const StreetFrame& frame);
-
 struct DetectionScoreParams {
   double min_iou = 0.3;          ///< of a match
-  int first_frame_of_track = 3;  ///< an object is demanded from this frame of its visibility on
+  int first_visible_frame = 3;   ///< an object is demanded from this frame of its visibility on
   double tolerated_share = 0.5;  ///< a box is tolerated where so much of it lies on tolerated ones
 };
 
 /// Counts of some group of objects.
 struct DetectionCounts {
-  int demanded = 0, found = 0;
+  int demanded = 0;
+  int found = 0;
+  int false_boxes = 0;
   double sum_iou = 0;
   std::vector<double> distance_errors_m, speed_errors_mps;  ///< absolute, of matches
 
-  double recall() const { return demanded ? double(found) / demanded : 0; }
-  double meanIou() const { return found ? sum_iou / found : 0; }
+  double recall() const;     ///< NaN where nothing is demanded
+  double precision() const;  ///< NaN without boxes that count
+  double meanIou() const;    ///< NaN without matches
 };
+/// NaN without values.
 double median(std::vector<double> values);
 
+/// What became of one frame.
+struct FrameVerdict {
+  enum Box { kRight, kTolerated, kFalse };
+  std::vector<Box> boxes;      ///< of each detected object
+  std::vector<bool> demanded;  ///< of each label
+  std::vector<int> found_by;   ///< of each label: the object that found it, or -1
+};
+
+/// Demanded objects and boxes are matched one to one, the best IoU first. A second box on an object
+/// is false, and so is one on a parked ("static") object. Boxes on tolerated objects neither count
+/// nor harm.
 class DetectionScore {
  public:
+  /// Speeds are compared up to this distance.
+  static constexpr double kSpeedScored_m = 25;
+
   explicit DetectionScore(const DetectionScoreParams& params = {}) : params_(params) {}
 
-  /// Frames must come in order. The verdict on each object, for pictures: true, false, or none
-  /// (tolerated).
-  std::vector<std::optional<bool>> add(const std::vector<LabelledObject>& labels,
-                                       const std::vector<DetectedObject>& objects);
+  /// The next frame: its labels, and what was detected.
+  FrameVerdict add(const std::vector<ObjectLabel>& labels,
+                   const std::vector<DetectedObject>& objects);
   /// Another sequence begins: its tracks and ids have nothing to do with those before.
   void startSequence();
 
-  int frames = 0;
-  int matched = 0;  ///< boxes on demanded objects
-  int false_boxes = 0;
-  int id_switches = 0;  ///< a labelled track is found under another id than last time
-  DetectionCounts all;
-  std::map<std::string, DetectionCounts> by_motion, by_distance;
-
-  double precision() const {
-    return matched + false_boxes ? double(matched) / (matched + false_boxes) : 1;
-  }
-  double falsePerFrame() const { return frames ? double(false_boxes) / frames : 0; }
+  int frames() const { return frames_; }
+  /// How often a labelled object is found under another id than the last time.
+  int idSwitches() const { return id_switches_; }
+  /// NaN without frames.
+  double falsePerFrame() const;
+  const DetectionCounts& all() const { return all_; }
+  /// By direction of motion: toward, away, crossing, ...; without false boxes.
+  const std::map<std::string, DetectionCounts>& byMotion() const { return by_motion_; }
+  /// By distance; false boxes by their own distance.
+  const std::map<std::string, DetectionCounts>& byDistance() const { return by_distance_; }
 
  private:
-  DetectionScoreParams params_;
-  std::map<int, int> frames_of_track_;
-  std::map<int, int> id_of_track_;
-};
+  struct Visibility {
+    int last_frame = 0, frames = 0;
+  };
 
-/// A table of all figures.
-void print(const DetectionScore& score, const std::string& title, std::ostream& out);
+  bool visibleForLong(int track);
+
+  DetectionScoreParams params_;
+  int frames_ = 0, id_switches_ = 0;
+  DetectionCounts all_;
+  std::map<std::string, DetectionCounts> by_motion_, by_distance_;
+  std::map<int, Visibility> visibility_;  // by track
+  std::map<int, int> last_id_;            // by track
+};
 
 }  // namespace predictive_stereo

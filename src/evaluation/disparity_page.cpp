@@ -5,21 +5,10 @@
 #include <sstream>
 
 #include "evaluation/disparity_report.h"
+#include "evaluation/html.h"
 
 namespace predictive_stereo {
 namespace {
-
-constexpr char kStyle[] = R"(
-body { font-family: sans-serif; margin: 2em auto; max-width: 1300px; color: #222; }
-table { border-collapse: collapse; margin: 1em 0; font-size: 14px; }
-caption { text-align: left; font-weight: bold; padding: .3em 0; }
-th, td { padding: .2em .7em; text-align: right; border-bottom: 1px solid #ddd; }
-th:first-child, td:first-child { text-align: left; }
-tr:hover td { background: #f3f7fb; }
-figure { display: inline-block; margin: .4em; }
-figcaption { font-size: 13px; }
-pre { background: #f5f5f5; padding: .8em; overflow-x: auto; }
-)";
 
 std::string base64(const std::vector<uchar>& bytes) {
   constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -113,10 +102,7 @@ std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title
 
 std::string htmlPage(const std::vector<SequenceReport>& reports, const std::string& provenance) {
   std::ostringstream page;
-  page << "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
-          "<title>predictive_stereo: disparities against truth</title><style>"
-       << kStyle << "</style></head><body>\n<h1>Disparities against truth</h1>\n"
-       << "<p>D1: outliers, off by more than 3 px and 5 %, among pixels with a disparity. D1f: the "
+  page << "<p>D1: outliers, off by more than 3 px and 5 %, among pixels with a disparity. D1f: the "
           "same with pixels without a disparity counted as outliers. All figures are means over "
           "frames; the first frame is left out. hh: OpenCV StereoSGBM MODE_HH with the paper's "
           "parameters; full: ours, searching all disparities under the same temporal rules.</p>\n"
@@ -135,9 +121,7 @@ std::string htmlPage(const std::vector<SequenceReport>& reports, const std::stri
     if (!stages.rows.empty()) page << stages.html();
     for (const Panel& panel : report.panels) page << figure(panel);
   }
-  page << "<h2>How this page was made</h2>\n<pre>" << escapedHtml(provenance)
-       << "</pre>\n</body></html>\n";
-  return page.str();
+  return htmlDocument("Disparities against truth", page.str(), provenance);
 }
 
 }  // namespace predictive_stereo

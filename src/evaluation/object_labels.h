@@ -1,8 +1,13 @@
+/// What is known of the moving objects in a frame: from label files, or the synthetic street.
 #pragma once
 
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "simulation/street.h"
 
 namespace predictive_stereo {
 
@@ -13,19 +18,38 @@ struct ObjectLabel {
   int track = 0;  ///< the same for one object in all frames
   /// Kind of a mover; "static": parked; "ignore": cannot be told.
   std::string type;
-  cv::Rect box_px;
-  double distance_m = 0;  ///< NaN where unknown
+  cv::Rect2d box_px;
+  std::optional<double> distance_m;  ///< depth of its nearest part
   bool truncated = false;
   int occluded = 0;
-  std::string motion;  ///< toward, away, crossing, static, unknown
-  bool hard = false;   ///< a mover that cannot be demanded
+  std::string motion;               ///< toward, away, crossing, static, unknown
+  bool hard = false;                ///< a mover that cannot be demanded
+  std::optional<double> speed_mps;  ///< over ground; not in files
 
   bool isStatic() const { return type == "static"; }
   bool isIgnored() const { return type == "ignore"; }
+  /// Whether a detector must find it. What is neither demanded nor static is tolerated.
+  bool isDemanded() const { return !hard && !isStatic() && !isIgnored(); }
 };
 
 /// @throws std::runtime_error that names the file, and the line that is malformed.
 std::vector<ObjectLabel> readObjectLabels(const std::string& path);
+
+/// Those of one frame.
+std::vector<ObjectLabel> labelsOf(const std::vector<ObjectLabel>& labels, int frame);
+
+/// A true moving object of the synthetic street. It is demanded (not hard) where it is nearer than
+/// 35 m, faster than 2 m/s over ground, at least half visible, and its box has 400 px^2 or more.
+/// @param velocity_cam_mps  over ground, in the camera's axes.
+/// @param visible  share of its outline that is within the image and not hidden.
+ObjectLabel trueObject(int frame, int id, const std::string& type, const cv::Rect2d& box_px,
+                       double distance_m, const Eigen::Vector3d& centre_m,
+                       const Eigen::Vector3d& velocity_cam_mps, double visible);
+std::vector<ObjectLabel> labelsOf(const StreetFrame& frame);
+
+/// Of a velocity against the line of sight: "toward" or "away" within 45 degrees of it, else
+/// "crossing".
+std::string directionOf(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& velocity_cam_mps);
 
 /// 255 on boxes of one frame that move or may move, widened by `margin_px`.
 cv::Mat1b movingMask(const std::vector<ObjectLabel>& labels, int frame, cv::Size size,

@@ -22,10 +22,17 @@ class KittiDriveSequence : public Sequence {
     if (index > 0 && drive_.hasLidar(index)) frame.truth_px = lidarTruth(drive_, index);
     return frame;
   }
+  double stamp_s(int index) const override {
+    if (stamps_ns_.empty())
+      stamps_ns_ = drive_.stamps(KittiDrive::imageFolder(drive_.leftCamera()));
+    return 1e-9 * static_cast<double>(stamps_ns_.at(static_cast<size_t>(index)));
+  }
+  int fileNumber(int index) const override { return drive_.fileNumber(index); }
   std::optional<std::vector<Eigen::Isometry3d>> poses() const override { return drive_.poses(); }
 
  private:
   KittiDrive drive_;
+  mutable std::vector<int64_t> stamps_ns_;  ///< read when they are asked for
 };
 
 class KittiScene2012Sequence : public Sequence {
@@ -42,6 +49,9 @@ class KittiScene2012Sequence : public Sequence {
       frame.regions = {{"near edges", nearTruthEdges(frame.truth_px)}};
     }
     return frame;
+  }
+  std::optional<std::vector<ObjectLabel>> objects(int) const override {
+    return std::vector<ObjectLabel>();
   }
 
  private:
@@ -77,8 +87,14 @@ class StreetSequence : public Sequence {
   const StereoRig& rig() const override { return street_.rig(); }
   int frames() const override { return street_.frames(); }
 
+  double stamp_s(int index) const override { return street_.stampOf(index); }
+  std::optional<std::vector<ObjectLabel>> objects(int index) const override {
+    return labelsOf(previous_.index == index && !previous_.left.empty() ? previous_
+                                                                        : street_.render(index));
+  }
+
   SequenceFrame frame(int index) const override {
-    if (index == 0 || previous_.index != index - 1)
+    if (index == 0 || previous_.index != index - 1 || previous_.left.empty())
       previous_ = street_.render(std::max(0, index - 1));
     StreetFrame current = index == 0 ? previous_ : street_.render(index);
     SequenceFrame frame{current.left, current.right, {}, {}};
@@ -108,7 +124,7 @@ class StreetSequence : public Sequence {
  private:
   Street street_;
   std::string name_;
-  mutable StreetFrame previous_;  ///< frames are mostly asked for one after the other
+  mutable StreetFrame previous_;  ///< the last one: they are mostly asked for in order
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "evaluation/object_labels.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/stereo_rig.h"
 #include "simulation/street.h"
@@ -25,7 +26,7 @@ struct SequenceFrame {
   std::vector<Region> regions;
 };
 
-/// A stereo sequence that disparities can be judged on.
+/// A stereo sequence that results can be judged on.
 class Sequence {
  public:
   virtual ~Sequence() = default;
@@ -34,6 +35,14 @@ class Sequence {
   virtual int frames() const = 0;
   /// @throws std::runtime_error that names the file which cannot be read.
   virtual SequenceFrame frame(int index) const = 0;
+  /// @throws std::runtime_error where the recording has stamps that cannot be read.
+  virtual double stamp_s(int index) const { return 0.1 * index; }
+  /// The number by which label files know a frame.
+  virtual int fileNumber(int index) const { return index; }
+  /// The moving objects of a frame, where the sequence knows them by itself.
+  virtual std::optional<std::vector<ObjectLabel>> objects(int /*index*/) const {
+    return std::nullopt;
+  }
   /// True poses T_world_cam of the left camera's optical frame, where they are known.
   virtual std::optional<std::vector<Eigen::Isometry3d>> poses() const { return std::nullopt; }
 };
@@ -41,8 +50,8 @@ class Sequence {
 /// A drive of KITTI's raw recordings; LiDAR truth in all frames with a scan but the first.
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir, const std::string& drive);
 
-/// A scene of KITTI 2012; truth in its last frame, with region "near edges": within 5 px of a jump
-/// by more than 3 px.
+/// A scene of KITTI 2012, in which nothing moves; truth in its last frame, with region "near
+/// edges": within 5 px of a jump by more than 3 px.
 std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
                                                  const std::string& scene);
 

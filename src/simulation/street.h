@@ -51,6 +51,9 @@ struct StreetMover {
   double occluded = 0;           ///< share of its outline within the image that others hide, 0..1
   double truncated = 0;  ///< share of its outline that lies outside of the image, 0..1; an outline
                          ///< is followed up to one image size beyond the borders
+
+  /// Share of its outline that is within the image and not hidden.
+  double visibleShare() const { return (1 - occluded) * (1 - truncated); }
 };
 
 struct StreetFrame {

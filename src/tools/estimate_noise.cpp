@@ -74,7 +74,7 @@ void writeHistogram(const fs::path& dir, const std::string& name, const std::str
 
 int estimate(const CommandLine& command_line) {
   if (!command_line.has("output")) throw UsageError("--output is missing");
-  const auto drives = driveArguments(command_line);
+  const auto drives = driveArguments(command_line.positional());
   if (drives.empty()) throw UsageError("expected DATE_DIR DRIVE");
   const PipelineParams params = readParams(command_line);
   const int max_frames = command_line.getInt("frames", 0, 2);

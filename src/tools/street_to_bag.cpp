@@ -43,7 +43,8 @@ Topics in NS:
   left/image_rect, left/camera_info, right/image_rect, right/camera_info
   truth/disparity         stereo_msgs/DisparityImage: at every pixel, 0 in the sky (infinitely far)
   truth/odometry          nav_msgs/Odometry: odom is base_link in the first frame
-  truth/moving_objects    predictive_stereo/MovingObjectArray: movers with visible pixels, score 1
+  truth/moving_objects    predictive_stereo/MovingObjectArray: movers with visible pixels; score is
+                          the share of their outline that can be seen
 and /tf_static: base_link -> camera_link -> camera_left_optical_frame. Both cameras' messages carry
 the left camera's frame, as ROS has it for stereo pairs. About 2.8 MB per pair.
 
@@ -188,8 +189,8 @@ MovingObjectArray movingObjects(const std_msgs::Header& header, const StreetFram
   for (const StreetMover& mover : frame.movers) {
     MovingObject object;
     object.id = static_cast<uint32_t>(mover.id);
-    object.bbox.center.x = mover.box_px.x + 0.5 * (mover.box_px.width - 1);
-    object.bbox.center.y = mover.box_px.y + 0.5 * (mover.box_px.height - 1);
+    object.bbox.center.x = mover.box_px.x + 0.5 * mover.box_px.width;
+    object.bbox.center.y = mover.box_px.y + 0.5 * mover.box_px.height;
     object.bbox.size_x = mover.box_px.width;
     object.bbox.size_y = mover.box_px.height;
     object.pose.position = tf2::toMsg(mover.centre_m);
@@ -197,7 +198,7 @@ MovingObjectArray movingObjects(const std_msgs::Header& header, const StreetFram
     tf2::toMsg(mover.extent_m, object.size);
     const Eigen::Vector3d velocity = T_world_odom.linear().transpose() * mover.velocity_mps;
     tf2::toMsg(velocity, object.velocity);
-    object.score = 1;
+    object.score = mover.visibleShare();
     object.age = static_cast<uint32_t>(frame.index -
                                        first_seen.emplace(mover.id, frame.index).first->second);
     object.distance = mover.distance_m;

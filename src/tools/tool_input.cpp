@@ -26,16 +26,23 @@ AllNodeletParams readConfig(const CommandLine& command_line) {
   ParamTable table(params);
   if (command_line.has("config")) setFromYamlFile(command_line.get("config"), table);
   for (const std::string& assignment : command_line.all("set")) table.setAssignment(assignment);
+  if (command_line.has("scheme"))
+    table.setAssignment("moving_objects/scheme=" + command_line.get("scheme"));
   return params;
 }
 
 }  // namespace
 
-std::vector<DriveArgument> driveArguments(const CommandLine& command_line) {
+std::vector<DriveArgument> driveArguments(const std::vector<std::string>& positional) {
   std::vector<DriveArgument> drives;
   std::string date_dir;
   bool date_used = true;
-  for (const std::string& argument : command_line.positional()) {
+  for (const std::string& argument : positional) {
+    const fs::path path =
+        fs::path(argument).has_filename() ? fs::path(argument) : fs::path(argument).parent_path();
+    if (date_dir.empty() && fs::is_regular_file(path / ".." / "calib_cam_to_cam.txt"))
+      throw UsageError(argument + " is a drive: give its day before it, as " +
+                       path.parent_path().string() + " " + path.filename().string());
     if (date_dir.empty() || fs::is_regular_file(fs::path(argument) / "calib_cam_to_cam.txt")) {
       if (!date_used) break;
       date_dir = argument;
@@ -49,9 +56,17 @@ std::vector<DriveArgument> driveArguments(const CommandLine& command_line) {
   return drives;
 }
 
-std::vector<SequenceGroup> openSequences(const CommandLine& command_line) {
+std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
+                                         const OpenFile& open_file) {
   std::vector<SequenceGroup> groups;
-  for (const DriveArgument& drive : driveArguments(command_line))
+  std::vector<std::string> folders;
+  for (const std::string& argument : command_line.positional()) {
+    if (open_file && (fs::is_regular_file(argument) || fs::path(argument).extension() == ".bag"))
+      groups.push_back(alone(open_file(argument)));
+    else
+      folders.push_back(argument);
+  }
+  for (const DriveArgument& drive : driveArguments(folders))
     groups.push_back(alone(kittiDriveSequence(drive.date_dir, drive.drive)));
   if (command_line.has("kitti2012")) {
     const std::string training_dir = command_line.get("kitti2012");
@@ -68,7 +83,7 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line) {
     params.frames = command_line.getInt("street-frames", 40, 2);
     groups.push_back(alone(streetSequence(params)));
   }
-  if (groups.empty()) throw UsageError("nothing to evaluate");
+  if (groups.empty()) throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
   return groups;
 }
 

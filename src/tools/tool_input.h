@@ -1,6 +1,7 @@
 /// What the evaluating tools have in common: sequences and parameters by command line.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,8 +19,8 @@ struct DriveArgument {
 
 /// Positional arguments DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...]: a folder with
 /// calib_cam_to_cam.txt begins another day.
-/// @throws UsageError for a day without drives.
-std::vector<DriveArgument> driveArguments(const CommandLine& command_line);
+/// @throws UsageError for a day without drives, or a drive without its day.
+std::vector<DriveArgument> driveArguments(const std::vector<std::string>& positional);
 
 /// Sequences that are counted as one.
 struct SequenceGroup {
@@ -27,14 +28,17 @@ struct SequenceGroup {
   std::vector<std::unique_ptr<Sequence>> sequences;
 };
 
-/// Positional arguments DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] and the options
-/// --kitti2012,
-/// --street, --street-frames.
-/// @throws UsageError where nothing is named; std::runtime_error where it cannot be read.
-std::vector<SequenceGroup> openSequences(const CommandLine& command_line);
+using OpenFile = std::function<std::unique_ptr<Sequence>(const std::string& path)>;
 
-/// The defaults, changed by the options --config and --set. Files and names are those of the
-/// nodelets (config/*.yaml), so that one file serves robot, replay and measurement.
+/// Positional arguments DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] and the options
+/// --kitti2012, --street, --street-frames.
+/// @param open_file  opens positional arguments that are files; none: files are no sequences.
+/// @throws UsageError where nothing is named; std::runtime_error where it cannot be read.
+std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
+                                         const OpenFile& open_file = {});
+
+/// The defaults, changed by the options --config, --set and --scheme. Files and names are those of
+/// the nodelets (config/*.yaml), so that one file serves robot, replay and measurement.
 PipelineParams readParams(const CommandLine& command_line);
 /// All of them as yaml, with their limits.
 std::string listParams(const CommandLine& command_line);

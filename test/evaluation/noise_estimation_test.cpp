@@ -42,8 +42,9 @@ TEST(ObjectLabels, MaskWhatMovesOrMayMove) {
                                                     "4,1,car,0,0,60,30,8,0,0,toward,0\r\n");
   const auto labels = readObjectLabels(path);
   ASSERT_EQ(labels.size(), 4u);
-  EXPECT_EQ(labels[0].box_px, cv::Rect(10, 5, 10, 10));
-  EXPECT_TRUE(std::isnan(labels[1].distance_m));
+  EXPECT_EQ(labels[0].box_px, cv::Rect2d(10, 5, 10, 10));
+  EXPECT_EQ(labels[0].distance_m, 8.5);
+  EXPECT_FALSE(labels[1].distance_m);
   EXPECT_TRUE(labels[1].hard);
   const cv::Mat1b mask = movingMask(labels, 3, {60, 30}, 2);
   EXPECT_EQ(cv::countNonZero(mask), 14 * 14 + 9 * 14);

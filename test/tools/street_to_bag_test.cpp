@@ -131,7 +131,8 @@ TEST_F(StreetToBag, HoldsTheStreetAndItsTruth) {
     for (size_t k = 0; k < listed.size(); ++k) {
       const StreetMover& mover = frame.movers[k];
       EXPECT_EQ(listed[k].id, static_cast<uint32_t>(mover.id));
-      EXPECT_EQ(listed[k].bbox.center.x - 0.5 * (listed[k].bbox.size_x - 1), mover.box_px.x);
+      EXPECT_EQ(listed[k].bbox.center.x - 0.5 * listed[k].bbox.size_x, mover.box_px.x);
+      EXPECT_EQ(listed[k].score, mover.visibleShare());
       EXPECT_EQ(listed[k].bbox.size_y, mover.box_px.height);
       EXPECT_EQ(listed[k].pose.position.z, mover.centre_m.z());
       const Eigen::Vector3d velocity(listed[k].velocity.x, listed[k].velocity.y,

@@ -1,0 +1,61 @@
+#include "evaluation/detection_evaluation.h"
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+namespace predictive_stereo {
+
+Detector pipelineDetector(const PipelineParams& params) {
+  const auto pipeline = std::make_shared<Pipeline>(params);
+  const auto output = std::make_shared<PipelineOutput>();
+  return [=](const SequenceFrame& frame, const StereoRig& rig, double stamp_s) {
+    pipeline->process(frame.left, frame.right, rig, stamp_s, *output);
+    return DetectorOutput{output->detections.objects, pipeline->times().back().ms};
+  };
+}
+
+bool EvaluatedFrame::hasErrors() const {
+  for (size_t l = 0; l < labels.size(); ++l)
+    if (verdict.demanded[l] && verdict.found_by[l] < 0) return true;
+  return std::count(verdict.boxes.begin(), verdict.boxes.end(), FrameVerdict::kFalse) > 0;
+}
+
+DetectionEvaluation evaluateDetection(
+    const Sequence& sequence, const std::optional<std::vector<ObjectLabel>>& labels,
+    const Detector& detector, int max_frames,
+    const std::function<void(const EvaluatedFrame&, const SequenceFrame&)>& seen) {
+  DetectionEvaluation evaluation;
+  evaluation.name = sequence.name();
+  const int frames = max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
+  std::vector<double> times_ms;
+  for (int index = 0; index < frames; ++index) {
+    const SequenceFrame images = sequence.frame(index);
+    const auto known =
+        labels ? labelsOf(*labels, sequence.fileNumber(index)) : sequence.objects(index);
+    if (!known)
+      throw std::runtime_error(sequence.name() + ": nothing is known of what moves; give --labels");
+    const DetectorOutput output = detector(images, sequence.rig(), sequence.stamp_s(index));
+    EvaluatedFrame frame;
+    frame.index = index;
+    frame.labels = *known;
+    frame.objects = output.objects;
+    frame.verdict = evaluation.score.add(frame.labels, frame.objects);
+    times_ms.push_back(output.ms);
+    if (seen) seen(frame, images);
+    evaluation.frames.push_back(std::move(frame));
+  }
+  evaluation.median_ms = median(times_ms);
+  return evaluation;
+}
+
+DetectionScore scoreOf(const std::vector<DetectionEvaluation>& evaluations) {
+  DetectionScore score;
+  for (const DetectionEvaluation& evaluation : evaluations) {
+    score.startSequence();
+    for (const EvaluatedFrame& frame : evaluation.frames) score.add(frame.labels, frame.objects);
+  }
+  return score;
+}
+
+}  // namespace predictive_stereo

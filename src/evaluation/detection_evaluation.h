@@ -1,0 +1,55 @@
+/// Detections of a whole sequence against its labels.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "evaluation/detection_score.h"
+#include "evaluation/sequence.h"
+#include "predictive_stereo/pipeline.h"
+
+namespace predictive_stereo {
+
+/// What a detector says of one frame.
+struct DetectorOutput {
+  std::vector<DetectedObject> objects;
+  double ms = 0;  ///< time for it; 0: not known
+};
+/// A detector that is given all frames of a sequence in their order.
+using Detector =
+    std::function<DetectorOutput(const SequenceFrame& frame, const StereoRig& rig, double stamp_s)>;
+
+/// The whole pipeline.
+Detector pipelineDetector(const PipelineParams& params);
+
+struct EvaluatedFrame {
+  int index = 0;
+  std::vector<ObjectLabel> labels;
+  std::vector<DetectedObject> objects;
+  FrameVerdict verdict;
+
+  /// Whether something was missed or is false.
+  bool hasErrors() const;
+};
+
+struct DetectionEvaluation {
+  std::string name;
+  DetectionScore score;
+  std::vector<EvaluatedFrame> frames;
+  double median_ms = 0;  ///< per frame; 0: not known
+};
+
+/// @param labels  by Sequence::fileNumber; none: the sequence knows what moves.
+/// @param max_frames  0: all.
+/// @param seen  called after each frame; may be empty.
+/// @throws std::runtime_error where nothing is known of what moves.
+DetectionEvaluation evaluateDetection(
+    const Sequence& sequence, const std::optional<std::vector<ObjectLabel>>& labels,
+    const Detector& detector, int max_frames,
+    const std::function<void(const EvaluatedFrame&, const SequenceFrame&)>& seen);
+
+/// All sequences as one.
+DetectionScore scoreOf(const std::vector<DetectionEvaluation>& evaluations);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,191 @@
+#include "evaluation/detection_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+#include <utility>
+
+#include "evaluation/html.h"
+
+namespace predictive_stereo {
+namespace {
+
+using Groups = std::vector<std::pair<std::string, DetectionCounts>>;
+
+Groups groupsOf(const DetectionScore& score) {
+  Groups groups = {{"all", score.all()}};
+  groups.insert(groups.end(), score.byMotion().begin(), score.byMotion().end());
+  groups.insert(groups.end(), score.byDistance().begin(), score.byDistance().end());
+  return groups;
+}
+
+// False boxes have no direction of motion.
+bool countsFalseBoxes(const DetectionScore& score, const std::string& group) {
+  return score.byMotion().count(group) == 0;
+}
+
+std::string titleOf(const std::string& name, const DetectionScore& score) {
+  return name + ": " + std::to_string(score.frames()) + " frames, " +
+         fixed(score.falsePerFrame(), 3) + " false boxes per frame, " +
+         std::to_string(score.idSwitches()) + " id switches";
+}
+
+void addLines(const std::string& name, const DetectionScore& score, std::ostream& out) {
+  for (const auto& [group, counts] : groupsOf(score)) {
+    const bool falses = countsFalseBoxes(score, group);
+    const auto cell = [](double value) { return std::isfinite(value) ? fixed(value, 4) : ""; };
+    out << name << ',' << group << ',' << score.frames() << ',' << counts.demanded << ','
+        << counts.found << ',' << (falses ? std::to_string(counts.false_boxes) : "") << ','
+        << cell(counts.recall()) << ',' << (falses ? cell(counts.precision()) : "") << ','
+        << (falses ? cell(double(counts.false_boxes) / std::max(1, score.frames())) : "") << ','
+        << cell(counts.meanIou()) << ',' << cell(median(counts.distance_errors_m)) << ','
+        << cell(median(counts.speed_errors_mps)) << ','
+        << (group == "all" ? std::to_string(score.idSwitches()) : "") << '\n';
+  }
+}
+
+const char* nameOf(FrameVerdict::Box verdict) {
+  switch (verdict) {
+    case FrameVerdict::kRight:
+      return "right";
+    case FrameVerdict::kTolerated:
+      return "tolerated";
+    case FrameVerdict::kFalse:
+      return "false";
+  }
+  return "";
+}
+
+const char* fateOf(const EvaluatedFrame& frame, size_t label) {
+  if (frame.verdict.demanded[label]) return frame.verdict.found_by[label] < 0 ? "missed" : "found";
+  return frame.labels[label].isStatic() ? "static" : "tolerated";
+}
+
+std::string boxCells(const cv::Rect2d& box) {
+  char text[96];
+  std::snprintf(text, sizeof(text), "%g,%g,%g,%g", box.x, box.y, box.br().x, box.br().y);
+  return text;
+}
+
+Table tableOf(const std::string& title, const DetectionScore& score) {
+  Table table;
+  table.title = title;
+  table.header = {"",    "demanded",         "found",          "false", "recall", "precision",
+                  "IoU", "distance error m", "speed error m/s"};
+  for (const auto& [group, counts] : groupsOf(score)) {
+    const bool falses = countsFalseBoxes(score, group);
+    table.rows.push_back({group, std::to_string(counts.demanded), std::to_string(counts.found),
+                          falses ? std::to_string(counts.false_boxes) : "-",
+                          fixed(counts.recall(), 3), falses ? fixed(counts.precision(), 3) : "-",
+                          fixed(counts.meanIou(), 2), fixed(median(counts.distance_errors_m), 2),
+                          fixed(median(counts.speed_errors_mps), 2)});
+  }
+  return table;
+}
+
+}  // namespace
+
+Table scoreTable(const DetectionEvaluation& evaluation) {
+  std::string name = evaluation.name;
+  if (evaluation.median_ms > 0)
+    name += " (detection " + fixed(evaluation.median_ms, 1) + " ms, median)";
+  return tableOf(titleOf(name, evaluation.score), evaluation.score);
+}
+
+Table scoreTable(const std::vector<DetectionEvaluation>& evaluations) {
+  const DetectionScore score = scoreOf(evaluations);
+  return tableOf(titleOf("all sequences", score), score);
+}
+
+std::string csv(const std::vector<DetectionEvaluation>& evaluations) {
+  std::ostringstream out;
+  out << "sequence,group,frames,demanded,found,false_boxes,recall,precision,false_boxes_per_frame,"
+         "mean_iou,median_distance_error_m,median_speed_error_mps,id_switches\n";
+  for (const DetectionEvaluation& evaluation : evaluations)
+    addLines(evaluation.name, evaluation.score, out);
+  if (evaluations.size() > 1) addLines("all", scoreOf(evaluations), out);
+  return out.str();
+}
+
+std::string framesCsv(const std::vector<DetectionEvaluation>& evaluations) {
+  std::ostringstream out;
+  out << "sequence,frame,what,id,class,x1,y1,x2,y2,distance_m,speed_mps,motion,score,age,verdict,"
+         "found_by\n";
+  for (const DetectionEvaluation& evaluation : evaluations)
+    for (const EvaluatedFrame& frame : evaluation.frames) {
+      for (size_t l = 0; l < frame.labels.size(); ++l) {
+        const ObjectLabel& label = frame.labels[l];
+        const int by = frame.verdict.found_by[l];
+        out << evaluation.name << ',' << frame.index << ",label," << label.track << ','
+            << label.type << ',' << boxCells(label.box_px) << ','
+            << (label.distance_m ? fixed(*label.distance_m, 2) : "") << ','
+            << (label.speed_mps ? fixed(*label.speed_mps, 2) : "") << ',' << label.motion << ",,,"
+            << fateOf(frame, l) << ','
+            << (by < 0 ? "" : std::to_string(frame.objects[static_cast<size_t>(by)].id)) << '\n';
+      }
+      for (size_t o = 0; o < frame.objects.size(); ++o) {
+        const DetectedObject& object = frame.objects[o];
+        out << evaluation.name << ',' << frame.index << ",object," << object.id << ",,"
+            << boxCells(object.box_px) << ',' << fixed(object.distance_m, 2) << ','
+            << fixed(object.velocity_mps.norm(), 2) << ",," << fixed(object.score, 2) << ','
+            << object.age << ',' << nameOf(frame.verdict.boxes[o]) << ",\n";
+      }
+    }
+  return out.str();
+}
+
+cv::Mat3b picture(const cv::Mat1b& left, const EvaluatedFrame& frame) {
+  cv::Mat3b image;
+  cv::cvtColor(left, image, cv::COLOR_GRAY2BGR);
+  const auto write = [&](const std::string& text, cv::Point at, const cv::Scalar& colour) {
+    at.y = std::max(at.y, 10);
+    cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.4, {0, 0, 0}, 3, cv::LINE_AA);
+    cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv::LINE_AA);
+  };
+  for (size_t o = 0; o < frame.objects.size(); ++o) {
+    static const cv::Scalar colours[] = {{0, 200, 0}, {0, 220, 255}, {0, 0, 255}};
+    const cv::Scalar& colour = colours[frame.verdict.boxes[o]];
+    const DetectedObject& object = frame.objects[o];
+    cv::rectangle(image, cv::Rect(object.box_px), colour, 2);
+    write(std::to_string(object.id) + ": " + fixed(object.distance_m, 1) + " m, " +
+              fixed(object.velocity_mps.norm(), 1) + " m/s",
+          cv::Point(object.box_px.tl()) - cv::Point(0, 4), colour);
+  }
+  for (size_t l = 0; l < frame.labels.size(); ++l) {
+    const ObjectLabel& label = frame.labels[l];
+    const std::string fate = fateOf(frame, l);
+    cv::Scalar colour(150, 150, 150);
+    if (fate == "found") colour = {255, 255, 255};
+    if (fate == "missed") colour = {255, 0, 255};
+    if (fate == "static") colour = {255, 120, 0};
+    cv::rectangle(image, cv::Rect(label.box_px), colour, 1);
+    if (fate == "missed")
+      write(label.type + " " + std::to_string(label.track) + ", " + label.motion,
+            cv::Point(static_cast<int>(label.box_px.x), static_cast<int>(label.box_px.br().y) + 12),
+            colour);
+  }
+  return image;
+}
+
+std::string htmlPage(const std::vector<DetectionEvaluation>& evaluations,
+                     const std::vector<FramePicture>& pictures, const std::string& provenance) {
+  std::ostringstream page;
+  page
+      << "<p>A box is right where it covers a demanded object with an IoU of 0.3 or more, from the "
+         "third frame that the object is visible in. Errors are medians of absolute values; speeds "
+         "are compared up to 25 m. Labels are thin (demanded white, missed magenta, tolerated "
+         "grey, parked blue), detected boxes thick (right green, tolerated yellow, false "
+         "red).</p>\n";
+  for (const DetectionEvaluation& evaluation : evaluations) page << scoreTable(evaluation).html();
+  if (evaluations.size() > 1) page << scoreTable(evaluations).html();
+  if (!pictures.empty()) page << "<h2>Frames with errors</h2>\n";
+  for (const FramePicture& shown : pictures)
+    page << "<figure><img width='1240' loading='lazy' alt='" << escapedHtml(shown.caption)
+         << "' src='" << escapedHtml(shown.file) << "'><figcaption>" << escapedHtml(shown.caption)
+         << "</figcaption></figure>\n";
+  return htmlDocument("Moving objects against labels", page.str(), provenance);
+}
+
+}  // namespace predictive_stereo

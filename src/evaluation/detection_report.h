@@ -1,0 +1,36 @@
+/// What evaluateDetection found, as tables, CSV, pictures and an HTML page.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "evaluation/detection_evaluation.h"
+#include "evaluation/table.h"
+
+namespace predictive_stereo {
+
+/// Recall, precision and errors: of all, by direction of motion, by distance.
+Table scoreTable(const DetectionEvaluation& evaluation);
+/// All sequences as one.
+Table scoreTable(const std::vector<DetectionEvaluation>& evaluations);
+
+/// One line a sequence and group, with a header; the last sequence is "all".
+std::string csv(const std::vector<DetectionEvaluation>& evaluations);
+/// One line a label and one a detected object of each frame, with what became of it.
+std::string framesCsv(const std::vector<DetectionEvaluation>& evaluations);
+
+/// The left image with labels (thin: demanded white, missed magenta, tolerated grey, parked blue)
+/// and detected boxes (thick: right green, tolerated yellow, false red).
+cv::Mat3b picture(const cv::Mat1b& left, const EvaluatedFrame& frame);
+
+struct FramePicture {
+  std::string file;  ///< as the page refers to it
+  std::string caption;
+};
+/// @param pictures  those to show.
+/// @param provenance  how it was made: shown at the end.
+std::string htmlPage(const std::vector<DetectionEvaluation>& evaluations,
+                     const std::vector<FramePicture>& pictures, const std::string& provenance);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,178 @@
+/// Moving objects against labels: KITTI drives, bags and synthetic streets.
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "evaluation/detection_report.h"
+#include "tools/bag_sequence.h"
+#include "tools/progress.h"
+#include "tools/tool_input.h"
+
+namespace predictive_stereo {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kHelp[] =
+    R"(Usage: evaluate_detection BAG --labels CSV [options]
+       evaluate_detection DATE_DIR DRIVE --labels CSV [options]
+       evaluate_detection --street SCENE [options]
+
+Runs the package over stereo sequences and measures its moving objects against labels: recall,
+precision, false boxes per frame, IoU of boxes, id switches, errors of distance and speed; of all
+objects, by direction of motion against the line of sight (toward, away, crossing) and by distance.
+
+Sequences, one or several:
+  BAG                 a bag with a rectified stereo pair; frames are its pairs, from 0. Bags of
+                      street_to_bag have truth of their own and need no labels.
+  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it, e.g.
+                      2011_09_26 2011_09_26_drive_0009_sync; frames are the numbers of image files
+  --kitti2012 DIR     all scenes of a KITTI 2012 "training" folder; nothing moves in them
+  --street SCENE      a scene of the synthetic street (see street_to_bag --help)
+  --street-frames N   its number of frames (default 40)
+
+Labels and objects:
+  --labels CSV        frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard with
+                      this header line. Class "ignore" and hard = 1 neither count nor harm; a box
+                      on class "static" is false. Frames without labels count for false boxes. For
+                      several sequences a folder with NAME.csv for each drive or bag.
+  --objects BAG       measures the topic moving_objects of this bag, as replay or the nodelets wrote
+                      it, in place of running the package. It may be the same bag. Frames of which
+                      it has no message count as frames without objects.
+  --camera NS, --left T --right T
+                      the topics of a bag, as in replay
+
+Parameters:
+  --scheme NAME       default or paper: the same as --set moving_objects/scheme=NAME
+  --config YAML       as in config/*.yaml
+  --set NAME=VALUE    one parameter, e.g. moving_objects/motion/min_tracks=5; may be repeated
+  --list-parameters   prints all parameters with their values and limits, and ends
+  --frames N          at most so many frames of each sequence
+  --threads N         (default: all cores)
+
+Results:
+  --csv FILE          writes the figures, and every label and box into FILE's name with _frames
+  --html DIR          writes DIR/index.html with the figures and the frames with errors, and each
+                      frame as a picture into DIR/frames
+
+A box is right where its IoU with a demanded object is 0.3 or more; objects are demanded from the
+third frame on that they are visible. Of the street are demanded: objects nearer than 35 m, faster
+than 2 m/s over ground, at least half visible, with a box of 400 px^2 or more. Errors are medians of
+absolute values, of speed up to 25 m.
+)";
+
+// Of one sequence; none: it has to know by itself.
+std::optional<std::vector<ObjectLabel>> labelsFor(const CommandLine& command_line,
+                                                  const Sequence& sequence) {
+  if (!command_line.has("labels")) return std::nullopt;
+  const fs::path path = command_line.get("labels");
+  if (!fs::is_directory(path)) return readObjectLabels(path.string());
+  const fs::path file = path / (sequence.name() + ".csv");
+  if (!fs::exists(file) && sequence.objects(0)) return std::nullopt;
+  return readObjectLabels(file.string());
+}
+
+/// Writes each frame, remembers those with errors.
+class Pictures {
+ public:
+  explicit Pictures(const fs::path& dir) : dir_(dir) { fs::create_directories(dir / "frames"); }
+
+  void add(const std::string& sequence, const cv::Mat1b& left, const EvaluatedFrame& frame) {
+    char number[16];
+    std::snprintf(number, sizeof(number), "_%06d", frame.index);
+    const std::string file = "frames/" + fileName(sequence) + number + ".png";
+    if (!cv::imwrite((dir_ / file).string(), picture(left, frame)))
+      throw std::runtime_error((dir_ / file).string() + ": cannot be written");
+    if (frame.hasErrors())
+      with_errors_.push_back({file, sequence + ", frame " + std::to_string(frame.index)});
+  }
+  const std::vector<FramePicture>& withErrors() const { return with_errors_; }
+
+ private:
+  fs::path dir_;
+  std::vector<FramePicture> with_errors_;
+};
+
+void write(const fs::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+int evaluate(const CommandLine& command_line) {
+  if (command_line.has("list-parameters")) {
+    std::cout << listParams(command_line);
+    return 0;
+  }
+  const PipelineParams params = readParams(command_line);
+  useThreads(command_line);
+  const int max_frames = command_line.getInt("frames", 0, 1);
+  const StereoTopicChoice topics{command_line.get("camera"), command_line.get("left"),
+                                 command_line.get("right")};
+  if (topics.left.empty() != topics.right.empty())
+    throw UsageError("--left and --right go together");
+  const auto groups = openSequences(
+      command_line, [&](const std::string& path) { return bagSequence(path, topics); });
+
+  // What can be wrong is found out now: nobody wants to hear of it after an hour.
+  std::vector<std::optional<std::vector<ObjectLabel>>> labels;
+  size_t sequences = 0;
+  for (const SequenceGroup& group : groups)
+    for (const auto& sequence : group.sequences) {
+      ++sequences;
+      labels.push_back(labelsFor(command_line, *sequence));
+      if (!labels.back() && !sequence->objects(0))
+        throw UsageError(sequence->name() + ": nothing is known of what moves; give --labels CSV");
+    }
+  if (sequences > 1 && command_line.has("labels") && !fs::is_directory(command_line.get("labels")))
+    throw UsageError("--labels = " + command_line.get("labels") +
+                     ": must be a folder with NAME.csv for each of several sequences");
+  if (sequences > 1 && command_line.has("objects"))
+    throw UsageError("--objects goes with one sequence only");
+  if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
+    fs::create_directories(folder);
+  std::optional<Pictures> pictures;
+  if (command_line.has("html")) pictures.emplace(command_line.get("html"));
+
+  std::vector<DetectionEvaluation> evaluations;
+  for (const SequenceGroup& group : groups)
+    for (const auto& sequence : group.sequences) {
+      const Detector detector = command_line.has("objects")
+                                    ? recordedDetector(command_line.get("objects"))
+                                    : pipelineDetector(params);
+      Progress progress(sequence->name(),
+                        max_frames ? std::min(max_frames, sequence->frames()) : sequence->frames());
+      evaluations.push_back(
+          evaluateDetection(*sequence, labels[evaluations.size()], detector, max_frames,
+                            [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
+                              if (pictures) pictures->add(sequence->name(), images.left, frame);
+                              progress.update(frame.index);
+                            }));
+    }
+
+  for (const DetectionEvaluation& evaluation : evaluations)
+    std::cout << scoreTable(evaluation).text() << "\n";
+  if (evaluations.size() > 1) std::cout << scoreTable(evaluations).text();
+  if (command_line.has("csv")) {
+    const fs::path path = command_line.get("csv");
+    write(path, csv(evaluations));
+    write(path.parent_path() / (path.stem().string() + "_frames.csv"), framesCsv(evaluations));
+  }
+  if (pictures)
+    write(fs::path(command_line.get("html")) / "index.html",
+          htmlPage(evaluations, pictures->withErrors(), command_line.command()));
+  return 0;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  return predictive_stereo::runTool(
+      argc, argv, predictive_stereo::kHelp,
+      {"labels", "objects", "camera", "left", "right", "kitti2012", "street", "street-frames",
+       "scheme", "config", "set", "frames", "threads", "csv", "html"},
+      {"list-parameters"}, predictive_stereo::evaluate);
+}
