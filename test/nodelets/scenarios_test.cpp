@@ -1,5 +1,6 @@
 /// How the nodelets take what goes wrong on robots.
 #include <nav_msgs/Odometry.h>
+#include <predictive_stereo/MovingObjectArray.h>
 #include <ros/network.h>
 #include <ros/xmlrpc_manager.h>
 #include <stereo_msgs/DisparityImage.h>
