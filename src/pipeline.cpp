@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace predictive_stereo {
 namespace {
@@ -99,6 +100,17 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   output.predicted_variance_px2 = prediction_.variance_px2;
   output.ambiguity = match_.ambiguity;
   output.row_alignment = row_alignment_;
+}
+
+void DisparityEstimator::setParams(const DisparityParams& params) {
+  DisparityEstimator changed(params);
+  if (params.matcher.range != params_.matcher.range) forgetPast();
+  params_ = params;
+  row_aligner_.setParams(params.row_alignment);
+  coarse_matcher_ = std::move(changed.coarse_matcher_);
+  predictor_ = std::move(changed.predictor_);
+  range_builder_ = std::move(changed.range_builder_);
+  matcher_ = std::move(changed.matcher_);
 }
 
 void DisparityEstimator::reset() {

@@ -16,6 +16,10 @@ struct DisparityRange {
     return disparity_px >= static_cast<float>(min_disparity);
   }
   int max_disparity() const { return min_disparity + count - 1; }
+  bool operator==(const DisparityRange& other) const {
+    return min_disparity == other.min_disparity && count == other.count;
+  }
+  bool operator!=(const DisparityRange& other) const { return !(*this == other); }
 
   template <class Visitor>
   void visit(Visitor&& v) {

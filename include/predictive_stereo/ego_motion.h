@@ -75,6 +75,10 @@ class EgoMotion {
   /// @throws std::invalid_argument where sizes differ from rig.size.
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
                              const cv::Mat1b& moving_mask = {});
+  /// Other parameters from the next frame on. What is known of the past is kept; switching
+  /// estimate_disparity_offset forgets the past frames.
+  /// @throws std::invalid_argument for parameters outside their limits; nothing has changed then.
+  void setParams(const EgoMotionParams& params);
   /// Forgets the past frames. The estimated disparity offset, which belongs to the cameras, stays.
   void reset();
 

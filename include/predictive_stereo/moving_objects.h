@@ -199,6 +199,9 @@ class MovingObjectDetector {
 
   /// Buffers of `detections` are reused where they have the right size.
   void detect(const DetectionInput& input, Detections& detections);
+  /// Other parameters from the next frame on. Tracks go on, unless scheme or range become others.
+  /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.
+  void setParams(const DetectionParams& params);
   /// Forgets all tracks and the previous image.
   void reset();
 

@@ -82,6 +82,11 @@ class DisparityEstimator {
   ///   correction/max_missed_frames of them this frame takes its place.
   void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output);
 
+  /// Other parameters from the next frame on. What is known of the past is kept, unless the range
+  /// of disparities becomes another one. Not between prepare() and estimate().
+  /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.
+  void setParams(const DisparityParams& params);
+
   /// Forgets the filters: the next frame is matched without prediction and starts them anew.
   void forgetPast();
   /// Forgets everything, the row alignment too: for another sequence.

@@ -56,6 +56,8 @@ class RowOffsetFilter {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.
   explicit RowOffsetFilter(const RowAlignmentParams& params);
+  /// From the next frame on; the past frames are kept. Throws as the constructor does.
+  void setParams(const RowAlignmentParams& params);
 
   /// @return identity where samples are too few or do not agree, now and in the past frames.
   RowOffsetModel update(const std::vector<RowOffsetMeasurement>& samples, cv::Size size);
@@ -88,6 +90,8 @@ class RowAligner {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.
   explicit RowAligner(const RowAlignmentParams& params);
+  /// From the next frame on; the past frames are kept. Throws as the constructor does.
+  void setParams(const RowAlignmentParams& params);
 
   /// @param left, right  8-bit grey images of one size.
   /// @param coarse_disparity_px  the half-resolution match of this pair (CoarseMatcher).

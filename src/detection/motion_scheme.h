@@ -21,6 +21,8 @@ class MotionScheme {
  public:
   MotionScheme(const DisparityRange& range, const MotionDetectionParams& params)
       : range_(range), params_(params) {}
+  /// The previous frame is kept.
+  void setParams(const MotionDetectionParams& params) { params_ = params; }
 
   /// @param known  objects that are followed, moved to this frame.
   void observe(const DetectionInput& input, const ObjectTracker& known,

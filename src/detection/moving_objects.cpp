@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "detection/motion_scheme.h"
 #include "detection/object_shape.h"
@@ -118,6 +119,18 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
     const ObservedObject& object = state.observed[static_cast<size_t>(track.observation)];
     detections.mask(object.observation.box_px).setTo(255, object.mask);
   }
+}
+
+void MovingObjectDetector::setParams(const DetectionParams& params) {
+  MovingObjectDetector changed(params);
+  State& state = *state_;
+  if (params.range != state.params.range || params.scheme != state.params.scheme) {
+    state_ = std::move(changed.state_);
+    return;
+  }
+  state.params = params;
+  state.tracker.setParams(trackingOf(params));
+  state.motion.setParams(params.motion);
 }
 
 void MovingObjectDetector::reset() { state_->reset(); }

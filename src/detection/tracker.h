@@ -39,6 +39,8 @@ struct ObjectTrack {
 class ObjectTracker {
  public:
   explicit ObjectTracker(const TrackingParams& params) : params_(params) {}
+  /// Tracks go on.
+  void setParams(const TrackingParams& params) { params_ = params; }
 
   /// Moves all tracks to this frame. Without a pose positions stay where they are in the camera.
   void predict(double stamp_s, const StereoRig& rig, const Eigen::Isometry3d& T_odom_cam);

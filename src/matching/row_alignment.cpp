@@ -61,6 +61,11 @@ RowOffsetFilter::RowOffsetFilter(const RowAlignmentParams& params) : params_(par
   validate(params, "row_alignment/");
 }
 
+void RowOffsetFilter::setParams(const RowAlignmentParams& params) {
+  validate(params, "row_alignment/");
+  params_ = params;
+}
+
 void RowOffsetFilter::reset() {
   past_ = Fit();
   prior_px_.setZero();
@@ -143,6 +148,11 @@ RowOffsetModel RowOffsetFilter::update(const std::vector<RowOffsetMeasurement>& 
 }
 
 RowAligner::RowAligner(const RowAlignmentParams& params) : params_(params), filter_(params) {}
+
+void RowAligner::setParams(const RowAlignmentParams& params) {
+  filter_.setParams(params);
+  params_ = params;
+}
 
 void RowAligner::reset() { filter_.reset(); }
 

@@ -14,6 +14,7 @@
 #include "nodelets/disparity_views.h"
 #include "nodelets/health.h"
 #include "nodelets/latest_worker.h"
+#include "nodelets/live_params.h"
 #include "nodelets/motion_source.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/ros_params.h"
@@ -30,7 +31,7 @@ namespace predictive_stereo {
 ///   measured_variance, predicted_variance, row_alignment, and on demand disparity/image,
 ///   disparity/color, search_range, depth/image_rect, depth/camera_info, points2; /diagnostics.
 ///   Sleeps while nobody subscribes to any of them.
-/// Services: ~reset.
+/// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: DisparityNodeletParams.
 class DisparityNodelet : public nodelet::Nodelet {
  public:
@@ -63,6 +64,9 @@ class DisparityNodelet : public nodelet::Nodelet {
       health_->problem("parameters", Health::Severity::kBroken, e.what());
       return;
     }
+    live_params_ = std::make_unique<LiveParams<DisparityParams>>(
+        private_node, params_.processor.disparity,
+        [](const DisparityParams& params) { DisparityEstimator{params}; });
     tf_ = std::make_unique<TfInput>(node);
     advertise(node);
     reset_service_ = private_node.advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
@@ -130,6 +134,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   void process(const Job& job) {
+    if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
     const bool wake = wanted();
     health_->asleep(!wake);
     if (!wake || reset_requested_.exchange(false)) {
@@ -272,6 +277,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   image_transport::Publisher colour_image_;
   ros::ServiceServer reset_service_;
   std::atomic<bool> reset_requested_{false};
+  std::unique_ptr<LiveParams<DisparityParams>> live_params_;
 
   std::mutex cloud_mutex_;
   std::optional<PendingCloud> pending_cloud_;

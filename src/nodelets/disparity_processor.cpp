@@ -21,6 +21,11 @@ DisparityProcessor::DisparityProcessor(const DisparityProcessorParams& params)
   validate(params);
 }
 
+void DisparityProcessor::setParams(const DisparityParams& params) {
+  estimator_.setParams(params);
+  params_.disparity = params;
+}
+
 void DisparityProcessor::reset() {
   estimator_.reset();
   guard_.forget();

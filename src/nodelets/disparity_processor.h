@@ -52,6 +52,9 @@ class DisparityProcessor {
   /// Step 2, for the prepared pair.
   DisparityMessages estimate(const std::optional<CameraMotion>& motion);
 
+  /// See DisparityEstimator::setParams.
+  void setParams(const DisparityParams& params);
+
   void reset();
 
   const std::string& simdTarget() const { return estimator_.simdTarget(); }

@@ -13,6 +13,7 @@
 #include "nodelets/ego_motion_processor.h"
 #include "nodelets/health.h"
 #include "nodelets/latest_worker.h"
+#include "nodelets/live_params.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stereo_input.h"
@@ -26,7 +27,7 @@ namespace predictive_stereo {
 /// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info;
 ///   moving_objects/mask where ~use_moving_mask is set.
 /// Publishes: odometry, odometry/pose, /tf (odom_frame -> base_frame), /diagnostics.
-/// Services: ~reset: the next frame is the origin.
+/// Services: ~reset: the next frame is the origin; those of dynamic_reconfigure.
 /// Parameters: EgoMotionNodeletParams.
 class EgoMotionNodelet : public nodelet::Nodelet {
  public:
@@ -54,6 +55,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
       health_->problem("parameters", Health::Severity::kBroken, e.what());
       return;
     }
+    live_params_ = std::make_unique<LiveParams<EgoMotionParams>>(
+        private_node, params_.processor.ego_motion,
+        [](const EgoMotionParams& params) { EgoMotion{params}; });
     tf_ = std::make_unique<TfInput>(node);
     odometry_publisher_ = node.advertise<nav_msgs::Odometry>("odometry", 10);
     pose_publisher_ = node.advertise<geometry_msgs::PoseWithCovarianceStamped>("odometry/pose", 10);
@@ -90,6 +94,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   }
 
   void process(const Job& job) {
+    if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
     if (reset_requested_.exchange(false)) {
       processor_->reset();
       health_->event("reset: the next frame is the origin");
@@ -176,6 +181,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   ros::Subscriber mask_subscriber_;
   ros::ServiceServer reset_service_;
   std::atomic<bool> reset_requested_{false};
+  std::unique_ptr<LiveParams<EgoMotionParams>> live_params_;
   std::mutex mask_mutex_;
   sensor_msgs::ImageConstPtr mask_;
   ros::Time last_stamp_;

@@ -30,6 +30,11 @@ EgoMotionProcessor::EgoMotionProcessor(const EgoMotionProcessorParams& params)
   validate(params);
 }
 
+void EgoMotionProcessor::setParams(const EgoMotionParams& params) {
+  ego_motion_.setParams(params);
+  params_.ego_motion = params;
+}
+
 void EgoMotionProcessor::reset() {
   startAnew();
   guard_.forget();

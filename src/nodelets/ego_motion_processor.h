@@ -54,6 +54,9 @@ class EgoMotionProcessor {
   Output process(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam,
                  const cv::Mat1b& moving_mask = {});
 
+  /// See EgoMotion::setParams.
+  void setParams(const EgoMotionParams& params);
+
   /// Forgets everything: the next frame is the origin.
   void reset();
 

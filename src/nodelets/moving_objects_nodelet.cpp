@@ -10,9 +10,11 @@
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
+#include <vector>
 
 #include "nodelets/health.h"
 #include "nodelets/latest_worker.h"
+#include "nodelets/live_params.h"
 #include "nodelets/moving_objects_processor.h"
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/nodelet_params.h"
@@ -29,7 +31,7 @@ namespace predictive_stereo {
 ///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame).
 /// Publishes: moving_objects, moving_objects/mask, moving_objects/residual, and on demand
 ///   moving_objects/markers, moving_objects/image; /diagnostics.
-/// Services: ~reset.
+/// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: MovingObjectsNodeletParams.
 class MovingObjectsNodelet : public nodelet::Nodelet {
  public:
@@ -59,6 +61,10 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
       health_->problem("parameters", Health::Severity::kBroken, e.what());
       return;
     }
+    live_params_ = std::make_unique<LiveParams<DetectionParams>>(
+        private_node, params_.processor.detection,
+        [](const DetectionParams& params) { MovingObjectDetector{params}; },
+        std::vector<std::string>{"range/"});
     tf_ = std::make_unique<TfInput>(node);
     image_transport::ImageTransport transport(node);
     objects_ = node.advertise<MovingObjectArray>("moving_objects", 10);
@@ -173,6 +179,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   }
 
   void process(const Job& job) {
+    if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
     const bool wake = wanted();
     health_->asleep(!wake);
     if (!wake || reset_requested_.exchange(false)) {
@@ -233,6 +240,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   image_transport::Publisher mask_, image_;
   ros::ServiceServer reset_service_;
   std::atomic<bool> reset_requested_{false};
+  std::unique_ptr<LiveParams<DetectionParams>> live_params_;
 
   mutable std::mutex mutex_;
   std::array<const char*, kTopics> names_{};

@@ -64,15 +64,18 @@ MovingObject message(const DetectedObject& object) {
   return result;
 }
 
-bool sameRange(const DisparityRange& a, const DisparityRange& b) {
-  return a.min_disparity == b.min_disparity && a.count == b.count;
-}
-
 }  // namespace
 
 MovingObjectsProcessor::MovingObjectsProcessor(const MovingObjectsProcessorParams& params)
     : params_(params), detector_(params.detection), guard_(params.max_gap) {
   validate(params);
+}
+
+void MovingObjectsProcessor::setParams(const DetectionParams& params) {
+  DetectionParams changed = params;
+  changed.range = params_.detection.range;
+  detector_.setParams(changed);
+  params_.detection = changed;
 }
 
 void MovingObjectsProcessor::reset() {
@@ -95,7 +98,7 @@ DetectionInput MovingObjectsProcessor::view(const MovingObjectsInput& input) {
   requireSize("measured_variance", result.measured_variance_px2.size(), size);
   requireSize("predicted_disparity", result.predicted_disparity_px.size(), size);
   requireSize("predicted_variance", result.predicted_variance_px2.size(), size);
-  if (!sameRange(rangeOf(*input.measured_disparity), rangeOf(*input.predicted_disparity)))
+  if (rangeOf(*input.measured_disparity) != rangeOf(*input.predicted_disparity))
     throw std::invalid_argument(
         "measured_disparity and predicted_disparity have different disparity ranges; do the topics "
         "come from one Disparity nodelet?");
@@ -112,7 +115,7 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
   output.sequence = guard_.next(input.left->header.stamp, frame.rig);
   if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
   const DisparityRange range = rangeOf(*input.measured_disparity);
-  if (!sameRange(range, params_.detection.range)) {
+  if (range != params_.detection.range) {
     params_.detection.range = range;
     detector_ = MovingObjectDetector(params_.detection);
   } else if (output.sequence.verdict != SequenceGuard::Verdict::kContinues) {

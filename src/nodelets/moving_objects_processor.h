@@ -53,6 +53,9 @@ class MovingObjectsProcessor {
   Output process(const MovingObjectsInput& input,
                  const std::optional<Eigen::Isometry3d>& T_odom_cam);
 
+  /// See MovingObjectDetector::setParams. The range is that of the messages all the same.
+  void setParams(const DetectionParams& params);
+
   void reset();
 
  private:

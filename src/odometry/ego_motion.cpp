@@ -79,8 +79,23 @@ bool certain(const Matrix6d& covariance) {
 struct EgoMotion::State {
   explicit State(const EgoMotionParams& p) : params(p), row_offsets(p.row_alignment) {
     validate(p, "ego_motion/");
-    if (p.estimate_disparity_offset)
-      offset.variance_px2 = p.disparity_offset_sigma_px * p.disparity_offset_sigma_px;
+    startOffset();
+  }
+
+  void setParams(const EgoMotionParams& p) {
+    validate(p, "ego_motion/");
+    const bool other_offset = p.estimate_disparity_offset != params.estimate_disparity_offset;
+    params = p;
+    row_offsets.setParams(p.row_alignment);
+    if (!p.row_alignment.enabled) alignment = RowOffsetModel();
+    if (!other_offset) return;
+    reset();
+    startOffset();
+  }
+  void startOffset() {
+    offset = DisparityOffset();
+    if (params.estimate_disparity_offset)
+      offset.variance_px2 = params.disparity_offset_sigma_px * params.disparity_offset_sigma_px;
   }
 
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right,
@@ -380,6 +395,8 @@ EgoMotionEstimate EgoMotion::estimate(const cv::Mat1b& left, const cv::Mat1b& ri
                                       const StereoRig& rig, const cv::Mat1b& moving_mask) {
   return state_->estimate(left, right, rig, moving_mask);
 }
+
+void EgoMotion::setParams(const EgoMotionParams& params) { state_->setParams(params); }
 
 void EgoMotion::reset() { state_->reset(); }
 

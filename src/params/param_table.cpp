@@ -84,6 +84,21 @@ bool ParamTable::has(const std::string& name) const {
                      [&](const Entry& entry) { return entry.name == name; });
 }
 
+std::string ParamTable::get(const std::string& name) const {
+  const auto entry = std::find_if(entries_.begin(), entries_.end(),
+                                  [&](const Entry& e) { return e.name == name; });
+  if (entry == entries_.end()) throw std::invalid_argument("unknown parameter " + name);
+  return entry->get();
+}
+
+void ParamTable::remove(const std::string& beginning) {
+  entries_.erase(std::remove_if(entries_.begin(), entries_.end(),
+                                [&](const Entry& entry) {
+                                  return entry.name.compare(0, beginning.size(), beginning) == 0;
+                                }),
+                 entries_.end());
+}
+
 void ParamTable::set(const std::string& name, const std::string& text) {
   std::vector<std::string> known;
   for (const Entry& entry : entries_) {

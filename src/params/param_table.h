@@ -29,11 +29,15 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
 /// ROS parameters and command lines needs. Refers to the struct, which must outlive it.
 class ParamTable {
  public:
+  enum class Type { kInt, kDouble, kBool, kChoice, kText };
   struct Entry {
-    std::string name;    ///< "struct/member"
+    std::string name;  ///< "struct/member"
+    Type type;
     std::string limits;  ///< "[0.5, 64]", "straight_4 | all_8", ... for help texts
     std::function<std::string()> get;
     std::function<void(const std::string&)> set;  ///< throws std::invalid_argument
+    double smallest = 0, largest = 0;             ///< of numbers
+    std::vector<std::string> choices;
   };
 
   /// @param prefix  put in front of all names, e.g. "disparity/".
@@ -44,6 +48,10 @@ class ParamTable {
 
   const std::vector<Entry>& entries() const { return entries_; }
   bool has(const std::string& name) const;
+  /// The value of a parameter that the table has.
+  std::string get(const std::string& name) const;
+  /// Takes the parameters whose names begin so off the table.
+  void remove(const std::string& beginning);
   /// @throws std::invalid_argument for an unknown name (the nearest known one is suggested), a text
   ///   that is no such value, or a value outside its limits.
   void set(const std::string& name, const std::string& text);
@@ -59,6 +67,7 @@ class ParamTable {
     void operator()(const char* name, T& value, T smallest, T largest) const {
       const std::string full = prefix + name;
       table.entries_.push_back({full,
+                                std::is_same_v<T, int> ? Type::kInt : Type::kDouble,
                                 "[" + formatParam(smallest) + ", " + formatParam(largest) + "]",
                                 [&value] { return formatParam(value); },
                                 [&value, full, smallest, largest](const std::string& text) {
@@ -67,7 +76,10 @@ class ParamTable {
                                   if (!(parsed >= smallest && parsed <= largest))
                                     throwOutOfRange(full, parsed, smallest, largest);
                                   value = parsed;
-                                }});
+                                },
+                                static_cast<double>(smallest),
+                                static_cast<double>(largest),
+                                {}});
     }
 
     template <class Enum>
@@ -75,8 +87,12 @@ class ParamTable {
       const std::string full = prefix + name;
       const std::vector<std::pair<std::string, Enum>> list(choices.begin(), choices.end());
       std::string names;
-      for (const auto& choice : list) names += (names.empty() ? "" : " | ") + choice.first;
-      table.entries_.push_back({full, names,
+      std::vector<std::string> texts;
+      for (const auto& choice : list) {
+        names += (names.empty() ? "" : " | ") + choice.first;
+        texts.push_back(choice.first);
+      }
+      table.entries_.push_back({full, Type::kChoice, names,
                                 [&value, list] {
                                   for (const auto& choice : list)
                                     if (choice.second == value) return choice.first;
@@ -90,19 +106,32 @@ class ParamTable {
                                     }
                                   throw std::invalid_argument(full + " = " + text +
                                                               ": must be one of " + names);
-                                }});
+                                },
+                                0, 0, texts});
     }
 
     void operator()(const char* name, bool& value) const {
       const std::string full = prefix + name;
       table.entries_.push_back(
-          {full, "true | false", [&value] { return formatParam(value); },
-           [&value, full](const std::string& text) { parseParam(full, text, value); }});
+          {full,
+           Type::kBool,
+           "true | false",
+           [&value] { return formatParam(value); },
+           [&value, full](const std::string& text) { parseParam(full, text, value); },
+           0,
+           0,
+           {}});
     }
 
     void operator()(const char* name, std::string& value) const {
-      table.entries_.push_back({prefix + name, "text", [&value] { return value; },
-                                [&value](const std::string& text) { value = text; }});
+      table.entries_.push_back({prefix + name,
+                                Type::kText,
+                                "text",
+                                [&value] { return value; },
+                                [&value](const std::string& text) { value = text; },
+                                0,
+                                0,
+                                {}});
     }
 
     template <class Struct, class = std::enable_if_t<std::is_class_v<Struct>>>

@@ -95,7 +95,7 @@ std::string toYaml(const ParamTable& table) {
     }
     YAML::Emitter value;  // quotes texts where yaml needs it
     value << entry.get();
-    const bool is_text = entry.limits == "text";
+    const bool is_text = entry.type == ParamTable::Type::kText;
     yaml << std::string(2 * common, ' ') << path.back() << ": "
          << (is_text ? value.c_str() : entry.get()) << "  # " << entry.limits << "\n";
   }

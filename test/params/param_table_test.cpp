@@ -122,5 +122,34 @@ TEST(YamlParams, ErrorsNameFileAndLine) {
   EXPECT_THROW(setFromYamlFile("/no/such/file.yaml", table), std::runtime_error);
 }
 
+TEST(ParamTable, tells_types_limits_and_choices) {
+  Outer outer;
+  ParamTable table(outer);
+  const auto entry = [&](const std::string& name) {
+    for (const ParamTable::Entry& candidate : table.entries())
+      if (candidate.name == name) return candidate;
+    throw std::logic_error(name);
+  };
+  EXPECT_EQ(entry("gate_px").type, ParamTable::Type::kDouble);
+  EXPECT_EQ(entry("gate_px").largest, 2.5);
+  EXPECT_EQ(entry("inner/count").type, ParamTable::Type::kInt);
+  EXPECT_EQ(entry("inner/count").smallest, 1);
+  EXPECT_EQ(entry("inner/count").largest, 9);
+  EXPECT_EQ(entry("inner/colour").type, ParamTable::Type::kChoice);
+  EXPECT_EQ(entry("inner/colour").choices, (std::vector<std::string>{"red", "green"}));
+  EXPECT_EQ(entry("enabled").type, ParamTable::Type::kBool);
+  EXPECT_EQ(entry("frame").type, ParamTable::Type::kText);
+}
+
+TEST(ParamTable, parameters_can_be_taken_off) {
+  Outer outer;
+  ParamTable table(outer);
+  EXPECT_EQ(table.get("inner/colour"), "green");
+  table.remove("inner/");
+  EXPECT_FALSE(table.has("inner/count"));
+  EXPECT_TRUE(table.has("other/count"));
+  EXPECT_THROW(table.get("inner/colour"), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace predictive_stereo
