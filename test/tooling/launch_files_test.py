@@ -90,6 +90,8 @@ class LaunchFiles(unittest.TestCase):
                          {'/stereo/' + n for n in THREE | {'rectify_left', 'rectify_right'}})
         self.assertRegex(command('/stereo/ego_motion', 'predictive_stereo.launch', *arguments),
                          r'standalone predictive_stereo/EgoMotion')
+        self.assertRegex(command('/stereo/rectify_left', 'predictive_stereo.launch', *arguments),
+                         r'standalone predictive_stereo/Rectify')
 
     def test_robot_with_everything(self):
         arguments = ('camera:=/stereo', 'rectify:=true', 'rviz:=true', 'bag:=/some.bag', 'rate:=0.5',
