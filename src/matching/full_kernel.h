@@ -1,8 +1,8 @@
 /// Full search, one row at a time: every disparity of every pixel, in vectors of 8-bit costs.
 ///
-/// Layout ("striped"): the costs of a pixel lie in `count` bytes, as K = count / N vectors of N
-/// lanes, lane i of vector k belonging to disparity index i * K + k. The neighbours d +- 1 of
-/// vector k are then simply the vectors k +- 1, but for the two at the ends.
+/// Layout ("striped"): the costs of a pixel lie in K vectors of N lanes, lane i of vector k
+/// belonging to disparity index i * K + k. The neighbours d +- 1 of vector k are then simply the
+/// vectors k +- 1, but for the two at the ends. Indices from `count` on are dead: they cost 255.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,27 @@
 
 namespace predictive_stereo {
 
-/// Lanes N of the layout for this many disparities on this target.
-int fullSearchLanes(int64_t simd_target, int count);
+struct StripedLayout {
+  int lanes;    ///< N: those of the target's vectors
+  int vectors;  ///< K
+
+  int size() const { return lanes * vectors; }  ///< bytes per pixel
+};
+/// The smallest layout of this target that holds so many disparities.
+StripedLayout stripedLayout(int64_t simd_target, int count);
+
+/// What a path leaves at the pixels of a row: its costs L, [x][StripedLayout::size()], and the
+/// lowest of each pixel + P2, [x].
+struct PathRow {
+  uint8_t* costs;
+  uint8_t* most;
+};
 
 /// One row of one pass. The downward pass goes from left to right and carries the paths that come
 /// from the left and from above; the upward pass is its mirror image.
 struct FullSearchRow {
   int width;
-  int count;
+  StripedLayout layout;
   int p1, p2;
   int nibbles;
   PathSet paths;
@@ -31,13 +44,14 @@ struct FullSearchRow {
   const uint8_t* right_planes;  ///< CensusPlanes::buildRight of this row, with K phases
   size_t right_stride;
   const uint32_t* entry_offsets;
-  /// Goodness at the previous row, replaced by that of this one: [x][count]. Paths that come
-  /// straight, and along both diagonals.
-  uint8_t* straight;
-  uint8_t* from_behind;        ///< from the column that the pass has just left
-  uint8_t* from_ahead;         ///< from the column that the pass comes to next
+  const uint8_t* dead;  ///< 255 at dead indices, 0 at others; nullptr: none is dead
+  /// Paths at the previous row, replaced by those at this one: the one that comes straight, and
+  /// those along both diagonals.
+  PathRow straight;
+  PathRow from_behind;         ///< from the column that the pass has just left
+  PathRow from_ahead;          ///< from the column that the pass comes to next
   const uint8_t* sums_before;  ///< sums of the other pass, or nullptr
-  uint8_t* sums;               ///< [x][count]
+  uint8_t* sums;               ///< [x][StripedLayout::size()]
 };
 
 using FullSearchRowFunction = void (*)(const FullSearchRow&);

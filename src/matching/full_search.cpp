@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "matching/full_kernel.h"
 #include "matching/striped_winners_kernel.h"
 
 namespace predictive_stereo {
@@ -10,20 +9,25 @@ namespace predictive_stereo {
 FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
     : params_(params),
       simd_target_(simd_target),
+      layout_(stripedLayout(simd_target, params.range.count)),
       tables_(params.p2),
       left_planes_(params.census, simd_target),
       right_planes_(params.census, simd_target) {
   upward_.upward = true;
+  uint8_t* const dead = dead_.reserve(layout_.size());
+  for (int i = 0; i < layout_.size(); ++i) {
+    const int index = i % layout_.lanes * layout_.vectors + i / layout_.lanes;
+    dead[i] = index < params.range.count ? 0 : 255;
+  }
 }
 
 void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
                        AlignedBuffer& volume, Match& match) {
   const int width = left_words.cols, height = left_words.rows;
-  const int count = params_.range.count;
-  const size_t row_bytes = static_cast<size_t>(width) * count;
+  const size_t row_bytes = static_cast<size_t>(width) * layout_.size();
   left_planes_.buildLeft(left_words);
-  right_planes_.buildRight(right_words, params_.range,
-                           count / fullSearchLanes(simd_target_, count));
+  right_planes_.buildRight(right_words, {params_.range.min_disparity, layout_.size()},
+                           layout_.vectors);
   uint8_t* const all_sums = volume.reserve(row_bytes * height);
   start(downward_, width);
   start(upward_, width);
@@ -39,8 +43,8 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
         aggregateRow(pass, width, y, nullptr, sums);
       } else {
         aggregateRow(pass, width, y, sums, pass.row_sums.data());
-        stripedWinners(simd_target_)(
-            {width, count, params_.range.min_disparity, pass.row_sums.data()}, pass.winners);
+        stripedWinners(simd_target_)({width, params_.range, layout_, pass.row_sums.data()},
+                                     pass.winners);
         describeRow(pass.winners, params_, simd_target_, y, nullptr, nullptr, match);
       }
     }
@@ -53,9 +57,18 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
 }
 
 void FullSearch::start(Pass& pass, int width) {
-  const size_t bytes = static_cast<size_t>(width) * params_.range.count;
-  for (AlignedBuffer* state : {&pass.straight, &pass.from_behind, &pass.from_ahead})
-    std::memset(state->reserve(bytes), params_.p2, bytes);
+  const size_t bytes = static_cast<size_t>(width) * layout_.size();
+  uint8_t* memory = pass.paths.reserve(3 * (bytes + width));
+  for (PathRow* path : {&pass.straight, &pass.from_behind, &pass.from_ahead}) {
+    path->costs = memory;
+    std::memset(path->costs, 0, bytes);
+    memory += bytes;
+  }
+  for (PathRow* path : {&pass.straight, &pass.from_behind, &pass.from_ahead}) {
+    path->most = memory;
+    std::memset(path->most, params_.p2, width);
+    memory += width;
+  }
   pass.row_sums.reserve(bytes);
   pass.winners.resize(width, params_.range);
 }
@@ -64,7 +77,7 @@ void FullSearch::aggregateRow(Pass& pass, int width, int y, const uint8_t* sums_
                               uint8_t* sums) {
   FullSearchRow row;
   row.width = width;
-  row.count = params_.range.count;
+  row.layout = layout_;
   row.p1 = params_.p1;
   row.p2 = params_.p2;
   row.nibbles = nibbleCount(params_.census);
@@ -76,9 +89,10 @@ void FullSearch::aggregateRow(Pass& pass, int width, int y, const uint8_t* sums_
   row.right_planes = right_planes_.row(y);
   row.entry_offsets = right_planes_.entry_offsets();
   row.right_stride = right_planes_.plane_stride();
-  row.straight = pass.straight.data();
-  row.from_behind = pass.from_behind.data();
-  row.from_ahead = pass.from_ahead.data();
+  row.dead = layout_.size() > params_.range.count ? dead_.data() : nullptr;
+  row.straight = pass.straight;
+  row.from_behind = pass.from_behind;
+  row.from_ahead = pass.from_ahead;
   row.sums_before = sums_before;
   row.sums = sums;
   fullSearchRow(simd_target_)(row);

@@ -6,6 +6,7 @@
 #include "matching/aligned_buffer.h"
 #include "matching/census_planes.h"
 #include "matching/cost_tables.h"
+#include "matching/full_kernel.h"
 #include "matching/row_winners.h"
 #include "predictive_stereo/matcher.h"
 
@@ -26,7 +27,8 @@ class FullSearch {
  private:
   struct Pass {
     bool upward = false;
-    AlignedBuffer straight, from_behind, from_ahead;
+    AlignedBuffer paths;
+    PathRow straight, from_behind, from_ahead;
     AlignedBuffer row_sums;
     RowWinners winners;
   };
@@ -36,7 +38,9 @@ class FullSearch {
 
   const MatcherParams params_;
   const int64_t simd_target_;
+  const StripedLayout layout_;
   const CostTables tables_;
+  AlignedBuffer dead_;
   CensusPlanes left_planes_, right_planes_;
   Pass downward_, upward_;
 };

@@ -17,15 +17,15 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The lowest of all lanes, in every lane.
+/// The lowest of all lanes, in lane 0 of the result.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V lowestLane(D d, V v) {
+HWY_INLINE hn::Vec<hn::FixedTag<uint8_t, 16>> lowestToFront(D d, V v) {
   if constexpr (hn::MaxLanes(D()) == 16) {
 #if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
     // The lower one of each pair in 16 bits, then x86's minimum of eight 16-bit lanes.
     const hn::Repartition<uint16_t, D> d16;
     const auto pairs = hn::Min(v, hn::BitCast(d, hn::ShiftRight<8>(hn::BitCast(d16, v))));
-    return hn::TableLookupBytes(V{_mm_minpos_epu16(pairs.raw)}, hn::Zero(d));
+    return V{_mm_minpos_epu16(pairs.raw)};
 #else
     v = hn::Min(v, hn::CombineShiftRightBytes<8>(d, v, v));
     v = hn::Min(v, hn::CombineShiftRightBytes<4>(d, v, v));
@@ -34,53 +34,70 @@ HWY_INLINE V lowestLane(D d, V v) {
 #endif
   } else {
     const hn::Half<D> half;
-    const auto lowest = lowestLane(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
+    return lowestToFront(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
+  }
+}
+
+/// The lowest of all lanes, in every lane.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V lowestLane(D d, V v) {
+  const auto front = lowestToFront(d, v);
 #if HWY_TARGET == HWY_AVX2
-    return V{_mm256_broadcastb_epi8(lowest.raw)};
-#else
-    return hn::Combine(d, lowest, lowest);
+  if constexpr (hn::MaxLanes(D()) == 32) return V{_mm256_broadcastb_epi8(front.raw)};
+#elif HWY_TARGET == HWY_AVX3
+  if constexpr (hn::MaxLanes(D()) == 32) return V{_mm256_broadcastb_epi8(front.raw)};
+  if constexpr (hn::MaxLanes(D()) == 64) return V{_mm512_broadcastb_epi8(front.raw)};
 #endif
-  }
+  if constexpr (hn::MaxLanes(D()) == 16)
+    return hn::TableLookupBytes(front, hn::Zero(hn::FixedTag<uint8_t, 16>()));
 }
 
-/// 128-bit blocks moved up by one; a block of zeros comes in.
+/// The lowest of all lanes.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V blocksUp(D d, V v) {
+HWY_INLINE uint8_t lowestOfLanes(D d, V v) {
+  return hn::GetLane(lowestToFront(d, v));
+}
+
+/// 128-bit blocks moved up by one; a block of `fill` comes in.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V blocksUp(D d, V v, V fill) {
   if constexpr (hn::MaxLanes(D()) == 16) {
-    return hn::Zero(d);
+    return fill;
   } else if constexpr (hn::MaxLanes(D()) == 32) {
-    return hn::ConcatLowerLower(d, v, hn::Zero(d));
+    return hn::ConcatLowerLower(d, v, fill);
   } else {
     const hn::Half<D> half;
     const auto low = hn::LowerHalf(half, v), high = hn::UpperHalf(half, v);
-    return hn::Combine(d, hn::ConcatLowerUpper(half, high, low), blocksUp(half, low));
+    return hn::Combine(d, hn::ConcatLowerUpper(half, high, low),
+                       blocksUp(half, low, hn::LowerHalf(half, fill)));
   }
 }
 
-/// 128-bit blocks moved down by one; a block of zeros comes in.
+/// 128-bit blocks moved down by one; a block of `fill` comes in.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V blocksDown(D d, V v) {
+HWY_INLINE V blocksDown(D d, V v, V fill) {
   if constexpr (hn::MaxLanes(D()) == 16) {
-    return hn::Zero(d);
+    return fill;
   } else if constexpr (hn::MaxLanes(D()) == 32) {
-    return hn::ConcatUpperUpper(d, hn::Zero(d), v);
+    return hn::ConcatUpperUpper(d, fill, v);
   } else {
     const hn::Half<D> half;
     const auto low = hn::LowerHalf(half, v), high = hn::UpperHalf(half, v);
-    return hn::Combine(d, blocksDown(half, high), hn::ConcatLowerUpper(half, high, low));
+    return hn::Combine(d, blocksDown(half, high, hn::LowerHalf(half, fill)),
+                       hn::ConcatLowerUpper(half, high, low));
   }
 }
 
-/// Lane i takes the value of lane i - 1; lane 0 becomes 0.
+/// Lane i takes the value of lane i - 1; lane 0 becomes that of `fill`, all of whose lanes are one.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V lanesUp(D d, V v) {
-  return hn::CombineShiftRightBytes<15>(d, v, blocksUp(d, v));
+HWY_INLINE V lanesUp(D d, V v, V fill) {
+  return hn::CombineShiftRightBytes<15>(d, v, blocksUp(d, v, fill));
 }
 
-/// Lane i takes the value of lane i + 1; the last lane becomes 0.
+/// Lane i takes the value of lane i + 1; the last lane becomes that of `fill`.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V lanesDown(D d, V v) {
-  return hn::CombineShiftRightBytes<1>(d, blocksDown(d, v), v);
+HWY_INLINE V lanesDown(D d, V v, V fill) {
+  return hn::CombineShiftRightBytes<1>(d, blocksDown(d, v, fill), v);
 }
 
 /// C + P2 - max(G(d), G(d +- 1) - P1): what a path pays at disparities that have `goodness` at the

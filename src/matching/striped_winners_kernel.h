@@ -3,15 +3,16 @@
 
 #include <cstdint>
 
+#include "matching/full_kernel.h"
 #include "matching/row_winners.h"
 
 namespace predictive_stereo {
 
 struct StripedSums {
   int width;
-  int count;
-  int min_disparity;
-  const uint8_t* sums;  ///< [x][count], striped over fullSearchLanes(target, count) lanes
+  DisparityRange range;
+  StripedLayout layout;
+  const uint8_t* sums;  ///< [x][layout.size()]
 };
 
 using StripedWinnersFunction = void (*)(const StripedSums&, RowWinners&);
