@@ -205,7 +205,7 @@ std::unique_ptr<Sequence> bagSequence(const std::string& path, const StereoTopic
   return std::make_unique<BagSequence>(path, choice);
 }
 
-Detector recordedDetector(const std::string& path) {
+Detector recordedDetector(const std::string& path, const Sequence& sequence) {
   rosbag::Bag bag;
   open(path, bag);
   Topics topics = topicsNamed(bag, "moving_objects", "predictive_stereo/MovingObjectArray");
@@ -226,14 +226,14 @@ Detector recordedDetector(const std::string& path) {
     auto& objects = (*recorded)[key(array->header.stamp.toSec())];
     for (const MovingObject& object : array->objects) objects.push_back(detectedObject(object));
   }
-  const auto missing = std::make_shared<int>(0);  // -1: the stamps agree
+  bool belongs = false;
+  for (int index = 0; index < sequence.frames() && !belongs; ++index)
+    belongs = recorded->count(key(sequence.stamp_s(index))) > 0;
+  if (!belongs)
+    throw std::runtime_error(path + ": " + topics[0] + " has no message with a stamp of " +
+                             sequence.name() + "; was it made from this recording?");
   return [=](const SequenceFrame&, const StereoRig&, double stamp_s) {
     const auto found = recorded->find(key(stamp_s));
-    if (found != recorded->end()) *missing = -1;
-    if (*missing >= 0 && ++*missing == 10)
-      throw std::runtime_error(path + ": " + topics[0] +
-                               " has no message with a stamp of the first ten frames; does it "
-                               "belong to this recording?");
     return DetectorOutput{found == recorded->end() ? std::vector<DetectedObject>() : found->second,
                           0};
   };

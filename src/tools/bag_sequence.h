@@ -17,8 +17,8 @@ std::unique_ptr<Sequence> bagSequence(const std::string& path, const StereoTopic
 /// Gives what a bag has recorded on its topic moving_objects: output of `replay` or of the
 /// nodelets. Frames are known by their stamps; those of which the bag has no message count as
 /// frames without objects.
-/// @throws std::runtime_error where the bag cannot be read or has no such topic; the detector
-///   itself where the bag has nothing of the first ten frames.
-Detector recordedDetector(const std::string& path);
+/// @throws std::runtime_error where the bag cannot be read, has no such topic, or has no stamp of
+///   the sequence.
+Detector recordedDetector(const std::string& path, const Sequence& sequence);
 
 }  // namespace predictive_stereo

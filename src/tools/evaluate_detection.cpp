@@ -140,7 +140,7 @@ int evaluate(const CommandLine& command_line) {
   for (const SequenceGroup& group : groups)
     for (const auto& sequence : group.sequences) {
       const Detector detector = command_line.has("objects")
-                                    ? recordedDetector(command_line.get("objects"))
+                                    ? recordedDetector(command_line.get("objects"), *sequence)
                                     : pipelineDetector(params);
       Progress progress(sequence->name(),
                         max_frames ? std::min(max_frames, sequence->frames()) : sequence->frames());
