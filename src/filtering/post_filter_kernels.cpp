@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "filtering/post_filter_kernels.cpp"
 #include <hwy/foreach_target.h>

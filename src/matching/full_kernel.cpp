@@ -30,10 +30,12 @@ class RowAggregation {
   static constexpr int kSize = kK * kLanes;
 
   struct Pixel {
+    HWY_INLINE Pixel() {}  // an implicit one would not be compiled for this target on Arm
     V v[kK];
   };
   /// A path at one pixel: its costs, and the lowest of them + P2.
   struct Path {
+    HWY_INLINE Path() {}
     Pixel costs;
     V most;
   };

@@ -1,0 +1,36 @@
+/// Times of pieces of work that run in turn, so that whatever else the machine does hits all alike.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <opencv2/core/utility.hpp>
+#include <vector>
+
+namespace predictive_stereo {
+
+inline double timeOf(const std::function<void()>& work) {
+  const auto before = static_cast<double>(cv::getTickCount());
+  work();
+  return (static_cast<double>(cv::getTickCount()) - before) / cv::getTickFrequency() * 1e3;
+}
+
+inline double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+/// Median of each work's times [ms], after one round that warms up.
+inline std::vector<double> mediansInTurn(const std::vector<std::function<void()>>& works,
+                                         int rounds) {
+  std::vector<std::vector<double>> ms(works.size());
+  for (int round = -1; round < rounds; ++round)
+    for (size_t i = 0; i < works.size(); ++i) {
+      const double time = timeOf(works[i]);
+      if (round >= 0) ms[i].push_back(time);
+    }
+  std::vector<double> medians;
+  for (const auto& times : ms) medians.push_back(median(times));
+  return medians;
+}
+
+}  // namespace predictive_stereo
