@@ -17,8 +17,8 @@ LARGEST_SIGMA_PX = 3.0
 LARGEST_RESIDUAL = 6.0
 THUMBNAIL_WIDTH_PX = 1200
 
-# stamp_s: of the left image. path: of the PNG. jpeg: a smaller version. figures: {name: value}.
-Drawn = namedtuple('Drawn', 'stamp_s path jpeg figures')
+# stamp_ns: of the left image. path: of the PNG. jpeg: a smaller version. figures: {name: value}.
+Drawn = namedtuple('Drawn', 'stamp_ns path jpeg figures')
 
 
 def unpack(kind, data):
@@ -180,7 +180,7 @@ def draw_all(recording, bag_path, folder):
             scale = min(1.0, THUMBNAIL_WIDTH_PX / picture.shape[1])
             small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
             jpeg = cv2.imencode('.jpg', small, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
-            drawn.append(Drawn(seconds + 1e-9 * nanoseconds, name, jpeg, values))
+            drawn.append(Drawn(seconds * 1000000000 + nanoseconds, name, jpeg, values))
             if (number + 1) % 10 == 0 or number + 1 == len(recording.frames):
                 print('  %d of %d frames' % (number + 1, len(recording.frames)), flush=True)
     return drawn

@@ -20,6 +20,7 @@ body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 1240px
 h1 { margin-bottom: 0 } h2 { margin-top: 2em }
 table { border-collapse: collapse } td, th { padding: .25em .8em; border-bottom: 1px solid #ddd;
        text-align: right } td:first-child, th:first-child { text-align: left }
+.names td:nth-child(2), .names th:nth-child(2) { text-align: left }
 #frame { width: 100%; background: #202020 } #strip { white-space: nowrap; overflow-x: auto }
 #strip img { height: 74px; cursor: pointer; margin-right: 2px }
 .controls { display: flex; gap: 1em; align-items: center } .controls input { flex: 1 }
@@ -42,7 +43,7 @@ pictures.forEach((picture, i) => {
   const small = document.createElement('img');
   small.src = picture; small.onclick = () => { stop(); show(i); }; strip.append(small);
 });
-show(0);
+show(first);
 '''
 
 
@@ -69,33 +70,33 @@ def true_path(run):
         return {m.header.stamp.to_nsec(): m for _, m, _ in bag.read_messages(topic)}
 
 
-def path_picture(path, truth, size=520, margin=40):
-    """The path from above, x (ahead at the start) up, y to the left."""
+def path_picture(path, truth, largest=(1100, 520), margin=40, smallest=160):
+    """The path from above, x (ahead at the start) to the right, y up."""
     everything = np.vstack([p[:, :2] for p in (path, truth) if len(p)])
     low, high = everything.min(0), everything.max(0)
-    span = max((high - low).max(), 1.0)
-    centre = (low + high) / 2
-    step = 10.0 ** np.floor(np.log10(span / 2))
-    for factor in (5, 2, 1):
-        if step * factor <= span / 2:
-            step *= factor
-            break
+    extent, centre = np.maximum(high - low, 1.0), (low + high) / 2
+    scale = min((size - 2 * margin) / length for size, length in zip(largest, extent))
+    width, height = (int(max(smallest, length * scale + 2 * margin)) for length in extent)
+
+    # A bar of 1, 2 or 5 times a power of ten, at most a third of the picture long.
+    longest = (width - 2 * margin) / 3 / scale
+    step = max(f * 10.0 ** e for f in (1, 2, 5) for e in range(-2, 6) if f * 10.0 ** e <= longest)
 
     def points(p):
-        x = size / 2 - (p[:, 1] - centre[1]) / span * (size - 2 * margin)
-        y = size / 2 - (p[:, 0] - centre[0]) / span * (size - 2 * margin)
+        x = width / 2 + (p[:, 0] - centre[0]) * scale
+        y = height / 2 - (p[:, 1] - centre[1]) * scale
         return ' '.join('%.1f,%.1f' % xy for xy in zip(x, y))
 
-    bar = step / span * (size - 2 * margin)
     lines = []
     if len(truth):
-        lines.append('<polyline points="%s" fill="none" stroke="#999" stroke-width="4"/>' %
+        lines.append('<polyline points="%s" fill="none" stroke="#999" stroke-width="5"/>' %
                      points(truth))
     lines.append('<polyline points="%s" fill="none" stroke="#c22" stroke-width="2"/>' % points(path))
+    lines.append('<circle cx="%s" cy="%s" r="5" fill="#c22"/>' % tuple(points(path[:1]).split(',')))
     lines.append('<path d="M10 %d h%.1f" stroke="#222" stroke-width="2"/><text x="10" y="%d">%g m'
-                 '</text>' % (size - 12, bar, size - 18, step))
+                 '</text>' % (height - 12, step * scale, height - 18, step))
     return '<svg width="%d" height="%d" viewBox="0 0 %d %d">%s</svg>' % (
-        size, size, size, size, ''.join(lines))
+        width, height, width, height, ''.join(lines))
 
 
 def path_section(run):
@@ -104,7 +105,7 @@ def path_section(run):
         return '<p>None.</p>'
     path = positions(odometry)
     duration = (odometry[-1].header.stamp - odometry[0].header.stamp).to_sec()
-    text = '<p>%.1f m in %.1f s, from above' % (length(path), duration)
+    text = '<p>%.1f m in %.1f s, from above, from the dot on' % (length(path), duration)
     truth = true_path(run)
     both = [(m, truth[m.header.stamp.to_nsec()]) for m in odometry
             if m.header.stamp.to_nsec() in truth]
@@ -168,16 +169,27 @@ def times_section(run):
                 except ValueError:
                     continue
                 sums.setdefault((status.name, item.key[:-len(' [ms]')]), []).append(value)
-    rows = [['%s: %s' % (name, stage), '%.1f' % np.mean(values), '%.1f' % max(values)]
-            for (name, stage), values in sums.items()]
-    return table(['nodelet: stage', 'mean ms', 'largest mean of a second'], rows)
+    rows = []
+    for nodelet in OrderedDict.fromkeys(name for name, _ in sums):
+        for (name, stage), values in sums.items():
+            if name == nodelet:
+                rows.append([nodelet.split(': ')[-1] if stage == 'latency' else '', stage,
+                             '%.1f' % np.mean(values), '%.1f' % max(values)])
+    return table(['nodelet', 'stage', 'mean ms', 'largest mean of a second'], rows)
+
+
+def first_shown(run):
+    """Index of the drawn frame with the most objects."""
+    count = {m.header.stamp.to_nsec(): len(m.objects) for m in
+             (unpack(MovingObjectArray, data) for data in run.recording.small['moving_objects'])}
+    return max(range(len(run.drawn)), key=lambda i: count.get(run.drawn[i].stamp_ns, 0))
 
 
 def write(path, run):
     """Writes the report of a run."""
     pictures = ','.join('"data:image/jpeg;base64,%s"' % base64.b64encode(d.jpeg).decode()
                         for d in run.drawn)
-    labels = ','.join('"%.2f s"' % (d.stamp_s - run.drawn[0].stamp_s) for d in run.drawn)
+    labels = ','.join('"%.2f s"' % (1e-9 * (d.stamp_ns - run.drawn[0].stamp_ns)) for d in run.drawn)
     speed = '' if run.rate == 1 else \
         ' The bag was played at %g times its speed; times are of this machine under this load.' % \
         run.rate
@@ -194,13 +206,13 @@ def write(path, run):
 <h2>Path</h2>{path}
 <h2>Time</h2>
 <p class="note">From the nodelets' diagnostics. Latency: from the arrival of a nodelet's last input
-to its output. The nodelets work side by side: their times do not add up.</p>{times}
-<script>const pictures = [{pictures}], labels = [{labels}];{script}</script>
+to its output. The nodelets work side by side: their times do not add up.</p><div class="names">{times}</div>
+<script>const pictures = [{pictures}], labels = [{labels}], first = {first};{script}</script>
 </body></html>
 '''.format(title=html.escape(run.title), style=STYLE, complete=run.recording.complete,
            launch_file=html.escape(run.launch_file), speed=speed, last=len(run.drawn) - 1,
            accuracy=accuracy_section(run), objects=objects_section(run), path=path_section(run),
-           times=times_section(run), pictures=pictures, labels=labels, script=SCRIPT)
+           times=times_section(run), first=first_shown(run), pictures=pictures, labels=labels, script=SCRIPT)
     partial = path + '.partial'
     with open(partial, 'w', encoding='utf-8') as page:
         page.write(text)
