@@ -44,17 +44,20 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
   halveImage(right, simd_target, right_half_);
   matcher_.match(left_half_, right_half_, match_);
 
-  const float half_invalid = matcher_.params().range.invalid();
+  // Half disparities that are invalid, or that the halved range has in addition, lie outside.
   const DisparityRange& range = full_params_.range;
+  const auto lowest = static_cast<float>(range.min_disparity);
+  const auto highest = static_cast<float>(range.max_disparity());
   disparity_px.create(match_.disparity_px.size());
-  for (int y = 0; y < disparity_px.rows; ++y)
+  for (int y = 0; y < disparity_px.rows; ++y) {
+    const float* const half = match_.disparity_px[y];
+    float* const full = disparity_px[y];
     for (int x = 0; x < disparity_px.cols; ++x) {
-      const float half = match_.disparity_px(y, x);
-      const float full = 2.0F * half;
-      const bool known = half != half_invalid && full >= range.min_disparity &&
-                         full <= static_cast<float>(range.max_disparity());
-      disparity_px(y, x) = known ? full : range.invalid();
+      const float value = 2.0F * half[x];
+      const bool known = (value >= lowest) & (value <= highest);
+      full[x] = known ? value : range.invalid();
     }
+  }
 }
 
 }  // namespace predictive_stereo
