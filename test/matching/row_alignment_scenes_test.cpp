@@ -4,7 +4,11 @@
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 
+#include "evaluation/disparity_metrics.h"
+#include "evaluation/sequence.h"
 #include "predictive_stereo/coarse_matcher.h"
+#include "predictive_stereo/matcher.h"
+#include "predictive_stereo/post_filter.h"
 #include "predictive_stereo/row_alignment.h"
 #include "simulation/street.h"
 
@@ -67,6 +71,39 @@ TEST(RowAlignmentOfScenes, StreetOfAPerfectRig) {
     EXPECT_FALSE(alignments.first.isIdentity());
     EXPECT_LT(alignments.first.largest_offset_px, 0.07);
   }
+}
+
+TEST(RowAlignmentOfScenes, CostsAPerfectRigNoAccuracy) {
+  StreetParams params;
+  params.scene = "straight";
+  params.frames = 30;
+  const auto street = streetSequence(params);
+  const MatcherParams matcher_params;
+  StereoMatcher matcher(matcher_params);
+  CoarseMatcher coarse_matcher(matcher_params);
+  RowAligner aligner({});
+  MeanDisparityScore as_given, as_aligned;
+  for (int index = 9; index < params.frames; index += 10) {
+    const SequenceFrame frame = street->frame(index);
+    const auto scoreWith = [&](const cv::Mat1b& right) {
+      Match match;
+      cv::Mat1f supported_px, filtered_px;
+      matcher.match(frame.left, right, match);
+      filterBySupport(matcher_params.range, 10, match.disparity_px, supported_px);
+      median3x3(matcher_params.range, supported_px, filtered_px);
+      return scoreDisparity(filtered_px, matcher_params.range, frame.truth_px);
+    };
+    cv::Mat1f coarse_px;
+    cv::Mat1b aligned;
+    coarse_matcher.match(frame.left, frame.right, coarse_px);
+    alignRightImage(frame.right,
+                    aligner.estimate(frame.left, frame.right, coarse_px, matcher_params.range), 0,
+                    aligned);
+    as_given.add(scoreWith(frame.right));
+    as_aligned.add(scoreWith(aligned));
+  }
+  EXPECT_NEAR(as_aligned.d1_percent, as_given.d1_percent, 0.05);
+  EXPECT_NEAR(as_aligned.d1_filled_percent, as_given.d1_filled_percent, 0.05);
 }
 
 TEST(RowAlignmentOfScenes, Kitti) {
