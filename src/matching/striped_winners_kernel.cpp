@@ -41,20 +41,25 @@ class RowSearch {
     HWY_ALIGN uint8_t indices[kLanes];
     for (int k = 0; k < kK; ++k) {
       for (int i = 0; i < kLanes; ++i) indices[i] = static_cast<uint8_t>(i * kK + k);
-      indices_[k] = hn::Load(d_, indices);
-      right_goodness_[k] = right_indices_[k] = hn::Zero(d_);
+      indices_[k] = right_indices_[k] = hn::Load(d_, indices);
+      right_lowest_[k] = none_;
     }
   }
 
   HWY_INLINE void run() {
-    V sums[kK];
     for (int x = 0; x < row_.width; ++x) {
+      V sums[kK];
       for (int k = 0; k < kK; ++k) sums[k] = hn::Load(d_, pixel(x) + k * kLanes);
       findLeft(x, sums);
       updateRight(sums);
       leaveRight(x);
     }
-    for (int x = 1; x < kSize; ++x) leaveRight(row_.width - 1 + x);
+    V nothing[kK];
+    for (V& sums : nothing) sums = none_;
+    for (int x = row_.width; x < row_.width + kSize - 1; ++x) {
+      updateRight(nothing);
+      leaveRight(x);
+    }
   }
 
  private:
@@ -62,59 +67,54 @@ class RowSearch {
   uint8_t sumAt(int x, int index) const { return pixel(x)[index % kK * kLanes + index / kK]; }
 
   HWY_INLINE void findLeft(int x, const V* sums) const {
-    V lowest = sums[0];
-    for (int k = 1; k < kK; ++k) lowest = hn::Min(lowest, sums[k]);
-    lowest = lowestLane(d_, lowest);
-    const V none = hn::Set(d_, 255);
-    V best = none;
-    for (int k = 0; k < kK; ++k)
-      best = hn::Min(best, hn::IfThenElse(hn::Eq(sums[k], lowest), indices_[k], none));
-    best = lowestLane(d_, best);
+    V lowest = sums[0];  // of each lane, and the first index that has it
+    V first = indices_[0];
+    for (int k = 1; k < kK; ++k) {
+      const V lower = hn::Min(lowest, sums[k]);
+      first = hn::IfThenElse(hn::Eq(lower, lowest), first, indices_[k]);
+      lowest = lower;
+    }
+    const V cost = lowestLane(d_, lowest);
+    const V best = lowestLane(d_, hn::IfThenElse(hn::Eq(lowest, cost), first, none_));
 
     const V one = hn::Set(d_, 1);
     const V from = hn::SaturatedSub(best, one), to = hn::SaturatedAdd(best, one);
-    V runner_up = none;
+    V runner_up = none_;
     for (int k = 0; k < kK; ++k) {
       const auto beside = hn::Eq(indices_[k], hn::Min(hn::Max(indices_[k], from), to));
       runner_up = hn::Min(runner_up, hn::Or(sums[k], hn::VecFromMask(d_, beside)));
     }
     const int index = hn::GetLane(best);
     index_[x] = static_cast<uint8_t>(index);
-    cost_[x] = hn::GetLane(lowest);
+    cost_[x] = hn::GetLane(cost);
     runner_up_[x] = hn::GetLane(lowestLane(d_, runner_up));
     below_[x] = sumAt(x, index > 0 ? index - 1 : index);
     above_[x] = sumAt(x, index < row_.range.count - 1 ? index + 1 : index);
   }
-
-  /// Lane i of vector k holds the best so far (255 - sum, and its index) of the right pixel that is
-  /// the partner of x at disparity index i * K + k. Larger indices come later and win only if
-  /// better.
+  /// Lane i of vector k holds the lowest sum so far, and its index, of the right pixel that is the
+  /// partner of x at disparity index i * K + k. From one x to the next all right pixels move on by
+  /// one disparity, and a new one comes in. Larger indices come later and win only if better.
   HWY_INLINE void updateRight(const V* sums) {
-    for (int k = 0; k < kK; ++k) {
-      const V goodness = hn::Max(right_goodness_[k], hn::Not(sums[k]));
-      const auto stays = hn::Eq(goodness, right_goodness_[k]);
-      right_indices_[k] = hn::IfThenElse(stays, right_indices_[k], indices_[k]);
-      right_goodness_[k] = goodness;
+    const V lowest_of_first = lanesUp(d_, right_lowest_[kLast], none_);
+    const V index_of_first = lanesUp(d_, right_indices_[kLast], none_);
+    for (int k = kLast; k >= 0; --k) {
+      const V lowest = k > 0 ? right_lowest_[k - 1] : lowest_of_first;
+      const V index = k > 0 ? right_indices_[k - 1] : index_of_first;
+      right_lowest_[k] = hn::Min(lowest, sums[k]);
+      right_indices_[k] = hn::IfThenElse(hn::Eq(right_lowest_[k], lowest), index, indices_[k]);
     }
   }
 
-  /// Goes from left pixel x to the next: one right pixel is complete, all others move on by one
-  /// disparity, a new one comes in.
-  HWY_INLINE void leaveRight(int x) {
+  /// After left pixel x nothing more comes for the right pixel of the largest disparity.
+  HWY_INLINE void leaveRight(int x) const {
     const int right_x = x - row_.range.min_disparity - (kSize - 1);
-    if (right_x >= 0 && right_x < row_.width) {
-      const bool found = hn::ExtractLane(right_goodness_[kLast], kLanes - 1) > 0;
-      right_index_[right_x] =
-          found ? hn::ExtractLane(right_indices_[kLast], kLanes - 1) : RowWinners::kNoIndex;
-    }
-    const V goodness = lanesUp(d_, right_goodness_[kLast], hn::Zero(d_));
-    const V indices = lanesUp(d_, right_indices_[kLast], hn::Zero(d_));
-    for (int k = kLast; k > 0; --k) {
-      right_goodness_[k] = right_goodness_[k - 1];
-      right_indices_[k] = right_indices_[k - 1];
-    }
-    right_goodness_[0] = goodness;
-    right_indices_[0] = indices;
+    if (right_x < 0 || right_x >= row_.width) return;
+    const hn::Repartition<uint16_t, D> d16;
+    const auto pairs =
+        hn::BitCast(d16, hn::InterleaveUpper(d_, right_lowest_[kLast], right_indices_[kLast]));
+    const int pair = hn::ExtractLane(pairs, kLanes / 2 - 1);
+    right_index_[right_x] =
+        static_cast<int16_t>((pair & 255) < 255 ? pair >> 8 : RowWinners::kNoIndex);
   }
 
   const D d_{};
@@ -125,7 +125,8 @@ class RowSearch {
   uint8_t* const above_;
   uint8_t* const runner_up_;
   int16_t* const right_index_;
-  V indices_[kK], right_goodness_[kK], right_indices_[kK];
+  const V none_ = hn::Set(d_, 255);
+  V indices_[kK], right_lowest_[kK], right_indices_[kK];
 };
 
 void StripedRowWinners(const StripedSums& row, RowWinners& winners) {
