@@ -233,6 +233,76 @@ void disparityLoop(benchmark::State& state) {
   state.counters["MB"] = memory.megabytes();
 }
 
+/// Some frames of the street, for what works on successive ones.
+struct Drive {
+  Drive() {
+    constexpr int kFrames = 6;
+    const auto street = misalignedStreet(kFrames);
+    rig = street->rig();
+    Pipeline pipeline{PipelineParams()};
+    for (int i = 0; i < kFrames; ++i) {
+      frames.push_back(street->frame(i));
+      PipelineOutput output;
+      pipeline.process(frames[i].left, frames[i].right, rig, 0.1 * i, output);
+      outputs.push_back(output);
+    }
+  }
+  StereoRig rig;
+  std::vector<SequenceFrame> frames;
+  std::vector<PipelineOutput> outputs;
+};
+
+const Drive& drive() {
+  static const Drive drive;
+  return drive;
+}
+
+/// Times work(index) of one frame after the other, and begins anew after the last.
+template <class Work, class Restart>
+void measureDrive(benchmark::State& state, const Work& work, const Restart& restart) {
+  size_t index = 0;
+  measure(state, [&] {
+    if (index == drive().frames.size()) {
+      restart();
+      index = 0;
+    }
+    work(index++);
+  });
+}
+
+void movingObjects(benchmark::State& state) {
+  const Drive& in = drive();
+  MovingObjectDetector detector{DetectionParams()};
+  Detections detections;
+  measureDrive(
+      state,
+      [&](size_t i) {
+        const PipelineOutput& frame = in.outputs[i];
+        const DisparityOutput& maps = frame.disparity;
+        detector.detect(
+            {0.1 * static_cast<double>(i), in.rig, in.frames[i].left, maps.measured_disparity_px,
+             maps.measured_variance_px2, maps.predicted_disparity_px, maps.predicted_variance_px2,
+             i > 0, frame.T_odom_cam},
+            detections);
+      },
+      [&] { detector.reset(); });
+}
+
+void wholePipeline(benchmark::State& state) {
+  const Drive& in = drive();
+  const MemoryGrowth memory;
+  Pipeline pipeline{PipelineParams()};
+  PipelineOutput output;
+  measureDrive(
+      state,
+      [&](size_t i) {
+        const SequenceFrame& frame = in.frames[i];
+        pipeline.process(frame.left, frame.right, in.rig, 0.1 * static_cast<double>(i), output);
+      },
+      [&] { pipeline.reset(); });
+  state.counters["MB"] = memory.megabytes();
+}
+
 // What the machine's memory allows: the cost volume of a full search, written once and read once.
 void memoryOfAFullSearch(benchmark::State& state) {
   const Inputs& in = inputs();
@@ -280,6 +350,8 @@ STAGE(holeFilling);
 STAGE(variance);
 STAGE(correction);
 STAGE(disparityLoop);
+STAGE(movingObjects);
+STAGE(wholePipeline);
 STAGE(memoryOfAFullSearch);
 
 }  // namespace
