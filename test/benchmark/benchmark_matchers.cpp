@@ -27,6 +27,7 @@ const char kUsage[] =
     "  --rounds N       repetitions on each frame (default 5)\n"
     "  --size WxH       of the synthetic street (default 1242x375)\n"
     "  --disparities N  a multiple of 16, at most 256 (default 128)\n"
+    "  --no-times       accuracy only, on as many frames as are asked for\n"
     "  --no-growth      leave out how times grow with area, disparities, width, threads\n"
     "  --help\n";
 
@@ -36,6 +37,7 @@ struct Options {
   int rounds = 5;
   cv::Size size{1242, 375};
   int disparities = 128;
+  bool times = true;
   bool growth = true;
 };
 
@@ -67,6 +69,8 @@ Options parse(int argc, char** argv) {
       options.rounds = number();
     else if (word == "--disparities")
       options.disparities = number();
+    else if (word == "--no-times")
+      options.times = options.growth = false;
     else if (word == "--no-growth")
       options.growth = false;
     else if (word == "--size") {
@@ -100,9 +104,11 @@ void run(const Options& options) {
               params.matcher.range.count, jobs.size(), options.rounds,
               StereoMatcher(params.matcher).simdTarget().c_str(), CV_VERSION);
 
-  MatcherTimes times(sequence->rig(), params);
-  times.measure(jobs, options.rounds, {1, 2});
-  times.print({1, 2});
+  if (options.times) {
+    MatcherTimes times(sequence->rig(), params);
+    times.measure(jobs, options.rounds, {1, 2});
+    times.print({1, 2});
+  }
   printMatcherAccuracy(jobs, params);
   if (options.growth) printMatcherGrowth(jobs.back(), params.matcher, options.rounds);
 }

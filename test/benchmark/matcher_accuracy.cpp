@@ -11,14 +11,17 @@
 namespace predictive_stereo {
 namespace {
 
+constexpr float kHoleTolerancePx = 3;  // as in DisparityEstimator
+
 struct Result {
   cv::Mat1f disparity_px;
   double mean_width_px;
 };
 using Method = std::function<Result(const MatchingJob&)>;
 
+/// @param baseline  what ratios are given to; set by the first row.
 void printRow(const char* name, const std::vector<MatchingJob>& jobs, const DisparityRange& range,
-              const Method& method) {
+              const Method& method, MeanDisparityScore& baseline) {
   MeanDisparityScore mean;
   double width = 0;
   for (const MatchingJob& job : jobs) {
@@ -27,8 +30,11 @@ void printRow(const char* name, const std::vector<MatchingJob>& jobs, const Disp
     mean.add(scoreDisparity(result.disparity_px, range, job.truth_px));
     width += result.mean_width_px;
   }
-  std::printf("| %-35s | %5.1f | %5.2f | %5.2f | %5.1f |\n", name, mean.density_percent,
-              mean.d1_percent, mean.d1_filled_percent, width / mean.frames);
+  if (baseline.frames == 0) baseline = mean;
+  std::printf("| %-35s | %5.1f | %5.2f | %5.2f | %5.2f | %5.2f | %5.1f |\n", name,
+              mean.density_percent, mean.d1_percent, mean.d1_percent / baseline.d1_percent,
+              mean.d1_filled_percent, mean.d1_filled_percent / baseline.d1_filled_percent,
+              width / mean.frames);
 }
 
 }  // namespace
@@ -60,16 +66,19 @@ void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityP
       Result result{{}, cv::mean(match.search_width)[0]};
       cv::Mat1f supported_px;
       filterBySupport(range, params.min_support, match.disparity_px, supported_px);
+      fillHoles(range, params.max_hole_px, kHoleTolerancePx, supported_px);
       median3x3(range, supported_px, result.disparity_px);
       return result;
     };
   };
 
   std::printf(
-      "\n| %% of the pixels with truth | density | outliers (D1) | with invalid (D1f) | mean "
-      "width |\n|---|---:|---:|---:|---:|\n");
+      "\n| %% of the pixels with truth | density | outliers (D1) | x HH | with invalid (D1f) | x "
+      "HH "
+      "| mean width |\n|---|---:|---:|---:|---:|---:|---:|\n");
+  MeanDisparityScore baseline;
   const auto row = [&](const char* name, const Method& method) {
-    printRow(name, jobs, range, method);
+    printRow(name, jobs, range, method, baseline);
   };
   constexpr PathSet kFour = PathSet::kStraight4, kEight = PathSet::kAll8;
   row("OpenCV MODE_HH", opencv(OpencvMode::kHh, false));

@@ -8,7 +8,7 @@
 namespace predictive_stereo {
 
 /// A table of density, outliers and mean width over the frames with truth; nothing where there are
-/// none. Ours with support filter and median, without filling of holes.
+/// none. Ours with the post-filters of DisparityEstimator: support, holes, median.
 void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityParams& params);
 
 }  // namespace predictive_stereo
