@@ -4,12 +4,16 @@
 
 #include <opencv2/core.hpp>
 
+#include "odometry/patch_kernel.h"
+
 namespace predictive_stereo {
 
 /// A square patch of an image, ready to be found again in another one.
 class Patch {
  public:
-  static constexpr int kSize = 12;  ///< side [px]
+  static constexpr int kSize = kPatchSize;  ///< side [px]
+
+  explicit Patch(const PatchKernel& kernel = bestPatchKernel()) : kernel_(&kernel) {}
 
   /// Where a patch was found.
   struct Match {
@@ -35,14 +39,10 @@ class Patch {
   const cv::Matx22f& covariance() const { return inverse_; }
 
  private:
-  static constexpr int kArea = kSize * kSize;
-
-  float texture_[kArea];     // zero mean
-  float gradient_x_[kArea];  // zero mean
-  float gradient_y_[kArea];  // zero mean
+  const PatchKernel* kernel_;
+  PatchImages images_;
+  PatchMoments moments_;
   float texture_norm_;
-  float gradient_x_texture_, gradient_y_texture_;  // sums of products
-  float xx_, xy_;
   cv::Matx22f inverse_;
 };
 
