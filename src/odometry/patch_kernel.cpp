@@ -15,6 +15,7 @@ namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
 
@@ -195,6 +196,7 @@ PatchKernel kernel() { return referencePatchKernel(); }
 
 #endif
 
+}  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace predictive_stereo
 HWY_AFTER_NAMESPACE();

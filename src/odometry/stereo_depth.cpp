@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <numeric>
 
+#include "odometry/block_kernel.h"
 #include "odometry/patch.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr int kBlock = 8;  // side of the blocks compared at half resolution [px]
+constexpr int kBlock = kBlockSize;  // blocks are compared at half resolution
 constexpr float kSmallestCorrelation = 0.8f;
 constexpr float kExpectedCorrelation = 0.9f;  // to be accepted without a search
 constexpr float kUniqueness = 0.03f;          // by which the best must beat any other place
@@ -18,38 +17,49 @@ constexpr float kLargestSurprisePx = 3;       // from an expected shift
 constexpr float kFarthestPx = 4;              // from a place found at half resolution
 constexpr int kIterations = 12;
 
-float blockCorrelation(const cv::Mat1b& a, cv::Point at_a, const cv::Mat1b& b, cv::Point at_b) {
-  // One lane per column, so that the compiler can vectorise.
-  int lane_a[kBlock] = {}, lane_b[kBlock] = {}, lane_aa[kBlock] = {}, lane_bb[kBlock] = {},
-      lane_ab[kBlock] = {};
-  for (int y = 0; y < kBlock; ++y) {
-    const uchar* row_a = a.ptr<uchar>(at_a.y + y) + at_a.x;
-    const uchar* row_b = b.ptr<uchar>(at_b.y + y) + at_b.x;
-    for (int x = 0; x < kBlock; ++x) {
-      const short grey_a = row_a[x], grey_b = row_b[x];
-      lane_a[x] += grey_a;
-      lane_b[x] += grey_b;
-      lane_aa[x] += grey_a * grey_a;
-      lane_bb[x] += grey_b * grey_b;
-      lane_ab[x] += grey_a * grey_b;
-    }
-  }
-  const auto sum = [](const int(&lanes)[kBlock]) {
-    return std::accumulate(std::begin(lanes), std::end(lanes), 0);
-  };
-  const int sum_a = sum(lane_a), sum_b = sum(lane_b), sum_aa = sum(lane_aa), sum_bb = sum(lane_bb),
-            sum_ab = sum(lane_ab);
-  constexpr int kArea = kBlock * kBlock;
-  const float cov = static_cast<float>(kArea * sum_ab - sum_a * sum_b);
-  const float var_a = static_cast<float>(kArea * sum_aa - sum_a * sum_a);
-  const float var_b = static_cast<float>(kArea * sum_bb - sum_b * sum_b);
-  return cov / std::sqrt(std::max(var_a * var_b, 1.f));
-}
-
 // Shift and row offset of the best place at half resolution [px there].
 struct Coarse {
   int shift = 0, row_offset = 0;
   bool found = false;
+};
+
+// Correlation of one block with those of a row.
+class RowCorrelation {
+ public:
+  void setBlock(const cv::Mat1b& image, cv::Point corner) {
+    grey_ = grey_grey_ = 0;
+    for (int y = 0; y < kBlock; ++y)
+      for (int x = 0; x < kBlock; ++x) {
+        const int g = image(corner.y + y, corner.x + x);
+        grey_ += g;
+        grey_grey_ += g * g;
+        block_[y * kBlock + x] = static_cast<float>(g);
+      }
+  }
+
+  /// With the blocks whose upper left pixels are in columns `first` to `last`.
+  const std::vector<float>& with(const cv::Mat1b& image, int row, int first, int last) {
+    const int positions = last - first + 1;
+    const auto size = static_cast<size_t>(positions);
+    sums_.resize(3 * size);
+    correlation_.resize(size);
+    const BlockProducts sums{sums_.data(), sums_.data() + size, sums_.data() + 2 * size};
+    bestBlockKernel()(block_, image.ptr<uchar>(row) + first, image.step, positions, sums);
+    const auto variance = static_cast<float>(kBlockArea * grey_grey_ - grey_ * grey_);
+    for (int i = 0; i < positions; ++i) {
+      const auto product = static_cast<float>(kBlockArea * sums.products[i] - grey_ * sums.grey[i]);
+      const auto other =
+          static_cast<float>(kBlockArea * sums.grey_grey[i] - sums.grey[i] * sums.grey[i]);
+      correlation_[static_cast<size_t>(i)] = product / std::sqrt(std::max(variance * other, 1.f));
+    }
+    return correlation_;
+  }
+
+ private:
+  float block_[kBlockArea];
+  int grey_, grey_grey_;
+  std::vector<int32_t> sums_;
+  std::vector<float> correlation_;
 };
 
 // `row_of_shift` tells the row offset to search around, for a shift [px at half resolution].
@@ -70,19 +80,29 @@ Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f p
   // The best of all rows for every shift, to see whether another shift does as well.
   thread_local std::vector<float> of_shift;
   of_shift.assign(last - first + 1, -1.f);
-  for (int shift = first; shift <= last; ++shift) {
-    const int middle = cvRound(row_of_shift(shift));
+  thread_local RowCorrelation block;
+  block.setBlock(left, corner);
+  // Shifts that look along the same row are compared together.
+  for (int begin = first; begin <= last;) {
+    const int middle = cvRound(row_of_shift(begin));
+    int end = begin + 1;
+    while (end <= last && cvRound(row_of_shift(end)) == middle) ++end;
     for (int offset = middle - row_radius; offset <= middle + row_radius; ++offset) {
       const int row = corner.y + offset;
       if (row < 0 || row + kBlock > right.rows) continue;
-      const float c = blockCorrelation(left, corner, right, {corner.x - shift, row});
-      of_shift[shift - first] = std::max(of_shift[shift - first], c);
-      if (c > best) {
-        best = c;
-        coarse.shift = shift;
-        coarse.row_offset = offset;
+      const std::vector<float>& correlation =
+          block.with(right, row, corner.x - end + 1, corner.x - begin);
+      for (int shift = begin; shift < end; ++shift) {
+        const float c = correlation[end - 1 - shift];
+        of_shift[shift - first] = std::max(of_shift[shift - first], c);
+        if (c > best) {
+          best = c;
+          coarse.shift = shift;
+          coarse.row_offset = offset;
+        }
       }
     }
+    begin = end;
   }
   float second = -1;
   for (int shift = first; shift <= last; ++shift)
