@@ -206,7 +206,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     if (markers_.getNumSubscribers() > 0)
       markers_.publish(markers(*output.messages->objects, T_odom_cam));
     if (image_.getNumSubscribers() > 0)
-      image_.publish(overlay(*job.input.left, *output.messages->objects));
+      image_.publish(overlay(*job.input.left, *output.messages->objects, *output.messages->mask));
 
     health_->figure("objects", static_cast<double>(output.messages->objects->objects.size()),
                     "%.0f");

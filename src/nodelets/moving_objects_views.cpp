@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
 #include <string>
 
 #include "nodelets/image_messages.h"
@@ -16,6 +17,8 @@ namespace {
 
 using visualization_msgs::Marker;
 
+constexpr double kTint = 90;  // grey levels of red on moving pixels
+
 // A colour per track, far apart for neighbouring ids.
 cv::Vec3b colourOf(uint32_t id) {
   const double hue = std::fmod(id * 0.618033988749895, 1.0);
@@ -25,9 +28,18 @@ cv::Vec3b colourOf(uint32_t id) {
   return bgr(0, 0);
 }
 
+bool hasVelocity(const MovingObject& object) { return object.velocity_covariance[0] >= 0; }
+
+Eigen::Vector3d velocityOf(const MovingObject& object) {
+  return {object.velocity.x, object.velocity.y, object.velocity.z};
+}
+
 std::string label(const MovingObject& object) {
   char text[64];
-  std::snprintf(text, sizeof(text), "%u: %.1f m", object.id, object.distance);
+  const int length = std::snprintf(text, sizeof(text), "%u: %.1f m", object.id, object.distance);
+  if (hasVelocity(object))
+    std::snprintf(text + length, sizeof(text) - static_cast<size_t>(length), ", %.1f m/s",
+                  velocityOf(object).norm());
   return text;
 }
 
@@ -88,8 +100,8 @@ Marker arrow(const MovingObjectArray& objects, const MovingObject& object,
   Marker result = marker(objects, object, "velocities", Marker::ARROW);
   const Eigen::Vector3d centre(object.pose.position.x, object.pose.position.y,
                                object.pose.position.z);
-  const Eigen::Vector3d velocity_odom(object.velocity.x, object.velocity.y, object.velocity.z);
-  result.points = {point(centre), point(centre + T_odom_cam.linear().transpose() * velocity_odom)};
+  const Eigen::Vector3d velocity_cam = T_odom_cam.linear().transpose() * velocityOf(object);
+  result.points = {point(centre), point(centre + velocity_cam)};
   result.scale.x = 0.1;
   result.scale.y = 0.25;
   return result;
@@ -108,27 +120,37 @@ visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
   for (const MovingObject& object : objects.objects) {
     result->markers.push_back(box(objects, object));
     result->markers.push_back(text(objects, object));
-    if (T_odom_cam && object.velocity_covariance[0] >= 0)
+    if (T_odom_cam && hasVelocity(object))
       result->markers.push_back(arrow(objects, object, *T_odom_cam));
   }
   return result;
 }
 
-sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects) {
-  cv::Mat1b buffer;
+sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects,
+                              const sensor_msgs::Image& mask) {
+  cv::Mat1b buffer, mask_buffer;
   const cv::Mat1b grey = greyImage(left, "left", buffer);
+  const cv::Mat1b moving = greyImage(mask, "mask", mask_buffer);
+  if (moving.size() != grey.size())
+    throw std::invalid_argument("moving_objects/mask and the left image differ in size");
   auto message = boost::make_shared<sensor_msgs::Image>();
   allocateImage(left.header, grey.size(), sensor_msgs::image_encodings::BGR8, *message);
   cv::Mat3b image = writableView<cv::Vec3b>(*message);
   cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
+  cv::add(image, cv::Scalar(0, 0, kTint), image, moving);
   for (const MovingObject& object : objects.objects) {
     const cv::Scalar colour(colourOf(object.id));
     const cv::Rect2d box(object.bbox.center.x - object.bbox.size_x / 2,
                          object.bbox.center.y - object.bbox.size_y / 2, object.bbox.size_x,
                          object.bbox.size_y);
     cv::rectangle(image, box, colour, 2);
-    cv::putText(image, label(object), cv::Point(cvRound(box.x), std::max(12, cvRound(box.y) - 4)),
-                cv::FONT_HERSHEY_SIMPLEX, 0.45, colour, 1, cv::LINE_AA);
+    const cv::Point at(cvRound(box.x), std::max(12, cvRound(box.y) - 4));
+    const auto write = [&](const cv::Scalar& ink, int thickness) {
+      cv::putText(image, label(object), at, cv::FONT_HERSHEY_SIMPLEX, 0.45, ink, thickness,
+                  cv::LINE_AA);
+    };
+    write({0, 0, 0}, 3);
+    write(colour, 1);
   }
   return message;
 }

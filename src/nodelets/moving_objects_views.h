@@ -10,14 +10,15 @@
 
 namespace predictive_stereo {
 
-/// The first marker deletes those of the frame before; then, per object, its 3-D box, its id with
-/// its distance, and the way that it goes in one second as an arrow (where both its velocity and
-/// the camera's pose are known).
+/// The first marker deletes those of the frame before; then, per object, its 3-D box, a label with
+/// its id, distance and speed, and the way that it goes in one second as an arrow (where both its
+/// velocity and the camera's pose are known).
 visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
                                            const std::optional<Eigen::Isometry3d>& T_odom_cam);
 
-/// The left image (bgr8) with the boxes of the objects.
-/// @throws std::invalid_argument for an image that is not 8-bit.
-sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects);
+/// The left image (bgr8), moving pixels tinted red, with the objects' boxes and labels.
+/// @throws std::invalid_argument for an image that is not 8-bit, or a mask of another size.
+sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects,
+                              const sensor_msgs::Image& mask);
 
 }  // namespace predictive_stereo

@@ -185,7 +185,7 @@ void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, 
   if (out.wants("moving_objects/markers"))
     out.write("moving_objects/markers", time, *markers(*moving.objects, frame.T_odom_cam));
   if (out.wants("moving_objects/image"))
-    out.write("moving_objects/image", time, *overlay(*pair.left, *moving.objects));
+    out.write("moving_objects/image", time, *overlay(*pair.left, *moving.objects, *moving.mask));
 }
 
 class Replay {
