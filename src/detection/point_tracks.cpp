@@ -11,9 +11,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr float kFloorVariance_px2 = 0.09f;  // of any disparity
-constexpr double kPreviousSigma_px = 0.5;    // of the disparity where a point was found
-constexpr double kHuber = 2;                 // standard deviations
+constexpr double kHuber = 2;  // standard deviations
 
 // Derivative of (x, y, d) by the point that is seen there.
 Matrix3d projectionJacobian(const StereoRig& rig, const Vector3d& p) {
@@ -58,7 +56,8 @@ void judge(const TrackingView& view, const MotionDetectionParams& params, const 
   const double ego = params.ego_motion_sigma_m * params.ego_motion_sigma_m;
   covariance += ego * j * j.transpose();
   const double flow = params.flow_sigma_px * params.flow_sigma_px;
-  covariance.diagonal() += Vector3d(flow, flow, kPreviousSigma_px * kPreviousSigma_px);
+  covariance.diagonal() +=
+      Vector3d(flow, flow, kPreviousDisparitySigma_px * kPreviousDisparitySigma_px);
   Vector3d residual = track.found_px - track.static_px;
   if (track.found_px.z() < 0) {
     residual.z() = 0;
@@ -92,7 +91,7 @@ std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetec
     PointTrack track;
     track.position = p;
     track.disparity_px = d;
-    track.variance_px2 = std::max(view.variance_px2(p), kFloorVariance_px2);
+    track.variance_px2 = std::max(view.variance_px2(p), kLeastDisparityVariance_px2);
     track.static_m = view.T_prev_cam * view.rig.pointFromDisparity(p.x, p.y, d);
     if (!(track.static_m.z() > 0.5)) continue;
     track.static_px = view.rig.disparityFromPoint(track.static_m);
@@ -144,8 +143,9 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
       const Vector3d before = track.static_m - fit.moved_m;
       if (!(before.z() > 0.5)) continue;
       Vector3d residual = track.found_px - rig.disparityFromPoint(before);
-      Vector3d weight(1 / flow_variance, 1 / flow_variance,
-                      1 / (track.variance_px2 + kPreviousSigma_px * kPreviousSigma_px));
+      Vector3d weight(
+          1 / flow_variance, 1 / flow_variance,
+          1 / (track.variance_px2 + kPreviousDisparitySigma_px * kPreviousDisparitySigma_px));
       if (track.found_px.z() < 0) weight.z() = residual.z() = 0;
       const double flow_error = residual.head<2>().norm() / params.flow_sigma_px;
       const double disparity_error = std::abs(residual.z()) * std::sqrt(weight.z());

@@ -9,6 +9,10 @@
 
 namespace predictive_stereo {
 
+constexpr float kLeastDisparityVariance_px2 = 0.09f;  ///< of any disparity
+/// Standard deviation of the disparity where a point was found in the previous frame.
+constexpr double kPreviousDisparitySigma_px = 0.5;
+
 /// A point of the current frame that was found in the previous one.
 struct PointTrack {
   cv::Point2f position;       ///< now [px]

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "evaluation/html.h"
+#include "predictive_stereo/detectable_speed.h"
 
 namespace predictive_stereo {
 namespace {
@@ -99,6 +100,26 @@ Table scoreTable(const std::vector<DetectionEvaluation>& evaluations) {
   return tableOf(titleOf("all sequences", score), score);
 }
 
+Table limitsTable(const Sequence& sequence, const PipelineParams& params) {
+  const int last = sequence.frames() - 1;
+  const double interval_s = last > 0 ? (sequence.stamp_s(last) - sequence.stamp_s(0)) / last : 0.1;
+  const StereoRig& rig = sequence.rig();
+  Table table;
+  table.title = sequence.name() + ": slowest detectable speeds [m/s], fx " + fixed(rig.fx_px, 0) +
+                " px, baseline " + fixed(rig.baseline_m, 3) + " m, " + fixed(1 / interval_s, 1) +
+                " frames per second";
+  table.header = {"distance"};
+  table.rows = {{"across the line of sight"}, {"along it"}};
+  for (int depth_m : {5, 10, 15, 20, 30, 40, 60}) {
+    const DetectableSpeed slowest = detectableSpeed(
+        rig, depth_m, interval_s, params.detection.motion, params.disparity.variance);
+    table.header.push_back(std::to_string(depth_m) + " m");
+    table.rows[0].push_back(fixed(slowest.across_mps, 1));
+    table.rows[1].push_back(fixed(slowest.along_mps, 1));
+  }
+  return table;
+}
+
 std::string csv(const std::vector<DetectionEvaluation>& evaluations) {
   std::ostringstream out;
   out << "sequence,group,frames,demanded,found,false_boxes,recall,precision,false_boxes_per_frame,"
@@ -170,7 +191,8 @@ cv::Mat3b picture(const cv::Mat1b& left, const EvaluatedFrame& frame) {
 }
 
 std::string htmlPage(const std::vector<DetectionEvaluation>& evaluations,
-                     const std::vector<FramePicture>& pictures, const std::string& provenance) {
+                     const std::vector<Table>& limits, const std::vector<FramePicture>& pictures,
+                     const std::string& provenance) {
   std::ostringstream page;
   page
       << "<p>A box is right where it covers a demanded object with an IoU of 0.3 or more, from the "
@@ -180,6 +202,7 @@ std::string htmlPage(const std::vector<DetectionEvaluation>& evaluations,
          "red).</p>\n";
   for (const DetectionEvaluation& evaluation : evaluations) page << scoreTable(evaluation).html();
   if (evaluations.size() > 1) page << scoreTable(evaluations).html();
+  for (const Table& table : limits) page << table.html();
   if (!pictures.empty()) page << "<h2>Frames with errors</h2>\n";
   for (const FramePicture& shown : pictures)
     page << "<figure><img width='1240' loading='lazy' alt='" << escapedHtml(shown.caption)

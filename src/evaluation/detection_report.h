@@ -15,6 +15,9 @@ Table scoreTable(const DetectionEvaluation& evaluation);
 /// All sequences as one.
 Table scoreTable(const std::vector<DetectionEvaluation>& evaluations);
 
+/// Slowest speeds that the default scheme can see with a sequence's camera; see detectableSpeed.
+Table limitsTable(const Sequence& sequence, const PipelineParams& params);
+
 /// One line a sequence and group, with a header; the last sequence is "all".
 std::string csv(const std::vector<DetectionEvaluation>& evaluations);
 /// One line a label and one a detected object of each frame, with what became of it.
@@ -28,9 +31,11 @@ struct FramePicture {
   std::string file;  ///< as the page refers to it
   std::string caption;
 };
+/// @param limits  see limitsTable.
 /// @param pictures  those to show.
 /// @param provenance  how it was made: shown at the end.
 std::string htmlPage(const std::vector<DetectionEvaluation>& evaluations,
-                     const std::vector<FramePicture>& pictures, const std::string& provenance);
+                     const std::vector<Table>& limits, const std::vector<FramePicture>& pictures,
+                     const std::string& provenance);
 
 }  // namespace predictive_stereo

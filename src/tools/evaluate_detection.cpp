@@ -51,6 +51,9 @@ Parameters:
   --frames N          at most so many frames of each sequence
   --threads N         (default: all cores)
 
+Printed as well: the slowest speeds that the default scheme can see with this camera and frame rate,
+by distance.
+
 Results:
   --csv FILE          writes the figures, and every label and box into FILE's name with _frames
   --html DIR          writes DIR/index.html with the figures and the frames with errors, and each
@@ -136,12 +139,18 @@ int evaluate(const CommandLine& command_line) {
   std::optional<Pictures> pictures;
   if (command_line.has("html")) pictures.emplace(command_line.get("html"));
 
+  const bool recorded = command_line.has("objects");
   std::vector<DetectionEvaluation> evaluations;
+  std::vector<Table> limits;  // of each camera
+  StereoRig last_rig;
   for (const SequenceGroup& group : groups)
     for (const auto& sequence : group.sequences) {
-      const Detector detector = command_line.has("objects")
-                                    ? recordedDetector(command_line.get("objects"), *sequence)
-                                    : pipelineDetector(params);
+      if (!recorded && params.detection.scheme == DetectionScheme::kDefault &&
+          sequence->rig() != last_rig)
+        limits.push_back(limitsTable(*sequence, params));
+      last_rig = sequence->rig();
+      const Detector detector = recorded ? recordedDetector(command_line.get("objects"), *sequence)
+                                         : pipelineDetector(params);
       Progress progress(sequence->name(),
                         max_frames ? std::min(max_frames, sequence->frames()) : sequence->frames());
       evaluations.push_back(
@@ -154,7 +163,8 @@ int evaluate(const CommandLine& command_line) {
 
   for (const DetectionEvaluation& evaluation : evaluations)
     std::cout << scoreTable(evaluation).text() << "\n";
-  if (evaluations.size() > 1) std::cout << scoreTable(evaluations).text();
+  if (evaluations.size() > 1) std::cout << scoreTable(evaluations).text() << "\n";
+  for (const Table& table : limits) std::cout << table.text();
   if (command_line.has("csv")) {
     const fs::path path = command_line.get("csv");
     write(path, csv(evaluations));
@@ -162,7 +172,7 @@ int evaluate(const CommandLine& command_line) {
   }
   if (pictures)
     write(fs::path(command_line.get("html")) / "index.html",
-          htmlPage(evaluations, pictures->withErrors(), command_line.command()));
+          htmlPage(evaluations, limits, pictures->withErrors(), command_line.command()));
   return 0;
 }
 

@@ -55,8 +55,11 @@ class EvaluateDetection : public testing::Test {
   TemporaryDirectory files_;
 };
 
-// The table's lines after its title, which has a time.
-std::string table(const std::string& out) { return out.substr(out.find('\n')); }
+// The lines of the first table after its title, which has a name and a time.
+std::string table(const std::string& out) {
+  const size_t begin = out.find('\n');
+  return out.substr(begin, out.find("\n\n") - begin);
+}
 
 TEST_F(EvaluateDetection, ScoresABagOfTheStreetAgainstItsTruth) {
   const Result result =
@@ -64,6 +67,7 @@ TEST_F(EvaluateDetection, ScoresABagOfTheStreetAgainstItsTruth) {
   ASSERT_EQ(result.status, 0) << result.errors;
   EXPECT_NE(result.out.find("small (detection"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("5 frames"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("small: slowest detectable speeds"), std::string::npos) << result.out;
 
   const std::string csv = text("new/a.csv");
   EXPECT_EQ(csv.find("sequence,group,frames,demanded,found,false_boxes,recall"), 0u);

@@ -1,0 +1,50 @@
+#include "predictive_stereo/detectable_speed.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "detection/point_tracks.h"
+
+namespace predictive_stereo {
+namespace {
+
+void requirePositive(const char* name, double value) {
+  if (!(value > 0 && std::isfinite(value)))
+    throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
+                                ": must be positive");
+}
+
+}  // namespace
+
+DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double frame_interval_s,
+                                const MotionDetectionParams& detection,
+                                const VarianceParams& variance) {
+  requirePositive("depth_m", depth_m);
+  requirePositive("frame_interval_s", frame_interval_s);
+  const double fB = rig.disparityTimesDepth();
+  const double disparity_px = fB / depth_m;
+  const double sigmas = std::sqrt(detection.min_mahalanobis);
+
+  const double ego_flow_px = rig.fx_px * detection.ego_motion_sigma_m / depth_m;
+  const double flow_px =
+      std::max(detection.min_flow_px, sigmas * std::hypot(detection.flow_sigma_px, ego_flow_px));
+  const double across_m = std::max(detection.min_displacement_m, flow_px * depth_m / rig.fx_px);
+
+  const double sigma_match_px =
+      variance.sigma_floor_px + variance.sigma_per_disparity * disparity_px;
+  const double match_px2 =
+      std::max<double>(sigma_match_px * sigma_match_px, kLeastDisparityVariance_px2);
+  const double previous_px2 = kPreviousDisparitySigma_px * kPreviousDisparitySigma_px;
+  const double ego_px = disparity_px * detection.ego_motion_sigma_m / depth_m;
+  const double point_px = std::max(detection.min_disparity_change_px,
+                                   sigmas * std::sqrt(match_px2 + previous_px2 + ego_px * ego_px));
+  const double change_px = std::min(point_px, detection.dense_min_residual_px);
+  const double along_m = change_px < disparity_px ? fB / (disparity_px - change_px) - depth_m
+                                                  : std::numeric_limits<double>::infinity();
+  return {across_m / frame_interval_s, along_m / frame_interval_s};
+}
+
+}  // namespace predictive_stereo
