@@ -1,0 +1,262 @@
+/// The default detector in the whole pipeline: on streets whose truth is known, and on KITTI. Bounds
+/// on recall and precision are what is reached: they may only be made stricter.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <tuple>
+
+#include "evaluation/detection_evaluation.h"
+#include "evaluation/kitti_scene_2012.h"
+
+namespace predictive_stereo {
+namespace {
+
+struct Drive {
+  std::string scene;
+  int first, frames;
+};
+
+struct Shot {
+  cv::Mat1b left, right;
+  double stamp_s;
+  Eigen::Isometry3d T_world_cam;
+  std::vector<ObjectLabel> labels;
+};
+
+struct Film {
+  StereoRig rig;
+  std::vector<Shot> shots;
+};
+
+// Rendering takes longer than all that is done with it: each drive is rendered once.
+const Film& filmOf(const Drive& drive) {
+  static std::map<std::tuple<std::string, int, int>, Film> films;
+  const auto [found, is_new] = films.try_emplace({drive.scene, drive.first, drive.frames});
+  Film& film = found->second;
+  if (!is_new) return film;
+  StreetParams params;
+  params.scene = drive.scene;
+  const Street street(params);
+  film.rig = street.rig();
+  for (int k = drive.first; k < drive.first + drive.frames; ++k) {
+    const StreetFrame frame = street.render(k);
+    film.shots.push_back(
+        {frame.left, frame.right, frame.stamp_s, frame.T_world_cam, labelsOf(frame)});
+  }
+  return film;
+}
+
+/// Changes the images of the k-th frame of a drive.
+using Spoil = std::function<void(int k, cv::Mat1b& left, cv::Mat1b& right)>;
+
+/// One after the other, each through a new pipeline.
+DetectionScore scoreOf(const std::vector<Drive>& drives, const Spoil& spoil = {}) {
+  DetectionScore score;
+  for (const Drive& drive : drives) {
+    const Film& film = filmOf(drive);
+    const Detector detector = pipelineDetector(PipelineParams());
+    score.startSequence();
+    for (size_t k = 0; k < film.shots.size(); ++k) {
+      const Shot& shot = film.shots[k];
+      SequenceFrame images{shot.left.clone(), shot.right.clone(), {}, {}};
+      if (spoil) spoil(static_cast<int>(k), images.left, images.right);
+      score.add(shot.labels, detector(images, film.rig, shot.stamp_s).objects);
+    }
+  }
+  return score;
+}
+
+std::string describe(const DetectionScore& score) {
+  const DetectionCounts& all = score.all();
+  return std::to_string(all.found) + " of " + std::to_string(all.demanded) + " found, " +
+         std::to_string(all.false_boxes) + " false boxes in " + std::to_string(score.frames()) +
+         " frames, IoU " + std::to_string(all.meanIou()) + ", speed +-" +
+         std::to_string(median(all.speed_errors_mps));
+}
+
+TEST(DetectionScenes, FindsWhatMovesInTheStreet) {
+  const DetectionScore score =
+      scoreOf({{"street", 20, 20}, {"turn", 0, 20}, {"leader", 10, 20}, {"standstill", 10, 16}});
+  SCOPED_TRACE(describe(score));
+  EXPECT_GE(score.all().recall(), 0.5);
+  EXPECT_GE(score.all().precision(), 0.95);
+  EXPECT_GE(score.all().meanIou(), 0.6);
+  EXPECT_LE(median(score.all().speed_errors_mps), 0.4);
+  EXPECT_LE(score.idSwitches(), 2);
+}
+
+class NoGhosts : public testing::TestWithParam<Drive> {};
+
+TEST_P(NoGhosts, Appear) {
+  const DetectionScore score = scoreOf({GetParam()});
+  EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+}
+
+INSTANTIATE_TEST_SUITE_P(DetectionScenes, NoGhosts,
+                         testing::Values(Drive{"static", 0, 12}, Drive{"standstill", 10, 16},
+                                         Drive{"rotation", 10, 16}, Drive{"brake", 20, 20},
+                                         Drive{"near_half_moves", 10, 16}, Drive{"rain", 10, 16}),
+                         [](const auto& info) { return info.param.scene; });
+
+const Drive kFailing{"leader", 10, 20};  // every fifth frame of it fails
+bool fails(int k) { return k % 5 == 4; }
+
+TEST(DetectionScenes, ABlindFrameBringsNoGhosts) {
+  const DetectionScore score = scoreOf({kFailing}, [](int k, cv::Mat1b& left, cv::Mat1b& right) {
+    if (!fails(k)) return;
+    left.setTo(255);
+    right.setTo(255);
+  });
+  EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+}
+
+/// The poses come from elsewhere, with failures on single frames.
+/// @param error  of the k-th pose; none: there is no pose.
+DetectionScore scoreWithPoses(const Drive& drive,
+                              const std::function<std::optional<Eigen::Isometry3d>(int k)>& error) {
+  const Film& film = filmOf(drive);
+  DisparityEstimator estimator{DisparityParams()};
+  MovingObjectDetector detector{DetectionParams()};
+  DisparityOutput disparity;
+  Detections detections;
+  DetectionScore score;
+  std::optional<Eigen::Isometry3d> T_world_past;  // of the frame that the estimator carries
+  for (size_t k = 0; k < film.shots.size(); ++k) {
+    const Shot& shot = film.shots[k];
+    std::optional<Eigen::Isometry3d> T_world_cam;
+    if (const auto e = error(static_cast<int>(k))) T_world_cam = shot.T_world_cam * *e;
+    std::optional<CameraMotion> motion;
+    if (T_world_cam && T_world_past) {
+      motion.emplace();
+      motion->T_cam_prev = T_world_cam->inverse() * *T_world_past;
+      motion->covariance = Matrix6d::Identity() * 1e-6;
+    }
+    estimator.prepare(shot.left, shot.right, film.rig);
+    estimator.estimate(motion, disparity);
+    if (disparity.carried) T_world_past = T_world_cam;
+    DetectionInput input;
+    input.stamp_s = shot.stamp_s;
+    input.rig = film.rig;
+    input.left = shot.left;
+    input.measured_disparity_px = disparity.measured_disparity_px;
+    input.measured_variance_px2 = disparity.measured_variance_px2;
+    input.predicted_disparity_px = disparity.predicted_disparity_px;
+    input.predicted_variance_px2 = disparity.predicted_variance_px2;
+    input.has_pose = T_world_cam.has_value();
+    if (T_world_cam) input.T_odom_cam = *T_world_cam;
+    detector.detect(input, detections);
+    score.add(shot.labels, detections.objects);
+  }
+  return score;
+}
+
+TEST(DetectionScenes, AFrameWithoutPoseBringsNoGhosts) {
+  const DetectionScore score = scoreWithPoses(kFailing, [](int k) {
+    return fails(k) ? std::nullopt : std::optional(Eigen::Isometry3d::Identity());
+  });
+  EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+}
+
+Eigen::Isometry3d error(double yaw_rad, const Eigen::Vector3d& translation_m) {
+  Eigen::Isometry3d error = Eigen::Isometry3d::Identity();
+  error.rotate(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitY()));
+  error.translation() = translation_m;
+  return error;
+}
+
+TEST(DetectionScenes, AJumpOfThePosesBringsNoGhosts) {
+  // As dead reckoning fails: one wrong motion, and then all poses off by it.
+  for (const Eigen::Isometry3d& off : {error(0.02, {0, 0, 0}), error(0, {0.2, 0, 0.5})}) {
+    Eigen::Isometry3d all = Eigen::Isometry3d::Identity();
+    const DetectionScore score = scoreWithPoses(kFailing, [&](int k) {
+      if (fails(k)) all = all * off;
+      return std::optional(all);
+    });
+    EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+  }
+}
+
+TEST(DetectionScenes, ThreadsDoNotMatter) {
+  // Frames in which something is found, as numbers.
+  const auto objectsOf = [](int threads) {
+    cv::setNumThreads(threads);
+    const Film& film = filmOf(kFailing);
+    Pipeline pipeline{PipelineParams()};
+    PipelineOutput output;
+    std::vector<double> numbers;
+    for (size_t k = 0; k < 6; ++k) {
+      const Shot& shot = film.shots[k];
+      pipeline.process(shot.left, shot.right, film.rig, shot.stamp_s, output);
+      const Detections& found = output.detections;
+      for (const DetectedObject& o : found.objects) {
+        numbers.insert(numbers.end(), {double(o.id), o.box_px.x, o.box_px.y, o.box_px.width,
+                                       o.box_px.height, o.score, double(o.age), o.distance_m});
+        for (const Eigen::Vector3d& v : {o.centre_m, o.size_m, o.velocity_mps})
+          numbers.insert(numbers.end(), v.data(), v.data() + 3);
+      }
+      numbers.push_back(cv::countNonZero(found.mask));
+      numbers.push_back(cv::sum(found.residual)[0]);
+    }
+    return numbers;
+  };
+  const int before = cv::getNumThreads();
+  const std::vector<double> one = objectsOf(1);
+  EXPECT_GT(one.size(), 12u) << "something is found";
+  for (int threads : {2, 3, 7}) EXPECT_EQ(objectsOf(threads), one) << threads << " threads";
+  cv::setNumThreads(before);
+}
+
+/// Frames of a KITTI drive against its hand-made labels.
+DetectionScore kittiScore(const std::string& kitti, const std::string& date,
+                          const std::string& drive, int frames) {
+  const auto sequence = kittiDriveSequence(kitti + "/" + date, drive);
+  const auto labels = readObjectLabels(kitti + "/labels/" + drive + ".csv");
+  return evaluateDetection(*sequence, labels, pipelineDetector(PipelineParams()), frames, {}).score;
+}
+
+class KittiDetection : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* kitti = std::getenv("KITTI_EXCERPTS");
+    if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
+    kitti_ = kitti;
+  }
+  std::string kitti_;
+};
+
+TEST_F(KittiDetection, TwoCyclists) {
+  const DetectionScore score = kittiScore(kitti_, "2011_09_26", "2011_09_26_drive_0002_sync", 0);
+  EXPECT_GE(score.all().recall(), 0.4) << describe(score);
+  EXPECT_GE(score.all().precision(), 0.5) << describe(score);
+}
+
+TEST_F(KittiDetection, OncomingCar) {
+  const DetectionScore score = kittiScore(kitti_, "2011_09_30", "2011_09_30_drive_0020_sync", 0);
+  EXPECT_GE(score.all().recall(), 0.5) << describe(score);
+  EXPECT_GE(score.all().precision(), 0.55) << describe(score);
+  EXPECT_LE(score.falsePerFrame(), 0.10) << describe(score);
+}
+
+TEST_F(KittiDetection, ParkedCars) {
+  const DetectionScore score = kittiScore(kitti_, "2011_09_26", "2011_09_26_drive_0009_sync", 35);
+  EXPECT_LE(score.falsePerFrame(), 0.20) << describe(score);
+}
+
+TEST_F(KittiDetection, StaticScenesOf2012) {
+  DetectionScore score;
+  const std::string training = kitti_ + "/stereo_flow_2012/training";
+  for (const std::string& scene : KittiScene2012::list(training)) {
+    const auto sequence = kittiScene2012Sequence(training, scene);
+    score.startSequence();
+    for (const EvaluatedFrame& frame :
+         evaluateDetection(*sequence, std::nullopt, pipelineDetector(PipelineParams()), 0, {})
+             .frames)
+      score.add(frame.labels, frame.objects);
+  }
+  EXPECT_GT(score.frames(), 0);
+  EXPECT_LE(score.falsePerFrame(), 0.2) << describe(score);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
