@@ -83,7 +83,8 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
     params.frames = command_line.getInt("street-frames", 40, 2);
     groups.push_back(alone(streetSequence(params)));
   }
-  if (groups.empty()) throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
+  if (groups.empty())
+    throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
   return groups;
 }
 
