@@ -52,6 +52,19 @@ HWY_INLINE V lowestLane(D d, V v) {
     return hn::TableLookupBytes(front, hn::Zero(hn::FixedTag<uint8_t, 16>()));
 }
 
+/// The lowest lane of each 128-bit block, in every lane of the block.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V lowestOfBlocks(D d, V v) {
+  if constexpr (hn::MaxLanes(D()) == 16) {
+    return lowestLane(d, v);
+  } else {
+    v = hn::Min(v, hn::CombineShiftRightBytes<8>(d, v, v));
+    v = hn::Min(v, hn::CombineShiftRightBytes<4>(d, v, v));
+    v = hn::Min(v, hn::CombineShiftRightBytes<2>(d, v, v));
+    return hn::Min(v, hn::CombineShiftRightBytes<1>(d, v, v));
+  }
+}
+
 /// The lowest of all lanes.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE uint8_t lowestOfLanes(D d, V v) {

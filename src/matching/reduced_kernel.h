@@ -12,6 +12,7 @@
 
 #include "matching/cost_tables.h"
 #include "matching/row_winners.h"
+#include "matching/search_windows.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {

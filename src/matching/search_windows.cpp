@@ -13,23 +13,26 @@ int narrowestWindow(int needed, int count) {
   return count;
 }
 
-/// The windows of one run.
+/// The window of one run.
 template <int kRun>
 void planRun(const short* first, const short* last, const DisparityRange& range,
              uint8_t* window_first, uint16_t* window_width) {
-  int begin[kRun], needed[kRun], widest = 0;
+  bool searched[kRun];
+  int begin = range.count, end = 0;  // of the hull
   for (int i = 0; i < kRun; ++i) {
-    begin[i] = std::max(first[i] - range.min_disparity, 0);
-    needed[i] = std::min(last[i] - range.min_disparity, range.count - 1) - begin[i] + 1;
-    widest = std::max(widest, needed[i]);
+    const int pixel_begin = std::max(first[i] - range.min_disparity, 0);
+    const int pixel_end = std::min(last[i] - range.min_disparity + 1, range.count);
+    searched[i] = pixel_begin < pixel_end;
+    begin = std::min(begin, searched[i] ? pixel_begin : begin);
+    end = std::max(end, searched[i] ? pixel_end : end);
   }
-  const int width = narrowestWindow(widest, range.count);
+  const int needed = end - begin;
+  const int width = narrowestWindow(needed, range.count);
+  const int centred = begin - ((width - needed) >> 1);
+  const int run_first = std::max(std::min(centred, range.count - width), 0);
   for (int i = 0; i < kRun; ++i) {
-    const int centred = begin[i] - ((width - needed[i]) >> 1);
-    const bool searched = needed[i] > 0;
-    window_first[i] =
-        static_cast<uint8_t>(searched ? std::max(std::min(centred, range.count - width), 0) : 0);
-    window_width[i] = static_cast<uint16_t>(searched ? width : 0);
+    window_first[i] = static_cast<uint8_t>(searched[i] ? run_first : 0);
+    window_width[i] = static_cast<uint16_t>(searched[i] ? width : 0);
   }
 }
 

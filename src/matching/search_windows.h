@@ -13,11 +13,13 @@ struct SearchWindows {
   cv::Mat1w width;  ///< 16, 32, 64 or the whole range; 0: not searched
 };
 
-/// Pixels of a row come in runs of this many that share one window width: kernels like it so.
+/// The searched pixels of such a run, which begins at a multiple of its length, share one window:
+/// kernels then need to shift costs between windows only once in a run. Real ranges, which are
+/// hulls over neighbours anyway, hardly grow by it.
 constexpr int kWindowRun = 4;
 
-/// Widens each range to a window around its centre. The width is the narrowest of 16, 32, 64 and
-/// the whole range that holds every range of the pixel's run; windows do not leave the range.
+/// Widens the hull of each run's ranges to a window around its centre, the narrowest of 16, 32, 64
+/// and the whole range that holds it; windows do not leave the range.
 /// @throws std::invalid_argument where the ranges' sizes are not `size`.
 void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
                        SearchWindows& windows);
