@@ -70,8 +70,9 @@ struct StereoMatcher::Workspace {
 
   void matchReduced(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
                     Match& match) {
-    prepare(left.size(), match);
     planSearchWindows(ranges, params.range, left.size(), windows);
+    if (isFullSearch(windows, params.range)) return matchFully(left, right, match);
+    prepare(left.size(), match);
     if (target_bit == kScalarTarget) {
       matchReference(left, right, params, windows, match);
     } else {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 #include "matching/simd_dispatch.h"
 
@@ -100,9 +101,7 @@ class RowAggregation {
   explicit RowAggregation(const ReducedSearchRow& row)
       : row_(row),
         p1_(hn::Set(run_d_, static_cast<uint8_t>(row.p1))),
-        p2_(hn::Set(run_d_, static_cast<uint8_t>(row.p2))) {
-    for (int n = 0; n < kNibbles; ++n) right_[n] = row.right_planes + n * row.right_stride;
-  }
+        p2_(hn::Set(run_d_, static_cast<uint8_t>(row.p2))) {}
 
   HWY_INLINE void run() {
     const int runs = (row_.columns + kWindowRun - 1) / kWindowRun;
@@ -142,14 +141,21 @@ class RowAggregation {
 
   /// Hamming distances + P2 of the disparities from `index` on.
   template <class D>
-  HWY_INLINE hn::Vec<D> matchingCosts(D d, int x, int index) const {
-    const uint8_t* const left = row_.left_planes + x;
-    const size_t entry = row_.columns - 1 - x + index;
+  static HWY_INLINE hn::Vec<D> matchingCosts(D d, const ReducedSearchRow& row, int x, int index) {
+    // Planes in groups of three: base, base + stride and base + 2 * stride are one address each.
+    constexpr int kGroup = 3;
+    const size_t left_stride = row.left_stride, right_stride = row.right_stride;
+    const uint8_t* left = row.left_planes + x;
+    const uint8_t* right = row.right_planes + (row.columns - 1 - x + index);
     hn::Vec<D> parts[kNibbles];
     for (int n = 0; n < kNibbles; ++n) {
-      const auto* rows = n == 0 ? row_.tables->distance_and_p2 : row_.tables->distance;
-      const auto table = hn::LoadDup128(d, rows[0] + left[n * row_.left_stride]);
-      parts[n] = hn::TableLookupBytes(table, hn::LoadU(d, right_[n] + entry));
+      if (n > 0 && n % kGroup == 0) {
+        left += kGroup * left_stride;
+        right += kGroup * right_stride;
+      }
+      const auto* rows = n == 0 ? row.tables->distance_and_p2 : row.tables->distance;
+      const auto table = hn::LoadDup128(d, rows[0] + left[n % kGroup * left_stride]);
+      parts[n] = hn::TableLookupBytes(table, hn::LoadU(d, right + n % kGroup * right_stride));
     }
     for (int n = 2; n < kNibbles; n += 2) {
       parts[0] = hn::Add(parts[0], parts[n]);
@@ -179,14 +185,15 @@ class RowAggregation {
         if (row.sums_before) {
           costs[k] = hn::Load(d_, kept);
         } else {
-          costs[k] = matchingCosts(d_, begin + k, first);
+          costs[k] = matchingCosts(d_, row, begin + k, first);
           hn::Store(costs[k], d_, kept);
         }
       }
       HWY_ALIGN uint8_t vertical_paths[kWindowRun * kLanes];
       if constexpr (kStraight) narrowVerticals(row, begin, first, costs, vertical_paths);
-      for (int j = 0; j < kWindowRun; ++j) {
-        const int k = kUpward ? kWindowRun - 1 - j : j;
+      const auto pixel = [&](auto number) HWY_ATTR {
+        constexpr int j = number;
+        constexpr int k = kUpward ? kWindowRun - 1 - j : j;
         const int x = begin + k;
         V sums = hn::Zero(d_);
         if constexpr (kStraight) {
@@ -211,7 +218,11 @@ class RowAggregation {
           sums = joinPasses < kStraight &&
                  kDiagonal > (sums, hn::LoadU(d_, row.sums_before + at + k * kLanes));
         hn::StoreU(sums, d_, row.sums + at + k * kLanes);
-      }
+      };
+      pixel(std::integral_constant<int, 0>());
+      pixel(std::integral_constant<int, 1>());
+      pixel(std::integral_constant<int, 2>());
+      pixel(std::integral_constant<int, 3>());
       horizontal_first = first;
       shifts_horizontally = true;
     }
@@ -323,7 +334,7 @@ class RowAggregation {
     hn::Vec<D> costs[kVectors > 0 ? kVectors : 256 / kLanesOfD];
     hn::Vec<D> sums[kVectors > 0 ? kVectors : 256 / kLanesOfD];
     for (int k = 0; k < vectors; ++k) {
-      costs[k] = matchingCosts(d, x, first + k * kLanesOfD);
+      costs[k] = matchingCosts(d, row_, x, first + k * kLanesOfD);
       sums[k] = hn::Zero(d);
     }
     const auto follow = [&](const Neighbour& neighbour, uint8_t* next) {
@@ -401,7 +412,6 @@ class RowAggregation {
   const RunBytes run_d_{};
   const ReducedSearchRow row_;
   const RunVector p1_, p2_;
-  const uint8_t* right_[kNibbles];
   /// The pixel before.
   int horizontal_first_ = 0, horizontal_width_ = 0;
   HWY_ALIGN uint8_t horizontal_[256] = {};  ///< its goodness

@@ -78,6 +78,15 @@ void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, 
   });
 }
 
+bool isFullSearch(const SearchWindows& windows, const DisparityRange& range) {
+  for (int y = 0; y < windows.width.rows; ++y) {
+    const uint16_t* const width = windows.width[y];
+    const auto whole = [&](uint16_t value) { return value == range.count; };
+    if (!std::all_of(width, width + windows.width.cols, whole)) return false;
+  }
+  return true;
+}
+
 void planFullSearch(const DisparityRange& range, cv::Size size, SearchWindows& windows) {
   windows.first.create(size);
   windows.width.create(size);

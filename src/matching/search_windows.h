@@ -24,6 +24,9 @@ constexpr int kWindowRun = 4;
 void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
                        SearchWindows& windows);
 
+/// Whether every pixel searches everything, which the full search does faster.
+bool isFullSearch(const SearchWindows& windows, const DisparityRange& range);
+
 /// Every pixel searches everything.
 void planFullSearch(const DisparityRange& range, cv::Size size, SearchWindows& windows);
 

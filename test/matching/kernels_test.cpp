@@ -7,6 +7,7 @@
 #include "matching/census_kernel.h"
 #include "matching/half_image.h"
 #include "matching/matching_scenes.h"
+#include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
 #include "matching/simd_dispatch.h"
@@ -239,6 +240,22 @@ TEST(Kernels, ReducedSearchOfEveryPenalty) {
     }
 }
 
+/// By the reduced search itself: StereoMatcher would take the full search.
+Match searchEverythingReduced(const TestPair& pair, const MatcherParams& params) {
+  const int64_t target = simdTargetBit(params.simd_target);
+  CensusKernel census(params.census, target);
+  cv::Mat1i left_words, right_words;
+  census.transform(pair.left, left_words);
+  census.transform(pair.right, right_words);
+  SearchWindows windows;
+  planFullSearch(params.range, pair.left.size(), windows);
+  const cv::Size size = pair.left.size();
+  Match match{cv::Mat1f(size), cv::Mat1b(size), cv::Mat1b(size), cv::Mat1b(size), windows.width};
+  AlignedBuffer volume;
+  ReducedSearch(params, target).match(left_words, right_words, windows, volume, match);
+  return match;
+}
+
 TEST(Kernels, ReducedSearchOfEverythingIsTheFullSearch) {
   const TestPair pair = makeTestPair({150, 40}, 0, 60, 12);
   for (const std::string& target : availableSimdTargets())
@@ -255,6 +272,9 @@ TEST(Kernels, ReducedSearchOfEverythingIsTheFullSearch) {
                                       cv::Mat1s(pair.left.size(), static_cast<short>(count - 1))};
         matcher.match(pair.left, pair.right, everything, reduced);
         EXPECT_EQ(differences(reduced, full), "") << describe(params, pair.left.size());
+        if (target == "scalar") continue;
+        EXPECT_EQ(differences(searchEverythingReduced(pair, params), full), "")
+            << describe(params, pair.left.size());
       }
 }
 
