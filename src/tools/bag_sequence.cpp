@@ -186,6 +186,8 @@ class BagSequence : public Sequence {
   mutable StereoPair read_;
 };
 
+}  // namespace
+
 DetectedObject detectedObject(const MovingObject& message) {
   DetectedObject object;
   object.id = static_cast<int>(message.id);
@@ -198,8 +200,6 @@ DetectedObject detectedObject(const MovingObject& message) {
   object.distance_m = message.distance;
   return object;
 }
-
-}  // namespace
 
 std::unique_ptr<Sequence> bagSequence(const std::string& path, const StereoTopicChoice& choice) {
   return std::make_unique<BagSequence>(path, choice);

@@ -5,6 +5,7 @@
 
 #include "evaluation/detection_evaluation.h"
 #include "evaluation/sequence.h"
+#include "predictive_stereo/MovingObject.h"
 #include "tools/stereo_topics.h"
 
 namespace predictive_stereo {
@@ -13,6 +14,9 @@ namespace predictive_stereo {
 /// What moves is known where the bag has <camera>/truth/moving_objects, as street_to_bag writes it.
 /// @throws std::runtime_error where the bag cannot be read, or has no such pairs.
 std::unique_ptr<Sequence> bagSequence(const std::string& path, const StereoTopicChoice& choice);
+
+/// The object as it was before it became a message.
+DetectedObject detectedObject(const MovingObject& message);
 
 /// Gives what a bag has recorded on its topic moving_objects: output of `replay` or of the
 /// nodelets. Frames are known by their stamps; those of which the bag has no message count as

@@ -41,8 +41,9 @@ TEST_F(Scenarios, without_tf_disparity_comes_without_prediction) {
   ASSERT_TRUE(comesOut(street().pair(1), disparity));
   EXPECT_GT(validPixels(*disparity.last()), StreetCamera::kWidth * StreetCamera::kHeight / 2u);
   EXPECT_EQ(validPixels(*predicted.at(street().stamp(1))), 0u);
-  EXPECT_TRUE(says("Disparity", "transform_timeout"));
-  EXPECT_TRUE(says("Disparity", "matched without prediction"));
+  EXPECT_TRUE(says("Disparity", "against odom_frame 'odom'"));
+  EXPECT_TRUE(says("Disparity", "within transform_timeout = 0.2 s: matched without prediction"));
+  EXPECT_TRUE(says("Disparity", "Run the EgoMotion nodelet with publish_tf, or set odom_frame"));
 }
 
 TEST_F(Scenarios, a_topic_that_nobody_publishes_is_named) {
@@ -52,6 +53,49 @@ TEST_F(Scenarios, a_topic_that_nobody_publishes_is_named) {
   player_.shutDownRight();
   EXPECT_TRUE(says("Disparity", "nobody publishes " + ns_ + "/right/image_rect"));
   EXPECT_TRUE(says("Disparity", "camera:="));
+}
+
+TEST_F(Scenarios, a_topic_that_is_advertised_but_silent_is_named) {
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  StereoPair pair = street().pair(0);
+  for (int round = 0; round < 40; ++round) {
+    auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
+    left->header.stamp += ros::Duration(0.1 * round);
+    player_.publishLeft(left);
+    ros::WallDuration(0.1).sleep();
+  }
+  EXPECT_TRUE(says("Disparity", "nothing comes on " + ns_ + "/left/camera_info, " + ns_ +
+                                    "/right/image_rect, " + ns_ + "/right/camera_info"));
+  EXPECT_TRUE(says("Disparity", "is the camera running, or is the bag paused?"));
+}
+
+TEST_F(Scenarios, moving_objects_names_the_nodelet_that_it_waits_for) {
+  load("MovingObjects");
+  Recorder<MovingObjectArray> objects(node_, "moving_objects");
+  EXPECT_TRUE(says("MovingObjects", "nobody publishes " + ns_ + "/measured_disparity, " + ns_ +
+                                        "/measured_variance, " + ns_ + "/predicted_disparity, " +
+                                        ns_ + "/predicted_variance"));
+  EXPECT_TRUE(says("MovingObjects", "run the Disparity nodelet in the same namespace"));
+}
+
+TEST_F(Scenarios, moving_objects_without_tf_come_without_velocities) {
+  setParam("MovingObjects", "odom_frame", "nowhere");
+  load("Disparity");
+  load("MovingObjects");
+  Recorder<MovingObjectArray> objects(node_, "moving_objects");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  ASSERT_TRUE(eventually([&] { return objects.connected(); }));
+  // What is published before the two nodelets know of each other is lost.
+  int index = 0;
+  ASSERT_TRUE(eventually([&] {
+    player_.publish(street().pair(index++ % 6));
+    return eventually([&] { return objects.count() > 0; }, 1);
+  }));
+  EXPECT_TRUE(says("MovingObjects", "in odom_frame 'nowhere' at the image's stamp: no velocities"));
+  EXPECT_TRUE(
+      says("MovingObjects", "Run the EgoMotion nodelet with publish_tf, or set odom_frame"));
 }
 
 TEST_F(Scenarios, stamps_that_differ_are_told_with_the_cure) {
@@ -74,7 +118,7 @@ TEST_F(Scenarios, stamps_that_differ_are_told_with_the_cure) {
   }
   EXPECT_TRUE(says("Disparity", "by 4 ms or more"));
   EXPECT_TRUE(says("Disparity", "set approximate_sync to true"));
-  EXPECT_TRUE(says("EgoMotion", "sync_tolerance allows 1 ms"));
+  EXPECT_TRUE(says("EgoMotion", "sync_tolerance allows 1 ms: set sync_tolerance above it"));
   EXPECT_EQ(disparity.count(), 0u);
 }
 
@@ -109,7 +153,7 @@ TEST_F(Scenarios, a_missing_extrinsic_is_waited_for) {
   };
   player_.publish(unmounted(0));
   EXPECT_TRUE(says("EgoMotion", "no transform from base_frame 'base_link'"));
-  EXPECT_TRUE(says("EgoMotion", "unmounted_camera"));
+  EXPECT_TRUE(says("EgoMotion", "set base_frame to 'unmounted_camera'"));
   EXPECT_EQ(odometry.count(), 0u);
 
   geometry_msgs::TransformStamped extrinsic = street().extrinsic();
@@ -167,6 +211,15 @@ TEST_F(Scenarios, bad_pairs_are_told_and_good_ones_go_on) {
   player_.publish(swapped);
   EXPECT_TRUE(says("Disparity", "are left and right swapped"));
   EXPECT_TRUE(says("Disparity", "P_right"));
+
+  StereoPair uncalibrated = street().pair(1);
+  for (auto* camera : {&uncalibrated.left_info, &uncalibrated.right_info}) {
+    auto empty = boost::make_shared<sensor_msgs::CameraInfo>(**camera);
+    empty->P.fill(0);
+    *camera = empty;
+  }
+  player_.publish(uncalibrated);
+  EXPECT_TRUE(says("Disparity", "px is not positive; is the camera calibrated?"));
 
   StereoPair narrow = street().pair(2);
   auto cropped = boost::make_shared<sensor_msgs::Image>(*narrow.right);

@@ -34,6 +34,7 @@ class StereoPlayer {
     right_info_.shutdown();
   }
 
+  void publishLeft(const sensor_msgs::ImageConstPtr& image) { left_.publish(image); }
   void publish(const StereoPair& pair) {
     left_.publish(pair.left);
     right_.publish(pair.right);

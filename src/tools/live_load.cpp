@@ -1,0 +1,279 @@
+#include "tools/live_load.h"
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <nav_msgs/Odometry.h>
+#include <nodelet/loader.h>
+#include <predictive_stereo/MovingObjectArray.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <stereo_msgs/DisparityImage.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <chrono>
+#include <condition_variable>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "nodelets/stamp_matcher.h"
+#include "params/param_table.h"
+#include "tools/interruption.h"
+
+namespace predictive_stereo {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kWarmUp = 10;       // frames of which latencies do not count
+constexpr int kEarly = 100;       // frames after which memory is looked at first
+constexpr double kGiveUp_s = 20;  // for what should take milliseconds
+
+int64_t residentBytes() {
+  std::ifstream file("/proc/self/statm");
+  int64_t total = 0, resident = 0;
+  file >> total >> resident;
+  return resident * sysconf(_SC_PAGESIZE);
+}
+
+bool waitUntil(const std::function<bool()>& condition) {
+  const auto deadline = Clock::now() + std::chrono::duration<double>(kGiveUp_s);
+  while (!condition()) {
+    if (Clock::now() > deadline) return false;
+    throwIfInterrupted();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+/// A subscriber's side: when which frame came out, and what the diagnostics count.
+class Listener {
+ public:
+  explicit Listener(const std::string& ns) : node_(ns), spinner_(1, &queue_) {
+    node_.setCallbackQueue(&queue_);
+    objects_ = node_.subscribe<MovingObjectArray>(
+        "moving_objects", 100, [this](const MovingObjectArrayConstPtr& objects) {
+          const auto now = Clock::now();
+          const std::lock_guard<std::mutex> lock(mutex_);
+          const auto sent = sent_.find(objects->header.stamp);
+          if (sent == sent_.end()) return;
+          latency_ms_.push_back(
+              std::chrono::duration<double, std::milli>(now - sent->second).count());
+          // Those before it are lost: frames come out in their order.
+          sent_.erase(sent_.begin(), std::next(sent));
+          last_output_ = now;
+          changed_.notify_all();
+        });
+    disparity_ = node_.subscribe<stereo_msgs::DisparityImage>(
+        "disparity", 10, [this](const stereo_msgs::DisparityImageConstPtr& disparity) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          last_disparity_ = disparity->header.stamp;
+          changed_.notify_all();
+        });
+    odometry_ = node_.subscribe("odometry", 10, &Listener::ignore);
+    diagnostics_ = node_.subscribe<diagnostic_msgs::DiagnosticArray>(
+        "/diagnostics", 100, [this](const diagnostic_msgs::DiagnosticArrayConstPtr& array) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          for (const auto& status : array->status)
+            for (const auto& value : status.values) figures_[status.name][value.key] = value.value;
+          ++reports_;
+        });
+    spinner_.start();
+  }
+  ~Listener() { spinner_.stop(); }
+
+  bool connected() const {
+    return objects_.getNumPublishers() > 0 && disparity_.getNumPublishers() > 0 &&
+           odometry_.getNumPublishers() > 0;
+  }
+  void sent(ros::Time stamp) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    sent_[stamp] = Clock::now();
+  }
+  /// Waits until the next frame would push none aside: the disparity of the last one is there, and
+  /// the moving objects of all before it.
+  bool waitForRoom() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::duration<double>(kGiveUp_s), [this] {
+      return sent_.empty() || (sent_.size() == 1 && last_disparity_ == sent_.begin()->first);
+    });
+  }
+  /// Waits until nothing has come out for a second, and the diagnostics have told of all.
+  void waitForTheLast() {
+    waitUntil([this] {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      return sent_.empty() || Clock::now() - last_output_ > std::chrono::seconds(1);
+    });
+    const int before = reports();
+    waitUntil([&] { return reports() >= before + 6; });  // two of each nodelet
+  }
+
+  std::vector<double> latencies() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return latency_ms_;
+  }
+  Clock::time_point lastOutput() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return last_output_;
+  }
+  /// Of the nodelet whose status' name contains `part`.
+  int64_t count(const std::string& part, const std::string& key) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [name, figures] : figures_) {
+      const auto found = figures.find(key);
+      if (name.find(part) != std::string::npos && found != figures.end())
+        return std::stoll(found->second);
+    }
+    return 0;
+  }
+
+ private:
+  static void ignore(const nav_msgs::OdometryConstPtr&) {}
+
+  int reports() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return reports_;
+  }
+
+  ros::NodeHandle node_;
+  ros::CallbackQueue queue_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<ros::Time, Clock::time_point> sent_;  // on their way
+  ros::Time last_disparity_;
+  std::vector<double> latency_ms_;
+  Clock::time_point last_output_ = Clock::now();
+  std::map<std::string, std::map<std::string, std::string>> figures_;
+  int reports_ = 0;
+  ros::Subscriber objects_, disparity_, odometry_, diagnostics_;
+  ros::AsyncSpinner spinner_;  // last: it uses all of the above
+};
+
+template <class Message>
+boost::shared_ptr<Message> stamped(const boost::shared_ptr<const Message>& message,
+                                   ros::Time stamp) {
+  auto copy = boost::make_shared<Message>(*message);
+  copy->header.stamp = stamp;
+  return copy;
+}
+
+}  // namespace
+
+LiveLoad::LiveLoad(const std::string& path, const StereoTopicChoice& choice, int max_pairs) {
+  rosbag::Bag bag;
+  try {
+    bag.open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(path + ": is no bag that can be read (" + error.what() + ")");
+  }
+  const StereoTopics topics = findStereoTopics(bag, choice);
+  const std::vector<std::string> names = {topics.left, topics.left_info, topics.right,
+                                          topics.right_info};
+  SyncParams sync;
+  sync.queue_size = 1000;
+  sync.sync_tolerance = 0.02;
+  StampMatcher matcher(names, sync);
+  for (const auto& message : rosbag::View(bag, rosbag::TopicQuery(names))) {
+    if (pairs() == max_pairs) break;
+    std::vector<StampMatcher::Set> sets;
+    const auto slot = static_cast<size_t>(
+        std::find(names.begin(), names.end(), message.getTopic()) - names.begin());
+    if (const auto image = message.instantiate<sensor_msgs::Image>())
+      sets = matcher.add(slot, image->header.stamp, image);
+    else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>())
+      sets = matcher.add(slot, info->header.stamp, info, info->header.stamp.isZero());
+    for (const StampMatcher::Set& set : sets)
+      pairs_.push_back({boost::static_pointer_cast<const sensor_msgs::Image>(set[0]),
+                        boost::static_pointer_cast<const sensor_msgs::Image>(set[2]),
+                        boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[1]),
+                        boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[3])});
+  }
+  if (pairs_.size() < 2)
+    throw std::runtime_error(path + ": has not two stereo pairs. " + matcher.describeMismatch());
+  period_ = (pairs_.back().left->header.stamp - pairs_.front().left->header.stamp) *
+            (1.0 / (pairs() - 1));
+}
+
+cv::Size LiveLoad::size() const {
+  return {static_cast<int>(pairs_[0].left->width), static_cast<int>(pairs_[0].left->height)};
+}
+
+StereoPair LiveLoad::pairAt(int index, ros::Time stamp) const {
+  const int round = 2 * (pairs() - 1);
+  const int place = index % round;
+  const StereoPair& pair = pairs_[static_cast<size_t>(place < pairs() ? place : round - place)];
+  return {stamped(pair.left, stamp), stamped(pair.right, stamp), stamped(pair.left_info, stamp),
+          stamped(pair.right_info, stamp)};
+}
+
+LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams& given) {
+  // A namespace of its own: what another run still says is not heard.
+  const std::string ns = "/live_load_" + std::to_string(getpid()) + "_" + std::to_string(runs_++);
+  AllNodeletParams params = given;
+  params.ego_motion.processor.base_frame = "";  // the camera itself: no extrinsic is needed
+  params.ego_motion.processor.odom_frame = ns.substr(1) + "_odom";
+  params.disparity.odom_frame = params.moving_objects.odom_frame =
+      params.ego_motion.processor.odom_frame;
+  const ParamTable table(params);
+  for (const auto& entry : table.entries()) ros::param::set(ns + "/" + entry.name, entry.get());
+
+  Listener listener(ns);
+  ros::NodeHandle node(ns);
+  ros::Publisher left = node.advertise<sensor_msgs::Image>("left/image_rect", 20);
+  ros::Publisher right = node.advertise<sensor_msgs::Image>("right/image_rect", 20);
+  ros::Publisher left_info = node.advertise<sensor_msgs::CameraInfo>("left/camera_info", 20);
+  ros::Publisher right_info = node.advertise<sensor_msgs::CameraInfo>("right/camera_info", 20);
+  nodelet::Loader loader(false);
+  for (const auto& [name, type] :
+       {std::pair("ego_motion", "EgoMotion"), std::pair("disparity", "Disparity"),
+        std::pair("moving_objects", "MovingObjects")})
+    if (!loader.load(ns + "/" + name, std::string("predictive_stereo/") + type, {}, {}))
+      throw std::runtime_error(std::string("the nodelet ") + type + " does not load");
+  if (!waitUntil([&] {
+        return left.getNumSubscribers() > 0 && right.getNumSubscribers() > 0 &&
+               left_info.getNumSubscribers() > 0 && right_info.getNumSubscribers() > 0 &&
+               listener.connected();
+      }))
+    throw std::runtime_error("the nodelets do not subscribe");
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // until they know of each other
+
+  LiveLoadResult result;
+  const ros::Time first = pairs_[0].left->header.stamp;
+  const auto begin = Clock::now();
+  for (int i = 0; i < frames; ++i) {
+    throwIfInterrupted();
+    const StereoPair pair = pairAt(i, first + period_ * i);
+    if (rate_hz > 0)
+      std::this_thread::sleep_until(begin + std::chrono::duration_cast<Clock::duration>(
+                                                std::chrono::duration<double>(i / rate_hz)));
+    else if (!listener.waitForRoom())
+      throw std::runtime_error("frame " + std::to_string(i - 1) + " does not come out");
+    listener.sent(pair.left->header.stamp);
+    left_info.publish(pair.left_info);
+    right_info.publish(pair.right_info);
+    left.publish(pair.left);
+    right.publish(pair.right);
+    ++result.sent;
+    if (i + 1 == std::min(kEarly, frames)) result.early_bytes = residentBytes();
+  }
+  listener.waitForTheLast();
+  result.late_bytes = residentBytes();
+  result.latency_ms = listener.latencies();
+  result.processed = static_cast<int>(result.latency_ms.size());
+  result.seconds = std::chrono::duration<double>(listener.lastOutput() - begin).count();
+  if (result.processed > kWarmUp)
+    result.latency_ms.erase(result.latency_ms.begin(), result.latency_ms.begin() + kWarmUp);
+  result.reported_losses = listener.count("/disparity", "dropped pairs") +
+                           listener.count("/disparity", "unmatched left images") +
+                           listener.count("/moving_objects", "dropped frames");
+  ros::param::del(ns);
+  return result;
+}
+
+}  // namespace predictive_stereo
