@@ -3,12 +3,12 @@
 /// the machine does hits all of them alike.
 #include <algorithm>
 #include <cstdio>
-#include <functional>
 #include <iostream>
 #include <memory>
 #include <opencv2/core/utility.hpp>
 
 #include "benchmark/sequences.h"
+#include "benchmark/timing.h"
 #include "evaluation/opencv_baseline.h"
 #include "predictive_stereo/pipeline.h"
 #include "tools/command_line.h"
@@ -29,18 +29,6 @@ constexpr char kHelp[] =
     "  --help\n";
 
 constexpr int kFramesBefore = 2;
-
-double timeOf(const std::function<void()>& work) {
-  const double before = static_cast<double>(cv::getTickCount());
-  work();
-  return (static_cast<double>(cv::getTickCount()) - before) / cv::getTickFrequency() * 1e3;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::unique_ptr<Sequence> open(const CommandLine& line, int frames) {
   const auto& inputs = line.positional();
