@@ -1,5 +1,5 @@
-/// The default detector in the whole pipeline: on streets whose truth is known, and on KITTI. Bounds
-/// on recall and precision are what is reached: they may only be made stricter.
+/// The default detector in the whole pipeline: on streets whose truth is known, and on KITTI.
+/// Bounds on recall and precision are what is reached: they may only be made stricter.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
