@@ -96,6 +96,15 @@ std::vector<Scene> makeScenes() {
     s.drive.turns = "S";
   }
   {
+    Scene& s = scene("highway", "drives at 100 km/h among others who do, and some oncoming ones");
+    s.traffic = Traffic();
+    s.traffic.companions = {
+        {Kind::kCar, 18, 0, 4, 9}, {Kind::kVan, 9, 3.2, 3, 13}, {Kind::kTruck, 35, 0, 3, 11}};
+    s.drive.cruise_mps = 28;
+    s.drive.turns = "S";
+    s.parked_cars = 0;
+  }
+  {
     Scene& s = scene("rain", "streaks of rain, different in every image, and dull light");
     s.sensor.rain = 1500;
     s.sensor.noise = 2.5;

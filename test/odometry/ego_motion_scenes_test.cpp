@@ -82,6 +82,20 @@ TEST(EgoMotionScenes, VehiclesThatMoveAlongCoverFortyPercentOfTheView) {
   EXPECT_LT(driven.driftPercent(), 1);
 }
 
+TEST(EgoMotionScenes, HalfOfTheViewMoves) {
+  const Driven driven = drive("near_half_moves", 20, 10);
+  EXPECT_EQ(driven.lost, 0);
+  EXPECT_LT(driven.driftPercent(), 1);
+}
+
+// 2.8 m from frame to frame, from the first one on, behind vehicles that go as fast.
+TEST(EgoMotionScenes, Highway) {
+  const Driven driven = drive("highway", 20, 15);
+  EXPECT_EQ(driven.lost, 0);
+  EXPECT_GT(driven.true_m, 2.7 * 14);
+  EXPECT_LT(driven.driftPercent(), 0.5);
+}
+
 TEST(EgoMotionScenes, NoDriftAtStandstill) {
   const Driven driven = drive("standstill", 20, 8);
   EXPECT_EQ(driven.lost, 0);
@@ -133,6 +147,35 @@ TEST(EgoMotionScenes, KittiDrive0020) {
   EXPECT_LE(result.mean.translation_m, 0.013);
   EXPECT_LE(result.mean.rotation_rad, 0.054 * kDegree);
   EXPECT_LT(std::abs(result.length_error_percent), 0.5);
+}
+
+// Every second and every third frame: 2.4 and 3.6 m apart, as at 86 and 130 km/h.
+TEST(EgoMotionScenes, KittiDrive0020InLargeSteps) {
+  const char* kitti = std::getenv("KITTI_EXCERPTS");
+  if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
+  const auto sequence =
+      kittiDriveSequence(std::string(kitti) + "/2011_09_30", "2011_09_30_drive_0020_sync");
+  const auto poses = sequence->poses();
+  ASSERT_TRUE(poses);
+  for (const int step : {2, 3}) {
+    EgoMotion ego_motion{EgoMotionParams()};
+    double error_m = 0, length_m = 0, estimated_m = 0;
+    for (int k = 0; k < sequence->frames(); k += step) {
+      const SequenceFrame frame = sequence->frame(k);
+      const EgoMotionEstimate estimate =
+          ego_motion.estimate(frame.left, frame.right, sequence->rig());
+      if (k == 0) continue;
+      EXPECT_EQ(estimate.status, EgoMotionStatus::kTracked) << k << " in steps of " << step;
+      const auto i = static_cast<size_t>(k);
+      const Eigen::Isometry3d T_true =
+          (*poses)[i].inverse() * (*poses)[i - static_cast<size_t>(step)];
+      error_m += (estimate.motion.T_cam_prev * T_true.inverse()).translation().norm();
+      length_m += T_true.translation().norm();
+      estimated_m += estimate.motion.T_cam_prev.translation().norm();
+    }
+    EXPECT_LT(error_m / length_m, 0.013) << "steps of " << step;
+    EXPECT_LT(std::abs(estimated_m / length_m - 1), 0.005) << "steps of " << step;
+  }
 }
 
 TEST(EgoMotionScenes, KittiDrivesAreAsLongAsTheyAre) {
