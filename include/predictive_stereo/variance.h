@@ -10,7 +10,7 @@
 namespace predictive_stereo {
 
 /// Standard deviations of disparities [px], by how they came about. The defaults are what
-/// estimate_noise found on KITTI (config/noise_kitti.yaml).
+/// estimate_noise found on KITTI and the synthetic street (config/noise_kitti.yaml).
 ///
 /// A match has sigma_match = sigma_floor + sigma_ambiguous t^2 + sigma_per_disparity d, where t
 /// grows from 0 to 1 as its ambiguity (lowest over second lowest aggregated cost) goes from
@@ -18,15 +18,17 @@ namespace predictive_stereo {
 /// errors of successive matches as independent, which they are not. What does tell is the
 /// innovation.
 struct VarianceParams {
-  double sigma_floor_px = 0.23;
-  double sigma_ambiguous_px = 0.7;
-  double sigma_per_disparity = 0.0057;
-  double ambiguity_onset = 0.5;
-  double innovation_weight = 0.46;    ///< share of the squared innovation that adds to the variance
+  double sigma_floor_px = 0.32;
+  double sigma_ambiguous_px = 0.88;
+  double sigma_per_disparity = 0.002;
+  double ambiguity_onset = 0.47;
+  double innovation_weight = 0.5;     ///< share of the squared innovation that adds to the variance
   double max_innovation_px = 4.0;     ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 1.3;  ///< adds to a match that nothing was predicted for
-  double sigma_kept_px = 1.3;         ///< adds to a prediction that was not measured
-  double sigma_filled_px = 3.7;       ///< of what was filled
+  double sigma_unpredicted_px = 1.6;  ///< adds to a match that nothing was predicted for
+  double sigma_edge_px = 2.5;         ///< adds to a match near a predicted discontinuity
+  double sigma_kept_px = 1.6;         ///< adds to a prediction that was not measured
+  double sigma_kept_edge_px = 7.3;    ///< of such a prediction near a discontinuity
+  double sigma_filled_px = 4.7;       ///< of what was filled
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -37,7 +39,9 @@ struct VarianceParams {
     v("innovation_weight", innovation_weight, 0.0, 1.0);
     v("max_innovation_px", max_innovation_px, 0.0, 256.0);
     v("sigma_unpredicted_px", sigma_unpredicted_px, 0.0, 100.0);
+    v("sigma_edge_px", sigma_edge_px, 0.0, 100.0);
     v("sigma_kept_px", sigma_kept_px, 0.0, 100.0);
+    v("sigma_kept_edge_px", sigma_kept_edge_px, 0.01, 100.0);
     v("sigma_filled_px", sigma_filled_px, 0.01, 100.0);
   }
 };

@@ -75,9 +75,11 @@ void addMeasurementErrors(const cv::Mat1f& measured_px, const DisparityRange& ra
 }
 
 void addSamples(const DisparityOutput& maps, const DisparityRange& range, const cv::Mat1f& truth_px,
-                std::vector<VarianceSample>& samples) {
-  for (int y = 0; y < truth_px.rows; ++y)
-    for (int x = 0; x < truth_px.cols; ++x) {
+                int step, std::vector<VarianceSample>& samples) {
+  // Predicted variances are reset to this near discontinuities, see Prediction.
+  const float reset_px2 = static_cast<float>(range.count) * static_cast<float>(range.count) / 12.0f;
+  for (int y = 0; y < truth_px.rows; y += step)
+    for (int x = 0; x < truth_px.cols; x += step) {
       if (!hasTruth(truth_px(y, x)) || !range.isValid(maps.disparity_px(y, x))) continue;
       VarianceSample sample;
       sample.error_px = maps.disparity_px(y, x) - truth_px(y, x);
@@ -88,6 +90,7 @@ void addSamples(const DisparityOutput& maps, const DisparityRange& range, const 
       sample.innovation_px =
           std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
       sample.predicted_px2 = maps.predicted_variance_px2(y, x);
+      sample.near_edge = sample.predicted && sample.predicted_px2 >= 0.999f * reset_px2;
       samples.push_back(sample);
     }
 }
@@ -190,13 +193,16 @@ class MatchLoss : public cv::MinProblemSolver::Function {
   VarianceParams start_;
 };
 
-bool isFiltered(const VarianceSample& s) { return s.measured && s.predicted; }
+bool isFiltered(const VarianceSample& s) { return s.measured && s.predicted && !s.near_edge; }
+bool isAtEdge(const VarianceSample& s) { return s.measured && s.predicted && s.near_edge; }
 bool isUnpredicted(const VarianceSample& s) { return s.measured && !s.predicted; }
-bool isKept(const VarianceSample& s) { return !s.measured && s.predicted; }
+bool isKept(const VarianceSample& s) { return !s.measured && s.predicted && !s.near_edge; }
+bool isKeptAtEdge(const VarianceSample& s) { return !s.measured && s.predicted && s.near_edge; }
 bool isFilled(const VarianceSample& s) { return !s.measured && !s.predicted; }
 
 double rounded(double value) {
-  const double unit = std::pow(10, std::floor(std::log10(std::max(value, 1e-6))) - 1);
+  if (value < 1e-6) return 0;
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
   return std::round(value / unit) * unit;
 }
 
@@ -248,7 +254,7 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
       without_past.prepare(left, right, drive.rig());
       without_past.estimate(std::nullopt, measured);
       addMeasurementErrors(measured.measured_disparity_px, range, truth_px, seen.measurement);
-      if (frame > 0) addSamples(published, range, truth_px, seen.published);
+      if (frame > 0) addSamples(published, range, truth_px, 1, seen.published);
       if (tracked && !points_prev.empty())
         addProcessErrors(points_prev, points, drive.rig(), motion.motion.T_cam_prev, moving,
                          seen.process);
@@ -260,6 +266,26 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
   if (seen.frames == 0)
     throw std::runtime_error(drive.name() + ": has no laser scans (velodyne_points)");
   return seen;
+}
+
+std::vector<VarianceSample> observePublished(const Sequence& sequence, const PipelineParams& params,
+                                             int step, const std::function<void(int)>& progress) {
+  std::vector<VarianceSample> samples;
+  EgoMotion ego_motion(params.ego_motion);
+  DisparityEstimator closed_loop(params.disparity);
+  DisparityOutput published;
+  for (int index = 0; index < sequence.frames(); ++index) {
+    const SequenceFrame frame = sequence.frame(index);
+    const EgoMotionEstimate motion = ego_motion.estimate(frame.left, frame.right, sequence.rig());
+    closed_loop.prepare(frame.left, frame.right, sequence.rig());
+    closed_loop.estimate(
+        motion.status == EgoMotionStatus::kTracked ? std::optional(motion.motion) : std::nullopt,
+        published);
+    if (index > 0 && !frame.truth_px.empty())
+      addSamples(published, params.disparity.matcher.range, frame.truth_px, step, samples);
+    if (progress) progress(index);
+  }
+  return samples;
 }
 
 VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
@@ -293,9 +319,15 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
   };
   fitted.sigma_unpredicted_px =
       rounded(addedSigma(beyond(isUnpredicted, matchVariance), start.sigma_unpredicted_px));
+  fitted.sigma_edge_px = rounded(addedSigma(
+      beyond(isAtEdge,
+             [&](const VarianceSample& s) { return matchVariance(s) + surprise(s, fitted); }),
+      start.sigma_edge_px));
   fitted.sigma_kept_px = rounded(addedSigma(
       beyond(isKept, [](const VarianceSample& s) { return static_cast<double>(s.predicted_px2); }),
       start.sigma_kept_px));
+  fitted.sigma_kept_edge_px = rounded(addedSigma(
+      beyond(isKeptAtEdge, [](const VarianceSample&) { return 0.0; }), start.sigma_kept_edge_px));
   fitted.sigma_filled_px = rounded(addedSigma(
       beyond(isFilled, [](const VarianceSample&) { return 0.0; }), start.sigma_filled_px));
   return fitted;

@@ -9,6 +9,7 @@
 #include "evaluation/error_histogram.h"
 #include "evaluation/kitti_drive.h"
 #include "evaluation/object_labels.h"
+#include "evaluation/sequence.h"
 #include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {
@@ -21,6 +22,7 @@ struct VarianceSample {
   float innovation_px;  ///< |measured - predicted|; only where both exist
   float predicted_px2;  ///< predicted variance; only where predicted
   bool measured, predicted;
+  bool near_edge;  ///< of a predicted discontinuity
 };
 
 /// What one drive tells. Only static pixels count: where `labels` has movers nothing is used.
@@ -38,6 +40,11 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
                                const PipelineParams& params, int max_frames,
                                const std::function<void(int)>& progress);
 
+/// The published disparities of a sequence's closed loop against its truth, every `step`-th pixel
+/// of a row and of a column.
+std::vector<VarianceSample> observePublished(const Sequence& sequence, const PipelineParams& params,
+                                             int step, const std::function<void(int)>& progress);
+
 /// Errors of laser points of one frame, moved by the ego-motion, against those of the next frame.
 /// Points are compared with the plane in disparity space through their neighbours of the next
 /// frame, where such a plane fits (smooth surfaces), so that the scans need not hit the same spots.
@@ -51,8 +58,8 @@ void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
 /// Parameters of the published variance for which sigma is the 68.3 % and 2 sigma the 95.4 %
 /// quantile of the absolute error as nearly as both can be had, given what is known of each pixel:
 /// quantile regression, first for what was measured and predicted, then for each other kind. Each
-/// set of samples (a drive) has the same weight. Kinds with fewer than 200 samples keep the values
-/// of `start`.
+/// set of samples (a drive, a scene) has the same weight. Kinds with fewer than 200 samples keep
+/// the values of `start`.
 VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
                            const VarianceParams& start);
 

@@ -56,6 +56,7 @@ HWY_NOINLINE void publishedVariancePixels(const float* HWY_RESTRICT published,
                                           const float* HWY_RESTRICT filtered,
                                           const float* HWY_RESTRICT filtered_variance,
                                           const float* HWY_RESTRICT predicted,
+                                          const uint8_t* HWY_RESTRICT near_edge,
                                           const float* HWY_RESTRICT measured,
                                           const float* HWY_RESTRICT measured_variance, int width,
                                           PublishedTerms terms, float* HWY_RESTRICT variance) {
@@ -63,11 +64,15 @@ HWY_NOINLINE void publishedVariancePixels(const float* HWY_RESTRICT published,
   for (int x = 0; x < width; ++x) {
     const float innovation =
         std::min(std::abs(measured[x] - predicted[x]), terms.largest_innovation_px);
+    const bool edge = near_edge[x] != 0;
+    const float at_edge = edge ? terms.edge_px2 : 0.0f;
     const float surprise = predicted[x] >= smallest
-                               ? terms.innovation_weight * innovation * innovation
+                               ? terms.innovation_weight * innovation * innovation + at_edge
                                : terms.unpredicted_px2;
     const float matched = measured_variance[x] + surprise;
-    const float kept = filtered_variance[x] + terms.kept_px2;
+    // Near a discontinuity the filter's variance is that of no knowledge at all.
+    const float kept_variance = filtered_variance[x] + terms.kept_px2;
+    const float kept = edge ? terms.kept_edge_px2 : kept_variance;
     const float known = measured[x] >= smallest ? matched : kept;
     const float any = filtered[x] >= smallest ? known : terms.filled_px2;
     variance[x] = published[x] >= smallest ? any : 0.0f;
@@ -76,8 +81,8 @@ HWY_NOINLINE void publishedVariancePixels(const float* HWY_RESTRICT published,
 
 void publishedVarianceRow(const PublishedRow& row, int width, const PublishedTerms& terms) {
   publishedVariancePixels(row.published_px, row.filtered_px, row.filtered_variance_px2,
-                          row.predicted_px, row.measured_px, row.measured_variance_px2, width,
-                          terms, row.variance_px2);
+                          row.predicted_px, row.near_edge, row.measured_px,
+                          row.measured_variance_px2, width, terms, row.variance_px2);
 }
 
 }  // namespace HWY_NAMESPACE

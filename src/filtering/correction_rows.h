@@ -27,13 +27,14 @@ struct PublishedRow {
   const float* filtered_px;
   const float* filtered_variance_px2;
   const float* predicted_px;
+  const uint8_t* near_edge;  ///< of a predicted discontinuity
   const float* measured_px;
   const float* measured_variance_px2;
   float* variance_px2;
 };
 struct PublishedTerms {
   float smallest_valid;
-  float unpredicted_px2, kept_px2, filled_px2;
+  float unpredicted_px2, edge_px2, kept_px2, kept_edge_px2, filled_px2;
   float largest_innovation_px, innovation_weight;
 };
 void publishedVarianceRow(const PublishedRow& row, int width, const PublishedTerms& terms);

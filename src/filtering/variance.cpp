@@ -42,7 +42,9 @@ void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityS
   PublishedTerms terms;
   terms.smallest_valid = static_cast<float>(range.min_disparity);
   terms.unpredicted_px2 = squared(params.sigma_unpredicted_px);
+  terms.edge_px2 = squared(params.sigma_edge_px);
   terms.kept_px2 = squared(params.sigma_kept_px);
+  terms.kept_edge_px2 = squared(params.sigma_kept_edge_px);
   terms.filled_px2 = squared(params.sigma_filled_px);
   terms.largest_innovation_px = static_cast<float>(params.max_innovation_px);
   terms.innovation_weight = static_cast<float>(params.innovation_weight);
@@ -50,8 +52,8 @@ void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityS
   cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
       publishedVarianceRow({published_disparity_px[y], state.disparity_px[y], state.variance_px2[y],
-                            prediction.disparity_px[y], measured_disparity_px[y],
-                            measured_variance_px2[y], variance_px2[y]},
+                            prediction.disparity_px[y], prediction.near_edge[y],
+                            measured_disparity_px[y], measured_variance_px2[y], variance_px2[y]},
                            variance_px2.cols, terms);
   });
 }

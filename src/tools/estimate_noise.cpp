@@ -33,6 +33,9 @@ process_noise.{png,csv}, measurement_noise.{png,csv}.
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
   --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
                       what moves is left out. Without labels all that is seen counts as static.
+  --street SCENE      adds a scene of the synthetic street, whose truth has no noise, to what the
+                      published variance is fitted to; may be given several times
+  --street-frames N   its number of frames (default 20)
   --config YAML       parameters to start from, as in evaluate_kitti
   --set NAME=VALUE    one parameter; may be given several times
   --frames N          at most so many frames of each drive
@@ -111,6 +114,18 @@ int estimate(const CommandLine& command_line) {
     measurement += seen.measurement;
     published.push_back(std::move(seen.published));
   }
+  for (const std::string& scene : command_line.all("street")) {
+    StreetParams street;
+    street.scene = scene;
+    street.frames = command_line.getInt("street-frames", 20, 2);
+    const auto sequence = streetSequence(street);
+    constexpr int kStep = 3;  // neighbours have much the same errors
+    Progress progress(sequence->name(), street.frames);
+    published.push_back(
+        observePublished(*sequence, params, kStep, [&](int frame) { progress.update(frame); }));
+    provenance << "# " << sequence->name() << ", " << street.frames
+               << " frames with exact truth, for the published variance\n";
+  }
   const VarianceParams variance = fitVariance(published, params.disparity.variance);
 
   std::ostringstream yaml;
@@ -130,7 +145,9 @@ int estimate(const CommandLine& command_line) {
        << "\n    ambiguity_onset: " << variance.ambiguity_onset
        << "\n    innovation_weight: " << variance.innovation_weight
        << "\n    sigma_unpredicted_px: " << variance.sigma_unpredicted_px
+       << "\n    sigma_edge_px: " << variance.sigma_edge_px
        << "\n    sigma_kept_px: " << variance.sigma_kept_px
+       << "\n    sigma_kept_edge_px: " << variance.sigma_kept_edge_px
        << "\n    sigma_filled_px: " << variance.sigma_filled_px << "\n";
 
   const fs::path dir = command_line.get("output");
@@ -146,7 +163,8 @@ int estimate(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
-                                    {"output", "labels", "config", "set", "frames", "threads"}, {},
-                                    predictive_stereo::estimate);
+  return predictive_stereo::runTool(
+      argc, argv, predictive_stereo::kHelp,
+      {"output", "labels", "street", "street-frames", "config", "set", "frames", "threads"}, {},
+      predictive_stereo::estimate);
 }

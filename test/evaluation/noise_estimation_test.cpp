@@ -117,11 +117,13 @@ TEST(FitVariance, FindsTheParametersThatMadeTheErrors) {
     s.ambiguity = uniform(random);
     s.measured = i % 4 != 0;
     s.predicted = i % 4 != 1;
+    s.near_edge = uniform(random) < 0.3f;
     s.innovation_px = std::abs(normal(random));
     s.predicted_px2 = 0.3f;
     float variance = sigmaOf(s) * sigmaOf(s) + 0.3f * s.innovation_px * s.innovation_px;
+    if (s.near_edge) variance += 0.8f * 0.8f;
     if (!s.predicted) variance = sigmaOf(s) * sigmaOf(s) + 0.7f * 0.7f;
-    if (!s.measured) variance = 0.3f + 0.9f * 0.9f;
+    if (!s.measured) variance = s.near_edge ? 2.5f * 2.5f : 0.3f + 0.9f * 0.9f;
     s.error_px = std::sqrt(variance) * normal(random);
     sets[static_cast<size_t>(i % 2)].push_back(s);
   }
@@ -132,6 +134,8 @@ TEST(FitVariance, FindsTheParametersThatMadeTheErrors) {
   EXPECT_NEAR(fitted.sigma_ambiguous_px, 1.5, 0.2);
   EXPECT_NEAR(fitted.ambiguity_onset, 0.5, 0.07);
   EXPECT_NEAR(fitted.sigma_unpredicted_px, 0.7, 0.05);
+  EXPECT_NEAR(fitted.sigma_edge_px, 0.8, 0.05);
+  EXPECT_NEAR(fitted.sigma_kept_edge_px, 2.5, 0.1);
   EXPECT_NEAR(fitted.sigma_kept_px, 0.9, 0.05);
   EXPECT_EQ(fitted.sigma_filled_px, VarianceParams{}.sigma_filled_px);  // no such samples
 }

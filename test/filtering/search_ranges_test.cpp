@@ -27,11 +27,13 @@ Prediction randomPrediction(cv::Size size, const DisparityRange& range, uint64_t
   return prediction;
 }
 
+// Without anything in its left part, so that some pixels have nothing near.
 cv::Mat1f randomCoarse(cv::Size size, const DisparityRange& range, uint64_t seed) {
   cv::RNG rng(seed);
   cv::Mat1f coarse(size.height / 2, size.width / 2, range.invalid());
   for (float& d : coarse)
     if (rng.uniform(0, 3) != 0) d = sixteenths(rng, range);
+  coarse.colRange(0, coarse.cols / 2).setTo(range.invalid());
   return coarse;
 }
 
@@ -61,10 +63,19 @@ Interval naive(const Prediction& prediction, const cv::Mat1f& coarse, const Disp
   if (!coarse.empty()) {
     const int coarse_x = std::min(x / 2, coarse.cols - 1);
     const int coarse_y = std::min(y / 2, coarse.rows - 1);
-    for (int v = std::max(coarse_y - 1, 0); v <= std::min(coarse_y + 1, coarse.rows - 1); ++v)
-      for (int u = std::max(coarse_x - 1, 0); u <= std::min(coarse_x + 1, coarse.cols - 1); ++u)
-        if (range.isValid(coarse(v, u)))
-          interval.include(coarse(v, u) - params.margin_px, coarse(v, u) + params.margin_px);
+    const auto hullWithin = [&](int radius) {
+      Interval hull;
+      for (int v = std::max(coarse_y - radius, 0);
+           v <= std::min(coarse_y + radius, coarse.rows - 1); ++v)
+        for (int u = std::max(coarse_x - radius, 0);
+             u <= std::min(coarse_x + radius, coarse.cols - 1); ++u)
+          if (range.isValid(coarse(v, u)))
+            hull.include(coarse(v, u) - params.margin_px, coarse(v, u) + params.margin_px);
+      return hull;
+    };
+    Interval hull = hullWithin(1);
+    if (hull.first > hull.last) hull = hullWithin(params.gap_radius_px / 2);
+    if (hull.first <= hull.last) interval.include(hull.first, hull.last);
   }
   if (interval.first > interval.last) interval.include(range.min_disparity, range.max_disparity());
   interval.first = std::max(interval.first, range.min_disparity);
@@ -80,6 +91,7 @@ TEST(SearchRanges, PredictiveIsTheHullOfPredictionAndCoarseMatch) {
       const Prediction prediction = randomPrediction(size, range, 5);
       const cv::Mat1f coarse = randomCoarse(size, range, 6);
       SearchRangeParams params;
+      params.gap_radius_px = 7;
       SearchRanges ranges;
       SearchRangeBuilder(range, params).build(prediction, coarse, ranges);
       for (int y = 0; y < size.height; ++y)

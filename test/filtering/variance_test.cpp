@@ -23,28 +23,31 @@ TEST(Variance, MeasurementVarianceGrowsWithAmbiguityAndDisparity) {
 
 TEST(Variance, PublishedVarianceTellsHowTheDisparityCameAbout) {
   // Measured as predicted, measured against the prediction, measured without one, kept, filled,
-  // unknown.
+  // unknown; measured and kept near a discontinuity.
   const float no = kRange.invalid();
-  const cv::Mat1f published = (cv::Mat1f(1, 6) << 20, 22, 20, 20, 20, no);
-  const cv::Mat1f measured = (cv::Mat1f(1, 6) << 20, 22, 20, no, no, no);
-  const cv::Mat1f measured_variance = (cv::Mat1f(1, 6) << 0.1f, 0.1f, 0.1f, 0, 0, 0);
+  const cv::Mat1f published = (cv::Mat1f(1, 8) << 20, 22, 20, 20, 20, no, 20, 20);
+  const cv::Mat1f measured = (cv::Mat1f(1, 8) << 20, 22, 20, no, no, no, 20, no);
+  const cv::Mat1f measured_variance = (cv::Mat1f(1, 8) << 0.1f, 0.1f, 0.1f, 0, 0, 0, 0.1f, 0);
   Prediction prediction;
   Predictor(kRange, PredictionParams()).predictNothing(published.size(), prediction);
-  prediction.disparity_px = (cv::Mat1f(1, 6) << 20, 20, no, 20, no, no);
+  prediction.disparity_px = (cv::Mat1f(1, 8) << 20, 20, no, 20, no, no, 20, 20);
+  prediction.near_edge(6) = prediction.near_edge(7) = 255;
   DisparityState state;
-  state.disparity_px = (cv::Mat1f(1, 6) << 20, 22, 20, 20, no, no);
-  state.variance_px2 = cv::Mat1f(1, 6, 0.3f);
-  state.missed_frames = cv::Mat1b(1, 6, uchar{0});
+  state.disparity_px = (cv::Mat1f(1, 8) << 20, 22, 20, 20, no, no, 20, 20);
+  state.variance_px2 = cv::Mat1f(1, 8, 0.3f);
+  state.missed_frames = cv::Mat1b(1, 8, uchar{0});
   VarianceParams params;
   params.innovation_weight = 0.5;
   params.sigma_unpredicted_px = 1.0;
   params.sigma_kept_px = 1.5;
   params.sigma_filled_px = 2.0;
+  params.sigma_edge_px = 0.5;
+  params.sigma_kept_edge_px = 3.0;
   cv::Mat1f variance_px2;
   publishedVariance(published, state, prediction, measured, measured_variance, kRange, params,
                     variance_px2);
-  const float expected[] = {0.1f, 0.1f + 0.5f * 4, 0.1f + 1, 0.3f + 2.25f, 4, 0};
-  for (int i = 0; i < 6; ++i) EXPECT_NEAR(variance_px2(i), expected[i], 1e-5) << i;
+  const float expected[] = {0.1f, 0.1f + 0.5f * 4, 0.1f + 1, 0.3f + 2.25f, 4, 0, 0.35f, 9};
+  for (int i = 0; i < 8; ++i) EXPECT_NEAR(variance_px2(i), expected[i], 1e-5) << i;
 }
 
 TEST(Variance, LargeInnovationsAreCapped) {

@@ -161,7 +161,7 @@ TEST_F(DisparityEstimatorTest, WrongMotionDoesNotStickToTheFilters) {
     return std::optional(motion);
   };
   double ours = 0, reference = 0;
-  for (int i = 0; i < 14; ++i) {
+  for (int i = 0; i < 100; ++i) {
     const StreetFrame frame = street_.render(i);
     const StreetFrame past = past_;
     run(estimator, frame, sometimesWrong);
