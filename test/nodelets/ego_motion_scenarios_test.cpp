@@ -1,0 +1,156 @@
+/// How the odometry takes what happens to cameras on robots.
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <std_srvs/Empty.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "nodelet_fixture.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kUnknownVariance = 9999;
+
+Eigen::Vector3d position(const nav_msgs::Odometry& odometry) {
+  const auto& p = odometry.pose.pose.position;
+  return {p.x, p.y, p.z};
+}
+
+class EgoMotionScenarios : public NodeletTest {
+ protected:
+  EgoMotionScenarios() : extrinsic_(street().extrinsic()) {}
+
+  void start() {
+    load("EgoMotion");
+    odometry_ = std::make_unique<Recorder<nav_msgs::Odometry>>(node_, "odometry");
+    pose_ = std::make_unique<Recorder<geometry_msgs::PoseWithCovarianceStamped>>(node_,
+                                                                                 "odometry/pose");
+    ASSERT_TRUE(player_.waitForSubscribers());
+    ASSERT_TRUE(eventually([&] { return odometry_->connected() && pose_->connected(); }));
+  }
+  /// Publishes the pair; null: no odometry came of it.
+  nav_msgs::OdometryConstPtr odometryOf(const StereoPair& pair) {
+    player_.publish(pair);
+    eventually([&] { return odometry_->at(pair.left->header.stamp) != nullptr; }, 20);
+    return odometry_->at(pair.left->header.stamp);
+  }
+  nav_msgs::OdometryConstPtr odometryOf(int index) { return odometryOf(street().pair(index)); }
+
+  /// Truth: base_link at `to` as seen from base_link at `from`.
+  static Eigen::Isometry3d truth(int from, int to) {
+    return street().T_world_base(from).inverse() * street().T_world_base(to);
+  }
+
+  StaticTransform extrinsic_;
+  std::unique_ptr<Recorder<nav_msgs::Odometry>> odometry_;
+  std::unique_ptr<Recorder<geometry_msgs::PoseWithCovarianceStamped>> pose_;
+};
+
+// Both lenses behind a hand.
+StereoPair covered(const StereoPair& pair) {
+  const auto grey = [](const sensor_msgs::ImageConstPtr& image) {
+    auto copy = boost::make_shared<sensor_msgs::Image>(*image);
+    std::fill(copy->data.begin(), copy->data.end(), uint8_t{30});
+    return copy;
+  };
+  return {grey(pair.left), grey(pair.right), pair.left_info, pair.right_info};
+}
+
+TEST_F(EgoMotionScenarios, a_covered_camera_holds_the_pose_and_goes_on_after_it) {
+  start();
+  for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
+  const nav_msgs::OdometryConstPtr before = odometryOf(2);
+  ASSERT_TRUE(before);
+  EXPECT_LT(before->pose.covariance[0], 1);
+
+  const nav_msgs::OdometryConstPtr lost = odometryOf(covered(street().pair(3)));
+  ASSERT_TRUE(lost);
+  EXPECT_EQ(position(*lost), position(*before));
+  for (int i = 0; i < 36; i += 7) {
+    EXPECT_EQ(lost->pose.covariance[i], kUnknownVariance);
+    EXPECT_EQ(lost->twist.covariance[i], kUnknownVariance);
+  }
+  EXPECT_TRUE(eventually([&] { return pose_->at(lost->header.stamp) != nullptr; }));
+  EXPECT_EQ(pose_->last()->pose.covariance[0], kUnknownVariance);
+  EXPECT_TRUE(says("EgoMotion", "lost: too few features agree on a motion; the pose is held"));
+
+  // The frame before the loss is what the next good one is compared with: nothing is missing.
+  const nav_msgs::OdometryConstPtr after = odometryOf(4);
+  ASSERT_TRUE(after);
+  EXPECT_LT(after->pose.covariance[0], 1);
+  EXPECT_LT((position(*after) - truth(0, 4).translation()).norm(), 0.05);
+  EXPECT_TRUE(eventually([&] { return value("EgoMotion", "inliers") != "0"; }));
+}
+
+TEST_F(EgoMotionScenarios, the_twist_is_of_the_time_that_passed) {
+  start();
+  for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
+  // Frames 2 and 3 did not arrive.
+  const nav_msgs::OdometryConstPtr odometry = odometryOf(4);
+  ASSERT_TRUE(odometry);
+  EXPECT_EQ(odometry->header.frame_id, "odom");
+  EXPECT_EQ(odometry->child_frame_id, "base_link");
+  const double dt_s = (street().stamp(4) - street().stamp(1)).toSec();
+  const double speed_mps = truth(1, 4).translation().norm() / dt_s;
+  ASSERT_GT(speed_mps, 1);
+  EXPECT_NEAR(odometry->twist.twist.linear.x, speed_mps, 0.03 * speed_mps);
+  EXPECT_NEAR(odometry->twist.twist.linear.y, 0, 0.1 * speed_mps);
+}
+
+TEST_F(EgoMotionScenarios, after_a_reset_the_next_frame_is_the_origin) {
+  start();
+  for (int i : {0, 1, 2}) ASSERT_TRUE(odometryOf(i));
+  EXPECT_GT(position(*odometry_->last()).norm(), 0.5);
+  std_srvs::Empty empty;
+  ASSERT_TRUE(ros::service::call(ns_ + "/EgoMotion/reset", empty));
+  const nav_msgs::OdometryConstPtr origin = odometryOf(3);
+  ASSERT_TRUE(origin);
+  EXPECT_EQ(position(*origin).norm(), 0);
+  const nav_msgs::OdometryConstPtr next = odometryOf(4);
+  ASSERT_TRUE(next);
+  EXPECT_LT((position(*next) - truth(3, 4).translation()).norm(), 0.05);
+}
+
+TEST_F(EgoMotionScenarios, features_on_moving_objects_are_left_out_where_asked) {
+  setParam("EgoMotion", "use_moving_mask", true);
+  ros::Publisher mask = node_.advertise<sensor_msgs::Image>("moving_objects/mask", 2);
+  start();
+  ASSERT_TRUE(eventually([&] { return mask.getNumSubscribers() > 0; }));
+  for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
+  EXPECT_LT(odometry_->last()->pose.covariance[0], 1);
+
+  // All of frame 1 moves, so nothing tells the camera's motion to the next frame.
+  const cv::Mat1b everything(StreetCamera::kHeight, StreetCamera::kWidth, uchar{255});
+  bool lost = false;
+  for (int i = 2; i < street().frames() && !lost; ++i) {
+    mask.publish(street().image(everything, street().stamp(i - 1)));
+    ros::Duration(0.3).sleep();  // nothing tells when the nodelet has it
+    const nav_msgs::OdometryConstPtr odometry = odometryOf(i);
+    ASSERT_TRUE(odometry);
+    lost = odometry->pose.covariance[0] == kUnknownVariance;
+  }
+  EXPECT_TRUE(lost);
+}
+
+TEST_F(EgoMotionScenarios, tf_is_published_only_where_asked) {
+  setParam("EgoMotion", "publish_tf", false);
+  start();
+  const Recorder<tf2_msgs::TFMessage> tf(node_, "/tf");
+  for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
+  EXPECT_TRUE(eventually([&] { return !tf.connected(); }, 5));
+  EXPECT_EQ(tf.count(), 0u);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "ego_motion_scenarios_test");
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  return RUN_ALL_TESTS();
+}
