@@ -61,14 +61,16 @@ void denseResidual(const DetectionInput& input, const DisparityRange& range,
 std::vector<DenseGroup> denseGroups(const cv::Mat1f& residual_px, const cv::Mat1f& disparity_px,
                                     const MotionDetectionParams& params) {
   cv::Mat1f value(residual_px.size()), known(residual_px.size()), sign(residual_px.size());
-  for (int v = 0; v < value.rows; ++v)
-    for (int u = 0; u < value.cols; ++u) {
-      const float r = residual_px(v, u);
-      const bool is_known = r != kUnknownResidual;
-      value(v, u) = is_known ? r : 0.0f;
-      known(v, u) = is_known ? 1.0f : 0.0f;
-      sign(v, u) = is_known ? (r > 0 ? 1.0f : r < 0 ? -1.0f : 0.0f) : 0.0f;
-    }
+  cv::parallel_for_(cv::Range(0, value.rows), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v)
+      for (int u = 0; u < value.cols; ++u) {
+        const float r = residual_px(v, u);
+        const float is_known = r != kUnknownResidual ? 1.0f : 0.0f;
+        value(v, u) = r != kUnknownResidual ? r : 0.0f;
+        known(v, u) = is_known;
+        sign(v, u) = is_known * static_cast<float>((r > 0) - (r < 0));
+      }
+  });
   cv::Mat1f value_sum, known_sum, sign_sum;
   boxSum(value, value_sum);
   boxSum(known, known_sum);
@@ -77,13 +79,15 @@ std::vector<DenseGroup> denseGroups(const cv::Mat1f& residual_px, const cv::Mat1
   // 90 % of one sign, the rest of the other one: a sum of 0.8.
   const auto least_sign = static_cast<float>(2 * params.dense_one_sign - 1);
   cv::Mat1b seeds(value.size());
-  for (int v = 0; v < value.rows; ++v)
-    for (int u = 0; u < value.cols; ++u) {
-      const float n = known_sum(v, u), s = value_sum(v, u);
-      const bool seed = n >= kFewestKnown && std::abs(s) >= least * n &&
-                        std::abs(sign_sum(v, u)) >= least_sign * n && known(v, u) > 0;
-      seeds(v, u) = seed ? (s > 0 ? 1 : 2) : 0;
-    }
+  cv::parallel_for_(cv::Range(0, value.rows), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v)
+      for (int u = 0; u < value.cols; ++u) {
+        const float n = known_sum(v, u), s = value_sum(v, u);
+        const bool seed = n >= kFewestKnown && std::abs(s) >= least * n &&
+                          std::abs(sign_sum(v, u)) >= least_sign * n && known(v, u) > 0;
+        seeds(v, u) = seed ? (s > 0 ? 1 : 2) : 0;
+      }
+  });
   // Flood over neighbours of one sign and similar disparity.
   std::vector<DenseGroup> groups;
   std::vector<cv::Point> open;

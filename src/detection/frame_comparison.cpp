@@ -65,19 +65,25 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
   boxSum(comparison.difference, comparison.mean);
   boxSum(comparison.known, comparison.count);
   cv::Mat1f& difference = comparison.difference;
-  for (int v = 0; v < area.height; ++v)
-    for (int u = 0; u < area.width; ++u)
-      difference(v, u) = comparison.known(v, u) *
-                         std::abs(difference(v, u) -
-                                  comparison.mean(v, u) / std::max(comparison.count(v, u), 1.0f));
-  boxSum(difference, comparison.mismatch);
-  for (int v = 0; v < area.height; ++v)
-    for (int u = 0; u < area.width; ++u) {
-      const float count = comparison.count(v, u);
-      float& mismatch = comparison.mismatch(v, u);
-      mismatch = count >= kFewestKnown && comparison.known(v, u) > 0 ? mismatch / count
-                                                                     : Comparison::kUnknown;
+  cv::parallel_for_(cv::Range(0, area.height), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v) {
+      float* of_row = difference[v];
+      const float *known = comparison.known[v], *mean = comparison.mean[v],
+                  *count = comparison.count[v];
+      for (int u = 0; u < area.width; ++u)
+        of_row[u] = known[u] * std::abs(of_row[u] - mean[u] / std::max(count[u], 1.0f));
     }
+  });
+  boxSum(difference, comparison.mismatch);
+  cv::parallel_for_(cv::Range(0, area.height), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v) {
+      float* mismatch = comparison.mismatch[v];
+      const float *known = comparison.known[v], *count = comparison.count[v];
+      for (int u = 0; u < area.width; ++u)
+        mismatch[u] = count[u] >= kFewestKnown && known[u] > 0 ? mismatch[u] / count[u]
+                                                               : Comparison::kUnknown;
+    }
+  });
 }
 
 void latticeTexture(const ImagePyramid& current, cv::Mat1f& texture) {

@@ -79,20 +79,27 @@ std::vector<cv::Point> MotionScheme::suspiciousPoints() const {
     float ratio;
     cv::Point pixel;
   };
-  std::vector<Suspect> suspects;
   const cv::Mat1f& mismatch = static_world_.mismatch;
   const auto least = static_cast<float>(params_.min_mismatch);
-  for (int v = kMargin_px / 2; v + kCell + kMargin_px / 2 <= mismatch.rows; v += kCell)
-    for (int u = kMargin_px / 2; u + kCell + kMargin_px / 2 <= mismatch.cols; u += kCell) {
-      Suspect worst{0, {}};
-      for (int j = 0; j < kCell; ++j)
-        for (int i = 0; i < kCell; ++i) {
-          const float m = mismatch(v + j, u + i);
-          const float ratio = m / (texture_(v + j, u + i) + kGreyNoise);
-          if (m >= 0 && ratio > worst.ratio) worst = {ratio, {2 * (u + i), 2 * (v + j)}};
-        }
-      if (worst.ratio >= least) suspects.push_back(worst);
+  const int cell_rows = std::max((mismatch.rows - kMargin_px) / kCell, 0);
+  std::vector<std::vector<Suspect>> of_rows(cell_rows);
+  cv::parallel_for_(cv::Range(0, cell_rows), [&](const cv::Range& rows) {
+    for (int r = rows.start; r < rows.end; ++r) {
+      const int v = kMargin_px / 2 + r * kCell;
+      for (int u = kMargin_px / 2; u + kCell + kMargin_px / 2 <= mismatch.cols; u += kCell) {
+        Suspect worst{0, {}};
+        for (int j = 0; j < kCell; ++j)
+          for (int i = 0; i < kCell; ++i) {
+            const float m = mismatch(v + j, u + i);
+            const float ratio = m / (texture_(v + j, u + i) + kGreyNoise);
+            if (m >= 0 && ratio > worst.ratio) worst = {ratio, {2 * (u + i), 2 * (v + j)}};
+          }
+        if (worst.ratio >= least) of_rows[r].push_back(worst);
+      }
     }
+  });
+  std::vector<Suspect> suspects;
+  for (const auto& of_row : of_rows) suspects.insert(suspects.end(), of_row.begin(), of_row.end());
   // Where ego-motion fails everything is suspicious: take an even sample.
   std::vector<cv::Point> points;
   const auto most = static_cast<size_t>(params_.max_tracks);
