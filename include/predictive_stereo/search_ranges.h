@@ -23,7 +23,7 @@ struct SearchRangeParams {
   double max_margin_px = 4.0;  ///< predictive: largest widening
   /// predictive: where the half-resolution match has nothing near a pixel, the hull of what it has
   /// within so many columns and rows takes its place; 0: nothing does.
-  int gap_radius_px = 14;
+  int gap_radius_px = 0;
 
   template <class Visitor>
   void visit(Visitor&& v) {
