@@ -5,8 +5,12 @@
 #include <ros/xmlrpc_manager.h>
 #include <stereo_msgs/DisparityImage.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 
+#include "evaluation/sequence.h"
 #include "nodelet_fixture.h"
 
 namespace predictive_stereo {
@@ -322,6 +326,53 @@ TEST_F(Scenarios, anybodys_odometry_serves_through_tf) {
   EXPECT_GT(validPixels(*predicted.at(street().stamp(3))),
             StreetCamera::kWidth * StreetCamera::kHeight / 2u);
   EXPECT_TRUE(eventually([&] { return value("Disparity", "predicted") == "yes"; }));
+}
+
+// Share of the pixels known to both maps where they differ by less than a pixel.
+double agreement(const stereo_msgs::DisparityImage& a, const stereo_msgs::DisparityImage& b) {
+  size_t known = 0, agree = 0;
+  for (size_t i = 0; i < a.image.data.size(); i += sizeof(float)) {
+    float of_a, of_b;
+    std::memcpy(&of_a, &a.image.data[i], sizeof(of_a));
+    std::memcpy(&of_b, &b.image.data[i], sizeof(of_b));
+    if (of_a < a.min_disparity || of_b < b.min_disparity) continue;
+    ++known;
+    agree += std::abs(of_a - of_b) < 1;
+  }
+  return static_cast<double>(agree) / static_cast<double>(std::max<size_t>(known, 1));
+}
+
+TEST_F(Scenarios, kittis_poses_serve_through_tf) {
+  const char* kitti = std::getenv("KITTI_EXCERPTS");
+  if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
+  const auto drive =
+      kittiDriveSequence(kitti + std::string("/2011_09_30"), "2011_09_30_drive_0020_sync");
+  const auto T_world_cam = drive->poses();
+  ASSERT_TRUE(T_world_cam);
+  setParam("Disparity", "odom_frame", "world_of_kitti");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity"),
+      measured(node_, "measured_disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  tf2_ros::TransformBroadcaster broadcaster;
+  ros::Time stamp;
+  for (int i = 0; i < 4; ++i) {
+    stamp.fromSec(drive->stamp_s(i));
+    geometry_msgs::TransformStamped pose;
+    pose.header.stamp = stamp;
+    pose.header.frame_id = "world_of_kitti";
+    pose.child_frame_id = StreetCamera::kFrame;
+    pose.transform = transformMsg((*T_world_cam)[i]);
+    broadcaster.sendTransform(pose);
+    const SequenceFrame frame = drive->frame(i);
+    ASSERT_TRUE(
+        comesOut({street().image(frame.left, stamp), street().image(frame.right, stamp),
+                  cameraInfo(drive->rig(), stamp, false), cameraInfo(drive->rig(), stamp, true)},
+                 disparity));
+  }
+  ASSERT_TRUE(eventually([&] { return predicted.at(stamp) && measured.at(stamp); }));
+  EXPECT_GT(validPixels(*predicted.at(stamp)), drive->rig().size.area() / 2u);
+  EXPECT_GT(agreement(*predicted.at(stamp), *measured.at(stamp)), 0.8);
 }
 
 TEST_F(Scenarios, disparity_sleeps_while_nobody_listens_and_starts_anew) {

@@ -16,6 +16,17 @@
 
 namespace predictive_stereo {
 
+inline sensor_msgs::CameraInfoPtr cameraInfo(const StereoRig& rig, ros::Time stamp, bool right) {
+  auto message = boost::make_shared<sensor_msgs::CameraInfo>();
+  message->header.stamp = stamp;
+  message->width = static_cast<uint32_t>(rig.size.width);
+  message->height = static_cast<uint32_t>(rig.size.height);
+  const double cx = right ? rig.cx_right_px : rig.cx_left_px;
+  const double shift = right ? -rig.disparityTimesDepth() : 0.0;
+  message->P = {rig.fx_px, 0, cx, shift, 0, rig.fy_px, rig.cy_px, 0, 0, 0, 1, 0};
+  return message;
+}
+
 /// The messages of a small camera that drives through the synthetic street.
 class StreetCamera {
  public:
@@ -70,15 +81,8 @@ class StreetCamera {
   }
 
   sensor_msgs::CameraInfoPtr info(ros::Time stamp, bool right) const {
-    const StereoRig& rig = street_.rig();
-    auto message = boost::make_shared<sensor_msgs::CameraInfo>();
-    message->header.stamp = stamp;
+    const sensor_msgs::CameraInfoPtr message = cameraInfo(rig(), stamp, right);
     message->header.frame_id = kFrame;
-    message->width = static_cast<uint32_t>(rig.size.width);
-    message->height = static_cast<uint32_t>(rig.size.height);
-    const double cx = right ? rig.cx_right_px : rig.cx_left_px;
-    const double shift = right ? -rig.disparityTimesDepth() : 0.0;
-    message->P = {rig.fx_px, 0, cx, shift, 0, rig.fy_px, rig.cy_px, 0, 0, 0, 1, 0};
     return message;
   }
 
