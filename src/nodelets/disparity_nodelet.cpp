@@ -85,9 +85,9 @@ class DisparityNodelet : public nodelet::Nodelet {
         [this](const StereoPair& pair) {
           worker_->push({pair, std::chrono::steady_clock::now()});
         },
-        [this] {
-          tf_->buffer.clear();
-          odometry_.clear();
+        [this](ros::Time stamp) {
+          tf_->goBackTo(stamp);
+          odometry_.goBackTo(stamp);
         });
   }
 

@@ -79,7 +79,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
         [this](const StereoPair& pair) {
           worker_->push({pair, std::chrono::steady_clock::now()});
         },
-        [this] { tf_->buffer.clear(); });
+        [this](ros::Time stamp) { tf_->goBackTo(stamp); });
   }
 
   std::string silence() const { return input_ ? input_->silence() : ""; }

@@ -22,9 +22,11 @@ void OdometryHistory::add(const nav_msgs::OdometryConstPtr& message) {
   if (messages_.size() > kKept) messages_.pop_front();
 }
 
-void OdometryHistory::clear() {
+void OdometryHistory::goBackTo(ros::Time stamp) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  messages_.clear();
+  constexpr double kLeastJump_s = 0.5;
+  if (!messages_.empty() && (messages_.back()->header.stamp - stamp).toSec() > kLeastJump_s)
+    messages_.clear();
 }
 
 nav_msgs::OdometryConstPtr OdometryHistory::at(ros::Time stamp) const {

@@ -16,7 +16,8 @@ namespace predictive_stereo {
 class OdometryHistory {
  public:
   void add(const nav_msgs::OdometryConstPtr& message);
-  void clear();
+  /// Images went back to this stamp: forgets what is of a later pass.
+  void goBackTo(ros::Time stamp);
   /// The first message that is not older than `stamp`; null: none yet.
   nav_msgs::OdometryConstPtr at(ros::Time stamp) const;
 

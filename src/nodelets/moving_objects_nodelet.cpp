@@ -116,7 +116,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     const std::lock_guard<std::mutex> lock(mutex_);
     last_received_[slot] = std::chrono::steady_clock::now();
     if (slot == kLeft) {
-      if (stamp < last_left_) tf_->buffer.clear();
+      if (stamp < last_left_) tf_->goBackTo(stamp);
       last_left_ = stamp;
     }
     for (const StampMatcher::Set& set :

@@ -14,7 +14,7 @@ constexpr auto kSilence = std::chrono::seconds(2);
 
 StereoInput::StereoInput(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
                          const SyncParams& params, std::function<void(const StereoPair&)> on_pair,
-                         std::function<void()> on_backward)
+                         std::function<void(ros::Time)> on_backward)
     : on_pair_(std::move(on_pair)),
       on_backward_(std::move(on_backward)),
       matcher_({node.resolveName("left/image_rect"), node.resolveName("left/camera_info"),
@@ -60,7 +60,7 @@ void StereoInput::add(size_t slot, const boost::shared_ptr<const Message>& messa
       pairs.push_back(std::move(pair));
     }
   }
-  if (backward) on_backward_();
+  if (backward) on_backward_(pairs.front().left->header.stamp);
   for (const StereoPair& pair : pairs) on_pair_(pair);
 }
 

@@ -19,10 +19,11 @@ namespace predictive_stereo {
 class StereoInput {
  public:
   /// @param on_pair  called with each pair, from the node handle's callback queue.
-  /// @param on_backward  called before the first pair after the stamps went back.
+  /// @param on_backward  called with the stamp of the first pair after the stamps went back,
+  ///   before it.
   StereoInput(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
               const SyncParams& params, std::function<void(const StereoPair&)> on_pair,
-              std::function<void()> on_backward);
+              std::function<void(ros::Time)> on_backward);
 
   /// Why no pairs come, and which parameter cures it; empty where they do.
   std::string silence() const;
@@ -37,7 +38,7 @@ class StereoInput {
   void add(size_t slot, const boost::shared_ptr<const Message>& message, bool may_be_constant);
 
   std::function<void(const StereoPair&)> on_pair_;
-  std::function<void()> on_backward_;
+  std::function<void(ros::Time)> on_backward_;
 
   mutable std::mutex mutex_;
   StampMatcher matcher_;
