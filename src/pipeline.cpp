@@ -131,6 +131,8 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
   Stopwatch watch;
   output.ego_motion = ego_motion_.estimate(left, right, rig);
   const bool tracked = output.ego_motion.status == EgoMotionStatus::kTracked;
+  // Of the first frame the pose is known, too: it is where odom begins.
+  const bool known = output.ego_motion.status != EgoMotionStatus::kLost;
   T_odom_cam_ = T_odom_cam_ * output.ego_motion.motion.T_cam_prev.inverse();
   output.T_odom_cam = T_odom_cam_;
   times_.clear();
@@ -148,7 +150,7 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
 
   detector_.detect({stamp_s, rig, left, output.disparity.measured_disparity_px,
                     output.disparity.measured_variance_px2, output.disparity.predicted_disparity_px,
-                    output.disparity.predicted_variance_px2, tracked, output.T_odom_cam},
+                    output.disparity.predicted_variance_px2, known, output.T_odom_cam},
                    output.detections);
   watch.lap("detection", times_);
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/ground.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -47,6 +49,8 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   compareFrames(view.current, view.disparity_px, view.range, view.previous,
                 SourceOf(disparityMotion(view.rig, T_source)), area, comparison);
 
+  cv::Mat1b ground;
+  levelGround(view.rig, view.range, view.disparity_px, area, ground);
   cv::Mat1f support(area.size());
   cv::Mat1b layer(area.size());
   for (int v = 0; v < area.height; ++v)
@@ -54,9 +58,10 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
       const float d = view.disparity_px(2 * (area.y + v), 2 * (area.x + u));
       const float by_static = view.static_mismatch(area.y + v, area.x + u);
       const float by_object = comparison.mismatch(v, u);
-      layer(v, u) =
-          view.range.isValid(d) && d >= hypothesis.farthest_px && d <= hypothesis.nearest_px ? 255
-                                                                                             : 0;
+      layer(v, u) = view.range.isValid(d) && d >= hypothesis.farthest_px &&
+                            d <= hypothesis.nearest_px && !ground(v, u)
+                        ? 255
+                        : 0;
       support(v, u) =
           by_static < 0 || by_object < 0 ? 0.0f : std::clamp(by_static - by_object, -15.0f, 15.0f);
     }

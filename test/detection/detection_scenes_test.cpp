@@ -227,20 +227,20 @@ class KittiDetection : public testing::Test {
 
 TEST_F(KittiDetection, TwoCyclists) {
   const DetectionScore score = kittiScore(kitti_, "2011_09_26", "2011_09_26_drive_0002_sync", 0);
-  EXPECT_GE(score.all().recall(), 0.4) << describe(score);
-  EXPECT_GE(score.all().precision(), 0.5) << describe(score);
+  EXPECT_GE(score.all().recall(), 0.9) << describe(score);
+  EXPECT_GE(score.all().precision(), 0.9) << describe(score);
 }
 
 TEST_F(KittiDetection, OncomingCar) {
   const DetectionScore score = kittiScore(kitti_, "2011_09_30", "2011_09_30_drive_0020_sync", 0);
-  EXPECT_GE(score.all().recall(), 0.5) << describe(score);
-  EXPECT_GE(score.all().precision(), 0.55) << describe(score);
+  EXPECT_GE(score.all().recall(), 0.6) << describe(score);
+  EXPECT_GE(score.all().precision(), 0.7) << describe(score);
   EXPECT_LE(score.falsePerFrame(), 0.10) << describe(score);
 }
 
 TEST_F(KittiDetection, ParkedCars) {
   const DetectionScore score = kittiScore(kitti_, "2011_09_26", "2011_09_26_drive_0009_sync", 35);
-  EXPECT_LE(score.falsePerFrame(), 0.20) << describe(score);
+  EXPECT_LE(score.falsePerFrame(), 0.10) << describe(score);
 }
 
 TEST_F(KittiDetection, StaticScenesOf2012) {

@@ -1,0 +1,101 @@
+/// On exact disparities of a level road with things on it.
+#include "detection/ground.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kCameraHeight_m = 1.5;
+
+StereoRig testRig() {
+  StereoRig rig;
+  rig.size = {600, 400};
+  rig.fx_px = rig.fy_px = 600;
+  rig.cx_left_px = rig.cx_right_px = 300;
+  rig.cy_px = 200;
+  rig.baseline_m = 0.5;
+  return rig;
+}
+
+// A road below the sky.
+cv::Mat1f road(const StereoRig& rig, double height_m = kCameraHeight_m) {
+  cv::Mat1f disparity(rig.size, 0.5f);
+  for (int y = 0; y < disparity.rows; ++y)
+    disparity.row(y).setTo(std::max(0.5, (y - rig.cy_px) * rig.baseline_m / height_m));
+  return disparity;
+}
+
+// An upright board at a depth, from column x on, with its foot on the road.
+cv::Rect putBoard(const StereoRig& rig, double depth_m, double width_m, double height_m, int x,
+                  cv::Mat1f& disparity) {
+  const double pixels_per_m = rig.fx_px / depth_m;
+  const int foot = cvRound(rig.cy_px + kCameraHeight_m * pixels_per_m);
+  const cv::Rect board(x, foot - cvRound(height_m * pixels_per_m), cvRound(width_m * pixels_per_m),
+                       cvRound(height_m * pixels_per_m));
+  disparity(board).setTo(rig.disparityTimesDepth() / depth_m);
+  return board;
+}
+
+cv::Mat1b groundOf(const cv::Mat1f& disparity, const StereoRig& rig) {
+  cv::Mat1b ground;
+  levelGround(rig, DisparityRange(), disparity, {0, 0, rig.size.width / 2, rig.size.height / 2},
+              ground);
+  return ground;
+}
+
+double shareOf(const cv::Mat1b& ground, const cv::Rect& pixels) {
+  const cv::Rect lattice(pixels.x / 2, pixels.y / 2, pixels.width / 2, pixels.height / 2);
+  return double(cv::countNonZero(ground(lattice))) / lattice.area();
+}
+
+TEST(LevelGround, IsTheRoadAndNothingOnIt) {
+  const StereoRig rig = testRig();
+  for (double depth_m : {8.0, 15.0, 30.0}) {
+    SCOPED_TRACE(depth_m);
+    cv::Mat1f disparity = road(rig);
+    const cv::Rect board = putBoard(rig, depth_m, 1.8, 1.5, 250, disparity);
+    cv::RNG noise(1);
+    cv::Mat1f error(disparity.size());
+    noise.fill(error, cv::RNG::NORMAL, 0, 0.05);
+    disparity += error;
+    const cv::Mat1b ground = groundOf(disparity, rig);
+    EXPECT_LT(shareOf(ground, board), 0.15);
+    const cv::Rect shadow(board.x - 40, board.br().y - 6, 36, 12);
+    EXPECT_GT(shareOf(ground, shadow), 0.9);
+    EXPECT_EQ(cv::countNonZero(ground.rowRange(0, 100)), 0) << "above the horizon";
+  }
+}
+
+TEST(LevelGround, KnowsNoHeightOfTheCamera) {
+  const StereoRig rig = testRig();
+  for (double height_m : {0.4, 1.5, 2.5})
+    EXPECT_GT(shareOf(groundOf(road(rig, height_m), rig), {0, 240, 600, 140}), 0.95) << height_m;
+}
+
+TEST(LevelGround, IsNoBonnet) {
+  const StereoRig rig = testRig();
+  cv::Mat1f disparity = road(rig);
+  const cv::Rect front = putBoard(rig, 6, 1.8, 0.7, 250, disparity);
+  // 0.8 m below the camera, from 6 to 7.2 m.
+  const cv::Rect bonnet(front.x, cvRound(rig.cy_px + 0.8 * 600 / 7.2), front.width,
+                        front.y - cvRound(rig.cy_px + 0.8 * 600 / 7.2));
+  for (int y = bonnet.y; y < bonnet.br().y; ++y)
+    disparity(cv::Rect(bonnet.x, y, bonnet.width, 1)).setTo((y - rig.cy_px) * 0.5 / 0.8);
+  ASSERT_GT(bonnet.height, 10);
+  const cv::Mat1b ground = groundOf(disparity, rig);
+  EXPECT_EQ(shareOf(ground, bonnet), 0);
+  EXPECT_LT(shareOf(ground, front), 0.2);
+}
+
+TEST(LevelGround, IsNotSeenOnAWall) {
+  const StereoRig rig = testRig();
+  EXPECT_EQ(cv::countNonZero(groundOf(cv::Mat1f(rig.size, 20.0f), rig)), 0);
+  EXPECT_EQ(cv::countNonZero(groundOf(cv::Mat1f(rig.size, -1.0f), rig)), 0) << "nothing known";
+}
+
+}  // namespace
+}  // namespace predictive_stereo
