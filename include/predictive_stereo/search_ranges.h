@@ -21,9 +21,6 @@ struct SearchRangeParams {
   double margin_px = 2.0;      ///< least widening on both sides
   double margin_sigma = 3.0;   ///< predictive: widening by this many predicted standard deviations
   double max_margin_px = 4.0;  ///< predictive: largest widening
-  /// predictive: where the half-resolution match has nothing near a pixel, the hull of what it has
-  /// within so many columns and rows takes its place; 0: nothing does.
-  int gap_radius_px = 0;
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -34,7 +31,6 @@ struct SearchRangeParams {
     v("margin_px", margin_px, 0.0, 64.0);
     v("margin_sigma", margin_sigma, 0.0, 10.0);
     v("max_margin_px", max_margin_px, 0.0, 64.0);
-    v("gap_radius_px", gap_radius_px, 0, 200);
   }
 };
 
@@ -54,12 +50,11 @@ class SearchRangeBuilder {
   void aroundPrediction(const Prediction& prediction, SearchRanges& ranges) const;
   void widenPrediction(const Prediction& prediction);
   void widenCoarse(const cv::Mat1f& coarse_disparity_px);
-  void bridgeGaps();
   void unite(SearchRanges& ranges);
 
   DisparityRange range_;
   SearchRangeParams params_;
-  SearchRanges predicted_, coarse_, coarse_hull_, wide_hull_;
+  SearchRanges predicted_, coarse_, coarse_hull_;
   SearchRanges scratch_, coarse_scratch_;
 };
 

@@ -40,13 +40,4 @@ void hullOfRows(const ConstRangeRow rows[3], int width, const RangeRow& column_h
 void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width, int16_t smallest,
                      int16_t largest, const RangeRow& ranges);
 
-/// Empty ranges take the value of `other`.
-inline void takeWhereEmpty(const ConstRangeRow& other, int width, const RangeRow& ranges) {
-  for (int x = 0; x < width; ++x)
-    if (ranges.first[x] > ranges.last[x]) {
-      ranges.first[x] = other.first[x];
-      ranges.last[x] = other.last[x];
-    }
-}
-
 }  // namespace predictive_stereo

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "filtering/range_rows.h"
@@ -47,7 +46,6 @@ void SearchRangeBuilder::build(const Prediction& prediction, const cv::Mat1f& co
   } else if (params_.scheme == SearchScheme::kPredictive) {
     widenPrediction(prediction);
     widenCoarse(coarse_disparity_px);
-    bridgeGaps();
     unite(ranges);
   } else {
     ranges.first.setTo(range_.min_disparity);
@@ -106,18 +104,6 @@ void SearchRangeBuilder::widenCoarse(const cv::Mat1f& coarse_disparity_px) {
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
       hullOfRow(coarse_, y, coarse_scratch_, row(coarse_hull_, y));
-  });
-}
-
-void SearchRangeBuilder::bridgeGaps() {
-  const int radius = params_.gap_radius_px / 2;  // at half resolution
-  if (radius == 0 || coarse_.first.empty()) return;
-  const cv::Mat1b window = cv::Mat1b::ones(2 * radius + 1, 2 * radius + 1);
-  cv::erode(coarse_.first, wide_hull_.first, window);
-  cv::dilate(coarse_.last, wide_hull_.last, window);
-  cv::parallel_for_(cv::Range(0, coarse_.first.rows), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y)
-      takeWhereEmpty(constRow(wide_hull_, y), coarse_.first.cols, row(coarse_hull_, y));
   });
 }
 

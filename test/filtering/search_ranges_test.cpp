@@ -63,19 +63,10 @@ Interval naive(const Prediction& prediction, const cv::Mat1f& coarse, const Disp
   if (!coarse.empty()) {
     const int coarse_x = std::min(x / 2, coarse.cols - 1);
     const int coarse_y = std::min(y / 2, coarse.rows - 1);
-    const auto hullWithin = [&](int radius) {
-      Interval hull;
-      for (int v = std::max(coarse_y - radius, 0);
-           v <= std::min(coarse_y + radius, coarse.rows - 1); ++v)
-        for (int u = std::max(coarse_x - radius, 0);
-             u <= std::min(coarse_x + radius, coarse.cols - 1); ++u)
-          if (range.isValid(coarse(v, u)))
-            hull.include(coarse(v, u) - params.margin_px, coarse(v, u) + params.margin_px);
-      return hull;
-    };
-    Interval hull = hullWithin(1);
-    if (hull.first > hull.last) hull = hullWithin(params.gap_radius_px / 2);
-    if (hull.first <= hull.last) interval.include(hull.first, hull.last);
+    for (int v = std::max(coarse_y - 1, 0); v <= std::min(coarse_y + 1, coarse.rows - 1); ++v)
+      for (int u = std::max(coarse_x - 1, 0); u <= std::min(coarse_x + 1, coarse.cols - 1); ++u)
+        if (range.isValid(coarse(v, u)))
+          interval.include(coarse(v, u) - params.margin_px, coarse(v, u) + params.margin_px);
   }
   if (interval.first > interval.last) interval.include(range.min_disparity, range.max_disparity());
   interval.first = std::max(interval.first, range.min_disparity);
@@ -91,7 +82,6 @@ TEST(SearchRanges, PredictiveIsTheHullOfPredictionAndCoarseMatch) {
       const Prediction prediction = randomPrediction(size, range, 5);
       const cv::Mat1f coarse = randomCoarse(size, range, 6);
       SearchRangeParams params;
-      params.gap_radius_px = 7;
       SearchRanges ranges;
       SearchRangeBuilder(range, params).build(prediction, coarse, ranges);
       for (int y = 0; y < size.height; ++y)
