@@ -25,36 +25,21 @@ float medianOf(std::vector<float>& values) {
 }  // namespace
 
 void denseResidual(const DetectionInput& input, const DisparityRange& range,
-                   const cv::Mat3f& static_source, const cv::Mat1f& previous_disparity_px,
-                   cv::Mat1f& residual_px) {
-  residual_px.create(static_source.size());
+                   const SourceOf& static_source, const cv::Mat1f& previous_disparity_px,
+                   cv::Size lattice, cv::Mat1f& residual_px) {
+  residual_px.create(lattice);
   // Near discontinuities the prediction's variance is that of no prediction.
   const auto count = static_cast<float>(range.count);
-  const float unpredicted = 0.5f * count * count / 12;
-  cv::parallel_for_(cv::Range(0, residual_px.rows), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v) {
-      const float* measured = input.measured_disparity_px[2 * v];
-      const float* predicted = input.predicted_disparity_px[2 * v];
-      const float* variance = input.predicted_variance_px2[2 * v];
-      for (int u = 0; u < residual_px.cols; ++u) {
-        float& out = residual_px(v, u);
-        out = kUnknownResidual;
-        const int x = 2 * u;
-        const cv::Vec3f& source = static_source(v, u);
-        if (source[2] < 0 || !range.isValid(predicted[x]) || variance[x] > unpredicted) continue;
-        const int sx = cvRound(source[0]), sy = cvRound(source[1]);
-        if (sx < 0 || sy < 0 || sx >= previous_disparity_px.cols ||
-            sy >= previous_disparity_px.rows)
-          continue;
-        const float before = previous_disparity_px(sy, sx);
-        if (!range.isValid(before)) continue;
-        const float forward = std::clamp(measured[x] - predicted[x], -kLargestPx, kLargestPx);
-        const float backward = std::clamp(source[2] - before, -kLargestPx, kLargestPx);
-        out = forward * backward <= 0
-                  ? 0.0f
-                  : (std::abs(forward) < std::abs(backward) ? forward : backward);
-      }
-    }
+  const DenseLimits limits{static_cast<float>(range.min_disparity), 0.5f * count * count / 12,
+                           kLargestPx, kUnknownResidual};
+  const cv::Mat1f& before = previous_disparity_px;
+  cv::parallel_for_(cv::Range(0, lattice.height), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v)
+      residualRow(latticeRow(static_source, input.measured_disparity_px, range, lattice,
+                             cv::Rect(cv::Point(), lattice), v),
+                  input.predicted_disparity_px[2 * v], input.predicted_variance_px2[2 * v],
+                  before[0], static_cast<int>(before.step1()), before.cols, before.rows, limits,
+                  residual_px[v]);
   });
 }
 

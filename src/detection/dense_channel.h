@@ -13,8 +13,8 @@ namespace predictive_stereo {
 /// measurement) agree in sign, the smaller of both; kUnknownResidual where one is unknown.
 constexpr float kUnknownResidual = -1e6f;
 void denseResidual(const DetectionInput& input, const DisparityRange& range,
-                   const cv::Mat3f& static_source, const cv::Mat1f& previous_disparity_px,
-                   cv::Mat1f& residual_px);
+                   const SourceOf& static_source, const cv::Mat1f& previous_disparity_px,
+                   cv::Size lattice, cv::Mat1f& residual_px);
 
 /// Connected groups of lattice points around which the residual's 7x7 mean is large and nearly
 /// all of one sign.

@@ -39,18 +39,22 @@ float mismatchAt(const cv::Mat1b& previous, const std::vector<Sample>& samples, 
 }  // namespace
 
 std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
-                                     const cv::Mat3f& source,
+                                     const SourceOf& static_source, const cv::Mat1f& disparity_px,
                                      const std::vector<cv::Point>& points) {
+  const cv::Mat1b& image = previous.level(1);
+  const auto right = static_cast<float>(image.cols - 1),
+             bottom = static_cast<float>(image.rows - 1);
   std::vector<Sample> samples;
   const size_t step = points.size() / (kMostPoints + 1) + 1;
   for (size_t i = 0; i < points.size(); i += step) {
-    const cv::Vec3f& at = source(points[i]);
-    if (at[2] < 0) continue;
-    samples.push_back({static_cast<float>(current.level(1)(points[i])), cvRound(0.5f * at[0]),
-                       cvRound(0.5f * at[1])});
+    const cv::Point pixel = 2 * points[i];
+    const Eigen::Vector3f at = static_source(static_cast<float>(pixel.x),
+                                             static_cast<float>(pixel.y), disparity_px(pixel));
+    const float x = 0.5f * at.x(), y = 0.5f * at.y();
+    if (!(x >= 0 && y >= 0 && x < right && y < bottom && at.z() > 0)) continue;
+    samples.push_back({static_cast<float>(current.level(1)(points[i])), cvRound(x), cvRound(y)});
   }
   if (samples.size() < kFewestPoints) return std::nullopt;
-  const cv::Mat1b& image = previous.level(1);
   std::vector<float> work;
   float best = std::numeric_limits<float>::infinity(), sum = 0;
   int tried = 0;

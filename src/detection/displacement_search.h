@@ -11,10 +11,11 @@ namespace predictive_stereo {
 
 /// Where a group of lattice points as a whole was in the previous frame, against where the static
 /// world puts it: found by trying all shifts, for what moves too far for Lucas-Kanade.
-/// @param source  of the static world, from compareFrames.
+/// @param static_source  where points of the static world were.
 /// @return the shift [px] of the lowest mean zero-mean difference; none where no shift is much
 ///   better than the others around it.
 std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
-                                     const cv::Mat3f& source, const std::vector<cv::Point>& points);
+                                     const SourceOf& static_source, const cv::Mat1f& disparity_px,
+                                     const std::vector<cv::Point>& points);
 
 }  // namespace predictive_stereo

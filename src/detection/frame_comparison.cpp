@@ -1,97 +1,87 @@
 #include "detection/frame_comparison.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 namespace predictive_stereo {
 namespace {
 
-constexpr int kWindow = 5;
-constexpr float kFewestKnown = 0.5f * kWindow * kWindow;
+constexpr float kFewestKnown = 0.5f * kComparedSide * kComparedSide;
 constexpr float kNearestDisparity = 0.5f;  // farther points tell nothing of motion
 
-void boxSum(const cv::Mat1f& in, cv::Mat1f& out) {
-  cv::boxFilter(in, out, CV_32F, {kWindow, kWindow}, {-1, -1}, false, cv::BORDER_CONSTANT);
+template <class Work>
+void forEachRow(int rows, const Work& work) {
+  cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
+    for (int v = range.start; v < range.end; ++v) work(v);
+  });
 }
 
 }  // namespace
 
+void BorderedMap::create(cv::Size size) {
+  stride_ = static_cast<size_t>(size.width + 2 * kComparedReach);
+  const size_t needed = stride_ * static_cast<size_t>(size.height + 2 * kComparedReach);
+  if (values_.size() < needed) values_.resize(needed);
+  std::fill_n(withBorder(-kComparedReach), kComparedReach * stride_, 0.0f);
+  std::fill_n(withBorder(size.height), kComparedReach * stride_, 0.0f);
+  for (int v = 0; v < size.height; ++v) {
+    std::fill_n(withBorder(v), kComparedReach, 0.0f);
+    std::fill_n(row(v) + size.width, kComparedReach, 0.0f);
+  }
+}
+
+std::array<const float*, kComparedSide> BorderedMap::around(int v) {
+  std::array<const float*, kComparedSide> rows;
+  for (int k = 0; k < kComparedSide; ++k) rows[k] = withBorder(v + k - kComparedReach);
+  return rows;
+}
+
+LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
+                      const DisparityRange& range, const cv::Size& lattice, const cv::Rect& area,
+                      int v) {
+  const int x = 2 * area.x, y = 2 * v;
+  return {source_of.H().data(),
+          disparity_px[y] + x,
+          x,
+          y,
+          area.width,
+          std::max(static_cast<float>(range.min_disparity), kNearestDisparity),
+          lattice.width,
+          lattice.height};
+}
+
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison,
-                   cv::Mat3f* source) {
-  comparison.area = area;
+                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison) {
   const cv::Mat1b& now = current.level(1);
   const cv::Mat1b& before = previous.level(1);
-  comparison.difference.create(area.size());
-  comparison.known.create(area.size());
-  if (source) source->create(area.size());
-  const float smallest = std::max(static_cast<float>(range.min_disparity), kNearestDisparity);
-  const auto last_x = static_cast<float>(before.cols - 1),
-             last_y = static_cast<float>(before.rows - 1);
-  cv::parallel_for_(cv::Range(0, area.height), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v) {
-      const int y = 2 * (area.y + v);
-      const float* disparity = disparity_px[y];
-      const uchar* grey = now[area.y + v];
-      for (int u = 0; u < area.width; ++u) {
-        const int x = 2 * (area.x + u);
-        const float d = disparity[x];
-        float difference = 0, known = 0;
-        Eigen::Vector3f at(0, 0, -1);
-        if (d >= smallest) {
-          at = source_of(static_cast<float>(x), static_cast<float>(y), d);
-          const float sx = 0.5f * at.x(), sy = 0.5f * at.y();
-          if (sx >= 0 && sy >= 0 && sx < last_x && sy < last_y && at.z() > 0) {
-            const int ix = static_cast<int>(sx), iy = static_cast<int>(sy);
-            const float fx = sx - static_cast<float>(ix), fy = sy - static_cast<float>(iy);
-            const uchar* upper = before[iy] + ix;
-            const uchar* lower = before[iy + 1] + ix;
-            const float top = upper[0] + fx * static_cast<float>(upper[1] - upper[0]);
-            const float bottom = lower[0] + fx * static_cast<float>(lower[1] - lower[0]);
-            difference = grey[area.x + u] - (top + fy * (bottom - top));
-            known = 1;
-          } else {
-            at.z() = -1;
-          }
-        }
-        comparison.difference(v, u) = difference;
-        comparison.known(v, u) = known;
-        if (source) (*source)(v, u) = {at.x(), at.y(), at.z()};
-      }
-    }
+  CV_Assert(before.isContinuous());
+  comparison.area = area;
+  comparison.mismatch.create(area.size());
+  Comparison& c = comparison;
+  for (BorderedMap* map : {&c.difference, &c.known, &c.deviation, &c.count})
+    map->create(area.size());
+  forEachRow(area.height, [&](int v) {
+    const int y = area.y + v;
+    compareRow(latticeRow(source_of, disparity_px, range, before.size(), area, y), now[y] + area.x,
+               before.data, c.difference.row(v), c.known.row(v));
   });
-  boxSum(comparison.difference, comparison.mean);
-  boxSum(comparison.known, comparison.count);
-  cv::Mat1f& difference = comparison.difference;
-  cv::parallel_for_(cv::Range(0, area.height), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v) {
-      float* of_row = difference[v];
-      const float *known = comparison.known[v], *mean = comparison.mean[v],
-                  *count = comparison.count[v];
-      for (int u = 0; u < area.width; ++u)
-        of_row[u] = known[u] * std::abs(of_row[u] - mean[u] / std::max(count[u], 1.0f));
-    }
+  forEachRow(area.height, [&](int v) {
+    deviationRow(c.difference.around(v).data(), c.known.around(v).data(), area.width,
+                 c.deviation.row(v), c.count.row(v));
   });
-  boxSum(difference, comparison.mismatch);
-  cv::parallel_for_(cv::Range(0, area.height), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v) {
-      float* mismatch = comparison.mismatch[v];
-      const float *known = comparison.known[v], *count = comparison.count[v];
-      for (int u = 0; u < area.width; ++u)
-        mismatch[u] = count[u] >= kFewestKnown && known[u] > 0 ? mismatch[u] / count[u]
-                                                               : Comparison::kUnknown;
-    }
+  forEachRow(area.height, [&](int v) {
+    mismatchRow(c.deviation.around(v).data(), c.known.row(v), c.count.row(v), area.width,
+                kFewestKnown, Comparison::kUnknown, c.mismatch[v]);
   });
 }
 
 void latticeTexture(const ImagePyramid& current, cv::Mat1f& texture) {
   cv::Mat1f grey, mean;
   current.level(1).convertTo(grey, CV_32F);
-  cv::boxFilter(grey, mean, CV_32F, {kWindow, kWindow});
+  cv::boxFilter(grey, mean, CV_32F, {kComparedSide, kComparedSide});
   cv::absdiff(grey, mean, grey);
-  cv::boxFilter(grey, texture, CV_32F, {kWindow, kWindow});
+  cv::boxFilter(grey, texture, CV_32F, {kComparedSide, kComparedSide});
 }
 
 }  // namespace predictive_stereo

@@ -2,8 +2,11 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <opencv2/core.hpp>
+#include <vector>
 
+#include "detection/comparison_rows.h"
 #include "odometry/image_pyramid.h"
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/disparity_range.h"
@@ -27,6 +30,7 @@ struct RememberedFrame {
 class SourceOf {
  public:
   explicit SourceOf(const Eigen::Matrix4d& H_prev_cam) : h_(H_prev_cam.cast<float>()) {}
+  const Eigen::Matrix4f& H() const { return h_; }
   Eigen::Vector3f operator()(float x, float y, float d) const {
     const Eigen::Vector4f p = h_.col(0) * x + h_.col(1) * y + h_.col(2) * d + h_.col(3);
     return p.head<3>() / p[3];
@@ -34,6 +38,21 @@ class SourceOf {
 
  private:
   Eigen::Matrix4f h_;
+};
+
+/// A map with a border of kComparedReach zeros on every side. Its memory only grows.
+class BorderedMap {
+ public:
+  void create(cv::Size size);
+  /// From the first point on, or from the border before it.
+  float* row(int v) { return withBorder(v) + kComparedReach; }
+  float* withBorder(int v) { return &values_[stride_ * static_cast<size_t>(v + kComparedReach)]; }
+  /// From v - kComparedReach to v + kComparedReach, with their borders.
+  std::array<const float*, kComparedSide> around(int v);
+
+ private:
+  std::vector<float> values_;
+  size_t stride_ = 0;
 };
 
 /// How well an assumed motion explains the image, on a lattice of every second pixel and row:
@@ -45,16 +64,19 @@ struct Comparison {
   static constexpr float kUnknown = -1.0f;
 
   // Work space.
-  cv::Mat1f difference, known, mean, count;
+  BorderedMap difference, known, deviation, count;
 };
+
+/// The points of `area` in lattice row `v`, for the loops over rows.
+LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
+                      const DisparityRange& range, const cv::Size& lattice, const cv::Rect& area,
+                      int v);
 
 /// Compares the current image with the previous one as moved by H_prev_cam, through the measured
 /// disparities.
-/// @param source  empty, or filled with (x, y, d) of the previous frame, d < 0 where unknown.
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison,
-                   cv::Mat3f* source = nullptr);
+                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison);
 
 /// Mean |grey - mean grey| over 5x5 lattice points: the mismatch that a wrong motion can show.
 void latticeTexture(const ImagePyramid& current, cv::Mat1f& texture);

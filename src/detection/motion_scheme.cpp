@@ -179,9 +179,10 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
     const cv::Rect lattice(cv::Point(), current_.pyramid.level(1).size());
     const SourceOf source_of(disparityMotion(input.rig, T_prev_cam_));
     compareFrames(current_.pyramid, input.measured_disparity_px, range_, previous_.pyramid,
-                  source_of, lattice, static_world_, &static_source_);
+                  source_of, lattice, static_world_);
     latticeTexture(current_.pyramid, texture_);
-    denseResidual(input, range_, static_source_, previous_.disparity_px, dense_residual_px_);
+    denseResidual(input, range_, source_of, previous_.disparity_px, lattice.size(),
+                  dense_residual_px_);
     taken_ = cv::Mat1b::zeros(lattice.size());
 
     const TrackingView view{input.rig,
@@ -215,8 +216,8 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
       Hypothesis hypothesis;
       hypothesis.seeds = group.points;
       setLayer(input, hypothesis);
-      const auto shift =
-          searchShift(current_.pyramid, previous_.pyramid, static_source_, group.points);
+      const auto shift = searchShift(current_.pyramid, previous_.pyramid, source_of,
+                                     input.measured_disparity_px, group.points);
       if (!shift) continue;
       const std::vector<PointTrack> followed =
           followPoints(view, params_, sampleOf(group.points), *shift);

@@ -44,7 +44,6 @@ class MotionScheme {
   // The frame in work.
   Eigen::Isometry3d T_prev_cam_ = Eigen::Isometry3d::Identity();
   Comparison static_world_;
-  cv::Mat3f static_source_;
   cv::Mat1f texture_, dense_residual_px_;
   cv::Mat1b taken_;  // lattice points of objects that were found already
 };

@@ -1,0 +1,215 @@
+#include "detection/comparison_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/comparison_rows.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+// Loops are short, plain and without branches, so that compilers turn them into vector code; what
+// passes from one to the next stays in the first cache.
+constexpr int kChunk = 64;
+
+/// Where some points come from; where unseen, pixel (0, 0).
+struct Sources {
+  float x[kChunk], y[kChunk], d[kChunk];
+  int32_t seen[kChunk];
+};
+
+HWY_INLINE void project(const LatticeRow& row, int first, int n, Sources& sources) {
+  const float h0 = row.H[0], h1 = row.H[1], h2 = row.H[2], h3 = row.H[3];
+  const float h8 = row.H[8], h9 = row.H[9], h10 = row.H[10], h11 = row.H[11];
+  const float h12 = row.H[12], h13 = row.H[13], h14 = row.H[14], h15 = row.H[15];
+  const auto y = static_cast<float>(row.y);
+  const float y0 = row.H[4] * y, y1 = row.H[5] * y, y2 = row.H[6] * y, y3 = row.H[7] * y;
+  const auto end_x = static_cast<float>(2 * (row.columns - 1)),
+             end_y = static_cast<float>(2 * (row.rows - 1));
+  const float smallest = row.smallest_px;
+  const int x0 = row.x + 2 * first;
+  const float* HWY_RESTRICT disparity = row.disparity_px + 2 * first;
+  for (int i = 0; i < n; ++i) {
+    const auto x = static_cast<float>(x0 + 2 * i);
+    const float d = disparity[2 * i];
+    const float w = h3 * x + y3 + h11 * d + h15;
+    const float sx = (h0 * x + y0 + h8 * d + h12) / w;
+    const float sy = (h1 * x + y1 + h9 * d + h13) / w;
+    const float sd = (h2 * x + y2 + h10 * d + h14) / w;
+    const bool seen =
+        (d >= smallest) & (sx >= 0) & (sy >= 0) & (sx < end_x) & (sy < end_y) & (sd > 0);
+    sources.x[i] = seen ? sx : 0.0f;
+    sources.y[i] = seen ? sy : 0.0f;
+    sources.d[i] = sd;
+    sources.seen[i] = seen ? 1 : 0;
+  }
+}
+
+HWY_NOINLINE void compareRow(const LatticeRow& row, const uint8_t* grey, const uint8_t* before,
+                             float* HWY_RESTRICT difference, float* HWY_RESTRICT known) {
+  if (row.columns < 2 || row.rows < 2) {
+    std::fill_n(difference, row.width, 0.0f);
+    std::fill_n(known, row.width, 0.0f);
+    return;
+  }
+  const int step = row.columns;
+  Sources sources;
+  float fx[kChunk], fy[kChunk];
+  int32_t offset[kChunk];
+  uint32_t corners[kChunk];  // upper left, upper right, lower left, lower right
+  for (int first = 0; first < row.width; first += kChunk) {
+    const int n = std::min(kChunk, row.width - first);
+    project(row, first, n, sources);
+    for (int i = 0; i < n; ++i) {
+      const float x = 0.5f * sources.x[i], y = 0.5f * sources.y[i];
+      const auto column = static_cast<int32_t>(x), line = static_cast<int32_t>(y);
+      fx[i] = x - static_cast<float>(column);
+      fy[i] = y - static_cast<float>(line);
+      offset[i] = line * step + column;
+    }
+    for (int i = 0; i < n; ++i) {
+      uint16_t upper, lower;
+      std::memcpy(&upper, before + offset[i], 2);
+      std::memcpy(&lower, before + offset[i] + step, 2);
+      corners[i] = static_cast<uint32_t>(upper) | static_cast<uint32_t>(lower) << 16;
+    }
+    for (int i = 0; i < n; ++i) {
+      const auto corner = [&](int k) {
+        return static_cast<float>(static_cast<int32_t>(corners[i] >> (8 * k) & 255u));
+      };
+      const float top = corner(0) + fx[i] * (corner(1) - corner(0));
+      const float bottom = corner(2) + fx[i] * (corner(3) - corner(2));
+      const float then = top + fy[i] * (bottom - top);
+      const float now = static_cast<float>(static_cast<int32_t>(grey[first + i]));
+      difference[first + i] = sources.seen[i] ? now - then : 0.0f;
+      known[first + i] = sources.seen[i] ? 1.0f : 0.0f;
+    }
+  }
+}
+
+// Sums over the squares around points u, u + 1, ...: by columns, then along the row.
+HWY_INLINE void sumOfSquares(SurroundingRows rows, int u, int n, float* HWY_RESTRICT sum) {
+  static_assert(kComparedSide == 5, "written out");
+  const float *r0 = rows[0] + u, *r1 = rows[1] + u, *r2 = rows[2] + u, *r3 = rows[3] + u,
+              *r4 = rows[4] + u;
+  float column[kChunk + 2 * kComparedReach];
+  for (int i = 0; i < n + 2 * kComparedReach; ++i)
+    column[i] = r0[i] + r1[i] + r2[i] + r3[i] + r4[i];
+  for (int i = 0; i < n; ++i)
+    sum[i] = column[i] + column[i + 1] + column[i + 2] + column[i + 3] + column[i + 4];
+}
+
+HWY_NOINLINE void deviationRow(SurroundingRows difference, SurroundingRows known, int width,
+                               float* HWY_RESTRICT deviation, float* HWY_RESTRICT count) {
+  const float* HWY_RESTRICT d = difference[kComparedReach] + kComparedReach;
+  const float* HWY_RESTRICT k = known[kComparedReach] + kComparedReach;
+  float sum[kChunk];
+  for (int u = 0; u < width; u += kChunk) {
+    const int n = std::min(kChunk, width - u);
+    sumOfSquares(difference, u, n, sum);
+    sumOfSquares(known, u, n, count + u);
+    for (int i = 0; i < n; ++i)
+      deviation[u + i] = k[u + i] * std::abs(d[u + i] - sum[i] / std::max(count[u + i], 1.0f));
+  }
+}
+
+HWY_NOINLINE void mismatchRow(SurroundingRows deviation, const float* HWY_RESTRICT known,
+                              const float* HWY_RESTRICT count, int width, float fewest,
+                              float unknown, float* HWY_RESTRICT mismatch) {
+  float sum[kChunk];
+  for (int u = 0; u < width; u += kChunk) {
+    const int n = std::min(kChunk, width - u);
+    sumOfSquares(deviation, u, n, sum);
+    for (int i = 0; i < n; ++i) {
+      const float mean = sum[i] / std::max(count[u + i], 1.0f);
+      mismatch[u + i] = (count[u + i] >= fewest) & (known[u + i] > 0) ? mean : unknown;
+    }
+  }
+}
+
+// To the nearest integer, ties to the even one; of less than 2^22.
+HWY_INLINE float rounded(float value) {
+  constexpr float kShift = 12582912.0f;  // 1.5 * 2^23: the sum has no bits left for fractions
+  return (value + kShift) - kShift;
+}
+
+HWY_NOINLINE void residualRow(const LatticeRow& row, const float* HWY_RESTRICT predicted_px,
+                              const float* HWY_RESTRICT variance_px2,
+                              const float* HWY_RESTRICT before_px, int before_stride,
+                              int before_columns, int before_rows, const DenseLimits& limits,
+                              float* HWY_RESTRICT residual_px) {
+  Sources sources;
+  float forward[kChunk], before[kChunk];
+  int32_t offset[kChunk], usable[kChunk];
+  const float smallest = limits.smallest_px, most = limits.most_variance,
+              largest = limits.largest_px, unknown = limits.unknown;
+  const auto last_x = static_cast<float>(before_columns - 1),
+             last_y = static_cast<float>(before_rows - 1);
+  for (int first = 0; first < row.width; first += kChunk) {
+    const int n = std::min(kChunk, row.width - first);
+    project(row, first, n, sources);
+    const float* HWY_RESTRICT of_chunk = row.disparity_px + 2 * first;
+    const float* HWY_RESTRICT prediction = predicted_px + 2 * first;
+    const float* HWY_RESTRICT variance = variance_px2 + 2 * first;
+    for (int i = 0; i < n; ++i) {
+      const float x = rounded(sources.x[i]), y = rounded(sources.y[i]);
+      const float p = prediction[2 * i];
+      const bool use = (sources.seen[i] != 0) & (p >= smallest) & (variance[2 * i] <= most) &
+                       (x <= last_x) & (y <= last_y);
+      usable[i] = use ? 1 : 0;
+      offset[i] = use ? static_cast<int32_t>(y) * before_stride + static_cast<int32_t>(x) : 0;
+      forward[i] = std::min(std::max(of_chunk[2 * i] - p, -largest), largest);
+    }
+    for (int i = 0; i < n; ++i) before[i] = before_px[offset[i]];
+    for (int i = 0; i < n; ++i) {
+      const float f = forward[i];
+      const float b = std::min(std::max(sources.d[i] - before[i], -largest), largest);
+      const float smaller = std::abs(f) < std::abs(b) ? f : b;
+      const float both = f * b <= 0 ? 0.0f : smaller;
+      residual_px[first + i] = (usable[i] != 0) & (before[i] >= smallest) ? both : unknown;
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(compareRow);
+HWY_EXPORT(deviationRow);
+HWY_EXPORT(mismatchRow);
+HWY_EXPORT(residualRow);
+
+void compareRow(const LatticeRow& row, const uint8_t* grey, const uint8_t* before,
+                float* difference, float* known) {
+  HWY_DYNAMIC_DISPATCH(compareRow)(row, grey, before, difference, known);
+}
+
+void deviationRow(SurroundingRows difference, SurroundingRows known, int width, float* deviation,
+                  float* count) {
+  HWY_DYNAMIC_DISPATCH(deviationRow)(difference, known, width, deviation, count);
+}
+
+void mismatchRow(SurroundingRows deviation, const float* known, const float* count, int width,
+                 float fewest, float unknown, float* mismatch) {
+  HWY_DYNAMIC_DISPATCH(mismatchRow)(deviation, known, count, width, fewest, unknown, mismatch);
+}
+
+void residualRow(const LatticeRow& row, const float* predicted_px, const float* variance_px2,
+                 const float* before_px, int before_stride, int before_columns, int before_rows,
+                 const DenseLimits& limits, float* residual_px) {
+  HWY_DYNAMIC_DISPATCH(residualRow)
+  (row, predicted_px, variance_px2, before_px, before_stride, before_columns, before_rows, limits,
+   residual_px);
+}
+
+}  // namespace predictive_stereo
+#endif

@@ -1,0 +1,57 @@
+/// The loops of compareFrames and denseResidual over one row of the lattice, compiled for every
+/// SIMD target and dispatched at run time. Every target gives the same results, bit by bit.
+#pragma once
+
+#include <cstdint>
+
+namespace predictive_stereo {
+
+/// Lattice points of one row, and where they come from.
+struct LatticeRow {
+  const float* H;             ///< 4x4, column by column: (x, y, d, 1) in the previous frame
+  const float* disparity_px;  ///< of the first point; the next one's is two floats further
+  int x, y;                   ///< pixel of the first point
+  int width;                  ///< points
+  float smallest_px;          ///< points of smaller disparities are left out
+  int columns, rows;          ///< of the previous image at half resolution
+};
+
+/// Grey now - grey before.
+/// @param grey  now, of the row's points.
+/// @param before  the previous image at half resolution, one row after the other in memory.
+/// @param difference  0 where unknown.
+/// @param known  1, or 0 where unknown.
+void compareRow(const LatticeRow& row, const uint8_t* grey, const uint8_t* before,
+                float* difference, float* known);
+
+/// Side of the squares over which comparisons are summed, and how far these reach.
+constexpr int kComparedSide = 5, kComparedReach = kComparedSide / 2;
+
+/// Rows from kComparedReach above to kComparedReach below, each from kComparedReach points before
+/// its first one to as many after its last. They are 0 outside of the map.
+using SurroundingRows = const float* const*;
+
+/// |difference - its mean over the known points of the square|, 0 where unknown, and how many
+/// points of the square are known.
+void deviationRow(SurroundingRows difference, SurroundingRows known, int width, float* deviation,
+                  float* count);
+
+/// Mean deviation of the known points of the square; `unknown` where the point itself is not known
+/// or fewer than `fewest` are.
+void mismatchRow(SurroundingRows deviation, const float* known, const float* count, int width,
+                 float fewest, float unknown, float* mismatch);
+
+struct DenseLimits {
+  float smallest_px;    ///< valid disparities begin here
+  float most_variance;  ///< predictions of a larger one are left out [px^2]
+  float largest_px;     ///< larger residuals are cut to it
+  float unknown;        ///< in place of a residual
+};
+/// See denseResidual.
+/// @param predicted_px, variance_px2  of the first point, as LatticeRow::disparity_px.
+/// @param before_px  the previous disparity map, `before_stride` floats from row to row.
+void residualRow(const LatticeRow& row, const float* predicted_px, const float* variance_px2,
+                 const float* before_px, int before_stride, int before_columns, int before_rows,
+                 const DenseLimits& limits, float* residual_px);
+
+}  // namespace predictive_stereo
