@@ -1,7 +1,6 @@
 #include "detection/frame_comparison.h"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 
 namespace predictive_stereo {
 namespace {
@@ -74,14 +73,6 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
     mismatchRow(c.deviation.around(v).data(), c.known.row(v), c.count.row(v), area.width,
                 kFewestKnown, Comparison::kUnknown, c.mismatch[v]);
   });
-}
-
-void latticeTexture(const ImagePyramid& current, cv::Mat1f& texture) {
-  cv::Mat1f grey, mean;
-  current.level(1).convertTo(grey, CV_32F);
-  cv::boxFilter(grey, mean, CV_32F, {kComparedSide, kComparedSide});
-  cv::absdiff(grey, mean, grey);
-  cv::boxFilter(grey, texture, CV_32F, {kComparedSide, kComparedSide});
 }
 
 }  // namespace predictive_stereo

@@ -78,7 +78,4 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
                    const SourceOf& source_of, const cv::Rect& area, Comparison& comparison);
 
-/// Mean |grey - mean grey| over 5x5 lattice points: the mismatch that a wrong motion can show.
-void latticeTexture(const ImagePyramid& current, cv::Mat1f& texture);
-
 }  // namespace predictive_stereo

@@ -11,9 +11,6 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kPyramidLevels = 4;
-constexpr int kCell = 4;  // lattice points between points that are followed
-constexpr float kGreyNoise = 3.0f;
-constexpr int kMargin_px = 10;
 
 double dt(const RememberedFrame& previous, const DetectionInput& input) {
   return input.stamp_s - previous.stamp_s;
@@ -71,41 +68,6 @@ void MotionScheme::remember(const DetectionInput& input) {
   current_.T_odom_cam = input.T_odom_cam;
   current_.pyramid.build(input.left, kPyramidLevels);
   input.measured_disparity_px.copyTo(current_.disparity_px);
-}
-
-// Lattice points, one a cell, where the static world does not explain the image.
-std::vector<cv::Point> MotionScheme::suspiciousPoints() const {
-  struct Suspect {
-    float ratio;
-    cv::Point pixel;
-  };
-  const cv::Mat1f& mismatch = static_world_.mismatch;
-  const auto least = static_cast<float>(params_.min_mismatch);
-  const int cell_rows = std::max((mismatch.rows - kMargin_px) / kCell, 0);
-  std::vector<std::vector<Suspect>> of_rows(cell_rows);
-  cv::parallel_for_(cv::Range(0, cell_rows), [&](const cv::Range& rows) {
-    for (int r = rows.start; r < rows.end; ++r) {
-      const int v = kMargin_px / 2 + r * kCell;
-      for (int u = kMargin_px / 2; u + kCell + kMargin_px / 2 <= mismatch.cols; u += kCell) {
-        Suspect worst{0, {}};
-        for (int j = 0; j < kCell; ++j)
-          for (int i = 0; i < kCell; ++i) {
-            const float m = mismatch(v + j, u + i);
-            const float ratio = m / (texture_(v + j, u + i) + kGreyNoise);
-            if (m >= 0 && ratio > worst.ratio) worst = {ratio, {2 * (u + i), 2 * (v + j)}};
-          }
-        if (worst.ratio >= least) of_rows[r].push_back(worst);
-      }
-    }
-  });
-  std::vector<Suspect> suspects;
-  for (const auto& of_row : of_rows) suspects.insert(suspects.end(), of_row.begin(), of_row.end());
-  // Where ego-motion fails everything is suspicious: take an even sample.
-  std::vector<cv::Point> points;
-  const auto most = static_cast<size_t>(params_.max_tracks);
-  const size_t step = suspects.size() / (most + 1) + 1;
-  for (size_t i = 0; i < suspects.size(); i += step) points.push_back(suspects[i].pixel);
-  return points;
 }
 
 void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& hypothesis,
@@ -180,7 +142,6 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
     const SourceOf source_of(disparityMotion(input.rig, T_prev_cam_));
     compareFrames(current_.pyramid, input.measured_disparity_px, range_, previous_.pyramid,
                   source_of, lattice, static_world_);
-    latticeTexture(current_.pyramid, texture_);
     denseResidual(input, range_, source_of, previous_.disparity_px, lattice.size(),
                   dense_residual_px_);
     taken_ = cv::Mat1b::zeros(lattice.size());
@@ -192,7 +153,8 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
                             input.measured_variance_px2,
                             previous_,
                             T_prev_cam_};
-    const std::vector<PointTrack> tracks = followPoints(view, params_, suspiciousPoints());
+    const std::vector<PointTrack> tracks = followPoints(
+        view, params_, suspicion_.find(current_.pyramid.level(1), static_world_.mismatch, params_));
     for (const auto& members : clusterTracks(input.rig, params_, tracks)) {
       const Displacement fit = fitDisplacement(input.rig, params_, tracks, members);
       if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||

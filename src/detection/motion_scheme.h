@@ -7,6 +7,7 @@
 #include "detection/frame_comparison.h"
 #include "detection/point_tracks.h"
 #include "detection/segmentation.h"
+#include "detection/suspicion.h"
 #include "detection/tracker.h"
 
 namespace predictive_stereo {
@@ -32,7 +33,6 @@ class MotionScheme {
  private:
   void setLayer(const DetectionInput& input, Hypothesis& hypothesis) const;
   void remember(const DetectionInput& input);
-  std::vector<cv::Point> suspiciousPoints() const;
   void tryHypothesis(const DetectionInput& input, const Hypothesis& hypothesis,
                      const Eigen::Matrix3d& covariance, bool dense, bool expected,
                      std::vector<ObservedObject>& objects);
@@ -44,7 +44,8 @@ class MotionScheme {
   // The frame in work.
   Eigen::Isometry3d T_prev_cam_ = Eigen::Isometry3d::Identity();
   Comparison static_world_;
-  cv::Mat1f texture_, dense_residual_px_;
+  Suspicion suspicion_;
+  cv::Mat1f dense_residual_px_;
   cv::Mat1b taken_;  // lattice points of objects that were found already
 };
 

@@ -1,0 +1,76 @@
+#include "detection/suspicion.h"
+
+#include <algorithm>
+#include <array>
+
+#include "detection/suspicion_rows.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr float kGreyNoise = 3.0f;
+constexpr int kMargin = 5;  // lattice points along the border that are left out
+static_assert(kMargin >= 2 * kTextureReach, "texture is not known closer to the border");
+
+template <class Map>
+auto rowsAround(const Map& map, int v) {
+  std::array<const typename Map::value_type*, kTextureSide> rows;
+  for (int k = 0; k < kTextureSide; ++k) rows[k] = map[v + k - kTextureReach];
+  return rows;
+}
+
+template <class Work>
+void forEachRow(int first, int end, const Work& work) {
+  cv::parallel_for_(cv::Range(first, std::max(first, end)), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v) work(v);
+  });
+}
+
+// The first one of the largest, row by row.
+cv::Point mostSuspicious(const cv::Mat1f& suspicion, cv::Point cell) {
+  cv::Point worst = cell;
+  for (int j = 0; j < kCell; ++j)
+    for (int i = 0; i < kCell; ++i) {
+      const cv::Point p = cell + cv::Point(i, j);
+      if (suspicion(p) > suspicion(worst)) worst = p;
+    }
+  return worst;
+}
+
+}  // namespace
+
+const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
+                                              const MotionDetectionParams& params) {
+  const int rows = std::max(grey.rows - 2 * kMargin, 0) / kCell;
+  const int columns = std::max(grey.cols - 2 * kMargin, 0) / kCell;
+  deviation_.create(grey.size());
+  suspicion_.create(grey.size());
+  cells_.create(rows, columns);
+  cells_of_row_.resize(static_cast<size_t>(rows));
+  forEachRow(kTextureReach, grey.rows - kTextureReach, [&](int v) {
+    greyDeviationRow(rowsAround(grey, v).data(), grey.cols, deviation_[v]);
+  });
+  const auto least = static_cast<float>(params.min_mismatch);
+  forEachRow(0, columns > 0 ? rows : 0, [&](int r) {
+    const float* of_cells[kCell];
+    for (int k = 0; k < kCell; ++k) {
+      const int v = kMargin + r * kCell + k;
+      suspicionRow(rowsAround(deviation_, v).data(), mismatch[v], grey.cols, kGreyNoise,
+                   suspicion_[v]);
+      of_cells[k] = suspicion_[v] + kMargin;
+    }
+    cells_of_row_[static_cast<size_t>(r)] = suspiciousCells(of_cells, columns, least, cells_[r]);
+  });
+  suspects_.clear();
+  for (int r = 0; columns > 0 && r < rows; ++r)
+    for (int k = 0; k < cells_of_row_[static_cast<size_t>(r)]; ++k)
+      suspects_.push_back(
+          2 * mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell}));
+  // Where ego-motion fails everything is suspicious: take an even sample.
+  sample_px_.clear();
+  const size_t step = suspects_.size() / (static_cast<size_t>(params.max_tracks) + 1) + 1;
+  for (size_t i = 0; i < suspects_.size(); i += step) sample_px_.push_back(suspects_[i]);
+  return sample_px_;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+/// Finds where the static world does not explain the image: where the mismatch of frames is large
+/// against the texture around, mean |grey - mean grey| over 5x5 lattice points, which a wrong
+/// motion can show.
+class Suspicion {
+ public:
+  /// @param grey  the current image on the lattice.
+  /// @param mismatch  of the whole lattice, see Comparison.
+  /// @return pixels, at most one a cell of 4x4 lattice points; an even sample where these are more
+  ///   than params.max_tracks. Valid until the next call.
+  const std::vector<cv::Point>& find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
+                                     const MotionDetectionParams& params);
+
+ private:
+  cv::Mat1w deviation_;
+  cv::Mat1f suspicion_;
+  cv::Mat1i cells_;                // suspicious ones of each row of cells, ...
+  std::vector<int> cells_of_row_;  // ... and how many
+  std::vector<cv::Point> suspects_, sample_px_;
+};
+
+}  // namespace predictive_stereo

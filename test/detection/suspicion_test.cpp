@@ -1,0 +1,94 @@
+/// Suspicion against a plain reference, on every SIMD target.
+#include "detection/suspicion.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <cmath>
+
+namespace predictive_stereo {
+namespace {
+
+template <class Body>
+void forEveryTarget(const Body& body) {
+  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+    const auto target = targets & ~(targets - 1);
+    hwy::SetSupportedTargetsForTest(target);
+    SCOPED_TRACE(hwy::TargetName(target));
+    body();
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+double meanAround(const cv::Mat1d& map, int v, int u) {
+  return cv::mean(map(cv::Rect(u - 2, v - 2, 5, 5)))[0];
+}
+
+std::vector<cv::Point> reference(const cv::Mat1b& grey, const cv::Mat1f& mismatch, double least) {
+  cv::Mat1d values = cv::Mat1d(grey), deviation(grey.size(), 0);
+  for (int v = 2; v < grey.rows - 2; ++v)
+    for (int u = 2; u < grey.cols - 2; ++u)
+      deviation(v, u) = std::abs(values(v, u) - meanAround(values, v, u));
+  std::vector<cv::Point> points;
+  for (int v = 5; v + 4 + 5 <= grey.rows; v += 4)
+    for (int u = 5; u + 4 + 5 <= grey.cols; u += 4) {
+      double worst = 0;
+      cv::Point at;
+      for (int j = v; j < v + 4; ++j)
+        for (int i = u; i < u + 4; ++i) {
+          const double ratio = mismatch(j, i) / (meanAround(deviation, j, i) + 3);
+          if (mismatch(j, i) >= 0 && ratio > worst) worst = ratio, at = {2 * i, 2 * j};
+        }
+      if (worst >= least) points.push_back(at);
+    }
+  return points;
+}
+
+TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
+  for (const cv::Size size : {cv::Size(1, 1), cv::Size(4, 30), cv::Size(13, 14), cv::Size(14, 13),
+                              cv::Size(31, 15), cv::Size(150, 47), cv::Size(621, 188)}) {
+    SCOPED_TRACE(size);
+    cv::RNG rng(size.area());
+    // Parts of larger maps; smooth parts beside such of full contrast.
+    cv::Mat1b image(size.height + 2, size.width + 3);
+    cv::Mat1f map(image.size());
+    rng.fill(image, cv::RNG::UNIFORM, 100, 110);
+    cv::Mat1b contrast = image.colRange(0, size.width / 3 + 1);
+    rng.fill(contrast, cv::RNG::UNIFORM, 0, 2);
+    contrast *= 255;
+    rng.fill(map, cv::RNG::UNIFORM, -2, 30);
+    const cv::Rect part(cv::Point(2, 1), size);
+    const cv::Mat1b grey = image(part);
+    const cv::Mat1f mismatch = map(part);
+    for (const double least : {0.3, 4.9, 100.0}) {
+      MotionDetectionParams params;
+      params.max_tracks = 100000;
+      params.min_mismatch = least;
+      const std::vector<cv::Point> expected = reference(grey, mismatch, least);
+      if (size.width > 600 && least < 1) {
+        EXPECT_GT(expected.size(), 4000u);
+      }
+      forEveryTarget([&] {
+        Suspicion suspicion;
+        EXPECT_EQ(suspicion.find(grey, mismatch, params), expected) << least;
+      });
+    }
+  }
+}
+
+TEST(Suspicion, ThinsPointsEvenly) {
+  const cv::Mat1b grey(100, 410, uchar{50});
+  const cv::Mat1f mismatch(grey.size(), 20.0f);
+  MotionDetectionParams params;
+  Suspicion suspicion;
+  params.max_tracks = 100000;
+  const std::vector<cv::Point> all = suspicion.find(grey, mismatch, params);
+  ASSERT_EQ(all.size(), 100u * 22);
+  params.max_tracks = 400;
+  const std::vector<cv::Point> thinned = suspicion.find(grey, mismatch, params);
+  ASSERT_EQ(thinned.size(), 367u);
+  for (size_t i = 0; i < thinned.size(); ++i) EXPECT_EQ(thinned[i], all[6 * i]);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
