@@ -2,19 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+
+#include "detection/dense_rows.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr int kWindow = 7;
-constexpr float kFewestKnown = 0.6f * kWindow * kWindow;
+constexpr int kFewestKnown = 30;  // of a window's 49 points
 constexpr float kLargestPx = 8.0f;
 constexpr int kFewestPoints = 20;  // of a group
-
-void boxSum(const cv::Mat1f& in, cv::Mat1f& out) {
-  cv::boxFilter(in, out, CV_32F, {kWindow, kWindow}, {-1, -1}, false, cv::BORDER_CONSTANT);
-}
 
 float medianOf(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -43,45 +39,36 @@ void denseResidual(const DetectionInput& input, const DisparityRange& range,
   });
 }
 
-std::vector<DenseGroup> denseGroups(const cv::Mat1f& residual_px, const cv::Mat1f& disparity_px,
-                                    const MotionDetectionParams& params) {
-  cv::Mat1f value(residual_px.size()), known(residual_px.size()), sign(residual_px.size());
-  cv::parallel_for_(cv::Range(0, value.rows), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v)
-      for (int u = 0; u < value.cols; ++u) {
-        const float r = residual_px(v, u);
-        const float is_known = r != kUnknownResidual ? 1.0f : 0.0f;
-        value(v, u) = r != kUnknownResidual ? r : 0.0f;
-        known(v, u) = is_known;
-        sign(v, u) = is_known * static_cast<float>((r > 0) - (r < 0));
-      }
-  });
-  cv::Mat1f value_sum, known_sum, sign_sum;
-  boxSum(value, value_sum);
-  boxSum(known, known_sum);
-  boxSum(sign, sign_sum);
-  const auto least = static_cast<float>(params.dense_min_residual_px);
+const std::vector<DenseGroup>& DenseGroups::find(const cv::Mat1f& residual_px,
+                                                 const cv::Mat1f& disparity_px,
+                                                 const MotionDetectionParams& params) {
   // 90 % of one sign, the rest of the other one: a sum of 0.8.
-  const auto least_sign = static_cast<float>(2 * params.dense_one_sign - 1);
-  cv::Mat1b seeds(value.size());
-  cv::parallel_for_(cv::Range(0, value.rows), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v)
-      for (int u = 0; u < value.cols; ++u) {
-        const float n = known_sum(v, u), s = value_sum(v, u);
-        const bool seed = n >= kFewestKnown && std::abs(s) >= least * n &&
-                          std::abs(sign_sum(v, u)) >= least_sign * n && known(v, u) > 0;
-        seeds(v, u) = seed ? (s > 0 ? 1 : 2) : 0;
+  const SeedLimits limits{kUnknownResidual, kFewestKnown,
+                          static_cast<float>(params.dense_min_residual_px),
+                          static_cast<float>(2 * params.dense_one_sign - 1)};
+  seeds_.create(residual_px.size());
+  seeds_of_row_.resize(static_cast<size_t>(residual_px.rows));
+  cv::parallel_for_(cv::Range(0, residual_px.rows), [&](const cv::Range& range) {
+    for (int v = range.start; v < range.end; ++v) {
+      const float* rows[kDenseSide];
+      for (int k = 0; k < kDenseSide; ++k) {
+        const int y = v + k - kDenseReach;
+        rows[k] = y < 0 || y >= residual_px.rows ? nullptr : residual_px[y];
       }
+      seeds_of_row_[static_cast<size_t>(v)] = seedRow(rows, residual_px.cols, limits, seeds_[v]);
+    }
   });
   // Flood over neighbours of one sign and similar disparity.
-  std::vector<DenseGroup> groups;
-  std::vector<cv::Point> open;
-  for (int v = 0; v < seeds.rows; ++v)
+  cv::Mat1b& seeds = seeds_;
+  std::vector<cv::Point>& open = open_;
+  groups_.clear();
+  for (int v = 0; v < seeds.rows; ++v) {
+    if (seeds_of_row_[static_cast<size_t>(v)] == 0) continue;
     for (int u = 0; u < seeds.cols; ++u) {
-      if (!seeds(v, u)) continue;
       const uchar kind = seeds(v, u);
+      if (kind == kNoSeed) continue;
       DenseGroup group;
-      seeds(v, u) = 0;
+      seeds(v, u) = kNoSeed;
       open.assign(1, {u, v});
       while (!open.empty()) {
         const cv::Point p = open.back();
@@ -93,7 +80,7 @@ std::vector<DenseGroup> denseGroups(const cv::Mat1f& residual_px, const cv::Mat1
           if (q.x < 0 || q.y < 0 || q.x >= seeds.cols || q.y >= seeds.rows || seeds(q) != kind)
             continue;
           if (std::abs(disparity_px(2 * q.y, 2 * q.x) - d) > 1.5f) continue;
-          seeds(q) = 0;
+          seeds(q) = kNoSeed;
           open.push_back(q);
         }
       }
@@ -105,12 +92,13 @@ std::vector<DenseGroup> denseGroups(const cv::Mat1f& residual_px, const cv::Mat1
       }
       group.disparity_px = medianOf(disparities);
       group.residual_px = medianOf(residuals);
-      groups.push_back(std::move(group));
+      groups_.push_back(std::move(group));
     }
-  std::stable_sort(groups.begin(), groups.end(), [](const DenseGroup& a, const DenseGroup& b) {
+  }
+  std::stable_sort(groups_.begin(), groups_.end(), [](const DenseGroup& a, const DenseGroup& b) {
     return a.points.size() > b.points.size();
   });
-  return groups;
+  return groups_;
 }
 
 }  // namespace predictive_stereo

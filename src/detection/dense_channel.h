@@ -23,7 +23,17 @@ struct DenseGroup {
   float disparity_px = 0;         ///< median
   float residual_px = 0;          ///< median
 };
-std::vector<DenseGroup> denseGroups(const cv::Mat1f& residual_px, const cv::Mat1f& disparity_px,
-                                    const MotionDetectionParams& params);
+class DenseGroups {
+ public:
+  /// The largest first. Valid until the next call.
+  const std::vector<DenseGroup>& find(const cv::Mat1f& residual_px, const cv::Mat1f& disparity_px,
+                                      const MotionDetectionParams& params);
+
+ private:
+  cv::Mat1b seeds_;
+  std::vector<int> seeds_of_row_;
+  std::vector<cv::Point> open_;
+  std::vector<DenseGroup> groups_;
+};
 
 }  // namespace predictive_stereo

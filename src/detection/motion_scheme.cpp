@@ -170,7 +170,7 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
     }
 
     for (const DenseGroup& group :
-         denseGroups(dense_residual_px_, input.measured_disparity_px, params_)) {
+         dense_groups_.find(dense_residual_px_, input.measured_disparity_px, params_)) {
       const double pixels_per_m = group.disparity_px / input.rig.baseline_m;
       if (static_cast<double>(group.points.size()) * 4 / (pixels_per_m * pixels_per_m) <
           params_.dense_min_area_m2)

@@ -45,6 +45,7 @@ class MotionScheme {
   Eigen::Isometry3d T_prev_cam_ = Eigen::Isometry3d::Identity();
   Comparison static_world_;
   Suspicion suspicion_;
+  DenseGroups dense_groups_;
   cv::Mat1f dense_residual_px_;
   cv::Mat1b taken_;  // lattice points of objects that were found already
 };

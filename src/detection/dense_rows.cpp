@@ -1,0 +1,92 @@
+#include "detection/dense_rows.h"
+
+#include <algorithm>
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/dense_rows.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+constexpr int kChunk = 64;
+constexpr int kColumns = kChunk + 2 * kDenseReach;
+
+// Known points count 1, and 256 more for a positive and less for a negative residual: one sum for
+// both. A square has no more than 49.
+constexpr int kSignUnit = 256;
+
+/// Sums of a square's columns, around the points of a chunk; 0 outside of the map.
+struct ColumnSums {
+  float value[kColumns];
+  int32_t tally[kColumns];
+};
+
+HWY_INLINE void addRow(const float* HWY_RESTRICT residual, int n, float unknown,
+                       float* HWY_RESTRICT value, int32_t* HWY_RESTRICT tally) {
+  for (int i = 0; i < n; ++i) {
+    const float r = residual[i];
+    const bool known = r != unknown;
+    const float usable = known ? r : 0.0f;
+    const int32_t positive = usable > 0 ? kSignUnit : 0, negative = usable < 0 ? kSignUnit : 0;
+    value[i] += usable;
+    tally[i] += positive - negative + (known ? 1 : 0);
+  }
+}
+
+HWY_NOINLINE int seedRow(const float* const residuals[kDenseSide], int width,
+                         const SeedLimits& limits, uint8_t* HWY_RESTRICT seeds) {
+  static_assert(kDenseSide == 7, "sums are written out");
+  ColumnSums columns;
+  const float unknown = limits.unknown, least_mean = limits.least_mean,
+              least_sign = limits.least_sign;
+  const int32_t fewest = limits.fewest_known;
+  int32_t count = 0;
+  for (int u = 0; u < width; u += kChunk) {
+    const int n = std::min(kChunk, width - u);
+    const int first = std::max(u - kDenseReach, 0), end = std::min(u + n + kDenseReach, width);
+    columns = ColumnSums();
+    const int at = first - (u - kDenseReach);
+    for (int k = 0; k < kDenseSide; ++k)
+      if (residuals[k])
+        addRow(residuals[k] + first, end - first, unknown, columns.value + at, columns.tally + at);
+    const float* HWY_RESTRICT value = columns.value;
+    const int32_t* HWY_RESTRICT tally = columns.tally;
+    const float* HWY_RESTRICT centre = residuals[kDenseReach] + u;
+    for (int i = 0; i < n; ++i) {
+      const float sum = value[i] + value[i + 1] + value[i + 2] + value[i + 3] + value[i + 4] +
+                        value[i + 5] + value[i + 6];
+      const int32_t both = tally[i] + tally[i + 1] + tally[i + 2] + tally[i + 3] + tally[i + 4] +
+                           tally[i + 5] + tally[i + 6];
+      const int32_t known = both & (kSignUnit - 1);
+      const auto weight = static_cast<float>(known);
+      const auto sign = static_cast<float>((both - known) / kSignUnit);
+      const bool seed = (known >= fewest) & (std::abs(sum) >= least_mean * weight) &
+                        (std::abs(sign) >= least_sign * weight) & (centre[i] != unknown);
+      const int32_t kind = sum > 0 ? kPositiveSeed : kNegativeSeed;
+      seeds[u + i] = static_cast<uint8_t>(seed ? kind : kNoSeed);
+      count += seed ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(seedRow);
+
+int seedRow(const float* const residuals[kDenseSide], int width, const SeedLimits& limits,
+            uint8_t* seeds) {
+  return HWY_DYNAMIC_DISPATCH(seedRow)(residuals, width, limits, seeds);
+}
+
+}  // namespace predictive_stereo
+#endif

@@ -1,0 +1,87 @@
+/// Seeds of dense groups against a plain reference, on every SIMD target.
+#include "detection/dense_rows.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+namespace predictive_stereo {
+namespace {
+
+const SeedLimits kLimits{-1e6f, 30, 0.7f, 0.8f};
+
+// Residuals in sixteenths of a pixel, whose sums are exact: patches of either sign, noise, holes.
+cv::Mat1f residuals(cv::Size size) {
+  cv::RNG rng(size.width + 1000 * size.height);
+  cv::Mat1f larger(size.height + 2, size.width + 7);
+  cv::Mat1f map = larger(cv::Rect(cv::Point(3, 1), size));
+  larger = 1e3f;  // beside the map
+  for (int v = 0; v < size.height; ++v)
+    for (int u = 0; u < size.width; ++u) {
+      const int patch = (u / 21 + v / 17) % 3 - 1;
+      const int value = 13 * patch + rng.uniform(-8, 9) * (u / 90 + 1) / 2;
+      map(v, u) = rng.uniform(0, 5) == 0 ? kLimits.unknown : static_cast<float>(value) / 16;
+    }
+  return map;
+}
+
+cv::Mat1b reference(const cv::Mat1f& map) {
+  cv::Mat1b seeds(map.size(), kNoSeed);
+  for (int v = 0; v < map.rows; ++v)
+    for (int u = 0; u < map.cols; ++u) {
+      int known = 0, sign = 0;
+      float sum = 0;
+      for (int y = std::max(v - 3, 0); y <= std::min(v + 3, map.rows - 1); ++y)
+        for (int x = std::max(u - 3, 0); x <= std::min(u + 3, map.cols - 1); ++x) {
+          const float r = map(y, x);
+          if (r == kLimits.unknown) continue;
+          ++known;
+          sum += r;
+          sign += (r > 0) - (r < 0);
+        }
+      if (map(v, u) == kLimits.unknown || known < kLimits.fewest_known ||
+          std::abs(sum) < kLimits.least_mean * static_cast<float>(known) ||
+          static_cast<float>(std::abs(sign)) < kLimits.least_sign * static_cast<float>(known))
+        continue;
+      seeds(v, u) = sum > 0 ? kPositiveSeed : kNegativeSeed;
+    }
+  return seeds;
+}
+
+TEST(DenseRows, SeedsAreThoseOfTheReference) {
+  for (const cv::Size size :
+       {cv::Size(1, 1), cv::Size(3, 40), cv::Size(7, 7), cv::Size(40, 3), cv::Size(63, 30),
+        cv::Size(64, 21), cv::Size(67, 50), cv::Size(300, 90)}) {
+    SCOPED_TRACE(size);
+    const cv::Mat1f map = residuals(size);
+    const cv::Mat1b expected = reference(map);
+    if (size.width == 300) {
+      EXPECT_GT(cv::countNonZero(expected == kPositiveSeed), 500);
+      EXPECT_GT(cv::countNonZero(expected == kNegativeSeed), 500);
+      EXPECT_GT(cv::countNonZero(expected == kNoSeed), 5000);
+    }
+    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+      const auto target = targets & ~(targets - 1);
+      hwy::SetSupportedTargetsForTest(target);
+      SCOPED_TRACE(hwy::TargetName(target));
+      for (int v = 0; v < size.height; ++v) {
+        const float* rows[kDenseSide];
+        for (int k = 0; k < kDenseSide; ++k) {
+          const int y = v + k - kDenseReach;
+          rows[k] = y < 0 || y >= size.height ? nullptr : map[y];
+        }
+        std::vector<uint8_t> seeds(static_cast<size_t>(size.width));
+        EXPECT_EQ(seedRow(rows, size.width, kLimits, seeds.data()),
+                  cv::countNonZero(expected.row(v)));
+        for (int u = 0; u < size.width; ++u)
+          ASSERT_EQ(seeds[static_cast<size_t>(u)], expected(v, u)) << u << ' ' << v;
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
