@@ -85,11 +85,12 @@ void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
     for (int y = part.start; y < part.end; ++y) {
       const uint8_t* source = image[y];
       uint8_t* target = padded_[y];
+      const int columns = image.cols;  // a copy, which bytes that are written cannot alias
       // Flipping the highest bit keeps the order and makes it that of signed numbers, which x86
       // compares faster.
-      for (int x = 0; x < image.cols; ++x) target[kMargin + x] = source[x] ^ 0x80;
+      for (int x = 0; x < columns; ++x) target[kMargin + x] = source[x] ^ 0x80;
       std::fill_n(target, kMargin, target[kMargin]);
-      uint8_t* const end = target + kMargin + image.cols;
+      uint8_t* const end = target + kMargin + columns;
       std::fill_n(end, kMargin + kLargestVector, end[-1]);
     }
   });

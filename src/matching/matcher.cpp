@@ -70,9 +70,10 @@ struct StereoMatcher::Workspace {
 
   void matchReduced(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
                     Match& match) {
-    planSearchWindows(ranges, params.range, left.size(), windows);
-    if (isFullSearch(windows, params.range)) return matchFully(left, right, match);
     prepare(left.size(), match);
+    windows.width = match.search_width;
+    planSearchWindows(ranges, params.range, left.size(), target_bit, windows);
+    if (isFullSearch(windows, params.range)) return matchFully(left, right, match);
     if (target_bit == kScalarTarget) {
       matchReference(left, right, params, windows, match);
     } else {
@@ -80,7 +81,6 @@ struct StereoMatcher::Workspace {
       census.transform(right, right_words);
       reduced_search.match(left_words, right_words, windows, volume, match);
     }
-    windows.width.copyTo(match.search_width);
   }
 
   const MatcherParams params;

@@ -1,7 +1,6 @@
 #include "matching/reduced_kernel.h"
 
 #include <algorithm>
-#include <cstring>
 #include <type_traits>
 
 #include "matching/simd_dispatch.h"
@@ -12,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "matching/path_step-inl.h"
+#include "matching/window_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
@@ -20,413 +20,322 @@ namespace HWY_NAMESPACE {
 #if PREDICTIVE_STEREO_HAS_VECTORS
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Bytes16 = hn::FixedTag<uint8_t, 16>;
-using V = hn::Vec<Bytes16>;
-constexpr int kLanes = kNarrowWindow;
-/// Vectors for a run of windows of 16, one pixel per 16 lanes.
-using RunBytes = hn::CappedTag<uint8_t, kWindowRun * kLanes>;
-using RunVector = hn::Vec<RunBytes>;
-constexpr int kPixelsOfVector = hn::MaxLanes(RunBytes()) / kLanes;
-/// Vectors for windows wider than 16, which are 32 or more in general.
-using WideBytes = hn::CappedTag<uint8_t, 32>;
-constexpr int kWideLanes = hn::MaxLanes(WideBytes());
 
-/// Shuffles that shift by -18 ... 18 lanes are 16 bytes of this, from kNoShift - 18 on.
-constexpr int kNoShift = 18;
-struct ShiftTable {
-  constexpr ShiftTable() {
-    for (uint8_t& value : values) value = 0x80;
-    for (int i = 0; i < kLanes; ++i) values[kNoShift + i] = static_cast<uint8_t>(i);
-  }
-  uint8_t values[2 * kNoShift + kLanes] = {};
-};
-constexpr ShiftTable kShiftTable;
+/// A horizontal path, at the pixel that it has come to.
+struct Walker {
+  int first = 0, width = 0;
+  bool backward;  ///< from right to left
+  /// With room for reading beyond both ends of the window.
+  HWY_ALIGN uint8_t memory[kBeyond + 256 + kBeyond];
+  uint8_t* const goodness = memory + kBeyond;
 
-/// Vectors of 16 lanes side by side.
-template <class D>
-HWY_INLINE hn::Vec<D> joined(D d, const V* parts) {
-  if constexpr (hn::MaxLanes(D()) == kLanes) {
-    return parts[0];
-  } else {
-    const hn::Half<D> half;
-    return hn::Combine(d, joined(half, parts + hn::MaxLanes(half) / kLanes), joined(half, parts));
-  }
-}
-
-/// As many of the lowest lanes as D has.
-template <class D, class From>
-HWY_INLINE hn::Vec<D> lowLanes(D d, From from, hn::Vec<From> v) {
-  if constexpr (hn::MaxLanes(D()) == hn::MaxLanes(From())) {
-    return v;
-  } else {
-    const hn::Half<From> half;
-    return lowLanes(d, half, hn::LowerHalf(half, v));
-  }
-}
-
-/// Lane i takes the value of lane i - 1; lane 0 that of the last lane of the vector before.
-template <class D, class Vector = hn::Vec<D>>
-HWY_INLINE Vector oneUp(D d, Vector before, Vector here) {
-  if constexpr (hn::MaxLanes(D()) == kLanes)
-    return hn::CombineShiftRightBytes<15>(d, here, before);
-  else
-    return hn::CombineShiftRightBytes<15>(d, here, hn::ConcatLowerUpper(d, here, before));
-}
-
-/// Lane i takes the value of lane i + 1; the last lane that of lane 0 of the vector after.
-template <class D, class Vector = hn::Vec<D>>
-HWY_INLINE Vector oneDown(D d, Vector here, Vector after) {
-  if constexpr (hn::MaxLanes(D()) == kLanes)
-    return hn::CombineShiftRightBytes<1>(d, after, here);
-  else
-    return hn::CombineShiftRightBytes<1>(d, hn::ConcatLowerUpper(d, after, here), here);
-}
-
-/// A previous pixel of a path.
-struct Neighbour {
-  const uint8_t* goodness;
-  int first;
-  int width;  ///< 0: the path starts anew
+  explicit Walker(bool walks_backward) : backward(walks_backward) {}
+  Neighbour here() const { return {goodness, first, width}; }
 };
 
-/// What a neighbour passes on to the disparities of a vector.
-template <class Vector>
-struct Carried {
-  Vector same, below, above;
+/// What happens to the pixels of a run.
+struct Visit {
+  bool matches;                ///< their matching costs are yet to be found
+  Walker* walker;              ///< the horizontal path that comes along, or nullptr
+  bool from_previous_row;      ///< the paths from the previous row come along
+  const uint8_t* sums_before;  ///< what has been added up before, or nullptr
+  uint8_t* sums;
 };
 
-template <int kNibbles, bool kStraight, bool kDiagonal>
+/// A step of the vertical path of windows of 16: what it reads and writes.
+struct VerticalStep {
+  const uint8_t *costs, *sums_before;
+  uint8_t *goodness, *sums;
+
+  template <class D, class V = hn::Vec<D>>
+  HWY_INLINE void take(D d, int at, const Carried<V>& carried, V p1, V p2) const {
+    const V path = pathCost(hn::LoadU(d, costs + at), carried, p1);
+    hn::StoreU(goodnessOf(d, path, p2), d, goodness + at);
+    hn::StoreU(hn::SaturatedAdd(hn::LoadU(d, sums_before + at), path), d, sums + at);
+  }
+};
+
+template <int kBytes, bool kStraight, bool kDiagonal>
 class RowAggregation {
  public:
   explicit RowAggregation(const ReducedSearchRow& row)
       : row_(row),
         p1_(hn::Set(run_d_, static_cast<uint8_t>(row.p1))),
-        p2_(hn::Set(run_d_, static_cast<uint8_t>(row.p2))) {}
+        p2_(hn::Set(run_d_, static_cast<uint8_t>(row.p2))),
+        runs_((row.columns + kWindowRun - 1) / kWindowRun) {}
 
   HWY_INLINE void run() {
-    const int runs = (row_.columns + kWindowRun - 1) / kWindowRun;
-    for (int i = 0; i < runs;) {
-      if (isNarrowRun(row_.windows, runBegin(i))) {
-        i = row_.upward ? narrowRuns<true>(i, runs) : narrowRuns<false>(i, runs);
-      } else {
-        severalWindows(runBegin(i));
-        ++i;
-      }
+    const bool is_first_visit = !row_.sums_before;
+    if constexpr (kStraight && !kDiagonal) {
+      is_first_visit ? walkFromBothEnds() : followVerticals();
+    } else {
+      Walker* const walker = !kStraight ? nullptr : row_.upward ? &backward_ : &forward_;
+      for (int i = 0; i < runs_; ++i)
+        visit(row_.upward ? runs_ - 1 - i : i,
+              {is_first_visit, walker, true, row_.sums_before, row_.sums});
     }
   }
 
  private:
-  /// The lowest column of the i-th run of the pass.
-  int runBegin(int i) const {
-    const int last = (row_.columns - 1) / kWindowRun;
-    return (row_.upward ? last - i : i) * kWindowRun;
+  /// Whether this is a whole run of windows of 16.
+  static HWY_INLINE bool isNarrow(const ReducedSearchRow& row, int run) {
+    return row.windows[run].width == kLanes && (run + 1) * kWindowRun <= row.columns;
   }
 
-  /// Whether all pixels of the run from column x on have windows of 16, which then are one window.
-  bool isNarrowRun(const WindowRow& windows, int x) const {
-    if (x + kWindowRun > row_.columns) return false;
-    uint64_t widths;
-    static_assert(sizeof widths == kWindowRun * sizeof *windows.width);
-    std::memcpy(&widths, windows.width + x, sizeof widths);
-    return widths == kLanes * uint64_t{0x0001000100010001};
-  }
+  // --- Straight paths -----------------------------------------------------------------------
 
-  Neighbour inPreviousRow(int x, const uint8_t* goodness) const {
-    const WindowRow& windows = row_.previous_windows;
-    if (!windows.width || x < 0 || x >= row_.columns || windows.width[x] == 0)
-      return {nullptr, 0, 0};
-    return {goodness + windows.position[x], windows.first[x], windows.width[x]};
-  }
-  Neighbour inThisRow() const { return {horizontal_, horizontal_first_, horizontal_width_}; }
-
-  /// Hamming distances + P2 of the disparities from `index` on.
-  template <class D>
-  static HWY_INLINE hn::Vec<D> matchingCosts(D d, const ReducedSearchRow& row, int x, int index) {
-    // Planes in groups of three: base, base + stride and base + 2 * stride are one address each.
-    constexpr int kGroup = 3;
-    const size_t left_stride = row.left_stride, right_stride = row.right_stride;
-    const uint8_t* left = row.left_planes + x;
-    const uint8_t* right = row.right_planes + (row.columns - 1 - x + index);
-    hn::Vec<D> parts[kNibbles];
-    for (int n = 0; n < kNibbles; ++n) {
-      if (n > 0 && n % kGroup == 0) {
-        left += kGroup * left_stride;
-        right += kGroup * right_stride;
+  /// First visit: both horizontal paths. Whichever comes to a run first finds the matching costs;
+  /// the second one completes the sums, along with the vertical path.
+  HWY_INLINE void walkFromBothEnds() {
+    int i = 0, j = runs_ - 1;  // where the paths come next
+    const auto isReady = [this](int run, const Walker& walker) {
+      return isNarrow(row_, run) && walker.width == kLanes;
+    };
+    while (i < runs_ || j >= 0) {
+      if (i < runs_ && j >= 0 && i != j && isReady(i, forward_) && isReady(j, backward_)) {
+        i < j ? walkTogether<true>(i, j) : walkTogether<false>(i, j);
+      } else if (i < runs_ && (j < 0 || i == j || !isReady(i, forward_))) {
+        visit(i, visitBy(forward_, i <= j));
+        ++i;
+      } else {
+        visit(j, visitBy(backward_, i <= j));
+        --j;
       }
-      const auto* rows = n == 0 ? row.tables->distance_and_p2 : row.tables->distance;
-      const auto table = hn::LoadDup128(d, rows[0] + left[n % kGroup * left_stride]);
-      parts[n] = hn::TableLookupBytes(table, hn::LoadU(d, right + n % kGroup * right_stride));
     }
-    for (int n = 2; n < kNibbles; n += 2) {
-      parts[0] = hn::Add(parts[0], parts[n]);
-      parts[1] = hn::Add(parts[1], parts[n + 1]);
-    }
-    return hn::Add(parts[0], parts[1]);
   }
 
-  /// Runs of windows of 16, from the i-th of the pass as far as there are such; returns the first
-  /// that is not.
-  template <bool kUpward>
-  HWY_INLINE int narrowRuns(int i, int runs) {
+  Visit visitBy(Walker& walker, bool comes_first) const {
+    if (comes_first) return {true, &walker, false, nullptr, row_.half_sums};
+    return {false, &walker, true, row_.half_sums, row_.sums};
+  }
+
+  /// Both horizontal paths, from runs i and j on as long as these are narrow and the paths do not
+  /// meet. kComeFirst: neither has been where the other one is now.
+  template <bool kComeFirst>
+  HWY_INLINE void walkTogether(int& i, int& j) {
     // What the loop reads lies in local variables: bytes that it writes might, for all the compiler
     // knows, change the members of this object.
     const ReducedSearchRow row = row_;
-    const int step = kUpward ? -1 : 1;
-    V horizontal = hn::Load(d_, horizontal_);
-    int horizontal_first = horizontal_first_;
-    bool shifts_horizontally = horizontal_width_ == kLanes;
-    int begin = runBegin(i);
-    for (; i < runs && isNarrowRun(row.windows, begin); ++i, begin += step * kWindowRun) {
-      const int first = row.windows.first[begin];
-      const size_t at = row.windows.position[begin];
-      V costs[kWindowRun];
-      for (int k = 0; k < kWindowRun; ++k) {
-        uint8_t* const kept = row.narrow_costs + kLanes * (begin + k);
-        if (row.sums_before) {
-          costs[k] = hn::Load(d_, kept);
-        } else {
-          costs[k] = matchingCosts(d_, row, begin + k, first);
-          hn::Store(costs[k], d_, kept);
-        }
+    const int runs = runs_;
+    const PairBytes d;
+    const auto p1 = lowLanes(d, run_d_, p1_), p2 = lowLanes(d, run_d_, p2_);
+    const BitCounter<RunBytes, kBytes> counter(row.p2);
+    uint8_t* const sums = kComeFirst ? row.half_sums : row.sums;
+    Pair goodness = loadPair(d, forward_.goodness, backward_.goodness);
+    int forward_first = forward_.first, backward_first = backward_.first;
+    int a = i, b = j;
+    do {
+      const WindowRun one = row.windows[a], other = row.windows[b];
+      if constexpr (kComeFirst) {
+        matchNarrow(row, a, one, counter);
+        matchNarrow(row, b, other, counter);
+      } else {
+        followVertical(row, a, one, row.half_sums);
+        followVertical(row, b, other, row.half_sums);
       }
-      HWY_ALIGN uint8_t vertical_paths[kWindowRun * kLanes];
-      if constexpr (kStraight) narrowVerticals(row, begin, first, costs, vertical_paths);
-      const auto pixel = [&](auto number) HWY_ATTR {
-        constexpr int j = number;
-        constexpr int k = kUpward ? kWindowRun - 1 - j : j;
-        const int x = begin + k;
-        V sums = hn::Zero(d_);
-        if constexpr (kStraight) {
-          const auto carried = j > 0 ? unshifted(horizontal)
-                               : HWY_LIKELY(shifts_horizontally)
-                                   ? shifted(d_, horizontal, first - horizontal_first)
-                                   : fetch(inThisRow(), first);
-          const V path = narrowCosts(d_, carried, costs[k]);
-          horizontal = narrowGoodness(d_, path);
-          sums = hn::SaturatedAdd(hn::Load(d_, vertical_paths + k * kLanes), path);
+      const PairShift shift(one.first - forward_first, other.first - backward_first);
+      const auto pixels = [&](auto number) HWY_ATTR {
+        constexpr int k = number;
+        const int at_one = one.position + k * kLanes;
+        const int at_other = other.position + (kWindowRun - 1 - k) * kLanes;
+        const Pair costs = loadPair(d, row.costs + at_one, row.costs + at_other);
+        Pair total;
+        if constexpr (!kComeFirst) total = loadPair(d, sums + at_one, sums + at_other);
+        for (int part = 0; part < kPairParts; ++part) {
+          PairVector& passed_on = goodness.parts[part];
+          const auto carried = k == 0 ? shift(part, passed_on) : unshifted(d, passed_on);
+          const PairVector path = pathCost(costs.parts[part], carried, p1);
+          passed_on = goodnessOf(d, path, p2);
+          total.parts[part] = kComeFirst ? path : hn::SaturatedAdd(total.parts[part], path);
         }
-        if constexpr (kDiagonal) {
-          const auto follow = [&](const Neighbour& neighbour, uint8_t* next) {
-            const V path = narrowCosts(d_, fetch(neighbour, first), costs[k]);
-            hn::StoreU(narrowGoodness(d_, path), d_, next + at + k * kLanes);
-            sums = hn::SaturatedAdd(sums, path);
-          };
-          follow(inPreviousRow(x - step, row.previous.from_behind), row.next.from_behind);
-          follow(inPreviousRow(x + step, row.previous.from_ahead), row.next.from_ahead);
-        }
-        if (row.sums_before)
-          sums = joinPasses < kStraight &&
-                 kDiagonal > (sums, hn::LoadU(d_, row.sums_before + at + k * kLanes));
-        hn::StoreU(sums, d_, row.sums + at + k * kLanes);
+        storePair(d, total, sums + at_one, sums + at_other);
       };
-      pixel(std::integral_constant<int, 0>());
-      pixel(std::integral_constant<int, 1>());
-      pixel(std::integral_constant<int, 2>());
-      pixel(std::integral_constant<int, 3>());
-      horizontal_first = first;
-      shifts_horizontally = true;
-    }
-    hn::Store(horizontal, d_, horizontal_);
-    horizontal_first_ = horizontal_first;
-    horizontal_width_ = kLanes;
-    return i;
+      pixels(std::integral_constant<int, 0>());
+      pixels(std::integral_constant<int, 1>());
+      pixels(std::integral_constant<int, 2>());
+      pixels(std::integral_constant<int, 3>());
+      forward_first = one.first;
+      backward_first = other.first;
+      ++a;
+      --b;
+    } while ((kComeFirst ? a < b : a < runs && b >= 0) && isNarrow(row, a) && isNarrow(row, b));
+    storePair(d, goodness, forward_.goodness, backward_.goodness);
+    forward_.first = forward_first;
+    backward_.first = backward_first;
+    i = a;
+    j = b;
   }
 
-  /// The vertical paths of a run of windows of 16: they do not wait for each other, so that they
-  /// fill registers of any width.
-  HWY_INLINE void narrowVerticals(const ReducedSearchRow& row, int begin, int first, const V* costs,
-                                  uint8_t* paths) {
-    const uint8_t* const previous = row.previous.straight;
-    uint8_t* const next = row.next.straight + row.windows.position[begin];
-    const WindowRow& above = row.previous_windows;
-    if (HWY_LIKELY(above.width && isNarrowRun(above, begin))) {
-      const int shift = first - above.first[begin];
-      for (int k = 0; k < kWindowRun; k += kPixelsOfVector) {
-        const auto goodness = hn::LoadU(run_d_, previous + above.position[begin] + k * kLanes);
-        const auto path =
-            narrowCosts(run_d_, shifted(run_d_, goodness, shift), joined(run_d_, costs + k));
-        hn::StoreU(narrowGoodness(run_d_, path), run_d_, next + k * kLanes);
-        hn::Store(path, run_d_, paths + k * kLanes);
+  /// Second visit: the other vertical path.
+  HWY_INLINE void followVerticals() {
+    const ReducedSearchRow row = row_;
+    const Visit vertical{false, nullptr, true, row.sums_before, row.sums};
+    for (int i = 0; i < runs_; ++i) {
+      if (isNarrow(row, i))
+        followVertical(row, i, row.windows[i], row.sums_before);
+      else
+        visit(i, vertical);
+    }
+  }
+
+  static HWY_INLINE void matchNarrow(const ReducedSearchRow& row, int run, const WindowRun& window,
+                                     const BitCounter<RunBytes, kBytes>& counter) {
+    const RunBytes d;
+    const int x = run * kWindowRun;
+    const auto words = hn::LoadDup128(d, reinterpret_cast<const uint8_t*>(row.left_words + x));
+    const uint8_t* const right = row.right_bytes + (row.columns - 1 - x + window.first);
+    for (int k = 0; k < kWindowRun; k += kPixelsOfVector) {
+      hn::Vec<RunBytes> differing[kBytes];
+      for (int b = 0; b < kBytes; ++b) {
+        const auto left = hn::TableLookupBytes(words, hn::Load(d, kSpread.of_byte[b] + k * kLanes));
+        differing[b] = hn::Xor(left, loadDescending(d, right + b * row.right_stride - k));
       }
+      hn::StoreU(counter.count(differing), d, row.costs + window.position + k * kLanes);
+    }
+  }
+
+  /// The vertical path of a whole narrow run: its pixels do not wait for each other, and fill
+  /// registers of any width.
+  HWY_INLINE void followVertical(const ReducedSearchRow& row, int run, const WindowRun& window,
+                                 const uint8_t* sums_before) {
+    const VerticalStep step{row.costs + window.position, sums_before + window.position,
+                            row.next.straight + window.position, row.sums + window.position};
+    const WindowRun* const above = row.previous_windows;
+    if (HWY_LIKELY(above && above[run].width == kLanes)) {
+      const uint8_t* const goodness = row.previous.straight + above[run].position;
+      const Shift shift(run_d_, window.first - above[run].first);
+      for (int at = 0; at < kWindowRun * kLanes; at += kPixelsOfVector * kLanes)
+        step.take(run_d_, at, shift(hn::LoadU(run_d_, goodness + at)), p1_, p2_);
     } else {
+      const WindowPaths<Bytes16, 1> paths(window, row.p1, row.p2);
+      const V16 p1 = lowLanes(d_, run_d_, p1_), p2 = lowLanes(d_, run_d_, p2_);
       for (int k = 0; k < kWindowRun; ++k) {
-        const auto carried = fetch(inPreviousRow(begin + k, previous), first);
-        const V path = narrowCosts(d_, carried, costs[k]);
-        hn::StoreU(narrowGoodness(d_, path), d_, next + k * kLanes);
-        hn::Store(path, d_, paths + k * kLanes);
+        WindowPaths<Bytes16, 1>::Passed carried;
+        paths.carry(inPreviousRow(row, run * kWindowRun + k, row.previous.straight), carried);
+        step.take(d_, k * kLanes, carried[0], p1, p2);
       }
     }
   }
 
-  // One step of a path for one pixel per 16 lanes: what it costs, and what it passes on.
-  template <class D, class Vector = hn::Vec<D>>
-  HWY_INLINE Vector narrowCosts(D d, const Carried<Vector>& carried, Vector costs) const {
-    return pathCost(costs, carried.same, carried.below, carried.above, lowLanes(d, run_d_, p1_));
-  }
-  template <class D, class Vector = hn::Vec<D>>
-  HWY_INLINE Vector narrowGoodness(D d, Vector path) const {
-    return hn::SaturatedSub(lowLanes(d, run_d_, p2_), hn::Sub(path, lowestOfBlocks(d, path)));
+  // --- Any paths and windows ----------------------------------------------------------------
+
+  void visit(int run, const Visit& visit) {
+    const WindowRun& window = row_.windows[run];
+    if (window.width == kLanes)
+      visitRun<1>(d_, run, window, visit);
+    else if (window.width == kWideLanes)
+      visitRun<1>(WideBytes(), run, window, visit);
+    else if (window.width == 2 * kWideLanes)
+      visitRun<2>(WideBytes(), run, window, visit);
+    else if (window.width == 4 * kWideLanes)
+      visitRun<4>(WideBytes(), run, window, visit);
+    else if (window.width % kWideLanes == 0 && window.width > 0)
+      visitRun<0>(WideBytes(), run, window, visit);
+    else if (window.width > 0)
+      visitRun<0>(d_, run, window, visit);
+    else if (visit.walker)
+      visit.walker->width = 0;
   }
 
-  /// For 16 disparities from `first` on.
-  HWY_INLINE Carried<V> fetch(const Neighbour& neighbour, int first) {
-    if (neighbour.width == kLanes)
-      return shifted(d_, hn::LoadU(d_, neighbour.goodness), first - neighbour.first);
-    if (neighbour.width == 0) {
-      const V p2 = lowLanes(d_, run_d_, p2_);
-      return {p2, p2, p2};
-    }
-    paint(neighbour);
-    const auto carried = fromCanvas(d_, first);
-    erase(neighbour);
-    return carried;
-  }
-
-  /// Lane i + shift of windows of 16, 0 where that does not exist.
-  template <class D, class Vector = hn::Vec<D>>
-  HWY_INLINE Carried<Vector> shifted(D d, Vector goodness, int shift) const {
-    // Windows that are further apart than 16 do not even touch.
-    constexpr int kApart = kLanes + 1;
-    const uint8_t* shuffle = kShiftTable.values + kNoShift + std::clamp(shift, -kApart, kApart);
-    return {hn::TableLookupBytesOr0(goodness, hn::LoadDup128(d, shuffle)),
-            hn::TableLookupBytesOr0(goodness, hn::LoadDup128(d, shuffle - 1)),
-            hn::TableLookupBytesOr0(goodness, hn::LoadDup128(d, shuffle + 1))};
-  }
-  HWY_INLINE Carried<V> unshifted(V goodness) const {
-    return {goodness, hn::ShiftLeftBytes<1>(d_, goodness), hn::ShiftRightBytes<1>(d_, goodness)};
-  }
-
-  /// Pixels of a run whose windows are not all 16.
-  HWY_NOINLINE void severalWindows(int begin) {
-    const int pixels = std::min(kWindowRun, row_.columns - begin);
-    for (int j = 0; j < pixels; ++j) {
-      const int x = begin + (row_.upward ? pixels - 1 - j : j);
-      const int width = row_.windows.width[x];
-      if (width > 0) widePixel(x, width);
-      horizontal_width_ = width;
-      horizontal_first_ = row_.windows.first[x];
-    }
-  }
-
-  /// A window of any width, in the widest vectors that fit.
-  HWY_INLINE void widePixel(int x, int width) {
-    if (width % kWideLanes != 0) return widePixel<0>(d_, x, width);
-    switch (width / kWideLanes) {
-      case 1:
-        return widePixel<1>(WideBytes(), x, width);
-      case 2:
-        return widePixel<2>(WideBytes(), x, width);
-      case 4:
-        return widePixel<4>(WideBytes(), x, width);
-      default:
-        return widePixel<0>(WideBytes(), x, width);
-    }
-  }
-
-  /// kVectors: number of vectors, 0: as many as the window takes.
+  /// kVectors: number of vectors of a window, 0: as many as it takes.
   template <int kVectors, class D>
-  HWY_INLINE void widePixel(D d, int x, int width) {
+  HWY_NOINLINE void visitRun(D d, int run, const WindowRun& run_window, const Visit& visit_of_run) {
+    using Window = WindowPaths<D, kVectors>;
     constexpr int kLanesOfD = hn::MaxLanes(D());
-    const int vectors = kVectors > 0 ? kVectors : width / kLanesOfD;
-    const int step = row_.upward ? -1 : 1;
-    const int first = row_.windows.first[x];
-    const size_t at = row_.windows.position[x];
-    hn::Vec<D> costs[kVectors > 0 ? kVectors : 256 / kLanesOfD];
-    hn::Vec<D> sums[kVectors > 0 ? kVectors : 256 / kLanesOfD];
-    for (int k = 0; k < vectors; ++k) {
-      costs[k] = matchingCosts(d, row_, x, first + k * kLanesOfD);
-      sums[k] = hn::Zero(d);
-    }
-    const auto follow = [&](const Neighbour& neighbour, uint8_t* next) {
-      widePath<kVectors>(d, neighbour, first, vectors, costs, sums, next);
-    };
-    if constexpr (kStraight) {
-      follow(inThisRow(), horizontal_);
-      follow(inPreviousRow(x, row_.previous.straight), row_.next.straight + at);
-    }
-    if constexpr (kDiagonal) {
-      follow(inPreviousRow(x - step, row_.previous.from_behind), row_.next.from_behind + at);
-      follow(inPreviousRow(x + step, row_.previous.from_ahead), row_.next.from_ahead + at);
-    }
-    for (int k = 0; k < vectors; ++k) {
-      const size_t bytes = at + k * kLanesOfD;
-      if (row_.sums_before)
-        sums[k] =
-            joinPasses < kStraight && kDiagonal > (sums[k], hn::LoadU(d, row_.sums_before + bytes));
-      hn::StoreU(sums[k], d, row_.sums + bytes);
-    }
-  }
-
-  template <int kVectors, class D, class Vector = hn::Vec<D>>
-  HWY_INLINE void widePath(D d, const Neighbour& neighbour, int first, int vectors,
-                           const Vector* costs, Vector* sums, uint8_t* next) {
-    constexpr int kLanesOfD = hn::MaxLanes(D());
-    const Vector p1 = hn::Set(d, static_cast<uint8_t>(row_.p1));
-    const Vector p2 = hn::Set(d, static_cast<uint8_t>(row_.p2));
-    Vector path[kVectors > 0 ? kVectors : 256 / kLanesOfD];
-    Vector lowest = hn::Set(d, 255);
-    const bool same_window = neighbour.first == first && neighbour.width == vectors * kLanesOfD;
-    if (!same_window && neighbour.width > 0) paint(neighbour);
-    const auto zero = hn::Zero(d);
-    const auto load = [&](int k) { return hn::LoadU(d, neighbour.goodness + k * kLanesOfD); };
-    Vector before = zero, here = same_window ? load(0) : zero;
-    for (int k = 0; k < vectors; ++k) {
-      Carried<Vector> carried{p2, p2, p2};
-      if (same_window) {
-        const Vector after = k + 1 < vectors ? load(k + 1) : zero;
-        carried = {here, oneUp(d, before, here), oneDown(d, here, after)};
-        before = here;
-        here = after;
-      } else if (neighbour.width > 0) {
-        carried = fromCanvas(d, first + k * kLanesOfD);
+    const ReducedSearchRow row = row_;
+    const Visit visit = visit_of_run;
+    const WindowRun window = run_window;
+    const Window paths(window, row.p1, row.p2);
+    const BitCounter<D, kBytes> counter(row.p2);
+    const int pixels = std::min(kWindowRun, row.columns - run * kWindowRun);
+    const bool backward = visit.walker && visit.walker->backward;
+    typename Window::Passed along, carried;
+    typename Window::Vectors costs, sums, goodness;
+    if (visit.walker) paths.carry(visit.walker->here(), along);
+    for (int i = 0; i < pixels; ++i) {
+      const int k = backward ? pixels - 1 - i : i;
+      const int x = run * kWindowRun + k, at = window.position + k * window.width;
+      for (int v = 0; v < paths.vectors(); ++v) {
+        uint8_t* const known = row.costs + at + v * kLanesOfD;
+        if (visit.matches) {
+          costs[v] = matchingCosts(d, row, x, window.first + v * kLanesOfD, counter);
+          hn::StoreU(costs[v], d, known);
+        } else {
+          costs[v] = hn::LoadU(d, known);
+        }
+        sums[v] = hn::Zero(d);
       }
-      path[k] = pathCost(costs[k], carried.same, carried.below, carried.above, p1);
-      lowest = hn::Min(lowest, path[k]);
-      sums[k] = hn::SaturatedAdd(sums[k], path[k]);
+      if (visit.walker) {
+        paths.step(costs, along, sums, goodness);
+        paths.carryOn(goodness, along);
+        if (i == pixels - 1) paths.store(goodness, visit.walker->goodness);
+      }
+      const auto follow = [&](const Neighbour& neighbour, uint8_t* next) HWY_ATTR {
+        typename Window::Vectors passed_on;
+        paths.carry(neighbour, carried);
+        paths.step(costs, carried, sums, passed_on);
+        paths.store(passed_on, next + at);
+      };
+      if (visit.from_previous_row) {
+        const int step = row.upward ? -1 : 1;
+        if constexpr (kStraight)
+          follow(inPreviousRow(row, x, row.previous.straight), row.next.straight);
+        if constexpr (kDiagonal) {
+          follow(inPreviousRow(row, x - step, row.previous.from_behind), row.next.from_behind);
+          follow(inPreviousRow(row, x + step, row.previous.from_ahead), row.next.from_ahead);
+        }
+      }
+      for (int v = 0; v < paths.vectors(); ++v) {
+        const int bytes = at + v * kLanesOfD;
+        if (visit.sums_before)
+          sums[v] = joinPasses < kStraight &&
+                    kDiagonal > (sums[v], hn::LoadU(d, visit.sums_before + bytes));
+        hn::StoreU(sums[v], d, visit.sums + bytes);
+      }
     }
-    if (!same_window && neighbour.width > 0) erase(neighbour);
-    lowest = lowestLane(d, lowest);
-    for (int k = 0; k < vectors; ++k)
-      hn::StoreU(hn::SaturatedSub(p2, hn::Sub(path[k], lowest)), d, next + k * kLanesOfD);
+    if (visit.walker) {
+      visit.walker->first = window.first;
+      visit.walker->width = window.width;
+    }
   }
 
-  // The canvas holds the goodness of every disparity index, 0 but for one neighbour's window.
-  HWY_INLINE void paint(const Neighbour& neighbour) {
-    for (int k = 0; k < neighbour.width; k += kLanes)
-      hn::StoreU(hn::LoadU(d_, neighbour.goodness + k), d_,
-                 canvas_ + kMargin + neighbour.first + k);
+  static HWY_INLINE Neighbour inPreviousRow(const ReducedSearchRow& row, int x,
+                                            const uint8_t* goodness) {
+    if (!row.previous_windows || x < 0 || x >= row.columns) return {nullptr, 0, 0};
+    const WindowRun window = row.previous_windows[x / kWindowRun];
+    return {goodness + window.position + x % kWindowRun * window.width, window.first, window.width};
   }
-  HWY_INLINE void erase(const Neighbour& neighbour) {
-    for (int k = 0; k < neighbour.width; k += kLanes)
-      hn::StoreU(hn::Zero(d_), d_, canvas_ + kMargin + neighbour.first + k);
-  }
+
+  /// Hamming distances + P2 of the disparities from `index` on.
   template <class D>
-  HWY_INLINE Carried<hn::Vec<D>> fromCanvas(D d, int index) const {
-    const uint8_t* same = canvas_ + kMargin + index;
-    return {hn::LoadU(d, same), hn::LoadU(d, same - 1), hn::LoadU(d, same + 1)};
+  static HWY_INLINE hn::Vec<D> matchingCosts(D d, const ReducedSearchRow& row, int x, int index,
+                                             const BitCounter<D, kBytes>& counter) {
+    const auto left = static_cast<unsigned>(row.left_words[x]);
+    const uint8_t* const right = row.right_bytes + (row.columns - 1 - x + index);
+    hn::Vec<D> differing[kBytes];
+    for (int b = 0; b < kBytes; ++b)
+      differing[b] = hn::Xor(hn::Set(d, static_cast<uint8_t>(left >> (8 * b))),
+                             hn::LoadU(d, right + b * row.right_stride));
+    return counter.count(differing);
   }
-
-  static constexpr int kMargin = kLanes;
 
   const Bytes16 d_{};
   const RunBytes run_d_{};
   const ReducedSearchRow row_;
-  const RunVector p1_, p2_;
-  /// The pixel before.
-  int horizontal_first_ = 0, horizontal_width_ = 0;
-  HWY_ALIGN uint8_t horizontal_[256] = {};  ///< its goodness
-  HWY_ALIGN uint8_t canvas_[kMargin + 256 + kMargin] = {};
+  const hn::Vec<RunBytes> p1_, p2_;
+  const int runs_;
+  Walker forward_{false}, backward_{true};
 };
 
-template <int kNibbles>
+template <int kBytes>
 void aggregate(const ReducedSearchRow& row) {
-  if (row.paths == PathSet::kStraight4) RowAggregation<kNibbles, true, false>(row).run();
-  if (row.paths == PathSet::kDiagonal4) RowAggregation<kNibbles, false, true>(row).run();
-  if (row.paths == PathSet::kAll8) RowAggregation<kNibbles, true, true>(row).run();
+  if (row.paths == PathSet::kStraight4) RowAggregation<kBytes, true, false>(row).run();
+  if (row.paths == PathSet::kDiagonal4) RowAggregation<kBytes, false, true>(row).run();
+  if (row.paths == PathSet::kAll8) RowAggregation<kBytes, true, true>(row).run();
 }
 
 void AggregateReducedRow(const ReducedSearchRow& row) {
-  row.nibbles == 6 ? aggregate<6>(row) : aggregate<8>(row);
+  row.bytes == 3 ? aggregate<3>(row) : aggregate<4>(row);
 }
 
 #else

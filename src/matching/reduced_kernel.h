@@ -1,17 +1,19 @@
-/// Reduced search, one row at a time: each pixel has a window of disparities of its own.
+/// Reduced search, one row at a time: each run of pixels has a window of disparities of its own.
 ///
 /// Layout: the costs of a pixel are the bytes of its window, in order; those of a row lie one after
-/// the other. What a neighbour passes on is its goodness (path_step-inl.h), shifted by the distance
-/// of the two windows, with zeros where the neighbour's window has nothing: such disparities pay P2
-/// without any branch. Windows of 16, by far the most, are one vector, and the shift is one
-/// shuffle.
+/// the other (WindowRun::position). What a neighbour passes on is its goodness (path_step-inl.h),
+/// shifted by the distance of the two windows, with zeros where the neighbour's window has nothing:
+/// such disparities pay P2 without any branch. Windows of 16, by far the most, are one vector, and
+/// the shift is one shuffle.
+///
+/// Each row is visited twice, by the downward and by the upward pass. With straight paths both
+/// horizontal ones belong to the first visit, which walks from both ends of the row at once: they
+/// do not wait for each other, and share their vectors.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-#include "matching/cost_tables.h"
-#include "matching/row_winners.h"
 #include "matching/search_windows.h"
 #include "predictive_stereo/matcher.h"
 
@@ -20,12 +22,8 @@ namespace predictive_stereo {
 /// Width of the windows that have a fast path.
 constexpr int kNarrowWindow = 16;
 
-/// The windows of one row.
-struct WindowRow {
-  const uint8_t* first;   ///< first index of each pixel
-  const uint16_t* width;  ///< a multiple of 16; 0: not searched
-  const int* position;    ///< where the pixel's bytes begin in its row's bytes
-};
+/// Where windows differ, up to that many bytes before and behind a pixel's may be read.
+constexpr int kBeyond = 256 + 64;
 
 /// What the paths that come from the previous row have left there: bytes as laid out by its
 /// windows.
@@ -35,24 +33,22 @@ struct PathStates {
   uint8_t* from_ahead;   ///< along the diagonal from the column that the pass comes to next
 };
 
-/// One row of one pass: the downward pass goes from left to right, the upward one back.
+/// One row of one pass. The downward pass goes from left to right, the upward one back.
 struct ReducedSearchRow {
   int columns;
   int p1, p2;
-  int nibbles;
+  int bytes;  ///< of a census word
   PathSet paths;
   bool upward;
-  const CostTables* tables;
-  const uint8_t* left_planes;  ///< CensusPlanes::buildLeft of this row
-  size_t left_stride;
-  const uint8_t* right_planes;  ///< CensusPlanes::buildRight of this row, with one phase
+  const int* left_words;
+  const uint8_t* right_bytes;  ///< CensusBytes of this row
   size_t right_stride;
-  WindowRow windows;
-  WindowRow previous_windows;  ///< of the row before; members are nullptr: there is none
+  const WindowRun* windows;
+  const WindowRun* previous_windows;  ///< of the row before; nullptr: there is none
   PathStates previous, next;
-  /// Matching costs of windows of 16, [x][16]: left by the first pass for the second one.
-  uint8_t* narrow_costs;
-  const uint8_t* sums_before;  ///< sums of the other pass, or nullptr
+  uint8_t* costs;              ///< matching costs + P2: left by the first visit for the second one
+  uint8_t* half_sums;          ///< scratch memory
+  const uint8_t* sums_before;  ///< sums of the first visit; nullptr: this is the first visit
   uint8_t* sums;
 };
 

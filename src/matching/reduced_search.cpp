@@ -1,42 +1,49 @@
 #include "matching/reduced_search.h"
 
-#include "matching/window_winners_kernel.h"
-
 namespace predictive_stereo {
+namespace {
+
+/// Where the image falls into two halves of equal work, which grows with the windows.
+int rowInTheMiddle(const SearchWindows& windows) {
+  const auto work = [&](size_t y) {
+    return windows.row_begins[y] + y * windows.width.cols * kNarrowWindow;
+  };
+  const size_t height = windows.width.rows;
+  size_t y = 0;
+  while (y < height && 2 * work(y) < work(height)) ++y;
+  return static_cast<int>(y);
+}
+
+}  // namespace
 
 ReducedSearch::ReducedSearch(const MatcherParams& params, int64_t simd_target)
-    : params_(params),
-      simd_target_(simd_target),
-      tables_(params.p2),
-      left_planes_(params.census, simd_target),
-      right_planes_(params.census, simd_target) {
+    : params_(params), simd_target_(simd_target), right_bytes_(params.census, simd_target) {
   upward_.upward = true;
 }
 
 void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
                           const SearchWindows& windows, AlignedBuffer& volume, Match& match) {
   const int height = left_words.rows;
-  left_planes_.buildLeft(left_words);
-  right_planes_.buildRight(right_words, params_.range, 1);
-  layOut(windows);
+  right_bytes_.build(right_words, params_.range);
   // Room for the widest windows: pages that are never touched cost nothing, and no frame with wider
   // windows than its predecessors has to allocate.
-  uint8_t* const all_sums = volume.reserve(left_words.total() * params_.range.count);
-  narrow_costs_.reserve(left_words.total() * kNarrowWindow);
+  const size_t most = windows.runs.size() * kWindowRun * params_.range.count;
+  uint8_t* const all_sums = volume.reserve(most);
+  costs_.reserve(most);
   reserve(downward_, left_words.cols);
   reserve(upward_, left_words.cols);
 
-  const int middle = height / 2;
+  const int middle = rowInTheMiddle(windows);
   const auto runHalf = [&](bool first_half_of_pass, bool top) {
     Pass& pass = first_half_of_pass == top ? downward_ : upward_;
     const int begin = top ? 0 : middle, end = top ? middle : height;
     for (int i = begin; i < end; ++i) {
       const int y = pass.upward ? begin + end - 1 - i : i;
-      uint8_t* const sums = all_sums + row_begins_[y];
+      uint8_t* const sums = all_sums + windows.row_begins[y];
       if (first_half_of_pass) {
-        aggregateRow(pass, windows, y, nullptr, sums);
+        aggregateRow(pass, left_words[y], windows, y, nullptr, sums);
       } else {
-        aggregateRow(pass, windows, y, sums, pass.row_sums.data());
+        aggregateRow(pass, left_words[y], windows, y, sums, pass.row_sums.data() + kRowSumsMargin);
         chooseWinners(pass, windows, y, match);
       }
     }
@@ -48,57 +55,36 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
     });
 }
 
-size_t ReducedSearch::layOut(const SearchWindows& windows) {
-  const cv::Size size = windows.width.size();
-  positions_.create(size);
-  row_begins_.resize(size.height + 1);
-  row_begins_[0] = 0;
-  for (int y = 0; y < size.height; ++y) {
-    const uint16_t* width = windows.width[y];
-    int* positions = positions_[y];
-    int position = 0;
-    for (int x = 0; x < size.width; ++x) {
-      positions[x] = position;
-      position += width[x];
-    }
-    row_begins_[y + 1] = row_begins_[y] + position;
-  }
-  return row_begins_.back();
-}
-
-WindowRow ReducedSearch::windowRow(const SearchWindows& windows, int y) const {
-  if (y < 0 || y >= windows.width.rows) return {nullptr, nullptr, nullptr};
-  return {windows.first[y], windows.width[y], positions_[y]};
-}
-
 void ReducedSearch::reserve(Pass& pass, int columns) {
-  const size_t bytes = static_cast<size_t>(columns) * params_.range.count;
+  const size_t bytes = static_cast<size_t>(columns + kWindowRun - 1) * params_.range.count;
   for (auto& states : pass.states)
-    for (AlignedBuffer& state : states) state.reserve(bytes);
-  pass.row_sums.reserve(bytes);
-  pass.right_scratch.reserve((columns + params_.range.count + 16) * sizeof(uint16_t));
+    for (AlignedBuffer& state : states) state.reserve(kBeyond + bytes + kBeyond);
+  pass.half_sums.reserve(bytes);
+  pass.row_sums.reserve(kRowSumsMargin + bytes + kRowSumsMargin);
+  pass.scratch.resize(columns, params_.range);
   pass.winners.resize(columns, params_.range);
 }
 
-void ReducedSearch::aggregateRow(Pass& pass, const SearchWindows& windows, int y,
-                                 const uint8_t* sums_before, uint8_t* sums) {
+void ReducedSearch::aggregateRow(Pass& pass, const int* left_words, const SearchWindows& windows,
+                                 int y, const uint8_t* sums_before, uint8_t* sums) {
   ReducedSearchRow row;
   row.columns = windows.width.cols;
   row.p1 = params_.p1;
   row.p2 = params_.p2;
-  row.nibbles = nibbleCount(params_.census);
+  row.bytes = censusBytes(params_.census);
   row.paths = params_.paths;
   row.upward = pass.upward;
-  row.tables = &tables_;
-  row.left_planes = left_planes_.row(y);
-  row.left_stride = left_planes_.plane_stride();
-  row.right_planes = right_planes_.row(y);
-  row.right_stride = right_planes_.plane_stride();
-  row.windows = windowRow(windows, y);
-  row.previous_windows = windowRow(windows, pass.upward ? y + 1 : y - 1);
+  row.left_words = left_words;
+  row.right_bytes = right_bytes_.row(y);
+  row.right_stride = right_bytes_.plane_stride();
+  const int previous_y = pass.upward ? y + 1 : y - 1;
+  const bool has_previous = previous_y >= 0 && previous_y < windows.width.rows;
+  row.windows = windows.row(y);
+  row.previous_windows = has_previous ? windows.row(previous_y) : nullptr;
   row.previous = pass.pathStates(y & 1);
   row.next = pass.pathStates(~y & 1);
-  row.narrow_costs = narrow_costs_.data() + static_cast<size_t>(y) * row.columns * kNarrowWindow;
+  row.costs = costs_.data() + windows.row_begins[y];
+  row.half_sums = pass.half_sums.data();
   row.sums_before = sums_before;
   row.sums = sums;
   reducedSearchRow(simd_target_)(row);
@@ -108,11 +94,12 @@ void ReducedSearch::chooseWinners(Pass& pass, const SearchWindows& windows, int 
   WindowSums sums;
   sums.columns = windows.width.cols;
   sums.range = params_.range;
-  sums.windows = windowRow(windows, y);
-  sums.sums = pass.row_sums.data();
-  sums.right_scratch = reinterpret_cast<uint16_t*>(pass.right_scratch.data());
-  windowWinners(simd_target_)(sums, pass.winners);
-  describeRow(pass.winners, params_, simd_target_, y, windows.first[y], windows.width[y], match);
+  sums.windows = windows.row(y);
+  sums.width = windows.width[y];
+  sums.sums = pass.row_sums.data() + kRowSumsMargin;
+  windowWinners(simd_target_)(sums, pass.scratch, pass.winners);
+  describeRow(pass.winners, params_, simd_target_, y, pass.winners.first.data(), windows.width[y],
+              match);
 }
 
 }  // namespace predictive_stereo

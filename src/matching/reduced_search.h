@@ -2,14 +2,13 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "matching/aligned_buffer.h"
-#include "matching/census_planes.h"
-#include "matching/cost_tables.h"
+#include "matching/census_bytes.h"
 #include "matching/reduced_kernel.h"
 #include "matching/row_winners.h"
 #include "matching/search_windows.h"
+#include "matching/window_winners_kernel.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -28,29 +27,26 @@ class ReducedSearch {
     bool upward = false;
     /// Goodness of the three paths that come from the previous row, before and after a row.
     AlignedBuffer states[2][3];
-    AlignedBuffer row_sums;
-    AlignedBuffer right_scratch;
+    AlignedBuffer row_sums;  ///< of the row at hand, behind a margin
+    AlignedBuffer half_sums;
+    WindowWinnersScratch scratch;
     RowWinners winners;
 
     PathStates pathStates(int which) const {
-      return {states[which][0].data(), states[which][1].data(), states[which][2].data()};
+      return {states[which][0].data() + kBeyond, states[which][1].data() + kBeyond,
+              states[which][2].data() + kBeyond};
     }
   };
 
-  size_t layOut(const SearchWindows& windows);
-  WindowRow windowRow(const SearchWindows& windows, int y) const;
   void reserve(Pass& pass, int columns);
-  void aggregateRow(Pass& pass, const SearchWindows& windows, int y, const uint8_t* sums_before,
-                    uint8_t* sums);
+  void aggregateRow(Pass& pass, const int* left_words, const SearchWindows& windows, int y,
+                    const uint8_t* sums_before, uint8_t* sums);
   void chooseWinners(Pass& pass, const SearchWindows& windows, int y, Match& match);
 
   const MatcherParams params_;
   const int64_t simd_target_;
-  const CostTables tables_;
-  CensusPlanes left_planes_, right_planes_;
-  AlignedBuffer narrow_costs_;
-  cv::Mat1i positions_;             ///< of each pixel's bytes in its row's bytes
-  std::vector<size_t> row_begins_;  ///< of each row's bytes in the volume, and the volume's size
+  CensusBytes right_bytes_;
+  AlignedBuffer costs_;
   Pass downward_, upward_;
 };
 

@@ -82,7 +82,7 @@ class ReferenceSgm {
       for (int column = 0; column < size_.width; ++column) {
         const int x = dx < 0 ? size_.width - 1 - column : column;
         const auto& neighbours = dy == 0 ? current : previous;
-        const bool starts = !isSearched(x - dx, y - dy);
+        const bool starts = !hasWindow(x - dx, y - dy);
         const uint8_t* neighbour = starts ? nullptr : &neighbours[(x - dx) * stride + 1];
         auto& sums = dx + 2 * dy > 0 ? sums_ : upward_sums_;
         step(x, y, neighbour, &current[x * stride + 1], &sums[offsetOf(x, y)]);
@@ -92,7 +92,8 @@ class ReferenceSgm {
 
   /// One pixel of a path; no neighbour: the path starts here.
   void step(int x, int y, const uint8_t* neighbour, uint8_t* goodness, uint8_t* sums) {
-    const int first = windows_.first(y, x), end = first + windows_.width(y, x);
+    const WindowRun& window = windowOf(x, y);
+    const int first = window.first, end = first + window.width;
     int path_costs[256], lowest = 255;
     for (int i = first; i < end; ++i) {
       int carried = params_.p2;
@@ -121,7 +122,7 @@ class ReferenceSgm {
     for (int index = 0; index < count_; ++index)
       for (int x = 0; x < size_.width; ++x) {
         const int right_x = x - params_.range.min_disparity - index;
-        const bool exists = right_x >= 0 && right_x < size_.width && isInWindow(x, y, index);
+        const bool exists = right_x >= 0 && right_x < size_.width && isSearched(x, y, index);
         if (!exists || sumsOf(x, y)[index] >= lowest[right_x]) continue;
         lowest[right_x] = sumsOf(x, y)[index];
         indices[right_x] = index;
@@ -129,7 +130,8 @@ class ReferenceSgm {
   }
 
   Winner findWinner(int x, int y) const {
-    const int first = windows_.first(y, x), end = first + windows_.width(y, x);
+    const WindowRun& window = windowOf(x, y);
+    const int first = window.first, end = first + window.width;
     const uint8_t* sums = sumsOf(x, y);
     Winner winner{};
     winner.index = static_cast<int>(std::min_element(sums + first, sums + end) - sums);
@@ -151,7 +153,7 @@ class ReferenceSgm {
     match.ambiguity(y, x) = 255;
     match.cost(y, x) = 255;
     match.at_range_border(y, x) = 0;
-    if (!isSearched(x, y)) return;
+    if (windows_.width(y, x) == 0) return;
 
     const Winner winner = findWinner(x, y);
     match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
@@ -170,12 +172,13 @@ class ReferenceSgm {
       match.disparity_px(y, x) += subpixelOffset(winner.below, winner.cost, winner.above);
   }
 
-  bool isSearched(int x, int y) const {
+  const WindowRun& windowOf(int x, int y) const { return windows_.row(y)[x / kWindowRun]; }
+  bool hasWindow(int x, int y) const {
     const bool inside = x >= 0 && x < size_.width && y >= 0 && y < size_.height;
-    return inside && windows_.width(y, x) > 0;
+    return inside && windowOf(x, y).width > 0;
   }
-  bool isInWindow(int x, int y, int index) const {
-    const int first = windows_.first(y, x);
+  bool isSearched(int x, int y, int index) const {
+    const int first = windowOf(x, y).first;
     return index >= first && index < first + windows_.width(y, x);
   }
   size_t offsetOf(int x, int y) const {

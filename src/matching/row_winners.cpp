@@ -104,7 +104,8 @@ namespace predictive_stereo {
 HWY_EXPORT(DescribePixels);
 
 void RowWinners::resize(int width, const DisparityRange& range) {
-  for (auto* values : {&index, &cost, &below, &above, &runner_up, &agrees}) values->resize(width);
+  for (auto* values : {&index, &cost, &below, &above, &runner_up, &first, &agrees})
+    values->resize(width + kPadding);
   // Left columns 0 ... width - 1 look at 0 - max_disparity ... width - 1 - min_disparity.
   right_margin_ = std::max(range.max_disparity(), 0);
   right_index_.assign(right_margin_ + width + std::max(-range.min_disparity, 0), kNoIndex);
@@ -120,8 +121,9 @@ void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_
   uint8_t* const agrees = winners.agrees.data();
   for (int x = 0; x < columns; ++x) {
     const int index = indices[x];
-    agrees[x] = tolerance < 0 || std::abs(right[x - index] - index) <= tolerance;
+    agrees[x] = std::abs(right[x - index] - index) <= tolerance;
   }
+  if (tolerance < 0) std::fill_n(agrees, columns, uint8_t{1});
 
   RowDescription row;
   row.index = winners.index.data();

@@ -12,12 +12,14 @@ namespace predictive_stereo {
 /// One entry per pixel of the left image; entries of pixels that are not searched mean nothing.
 struct RowWinners {
   static constexpr int16_t kNoIndex = -1000;
+  static constexpr int kPadding = 64;  ///< entries behind the row's, for whole vectors
 
   std::vector<uint8_t> index;      ///< of the lowest sum; the smallest of equals
   std::vector<uint8_t> cost;       ///< lowest sum
   std::vector<uint8_t> below;      ///< sum at index - 1, where that is in the window
   std::vector<uint8_t> above;      ///< sum at index + 1, where that is in the window
   std::vector<uint8_t> runner_up;  ///< lowest sum with |index difference| > 1; 255: none
+  std::vector<uint8_t> first;      ///< first index of the window
   std::vector<uint8_t> agrees;     ///< scratch memory of describeRow
 
   void resize(int width, const DisparityRange& range);

@@ -1,28 +1,45 @@
 /// From the ranges that a caller asks for to the windows that the kernels search.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
 
-/// The window of each pixel, as indices into the disparity range (0 is min_disparity).
-struct SearchWindows {
-  cv::Mat1b first;  ///< first index
-  cv::Mat1w width;  ///< 16, 32, 64 or the whole range; 0: not searched
+/// Pixels of such a run, which begins at a multiple of its length, share one window: kernels then
+/// need to shift costs between windows only once in a run. Real ranges, which are hulls over
+/// neighbours anyway, hardly grow by it.
+constexpr int kWindowRun = 4;
+
+/// The window of a run, as indices into the disparity range (0 is min_disparity).
+struct WindowRun {
+  int position;    ///< where its bytes begin among those of its row: `width` for each pixel
+  uint16_t width;  ///< 16, 32, 64 or the whole range; 0: no pixel of the run is searched
+  uint8_t first;   ///< first index
 };
 
-/// The searched pixels of such a run, which begins at a multiple of its length, share one window:
-/// kernels then need to shift costs between windows only once in a run. Real ranges, which are
-/// hulls over neighbours anyway, hardly grow by it.
-constexpr int kWindowRun = 4;
+struct SearchWindows {
+  int runs_per_row = 0;
+  std::vector<WindowRun> runs;  ///< row by row
+  /// Where the bytes of each row begin among those of the image; the last entry is their number.
+  std::vector<size_t> row_begins;
+  /// Of each pixel: the width of its run's window, or 0 where it is not searched itself. Paths lead
+  /// through all pixels of a run, also through those.
+  cv::Mat1w width;
+
+  const WindowRun* row(int y) const { return &runs[static_cast<size_t>(y) * runs_per_row]; }
+  WindowRun* row(int y) { return &runs[static_cast<size_t>(y) * runs_per_row]; }
+};
 
 /// Widens the hull of each run's ranges to a window around its centre, the narrowest of 16, 32, 64
 /// and the whole range that holds it; windows do not leave the range.
 /// @throws std::invalid_argument where the ranges' sizes are not `size`.
 void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
-                       SearchWindows& windows);
+                       int64_t simd_target, SearchWindows& windows);
 
 /// Whether every pixel searches everything, which the full search does faster.
 bool isFullSearch(const SearchWindows& windows, const DisparityRange& range);

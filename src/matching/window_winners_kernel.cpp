@@ -1,6 +1,7 @@
 #include "matching/window_winners_kernel.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "matching/simd_dispatch.h"
 
@@ -11,6 +12,23 @@
 
 #include "matching/path_step-inl.h"
 
+#ifndef PREDICTIVE_STEREO_BESIDE_TABLE
+#define PREDICTIVE_STEREO_BESIDE_TABLE
+namespace predictive_stereo {
+
+/// 255 at three neighbouring places, 0 elsewhere.
+constexpr int kBeside = 255 + 16;
+struct BesideTable {
+  constexpr BesideTable() {
+    for (int i = 0; i < 3; ++i) values[kBeside - 1 + i] = 255;
+  }
+  uint8_t values[2 * kBeside + 16] = {};
+};
+constexpr BesideTable kBesideTable;
+
+}  // namespace predictive_stereo
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
@@ -18,115 +36,172 @@ namespace HWY_NAMESPACE {
 #if PREDICTIVE_STEREO_HAS_VECTORS
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Bytes16 = hn::FixedTag<uint8_t, 16>;
-using Words8 = hn::FixedTag<uint16_t, 8>;
-using V = hn::Vec<Bytes16>;
+
+/// Windows are looked at by 16 disparities.
 constexpr int kLanes = 16;
+using Bytes16 = hn::FixedTag<uint8_t, kLanes>;
+using Words = hn::CappedTag<uint16_t, kLanes>;
+constexpr int kWords = hn::MaxLanes(Words());
 
-/// Members of RowWinners.
-struct WinnerArrays {
-  uint8_t *index, *cost, *below, *above, *runner_up;
-};
-
-/// 255 at three neighbouring places, 0 elsewhere.
-constexpr int kBeside = 255 + kLanes;
-struct BesideTable {
-  constexpr BesideTable() {
-    for (int i = 0; i < 3; ++i) values[kBeside - 1 + i] = 255;
+/// The lowest of all lanes.
+template <class D>
+HWY_INLINE uint16_t lowestWord(D d, hn::Vec<D> v) {
+  if constexpr (hn::MaxLanes(D()) > 8) {
+    const hn::Half<D> half;
+    return lowestWord(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
+  } else {
+#if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
+    return hn::GetLane(hn::Vec<D>{_mm_minpos_epu16(v.raw)});
+#else
+    v = hn::Min(v, hn::CombineShiftRightBytes<8>(d, v, v));
+    v = hn::Min(v, hn::CombineShiftRightBytes<4>(d, v, v));
+    return hn::GetLane(hn::Min(v, hn::CombineShiftRightBytes<2>(d, v, v)));
+#endif
   }
-  uint8_t values[2 * kBeside + kLanes] = {};
-};
-constexpr BesideTable kBesideTable;
+}
 
-/// kWidth: width of the window, where it is known at compile time, or 0.
+/// What is found for each pixel, as raw memory: bytes that are written cannot alias these.
+struct PixelArrays {
+  uint16_t* lowest;
+  uint32_t* beside;
+  uint8_t* runner_up;
+};
+
+/// A pixel's winner, and what it tells the right image. kWidth: width of its window where it is
+/// known at compile time, or 0.
+/// @param entries  of the right image, for the window's disparities.
 template <int kWidth>
-HWY_INLINE void findLeft(const WindowSums& row, int x, int window_width,
-                         const WinnerArrays& winners) {
+HWY_INLINE void describePixel(int x, const uint8_t* sums, int first, int window_width,
+                              uint16_t* entries, const PixelArrays& arrays) {
   const Bytes16 d;
+  const Words words;
+  const hn::Rebind<uint8_t, Words> bytes;
   const int width = kWidth > 0 ? kWidth : window_width;
-  const uint8_t* sums = row.sums + row.windows.position[x];
-  V lowest = hn::LoadU(d, sums);
-  for (int k = kLanes; k < width; k += kLanes) lowest = hn::Min(lowest, hn::LoadU(d, sums + k));
-  lowest = lowestLane(d, lowest);
-  intptr_t best = hn::FindFirstTrue(d, hn::Eq(hn::LoadU(d, sums), lowest));
-  for (int k = kLanes; kWidth != kLanes && best < 0; k += kLanes) {
-    const intptr_t lane = hn::FindFirstTrue(d, hn::Eq(hn::LoadU(d, sums + k), lowest));
-    if (lane >= 0) best = k + lane;
+  // As numbers, sums with their indices in the low byte order as winners do: of equals, the
+  // smallest index wins.
+  auto index = hn::Iota(words, static_cast<uint16_t>(first));
+  auto lowest = hn::Undefined(words);
+  for (int k = 0; k < width; k += kWords) {
+    const auto sum = hn::PromoteTo(words, hn::LoadU(bytes, sums + k));
+    const auto candidate = hn::Or(hn::ShiftLeft<8>(sum), index);
+    lowest = k == 0 ? candidate : hn::Min(lowest, candidate);
+    hn::StoreU(hn::Min(hn::LoadU(words, entries + k), candidate), words, entries + k);
+    index = hn::Add(index, hn::Set(words, kWords));
   }
-  const uint8_t* beside = kBesideTable.values + kBeside - best;
-  V runner_up = hn::Or(hn::LoadU(d, sums), hn::LoadU(d, beside));
+  const uint16_t winner = lowestWord(words, lowest);
+  const intptr_t best = winner & 255;
+  arrays.lowest[x] = winner;
+  std::memcpy(arrays.beside + x, (sums - first - 1) + best, sizeof arrays.beside[x]);
+
+  const uint8_t* const beside = (kBesideTable.values + kBeside + first) - best;
+  auto runner_up = hn::Or(hn::LoadU(d, sums), hn::LoadU(d, beside));
   for (int k = kLanes; k < width; k += kLanes)
     runner_up = hn::Min(runner_up, hn::Or(hn::LoadU(d, sums + k), hn::LoadU(d, beside + k)));
-
-  winners.index[x] = static_cast<uint8_t>(row.windows.first[x] + best);
-  winners.cost[x] = hn::GetLane(lowest);
-  winners.runner_up[x] = hn::GetLane(lowestLane(d, runner_up));
-  winners.below[x] = sums[best > 0 ? best - 1 : 0];
-  winners.above[x] = sums[best < width - 1 ? best + 1 : width - 1];
+  arrays.runner_up[x] = lowestOfLanes(d, runner_up);
 }
 
-/// Entry e stands for right pixel columns - 1 - min_disparity - e and holds 256 * (255 - lowest
-/// sum) + (255 - index), so that the largest wins, in whatever order candidates come.
-template <int kWidth>
-HWY_INLINE void updateRight(const WindowSums& row, int x, int window_width) {
-  const Bytes16 d;
-  const Words8 d16;
-  const int width = kWidth > 0 ? kWidth : window_width;
-  const uint8_t* sums = row.sums + row.windows.position[x];
-  const int first = row.windows.first[x];
-  uint16_t* entries = row.right_scratch + (row.columns - 1 - x) + first;
-  V index = hn::Sub(hn::Set(d, static_cast<uint8_t>(255 - first)), hn::Iota(d, 0));
-  for (int k = 0; k < width; k += kLanes) {
-    const V goodness = hn::Not(hn::LoadU(d, sums + k));
-    const auto low = hn::BitCast(d16, hn::InterleaveLower(d, index, goodness));
-    const auto high = hn::BitCast(d16, hn::InterleaveUpper(d, index, goodness));
-    hn::StoreU(hn::Max(hn::LoadU(d16, entries + k), low), d16, entries + k);
-    hn::StoreU(hn::Max(hn::LoadU(d16, entries + k + 8), high), d16, entries + k + 8);
-    index = hn::Sub(index, hn::Set(d, kLanes));
+HWY_INLINE void describeRun(const WindowSums& row, const WindowRun& window, int begin,
+                            uint16_t* const* right, const PixelArrays& arrays) {
+  const uint8_t* const sums = row.sums + window.position;
+  const int first = window.first, entry = row.columns - 1 - begin + first;
+  uint64_t widths = 0;
+  static_assert(sizeof widths == kWindowRun * sizeof *row.width);
+  if (begin + kWindowRun <= row.columns) std::memcpy(&widths, row.width + begin, sizeof widths);
+  if (widths == kLanes * uint64_t{0x0001000100010001}) {
+    for (int k = 0; k < kWindowRun; ++k)
+      describePixel<kLanes>(begin + k, sums + k * kLanes, first, kLanes, right[k] + entry - k,
+                            arrays);
+    return;
+  }
+  const int pixels = std::min(kWindowRun, row.columns - begin);
+  for (int k = 0; k < pixels; ++k) {
+    const int x = begin + k;
+    if (row.width[x] > 0)
+      describePixel<0>(x, sums + k * window.width, first, window.width, right[k] + entry - k,
+                       arrays);
+    else
+      arrays.lowest[x] = 0;
   }
 }
 
-void WindowRowWinners(const WindowSums& window_sums, RowWinners& winners) {
+/// From what belongs together to one array of each kind.
+void splitWinners(const WindowWinnersScratch& scratch, int columns, RowWinners& winners) {
+  const hn::ScalableTag<uint8_t> d;
+  hn::Vec<decltype(d)> index, cost, below, same, above, next;
+  for (int x = 0; x < columns; x += static_cast<int>(hn::Lanes(d))) {
+    hn::LoadInterleaved2(d, reinterpret_cast<const uint8_t*>(&scratch.lowest[x]), index, cost);
+    hn::LoadInterleaved4(d, reinterpret_cast<const uint8_t*>(&scratch.beside[x]), below, same,
+                         above, next);
+    hn::StoreU(index, d, &winners.index[x]);
+    hn::StoreU(cost, d, &winners.cost[x]);
+    hn::StoreU(below, d, &winners.below[x]);
+    hn::StoreU(above, d, &winners.above[x]);
+  }
+}
+
+/// Entry e stands for right pixel last_entry - e: entries begin ... end - 1 become indices.
+void chooseRightWinners(const WindowWinnersScratch& scratch, int begin, int end, int last_entry,
+                        int16_t* right_indices) {
+  const hn::ScalableTag<uint16_t> d;
+  const hn::RebindToSigned<decltype(d)> d_index;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto lowest = [&](auto tag, int e) HWY_ATTR {
+    auto value = hn::LoadU(tag, &scratch.right[0][e]);
+    for (int k = 1; k < kWindowRun; ++k)
+      value = hn::Min(value, hn::LoadU(tag, &scratch.right[k][e]));
+    return value;
+  };
+  int e = begin;
+  for (; e + lanes <= end; e += lanes) {
+    const auto winner = lowest(d, e);
+    const auto exists = hn::RebindMask(d_index, hn::Lt(winner, hn::Set(d, 255 << 8)));
+    const auto index = hn::BitCast(d_index, hn::And(winner, hn::Set(d, 255)));
+    const auto known = hn::IfThenElse(exists, index, hn::Set(d_index, RowWinners::kNoIndex));
+    hn::StoreU(hn::Reverse(d_index, known), d_index, right_indices + last_entry - e - lanes + 1);
+  }
+  for (; e < end; ++e) {
+    const int winner = hn::GetLane(lowest(hn::FixedTag<uint16_t, 1>(), e));
+    right_indices[last_entry - e] =
+        static_cast<int16_t>(winner < 255 << 8 ? winner & 255 : RowWinners::kNoIndex);
+  }
+}
+
+void WindowRowWinners(const WindowSums& window_sums, WindowWinnersScratch& scratch,
+                      RowWinners& winners) {
   const WindowSums row = window_sums;  // a copy, which bytes that are written cannot alias
-  const WinnerArrays arrays{winners.index.data(), winners.cost.data(), winners.below.data(),
-                            winners.above.data(), winners.runner_up.data()};
-  const int entries = row.columns - 1 + row.range.count;
-  std::fill_n(row.right_scratch, entries, uint16_t{0});
-  for (int x = 0; x < row.columns; ++x) {
-    const int width = row.windows.width[x];
-    if (width == kLanes)
-      findLeft<kLanes>(row, x, width, arrays);
-    else if (width > 0)
-      findLeft<0>(row, x, width, arrays);
-  }
+  for (auto& candidates : scratch.right) std::fill(candidates.begin(), candidates.end(), 0xFFFF);
+  uint16_t* right[kWindowRun];
+  for (int k = 0; k < kWindowRun; ++k) right[k] = scratch.right[k].data();
+  const PixelArrays arrays{scratch.lowest.data(), scratch.beside.data(), winners.runner_up.data()};
   // Neighbours write to overlapping entries, and loads that overlap a recent store are slow: so
-  // come to them much later.
-  constexpr int kDistance = 16;
+  // come to them later.
+  constexpr int kDistance = 4;
+  const int runs = (row.columns + kWindowRun - 1) / kWindowRun;
   for (int start = 0; start < kDistance; ++start)
-    for (int x = start; x < row.columns; x += kDistance) {
-      const int width = row.windows.width[x];
-      if (width == kLanes)
-        updateRight<kLanes>(row, x, width);
-      else if (width > 0)
-        updateRight<0>(row, x, width);
-    }
+    for (int run = start; run < runs; run += kDistance)
+      describeRun(row, row.windows[run], run * kWindowRun, right, arrays);
+  uint8_t* const first = winners.first.data();
+  for (int run = 0; run < runs; ++run) {
+    const uint32_t four_times = row.windows[run].first * uint32_t{0x01010101};
+    static_assert(sizeof four_times == kWindowRun);
+    std::memcpy(first + run * kWindowRun, &four_times, sizeof four_times);
+  }
+  splitWinners(scratch, row.columns, winners);
 
   int16_t* const right_indices = winners.rightIndices();
   // Right columns that no disparity reaches have no entry.
+  const int entries = row.columns - 1 + row.range.count;
   const int last_entry = row.columns - 1 - row.range.min_disparity;
   const int begin = std::clamp(last_entry - (entries - 1), 0, row.columns);
   const int end = std::clamp(last_entry + 1, begin, row.columns);
   std::fill_n(right_indices, begin, RowWinners::kNoIndex);
   std::fill(right_indices + end, right_indices + row.columns, RowWinners::kNoIndex);
-  for (int right_x = begin; right_x < end; ++right_x) {
-    const int best = row.right_scratch[last_entry - right_x];
-    right_indices[right_x] =
-        static_cast<int16_t>(best >= 256 ? 255 - (best & 255) : RowWinners::kNoIndex);
-  }
+  chooseRightWinners(scratch, last_entry - end + 1, last_entry - begin + 1, last_entry,
+                     right_indices);
 }
 
 #else
-void WindowRowWinners(const WindowSums&, RowWinners&) {}
+void WindowRowWinners(const WindowSums&, WindowWinnersScratch&, RowWinners&) {}
 #endif
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -141,6 +216,13 @@ HWY_EXPORT(WindowRowWinners);
 
 WindowWinnersFunction windowWinners(int64_t simd_target) {
   return PREDICTIVE_STEREO_DISPATCH(WindowRowWinners, simd_target);
+}
+
+void WindowWinnersScratch::resize(int columns, const DisparityRange& range) {
+  for (auto& candidates : right)
+    candidates.resize(columns - 1 + range.count + RowWinners::kPadding);
+  lowest.resize(columns + RowWinners::kPadding);
+  beside.resize(columns + RowWinners::kPadding);
 }
 
 }  // namespace predictive_stereo

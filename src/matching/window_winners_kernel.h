@@ -2,22 +2,37 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
-#include "matching/reduced_kernel.h"
 #include "matching/row_winners.h"
+#include "matching/search_windows.h"
 
 namespace predictive_stereo {
+
+/// Sums may be read, though not used, that many bytes before and behind a row's.
+constexpr int kRowSumsMargin = 64;
+
+/// Memory of the kernel.
+struct WindowWinnersScratch {
+  /// Candidates of right pixels: entry columns - 1 - x + i stands for the partner of left pixel x
+  /// at disparity index i. Pixels of a run write to one each.
+  std::vector<uint16_t> right[kWindowRun];
+  std::vector<uint16_t> lowest;  ///< 256 * lowest sum + its index
+  std::vector<uint32_t> beside;  ///< four sums from the one below the lowest on, in memory's order
+
+  void resize(int columns, const DisparityRange& range);
+};
 
 struct WindowSums {
   int columns;
   DisparityRange range;
-  WindowRow windows;
+  const WindowRun* windows;
+  const uint16_t* width;  ///< of each pixel's window; 0: it is not searched
   const uint8_t* sums;
-  /// columns - 1 + count entries of scratch memory, 16 more at the end.
-  uint16_t* right_scratch;
 };
 
-using WindowWinnersFunction = void (*)(const WindowSums&, RowWinners&);
+/// Fills all members of RowWinners but `agrees`.
+using WindowWinnersFunction = void (*)(const WindowSums&, WindowWinnersScratch&, RowWinners&);
 WindowWinnersFunction windowWinners(int64_t simd_target);
 
 }  // namespace predictive_stereo

@@ -37,8 +37,10 @@ MatcherTimes::MatcherTimes(const StereoRig& rig, const DisparityParams& params)
   const auto coarse = [this](const MatchingJob& job) {
     coarse_matcher_.match(job.left, job.right, coarse_px_);
   };
-  const auto ranges = [this](const MatchingJob& job) {
+  const auto prediction = [this](const MatchingJob& job) {
     predictor_.predict(job.previous, rig_, job.motion, prediction_);
+  };
+  const auto ranges = [this](const MatchingJob&) {
     builder_.build(prediction_, coarse_px_, ranges_);
   };
   const auto reduced = [this](const MatchingJob& job) {
@@ -58,9 +60,16 @@ MatcherTimes::MatcherTimes(const StereoRig& rig, const DisparityParams& params)
       [this](const MatchingJob& job) { eight_.match(job.left, job.aligned_right, match_); });
   add("reduced search: core", reduced);
   add("reduced search: half resolution", coarse);
-  add("reduced search: prediction, ranges", ranges);
+  add("prediction", prediction);  // which ranges need, and so do filter and detector
+  add("reduced search: ranges", ranges);
   add("reduced search: all three", [=](const MatchingJob& job) {
     coarse(job);
+    ranges(job);
+    reduced(job);
+  });
+  add("reduced search: with prediction", [=](const MatchingJob& job) {
+    coarse(job);
+    prediction(job);
     ranges(job);
     reduced(job);
   });

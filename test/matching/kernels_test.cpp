@@ -49,7 +49,7 @@ Match referenceMatch(const TestPair& pair, const MatcherParams& params,
                      const SearchRanges* ranges = nullptr) {
   SearchWindows windows;
   if (ranges)
-    planSearchWindows(*ranges, params.range, pair.left.size(), windows);
+    planSearchWindows(*ranges, params.range, pair.left.size(), kScalarTarget, windows);
   else
     planFullSearch(params.range, pair.left.size(), windows);
   Match match;

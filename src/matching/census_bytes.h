@@ -1,0 +1,38 @@
+/// Census words of the right image as the reduced search reads them: from right to left, as the
+/// partners of a left pixel follow each other, one plane for each byte of the words.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core.hpp>
+
+#include "predictive_stereo/matcher.h"
+
+namespace predictive_stereo {
+
+/// Bytes that a census word has: 3 or 4.
+int censusBytes(CensusForm form);
+
+class CensusBytes {
+ public:
+  CensusBytes(CensusForm form, int64_t simd_target)
+      : bytes_(censusBytes(form)), simd_target_(simd_target) {}
+
+  void build(const cv::Mat1i& right_words, const DisparityRange& range);
+
+  /// Byte 0 of the words of row y. For a left pixel x, entry width - 1 - x + i is its right partner
+  /// at disparity index i; columns outside the image repeat its border. As many as a vector has may
+  /// be read behind the last one.
+  const uint8_t* row(int y) const { return planes_[y] + row_offset_; }
+  /// From a byte's plane to that of the next one.
+  size_t plane_stride() const { return plane_stride_; }
+
+ private:
+  const int bytes_;
+  const int64_t simd_target_;
+  size_t plane_stride_ = 0;
+  int row_offset_ = 0;
+  cv::Mat1b planes_;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,342 @@
+/// Vectors of the reduced search: windows shifted against each other, and pairs of windows.
+/// Included once per SIMD target.
+
+#if defined(PREDICTIVE_STEREO_WINDOW_VECTORS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef PREDICTIVE_STEREO_WINDOW_VECTORS_INL_H_
+#undef PREDICTIVE_STEREO_WINDOW_VECTORS_INL_H_
+#else
+#define PREDICTIVE_STEREO_WINDOW_VECTORS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+
+#include "matching/path_step-inl.h"
+#include "matching/reduced_kernel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+#if PREDICTIVE_STEREO_HAS_VECTORS
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// A window of 16.
+using Bytes16 = hn::FixedTag<uint8_t, kNarrowWindow>;
+using V16 = hn::Vec<Bytes16>;
+constexpr int kLanes = kNarrowWindow;
+/// Windows of 16 of neighbouring pixels, one pixel per 16 lanes.
+using RunBytes = hn::CappedTag<uint8_t, kWindowRun * kLanes>;
+constexpr int kPixelsOfVector = hn::MaxLanes(RunBytes()) / kLanes;
+/// Windows wider than 16, which are 32 or more in general.
+using WideBytes = hn::CappedTag<uint8_t, 32>;
+constexpr int kWideLanes = hn::MaxLanes(WideBytes());
+
+/// As many of the lowest lanes as D has.
+template <class D, class From>
+HWY_INLINE hn::Vec<D> lowLanes(D d, From from, hn::Vec<From> v) {
+  if constexpr (hn::MaxLanes(D()) == hn::MaxLanes(From())) {
+    return v;
+  } else {
+    const hn::Half<From> half;
+    return lowLanes(d, half, hn::LowerHalf(half, v));
+  }
+}
+
+/// What a neighbour passes on to the disparities of a vector.
+template <class V>
+struct Carried {
+  V same, below, above;
+};
+
+/// One step of a path (path_step-inl.h).
+template <class V>
+HWY_INLINE V pathCost(V cost_and_p2, const Carried<V>& carried, V p1) {
+  return pathCost(cost_and_p2, carried.same, carried.below, carried.above, p1);
+}
+
+/// What windows of 16 pass on.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V goodnessOf(D d, V path_costs, V p2) {
+  return hn::SaturatedSub(p2, hn::Sub(path_costs, lowestOfBlocks(d, path_costs)));
+}
+
+/// Lane i takes the value of lane i - 1; lane 0 that of the last lane of the vector before.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V oneUp(D d, V before, V here) {
+  if constexpr (hn::MaxLanes(D()) == kLanes)
+    return hn::CombineShiftRightBytes<15>(d, here, before);
+  else
+    return hn::CombineShiftRightBytes<15>(d, here, hn::ConcatLowerUpper(d, here, before));
+}
+
+/// Lane i takes the value of lane i + 1; the last lane that of lane 0 of the vector after.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V oneDown(D d, V here, V after) {
+  if constexpr (hn::MaxLanes(D()) == kLanes)
+    return hn::CombineShiftRightBytes<1>(d, after, here);
+  else
+    return hn::CombineShiftRightBytes<1>(d, hn::ConcatLowerUpper(d, after, here), here);
+}
+
+/// Shuffles that shift by -18 ... 18 lanes are 16 bytes of this, from kNoShift - 18 on.
+constexpr int kNoShift = 18;
+struct ShiftTable {
+  constexpr ShiftTable() {
+    for (uint8_t& value : values) value = 0x80;
+    for (int i = 0; i < kLanes; ++i) values[kNoShift + i] = static_cast<uint8_t>(i);
+  }
+  uint8_t values[2 * kNoShift + kLanes] = {};
+};
+constexpr ShiftTable kShiftTable;
+
+/// The shuffle by which lane i takes the value of lane i + shift of a window of 16, or 0.
+HWY_INLINE const uint8_t* shuffleBy(int shift) {
+  // Windows that are further apart than 16 do not even touch.
+  constexpr int kApart = kLanes + 1;
+  return kShiftTable.values + kNoShift + std::clamp(shift, -kApart, kApart);
+}
+
+/// What windows of 16 pass on to others, `shift` disparities further.
+template <class D, class V = hn::Vec<D>>
+class Shift {
+ public:
+  HWY_INLINE Shift(D d, int shift) : Shift(d, shuffleBy(shift)) {}
+  HWY_INLINE Carried<V> operator()(V goodness) const {
+    return {hn::TableLookupBytesOr0(goodness, same_), hn::TableLookupBytesOr0(goodness, below_),
+            hn::TableLookupBytesOr0(goodness, above_)};
+  }
+
+ private:
+  HWY_INLINE Shift(D d, const uint8_t* shuffle)
+      : same_(hn::LoadDup128(d, shuffle)),
+        below_(hn::LoadDup128(d, shuffle - 1)),
+        above_(hn::LoadDup128(d, shuffle + 1)) {}
+
+  const V same_, below_, above_;
+};
+
+/// What windows of 16 pass on to the same ones.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE Carried<V> unshifted(D d, V goodness) {
+  return {goodness, hn::ShiftLeftBytes<1>(d, goodness), hn::ShiftRightBytes<1>(d, goodness)};
+}
+
+/// Whether a place is one of those that exist: 0 below zero, 255 from zero on, for places from -512
+/// to 575.
+struct StepTable {
+  constexpr StepTable() {
+    for (int i = 512; i < 512 + 576; ++i) values[i] = 255;
+  }
+  const uint8_t* from_zero() const { return values + 512; }
+  uint8_t values[512 + 576] = {};
+};
+constexpr StepTable kStep;
+
+/// Shuffles that take one byte of the census word of each of a run's pixels to all of its lanes.
+struct SpreadTable {
+  constexpr SpreadTable() {
+    for (int b = 0; b < 4; ++b)
+      for (int i = 0; i < kWindowRun * kLanes; ++i)
+        of_byte[b][i] = static_cast<uint8_t>(i / kLanes * 4 + b);
+  }
+  alignas(64) uint8_t of_byte[4][kWindowRun * kLanes] = {};
+};
+constexpr SpreadTable kSpread;
+
+/// 16 bytes from `source` on, then 16 bytes from source - 1 on, ...
+template <class D>
+HWY_INLINE hn::Vec<D> loadDescending(D d, const uint8_t* source) {
+  if constexpr (hn::MaxLanes(D()) == kLanes) {
+    return hn::LoadU(d, source);
+  } else {
+    const hn::Half<D> half;
+    constexpr int kPixels = hn::MaxLanes(half) / kLanes;
+    return hn::Combine(d, loadDescending(half, source - kPixels), loadDescending(half, source));
+  }
+}
+
+/// Number of bits that are set in kBytes bytes together, + P2.
+template <class D, int kBytes, class V = hn::Vec<D>>
+class BitCounter {
+ public:
+  HWY_INLINE explicit BitCounter(int p2) {
+    const D d;
+    alignas(16) static constexpr uint8_t kBits[16] = {0, 1, 1, 2, 1, 2, 2, 3,
+                                                      1, 2, 2, 3, 2, 3, 3, 4};
+    once_ = hn::LoadDup128(d, kBits);
+    once_and_p2_ = hn::Add(once_, hn::Set(d, static_cast<uint8_t>(p2)));
+    twice_ = hn::Add(once_, once_);
+  }
+
+  HWY_INLINE V count(const V* bytes) const {
+    // Three bits of equal weight are one of that weight and one of twice that weight.
+    const V first_two = hn::Xor(bytes[0], bytes[1]);
+    const V ones = hn::Xor(first_two, bytes[2]);
+    const V twos = hn::Or(hn::And(bytes[0], bytes[1]), hn::And(first_two, bytes[2]));
+    V sum = hn::Add(hn::Add(inLow(once_and_p2_, ones), inHigh(once_, ones)),
+                    hn::Add(inLow(twice_, twos), inHigh(twice_, twos)));
+    if constexpr (kBytes == 4)
+      sum = hn::Add(sum, hn::Add(inLow(once_, bytes[3]), inHigh(once_, bytes[3])));
+    return sum;
+  }
+
+ private:
+  static HWY_INLINE V inLow(V table, V bits) {
+    return hn::TableLookupBytes(table, hn::And(bits, hn::Set(D(), 0x0F)));
+  }
+  static HWY_INLINE V inHigh(V table, V bits) {
+    const hn::Repartition<uint16_t, D> d16;
+    const V shifted = hn::BitCast(D(), hn::ShiftRight<4>(hn::BitCast(d16, bits)));
+    return inLow(table, shifted);
+  }
+
+  V once_, once_and_p2_, twice_;
+};
+
+/// A previous pixel of a path.
+struct Neighbour {
+  const uint8_t* goodness;
+  int first;
+  int width;  ///< 0: the path starts anew
+};
+
+/// Steps of paths into one window of any width. kVectors: the number of its vectors, 0: as many as
+/// it takes.
+template <class D, int kVectors, class V = hn::Vec<D>>
+class WindowPaths {
+  static constexpr int kLanesOfD = hn::MaxLanes(D());
+  static constexpr int kRoom = kVectors > 0 ? kVectors : 256 / kLanesOfD;
+
+ public:
+  using Vectors = V[kRoom];
+  using Passed = Carried<V>[kRoom];
+
+  HWY_INLINE WindowPaths(const WindowRun& window, int p1, int p2)
+      : first_(window.first),
+        width_(window.width),
+        p1_(hn::Set(D(), static_cast<uint8_t>(p1))),
+        p2_(hn::Set(D(), static_cast<uint8_t>(p2))) {}
+
+  HWY_INLINE int vectors() const { return kVectors > 0 ? kVectors : width_ / kLanesOfD; }
+
+  /// What a neighbour passes on to this window.
+  HWY_INLINE void carry(const Neighbour& neighbour, Passed& carried) const {
+    const D d;
+    if (neighbour.first == first_ && neighbour.width == width_) {
+      Vectors goodness;
+      for (int v = 0; v < vectors(); ++v)
+        goodness[v] = hn::LoadU(d, neighbour.goodness + v * kLanesOfD);
+      carryOn(goodness, carried);
+    } else if (neighbour.width > 0) {
+      for (int v = 0; v < vectors(); ++v) {
+        const int shift = first_ + v * kLanesOfD - neighbour.first;
+        carried[v] = {insideOnly(neighbour, shift), insideOnly(neighbour, shift - 1),
+                      insideOnly(neighbour, shift + 1)};
+      }
+    } else {
+      for (int v = 0; v < vectors(); ++v) carried[v] = {p2_, p2_, p2_};
+    }
+  }
+
+  /// What a neighbour with the same window passes on.
+  HWY_INLINE void carryOn(const Vectors& goodness, Passed& carried) const {
+    const D d;
+    const V zero = hn::Zero(d);
+    for (int v = 0; v < vectors(); ++v)
+      carried[v] = {goodness[v], oneUp(d, v > 0 ? goodness[v - 1] : zero, goodness[v]),
+                    oneDown(d, goodness[v], v + 1 < vectors() ? goodness[v + 1] : zero)};
+  }
+
+  /// Adds the path's costs to `sums`, and gives what it passes on.
+  HWY_INLINE void step(const Vectors& costs, const Passed& carried, Vectors& sums,
+                       Vectors& goodness) const {
+    const D d;
+    Vectors path;
+    V lowest = hn::Set(d, 255);
+    for (int v = 0; v < vectors(); ++v) {
+      path[v] = pathCost(costs[v], carried[v], p1_);
+      lowest = v == 0 ? path[v] : hn::Min(lowest, path[v]);
+      sums[v] = hn::SaturatedAdd(sums[v], path[v]);
+    }
+    lowest = lowestLane(d, lowest);
+    for (int v = 0; v < vectors(); ++v)
+      goodness[v] = hn::SaturatedSub(p2_, hn::Sub(path[v], lowest));
+  }
+
+  HWY_INLINE void store(const Vectors& goodness, uint8_t* target) const {
+    for (int v = 0; v < vectors(); ++v) hn::StoreU(goodness[v], D(), target + v * kLanesOfD);
+  }
+
+ private:
+  /// Lane i: the neighbour's byte i + shift, 0 where its window has none.
+  static HWY_INLINE V insideOnly(const Neighbour& neighbour, int shift) {
+    const D d;
+    const V from_first = hn::LoadU(d, kStep.from_zero() + shift);
+    const V behind_last = hn::LoadU(d, kStep.from_zero() + (shift - neighbour.width));
+    return hn::AndNot(behind_last, hn::And(from_first, hn::LoadU(d, neighbour.goodness + shift)));
+  }
+
+  const int first_, width_;
+  const V p1_, p2_;
+};
+
+/// Two windows of 16 in one vector, or in two where vectors are short.
+using PairBytes = hn::CappedTag<uint8_t, 2 * kLanes>;
+using PairVector = hn::Vec<PairBytes>;
+constexpr int kPairParts = 2 * kLanes / hn::MaxLanes(PairBytes());
+struct Pair {
+  PairVector parts[kPairParts];
+};
+
+template <class D>
+HWY_INLINE Pair loadPair(D d, const uint8_t* one, const uint8_t* other) {
+  if constexpr (hn::MaxLanes(D()) > kLanes) {
+    const hn::Half<D> half;
+    return {{hn::Combine(d, hn::LoadU(half, other), hn::LoadU(half, one))}};
+  } else {
+    return {{hn::LoadU(d, one), hn::LoadU(d, other)}};
+  }
+}
+
+template <class D>
+HWY_INLINE void storePair(D d, const Pair& pair, uint8_t* one, uint8_t* other) {
+  if constexpr (hn::MaxLanes(D()) > kLanes) {
+    const hn::Half<D> half;
+    hn::StoreU(hn::LowerHalf(half, pair.parts[0]), half, one);
+    hn::StoreU(hn::UpperHalf(half, pair.parts[0]), half, other);
+  } else {
+    hn::StoreU(pair.parts[0], d, one);
+    hn::StoreU(pair.parts[kPairParts - 1], d, other);
+  }
+}
+
+/// Shift of pairs, by a distance of its own for each of the two.
+class PairShift {
+ public:
+  HWY_INLINE PairShift(int one, int other) : PairShift(shuffleBy(one), shuffleBy(other)) {}
+  HWY_INLINE Carried<PairVector> operator()(int part, PairVector goodness) const {
+    return {hn::TableLookupBytesOr0(goodness, same_.parts[part]),
+            hn::TableLookupBytesOr0(goodness, below_.parts[part]),
+            hn::TableLookupBytesOr0(goodness, above_.parts[part])};
+  }
+
+ private:
+  HWY_INLINE PairShift(const uint8_t* one, const uint8_t* other)
+      : same_(loadPair(PairBytes(), one, other)),
+        below_(loadPair(PairBytes(), one - 1, other - 1)),
+        above_(loadPair(PairBytes(), one + 1, other + 1)) {}
+
+  const Pair same_, below_, above_;
+};
+
+#endif
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#endif
