@@ -72,7 +72,7 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   watch.lap("prediction", times_);
 
   range_builder_.build(prediction_, coarse_disparity_px_, ranges_);
-  cv::subtract(ranges_.last, ranges_.first - 1, output.search_width_px, cv::noArray(), CV_16U);
+  searchWidths(ranges_, output.search_width_px);
   watch.lap("search ranges", times_);
 
   matcher_.match(left_, aligned_right_, ranges_, match_);

@@ -34,6 +34,9 @@ struct SearchRangeParams {
   }
 };
 
+/// Disparities in each range; 0 where nothing is searched.
+void searchWidths(const SearchRanges& ranges, cv::Mat1w& width_px);
+
 /// Builds the ranges of one frame. Keeps its buffers between calls.
 class SearchRangeBuilder {
  public:

@@ -12,6 +12,8 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
+namespace hn = hwy::HWY_NAMESPACE;
+
 // Arguments that are known not to overlap are passed one by one: only then do compilers vectorise.
 HWY_NOINLINE void correctPixels(const float* HWY_RESTRICT measured,
                                 const float* HWY_RESTRICT predicted,
@@ -50,6 +52,35 @@ void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& lim
   correctPixels(row.measured_px, row.predicted_px, row.predicted_variance_px2,
                 row.predicted_missed_frames, width, limits, row.disparity_px, row.variance_px2,
                 row.missed_frames);
+}
+
+template <class D>
+HWY_INLINE int measurementVariancePixels(D d, const float* measured, const uint8_t* ambiguity,
+                                         int width, const MeasurementTerms& terms, int x,
+                                         float* variance) {
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<uint8_t, D> d8;
+  const auto per_disparity = hn::Set(d, terms.sigma_per_disparity);
+  const auto smallest = hn::Set(d, terms.smallest_valid);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (; x + lanes <= width; x += lanes) {
+    const auto disparity = hn::LoadU(d, measured + x);
+    const auto ambiguous = hn::PromoteTo(di, hn::LoadU(d8, ambiguity + x));
+    const auto by_disparity = hn::Mul(per_disparity, hn::Max(disparity, hn::Zero(d)));
+    const auto sigma =
+        hn::Add(hn::GatherIndex(d, terms.sigma_by_ambiguity, ambiguous), by_disparity);
+    const auto squared = hn::Mul(sigma, sigma);
+    hn::StoreU(hn::IfThenElseZero(hn::Ge(disparity, smallest), squared), d, variance + x);
+  }
+  return x;
+}
+
+void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
+                            const MeasurementTerms& terms, float* variance_px2) {
+  const int x = measurementVariancePixels(hn::ScalableTag<float>(), measured_px, ambiguity, width,
+                                          terms, 0, variance_px2);
+  measurementVariancePixels(hn::FixedTag<float, 1>(), measured_px, ambiguity, width, terms, x,
+                            variance_px2);
 }
 
 HWY_NOINLINE void publishedVariancePixels(const float* HWY_RESTRICT published,
@@ -93,10 +124,17 @@ HWY_AFTER_NAMESPACE();
 namespace predictive_stereo {
 
 HWY_EXPORT(correctRow);
+HWY_EXPORT(measurementVarianceRow);
 HWY_EXPORT(publishedVarianceRow);
 
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits) {
   HWY_DYNAMIC_DISPATCH(correctRow)(row, width, limits);
+}
+
+void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
+                            const MeasurementTerms& terms, float* variance_px2) {
+  HWY_DYNAMIC_DISPATCH(measurementVarianceRow)
+  (measured_px, ambiguity, width, terms, variance_px2);
 }
 
 void publishedVarianceRow(const PublishedRow& row, int width, const PublishedTerms& terms) {

@@ -22,6 +22,14 @@ struct CorrectionLimits {
 };
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits);
 
+struct MeasurementTerms {
+  float smallest_valid;
+  float sigma_per_disparity;
+  float sigma_by_ambiguity[256];
+};
+void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
+                            const MeasurementTerms& terms, float* variance_px2);
+
 struct PublishedRow {
   const float* published_px;
   const float* filtered_px;

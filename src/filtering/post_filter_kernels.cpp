@@ -16,9 +16,6 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Rows from the middle outwards: after three of them most pixels have support enough.
-constexpr int kOutwards[5] = {2, 1, 3, 0, 4};
-
 // The borders, and images that are narrower than a vector.
 float filterPixelBySupport(const float* const rows[5], int x, int width, float smallest_valid,
                            float invalid, int min_support) {
@@ -56,19 +53,28 @@ void filterRowBySupport(const float* const rows[5], int width, float smallest_va
     const auto lowest = hn::Max(hn::Sub(centre, one), smallest), highest = hn::Add(centre, one);
     const auto valid = hn::Ge(centre, smallest);
     auto support = hn::Zero(di);
-    auto kept = hn::FirstN(d, 0);
-    for (int i = 0; i < 5; ++i) {
-      const float* row = rows[kOutwards[i]];
-      if (row)
-        for (int column = x - 2; column <= x + 2; ++column) {
-          const auto neighbour = hn::LoadU(d, row + column);
-          const auto near = hn::And(hn::Ge(neighbour, lowest), hn::Le(neighbour, highest));
-          support = hn::Sub(support, hn::VecFromMask(di, hn::RebindMask(di, near)));
-        }
-      if (i == 2 || i == 4) {
-        kept = hn::And(valid, hn::RebindMask(d, hn::Gt(support, too_few)));
-        if (hn::AllTrue(d, hn::Or(kept, hn::Not(valid)))) break;
-      }
+    const auto addRow = [&](const float* row) {
+      if (!row) return;
+      const auto addPixel = [&](const float* neighbours) {
+        const auto value = hn::LoadU(d, neighbours);
+        const auto near = hn::Eq(value, hn::Max(hn::Min(value, highest), lowest));
+        support = hn::Sub(support, hn::VecFromMask(di, hn::RebindMask(di, near)));
+      };
+      addPixel(row + x - 2);
+      addPixel(row + x - 1);
+      addPixel(row + x);
+      addPixel(row + x + 1);
+      addPixel(row + x + 2);
+    };
+    const auto supported = [&] {
+      return hn::And(valid, hn::RebindMask(d, hn::Gt(support, too_few)));
+    };
+    // After three rows most pixels have support enough.
+    for (int i : {2, 1, 3}) addRow(rows[i]);
+    auto kept = supported();
+    if (!hn::AllTrue(d, hn::Or(kept, hn::Not(valid)))) {
+      for (int i : {0, 4}) addRow(rows[i]);
+      kept = supported();
     }
     hn::StoreU(hn::IfThenElse(kept, centre, hn::Set(d, invalid)), d, filtered + x);
   }

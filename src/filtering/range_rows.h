@@ -1,6 +1,7 @@
 /// The loops of the search ranges over one row of pixels, see prediction_rows.h.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 namespace predictive_stereo {
@@ -39,5 +40,13 @@ void hullOfRows(const ConstRangeRow rows[3], int width, const RangeRow& column_h
 /// that are still empty to all of it.
 void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width, int16_t smallest,
                      int16_t largest, const RangeRow& ranges);
+
+/// last - first + 1, but at least 0.
+inline void widthsOfRow(const ConstRangeRow& ranges, int width, uint16_t* widths) {
+  for (int x = 0; x < width; ++x) {
+    const auto count = static_cast<int16_t>(ranges.last[x] - ranges.first[x] + 1);
+    widths[x] = static_cast<uint16_t>(std::max<int16_t>(count, 0));
+  }
+}
 
 }  // namespace predictive_stereo

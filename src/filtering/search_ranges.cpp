@@ -29,6 +29,14 @@ void hullOfRow(const SearchRanges& ranges, int y, SearchRanges& scratch, const R
 
 }  // namespace
 
+void searchWidths(const SearchRanges& ranges, cv::Mat1w& width_px) {
+  width_px.create(ranges.first.size());
+  cv::parallel_for_(cv::Range(0, width_px.rows), [&](const cv::Range& part) {
+    for (int y = part.start; y < part.end; ++y)
+      widthsOfRow(constRow(ranges, y), width_px.cols, width_px[y]);
+  });
+}
+
 SearchRangeBuilder::SearchRangeBuilder(const DisparityRange& range, const SearchRangeParams& params)
     : range_(range), params_(params) {
   validate(params, "search/");

@@ -1,7 +1,6 @@
 #include "predictive_stereo/variance.h"
 
 #include <algorithm>
-#include <array>
 
 #include "filtering/correction_rows.h"
 
@@ -10,27 +9,20 @@ namespace predictive_stereo {
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const VarianceParams& params,
                          cv::Mat1f& variance_px2) {
-  std::array<float, 256> sigma_by_ambiguity;
+  MeasurementTerms terms;
   for (int i = 0; i < 256; ++i) {
     const double t =
         std::max(0.0, (i / 255.0 - params.ambiguity_onset) / (1.0 - params.ambiguity_onset));
-    sigma_by_ambiguity[i] =
+    terms.sigma_by_ambiguity[i] =
         static_cast<float>(params.sigma_floor_px + params.sigma_ambiguous_px * t * t);
   }
-  const float per_disparity = static_cast<float>(params.sigma_per_disparity);
-  const float smallest = static_cast<float>(range.min_disparity);
+  terms.sigma_per_disparity = static_cast<float>(params.sigma_per_disparity);
+  terms.smallest_valid = static_cast<float>(range.min_disparity);
   variance_px2.create(measured_disparity_px.size());
   cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      const float* disparity = measured_disparity_px[y];
-      const uchar* ambiguous = ambiguity[y];
-      float* variance = variance_px2[y];
-      for (int x = 0; x < variance_px2.cols; ++x) {
-        const float d = disparity[x];
-        const float sigma = sigma_by_ambiguity[ambiguous[x]] + per_disparity * std::max(d, 0.0f);
-        variance[x] = d >= smallest ? sigma * sigma : 0.0f;
-      }
-    }
+    for (int y = part.start; y < part.end; ++y)
+      measurementVarianceRow(measured_disparity_px[y], ambiguity[y], variance_px2.cols, terms,
+                             variance_px2[y]);
   });
 }
 

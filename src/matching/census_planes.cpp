@@ -76,6 +76,19 @@ size_t paddedStride(int entries) {
   return (entries + kLargestVector + 63) / 64 * 64;
 }
 
+/// ordered[i] = source[x - i step] for `count` entries; columns outside the image repeat its
+/// border.
+void orderPhase(const int* source, int width, int x, int step, int count, int* ordered) {
+  const int beyond = std::min(std::max(x - (width - 1) + step - 1, 0) / step, count);
+  const int inside_end = x < 0 ? beyond : std::max(std::min(x / step + 1, count), beyond);
+  std::fill_n(ordered, beyond, source[width - 1]);
+  if (step == 1)
+    for (int i = beyond; i < inside_end; ++i) ordered[i] = source[x - i];
+  else
+    for (int i = beyond; i < inside_end; ++i) ordered[i] = source[x - i * step];
+  std::fill(ordered + inside_end, ordered + count, source[0]);
+}
+
 }  // namespace
 
 int nibbleCount(CensusForm form) { return form == CensusForm::kCentreSymmetric9x7 ? 8 : 6; }
@@ -108,12 +121,9 @@ void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& rang
   cv::parallel_for_(cv::Range(0, words.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       const int* const source = words[y];
-      for (int phase = 0; phase < phases; ++phase) {
-        int* const ordered = ordered_[y] + phase * phase_stride;
-        int x = width - 1 - range.min_disparity - phase;
-        for (int i = 0; i < per_phase; ++i, x -= phases)
-          ordered[i] = source[std::clamp(x, 0, width - 1)];
-      }
+      for (int phase = 0; phase < phases; ++phase)
+        orderPhase(source, width, width - 1 - range.min_disparity - phase, phases, per_phase,
+                   ordered_[y] + phase * phase_stride);
       split(ordered_[y], static_cast<int>(plane_stride_) - 64, nibbles_, plane_stride_, planes_[y]);
     }
   });

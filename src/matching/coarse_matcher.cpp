@@ -1,6 +1,7 @@
 #include "predictive_stereo/coarse_matcher.h"
 
 #include <algorithm>
+#include <opencv2/core/utility.hpp>
 #include <sstream>
 #include <stdexcept>
 
@@ -46,18 +47,23 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
 
   // Half disparities that are invalid, or that the halved range has in addition, lie outside.
   const DisparityRange& range = full_params_.range;
-  const auto lowest = static_cast<float>(range.min_disparity);
-  const auto highest = static_cast<float>(range.max_disparity());
+  const auto range_lowest = static_cast<float>(range.min_disparity);
+  const auto range_highest = static_cast<float>(range.max_disparity());
   disparity_px.create(match_.disparity_px.size());
-  for (int y = 0; y < disparity_px.rows; ++y) {
-    const float* const half = match_.disparity_px[y];
-    float* const full = disparity_px[y];
-    for (int x = 0; x < disparity_px.cols; ++x) {
-      const float value = 2.0F * half[x];
-      const bool known = (value >= lowest) & (value <= highest);
-      full[x] = known ? value : range.invalid();
+  cv::parallel_for_(cv::Range(0, disparity_px.rows), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      const float* const half = match_.disparity_px[y];
+      float* const full = disparity_px[y];
+      // Local copies: what lambdas capture might change with every pixel written, to compilers.
+      const int width = disparity_px.cols;
+      const float lowest = range_lowest, highest = range_highest, invalid = range.invalid();
+      for (int x = 0; x < width; ++x) {
+        const float value = 2.0F * half[x];
+        const bool known = (value >= lowest) & (value <= highest);
+        full[x] = known ? value : invalid;
+      }
     }
-  }
+  });
 }
 
 }  // namespace predictive_stereo

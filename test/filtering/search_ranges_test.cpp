@@ -129,6 +129,15 @@ TEST(SearchRanges, WithoutPredictionAndCoarseMatchEverythingIsSearched) {
   }
 }
 
+TEST(SearchRanges, WidthsCountBothEnds) {
+  SearchRanges ranges;
+  ranges.first = (cv::Mat1s(1, 5) << -16, 3, 7, 8, -32000);
+  ranges.last = (cv::Mat1s(1, 5) << 239, 3, 6, 2, -31745);
+  cv::Mat1w widths;
+  searchWidths(ranges, widths);
+  EXPECT_EQ(cv::countNonZero(widths != (cv::Mat1w(1, 5) << 256, 1, 0, 0, 256)), 0);
+}
+
 TEST(SearchRanges, RefusesMarginsInTheWrongOrder) {
   SearchRangeParams params;
   params.margin_px = 5;

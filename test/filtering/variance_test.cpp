@@ -1,6 +1,9 @@
 #include "predictive_stereo/variance.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
 
 namespace predictive_stereo {
 namespace {
@@ -19,6 +22,36 @@ TEST(Variance, MeasurementVarianceGrowsWithAmbiguityAndDisparity) {
   const double tie = params.sigma_floor_px + params.sigma_ambiguous_px;
   EXPECT_NEAR(variance_px2(2), tie * tie, 1e-5);
   EXPECT_EQ(variance_px2(3), 0.0f);
+}
+
+TEST(Variance, MeasurementVarianceIsTheFormulaOnEveryTarget) {
+  const VarianceParams params;
+  cv::RNG rng(3);
+  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+    for (int min_disparity : {0, -16, 16})
+      for (cv::Size size : {cv::Size(1, 1), cv::Size(7, 3), cv::Size(8, 1), cv::Size(1242, 5)}) {
+        const DisparityRange range{min_disparity, 128};
+        cv::Mat1f disparity_px(size), variance_px2;
+        cv::Mat1b ambiguity(size);
+        rng.fill(ambiguity, cv::RNG::UNIFORM, 0, 256);
+        rng.fill(disparity_px, cv::RNG::UNIFORM, min_disparity - 3.0f, min_disparity + 127.0f);
+        disparity_px.setTo(range.invalid(), disparity_px < min_disparity);
+        measurementVariance(disparity_px, ambiguity, range, params, variance_px2);
+        for (int y = 0; y < size.height; ++y)
+          for (int x = 0; x < size.width; ++x) {
+            const float d = disparity_px(y, x);
+            const double t = std::max(0.0, (ambiguity(y, x) / 255.0 - params.ambiguity_onset) /
+                                               (1 - params.ambiguity_onset));
+            const auto by_ambiguity =
+                static_cast<float>(params.sigma_floor_px + params.sigma_ambiguous_px * t * t);
+            const float sigma =
+                by_ambiguity + static_cast<float>(params.sigma_per_disparity) * std::max(d, 0.0f);
+            ASSERT_EQ(variance_px2(y, x), range.isValid(d) ? sigma * sigma : 0) << size << x;
+          }
+      }
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(Variance, PublishedVarianceTellsHowTheDisparityCameAbout) {
