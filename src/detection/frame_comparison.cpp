@@ -56,7 +56,7 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
   const cv::Mat1b& before = previous.level(1);
   CV_Assert(before.isContinuous());
   comparison.area = area;
-  comparison.mismatch.create(area.size());
+  comparison.mismatch = comparison.memory.map(area.size());
   Comparison& c = comparison;
   for (BorderedMap* map : {&c.difference, &c.known, &c.deviation, &c.count})
     map->create(area.size());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "detection/comparison_rows.h"
+#include "detection/scratch.h"
 #include "odometry/image_pyramid.h"
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/disparity_range.h"
@@ -64,6 +65,7 @@ struct Comparison {
   static constexpr float kUnknown = -1.0f;
 
   // Work space.
+  Scratch<float> memory;  // of mismatch
   BorderedMap difference, known, deviation, count;
 };
 

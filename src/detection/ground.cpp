@@ -1,15 +1,16 @@
 #include "detection/ground.h"
 
 #include <algorithm>
-#include <vector>
+
+#include "detection/ground_rows.h"
 
 namespace predictive_stereo {
 namespace {
 
 constexpr double kReach_m = 0.15;    // up and down, over which the disparity's growth is taken
-constexpr int kMostReach = 4;        // in lattice rows
 constexpr double kLeastShare = 0.5;  // of a level surface's growth; that of an upright one is 0
-constexpr int kNearestRow_px = 4;    // below the horizon
+constexpr double kMostShare = 2;
+constexpr int kNearestRow_px = 4;  // below the horizon
 constexpr double kThickness_m = 0.3;
 constexpr size_t kFewest = 20;
 
@@ -17,42 +18,58 @@ constexpr size_t kFewest = 20;
 
 // On a level surface h below the camera d = B (y - y_horizon) / h, so d' = d / (y - y_horizon)
 // whatever h is.
-void levelGround(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
-                 const cv::Rect& area, cv::Mat1b& ground) {
+void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
+                           const cv::Mat1f& disparity_px) {
+  below_m_.create((disparity_px.rows + 1) / 2, (disparity_px.cols + 1) / 2);
+  cv::parallel_for_(cv::Range(0, below_m_.rows), [&](const cv::Range& lattice_rows) {
+    for (int v = lattice_rows.start; v < lattice_rows.end; ++v) {
+      const double under_horizon_px = 2 * v - rig.cy_px;
+      if (under_horizon_px < kNearestRow_px) {
+        std::fill_n(below_m_[v], below_m_.cols, 0.0f);
+        continue;
+      }
+      const float *above[kMostGroundReach], *beneath[kMostGroundReach];
+      for (int k = 0; k < kMostGroundReach; ++k) {
+        const int upper = 2 * (v - k - 1), lower = 2 * (v + k + 1);
+        above[k] = upper >= 0 ? disparity_px[upper] : nullptr;
+        beneath[k] = lower < disparity_px.rows ? disparity_px[lower] : nullptr;
+      }
+      const GroundLimits limits{static_cast<float>(range.min_disparity),
+                                static_cast<float>(0.5 * kReach_m / rig.baseline_m),
+                                static_cast<float>(under_horizon_px),
+                                static_cast<float>(rig.baseline_m),
+                                static_cast<float>(kLeastShare),
+                                static_cast<float>(kMostShare)};
+      levelRow(disparity_px[2 * v], above, beneath, below_m_.cols, limits, below_m_[v]);
+    }
+  });
+}
+
+void LevelGround::find(const cv::Rect& area, cv::Mat1b& ground) {
   ground.create(area.size());
-  ground.setTo(0);
-  std::vector<float> depths_m;  // below the camera
-  cv::Mat1f below_m(area.size());
+  of_area_m_.resize(static_cast<size_t>(area.area()));
+  size_t count = 0;
   for (int v = 0; v < area.height; ++v) {
-    const int y = 2 * (area.y + v);
-    const double under_horizon = y - rig.cy_px;
-    if (under_horizon < kNearestRow_px) continue;
+    const float* row = below_m_[area.y + v] + area.x;
     for (int u = 0; u < area.width; ++u) {
-      const int x = 2 * (area.x + u);
-      const float d = disparity_px(y, x);
-      if (!range.isValid(d) || !(d > 0)) continue;
-      const double pixels = kReach_m * d / rig.baseline_m;
-      const int reach = 2 * std::clamp(static_cast<int>(0.5 * pixels), 1, kMostReach);
-      if (y < reach || y + reach >= disparity_px.rows) continue;
-      const float above = disparity_px(y - reach, x), beneath = disparity_px(y + reach, x);
-      if (!range.isValid(above) || !range.isValid(beneath)) continue;
-      const double expected = 2 * reach * d / under_horizon;
-      if (beneath - above < kLeastShare * expected || beneath - above > 2 * expected) continue;
-      ground(v, u) = 255;
-      below_m(v, u) = static_cast<float>(under_horizon * rig.baseline_m / d);
-      depths_m.push_back(below_m(v, u));
+      of_area_m_[count] = row[u];
+      count += row[u] > 0;
     }
   }
-  if (depths_m.size() < kFewest) {
+  if (count < kFewest) {
     ground.setTo(0);
     return;
   }
-  const auto low = depths_m.begin() + static_cast<std::ptrdiff_t>(0.8 * (depths_m.size() - 1));
-  std::nth_element(depths_m.begin(), low, depths_m.end());
-  const float least = *low - static_cast<float>(kThickness_m);
-  for (int v = 0; v < area.height; ++v)
-    for (int u = 0; u < area.width; ++u)
-      if (ground(v, u) && below_m(v, u) < least) ground(v, u) = 0;
+  const auto share = static_cast<std::ptrdiff_t>(0.8 * static_cast<double>(count - 1));
+  const auto low = of_area_m_.begin() + share;
+  std::nth_element(of_area_m_.begin(), low,
+                   of_area_m_.begin() + static_cast<std::ptrdiff_t>(count));
+  const float least = std::max(*low - static_cast<float>(kThickness_m), 1e-6f);
+  for (int v = 0; v < area.height; ++v) {
+    const float* row = below_m_[area.y + v] + area.x;
+    uchar* out = ground[v];
+    for (int u = 0; u < area.width; ++u) out[u] = row[u] >= least ? 255 : 0;
+  }
 }
 
 }  // namespace predictive_stereo

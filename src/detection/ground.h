@@ -1,18 +1,27 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/stereo_rig.h"
 
 namespace predictive_stereo {
 
-/// 255 on lattice points that lie on level ground: where the disparity grows from row to row as on
-/// a level surface, and as low as most of these surfaces in `area` do, so that bonnets and steps
+/// Lattice points (every second pixel and row) on level ground: where the disparity grows from row
+/// to row as on a level surface, and as low as most of these surfaces do, so that bonnets and steps
 /// are left out. The optical axis is taken as level; of a camera that looks down, less is found.
-/// @param area  of the lattice of every second pixel and row.
-/// @param ground  of the area's size.
-void levelGround(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
-                 const cv::Rect& area, cv::Mat1b& ground);
+class LevelGround {
+ public:
+  /// Finds the level surfaces of a frame.
+  void setFrame(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px);
+  /// Of the lowest ones among those in `area` of the lattice.
+  /// @param ground  255 on them; of the area's size.
+  void find(const cv::Rect& area, cv::Mat1b& ground);
+
+ private:
+  cv::Mat1f below_m_;  // the camera; 0: not level
+  std::vector<float> of_area_m_;
+};
 
 }  // namespace predictive_stereo

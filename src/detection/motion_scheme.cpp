@@ -83,8 +83,11 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
                               input.measured_disparity_px,
                               T_prev_cam_,
                               static_world_.mismatch,
-                              dense_residual_px_};
-  const auto found = segment(view, params_, hypothesis);
+                              dense_residual_px_,
+                              ground_};
+  if (!ground_is_known_) ground_.setFrame(input.rig, range_, input.measured_disparity_px);
+  ground_is_known_ = true;
+  const auto found = segment(view, params_, hypothesis, segmentation_);
   if (!found) return;
   const bool explained =
       found->decisive >= params_.min_decisive_cells && found->explained >= params_.min_explained;
@@ -144,7 +147,9 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
                   source_of, lattice, static_world_);
     denseResidual(input, range_, source_of, previous_.disparity_px, lattice.size(),
                   dense_residual_px_);
-    taken_ = cv::Mat1b::zeros(lattice.size());
+    taken_.create(lattice.size());
+    taken_.setTo(0);
+    ground_is_known_ = false;
 
     const TrackingView view{input.rig,
                             range_,

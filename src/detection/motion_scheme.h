@@ -46,6 +46,9 @@ class MotionScheme {
   Comparison static_world_;
   Suspicion suspicion_;
   DenseGroups dense_groups_;
+  LevelGround ground_;
+  bool ground_is_known_ = false;  // looked for where there is something to stand on it
+  SegmentationWork segmentation_;
   cv::Mat1f dense_residual_px_;
   cv::Mat1b taken_;  // lattice points of objects that were found already
 };

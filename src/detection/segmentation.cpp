@@ -4,33 +4,55 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "detection/ground.h"
-
 namespace predictive_stereo {
 namespace {
 
 constexpr float kDecisive_grey = 2.0f;  // difference of mismatches that is no noise
 constexpr float kContradiction_grey = 0.7f;
 constexpr int kFewestCells = 24;
+// How far the comparison's windows (twice 2), the smoothing (2) and the opening (1) look.
+constexpr int kReachOfWindows = 8;
 
 // Columns and rows that hardly belong to the object: ground beside wheels, branches.
-void trim(cv::Mat1b& mask, bool columns) {
+/// @param of  how many columns or rows there are with those outside of `mask`, which are empty.
+void trim(cv::Mat1b& mask, bool columns, int of) {
   const int n = columns ? mask.cols : mask.rows;
   std::vector<int> sizes(static_cast<size_t>(n));
-  for (int i = 0; i < n; ++i)
-    sizes[static_cast<size_t>(i)] = cv::countNonZero(columns ? mask.col(i) : mask.row(i));
+  for (int y = 0; y < mask.rows; ++y)
+    for (int x = 0; x < mask.cols; ++x)
+      sizes[static_cast<size_t>(columns ? x : y)] += mask(y, x) != 0;
   std::vector<int> sorted = sizes;
-  std::sort(sorted.begin(), sorted.end());
-  const int high = sorted[static_cast<size_t>(0.8 * (n - 1))];
+  const int rank = static_cast<int>(0.8 * (of - 1)) - (of - n);
+  int high = 0;
+  if (rank >= 0) {
+    std::nth_element(sorted.begin(), sorted.begin() + rank, sorted.end());
+    high = sorted[static_cast<size_t>(rank)];
+  }
   const int least = std::max(1, static_cast<int>((columns ? 0.3 : 0.2) * high));
-  for (int i = 0; i < n; ++i)
-    if (sizes[static_cast<size_t>(i)] < least) (columns ? mask.col(i) : mask.row(i)).setTo(0);
+  for (int y = 0; y < mask.rows; ++y)
+    for (int x = 0; x < mask.cols; ++x)
+      if (sizes[static_cast<size_t>(columns ? x : y)] < least) mask(y, x) = 0;
+}
+
+// The smallest box around all of the layer that is connected to a seed; empty where no seed lies in
+// the layer. What is found gets another value than 255 and 0.
+cv::Rect connectedToSeeds(const std::vector<cv::Point>& seeds, cv::Point origin, cv::Mat1b& layer) {
+  cv::Rect all;
+  const cv::Rect inside(cv::Point(), layer.size());
+  for (cv::Point seed : seeds) {
+    seed -= origin;
+    if (!inside.contains(seed) || layer(seed) != 255) continue;
+    cv::Rect box;
+    cv::floodFill(layer, seed, 254, &box, {}, {}, 4);
+    all |= box;
+  }
+  return all;
 }
 
 }  // namespace
 
 std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
-                               const Hypothesis& hypothesis) {
+                               const Hypothesis& hypothesis, SegmentationWork& work) {
   if (hypothesis.seeds.empty()) return std::nullopt;
   const double fB = view.rig.disparityTimesDepth();
   const double depth = fB / hypothesis.disparity_px;
@@ -40,47 +62,60 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   const double lattice_per_m = 0.5 * view.rig.fx_px / depth;
   const int wide = static_cast<int>(params.reach_m * lattice_per_m) + 3;
   const int high = static_cast<int>(params.reach_m * 0.6 * lattice_per_m) + 3;
-  const cv::Rect area =
+  const cv::Rect reachable =
       cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
       lattice;
+  cv::Mat1b ground = work.ground.map(reachable.size());
+  view.ground.find(reachable, ground);
+  cv::Mat1b whole_layer = work.layer.map(reachable.size());
+  for (int v = 0; v < reachable.height; ++v) {
+    const float* disparity = view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x;
+    for (int u = 0; u < reachable.width; ++u) {
+      const float d = disparity[2 * u];
+      whole_layer(v, u) = view.range.isValid(d) && d >= hypothesis.farthest_px &&
+                                  d <= hypothesis.nearest_px && !ground(v, u)
+                              ? 255
+                              : 0;
+    }
+  }
+  // What is not connected to a seed does not matter, but for what is near.
+  const int gap = std::clamp(static_cast<int>(params.gap_m * lattice_per_m), 1, 20);
+  const int near = gap + kReachOfWindows;
+  const cv::Rect layer_box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole_layer);
+  if (layer_box.empty()) return std::nullopt;
+  const cv::Rect part = cv::Rect(layer_box.x - near, layer_box.y - near, layer_box.width + 2 * near,
+                                 layer_box.height + 2 * near) &
+                        cv::Rect(cv::Point(), reachable.size());
+  const cv::Rect area = part + reachable.tl();
+  const cv::Mat1b layer = whole_layer(part);
+
   Eigen::Isometry3d T_source = view.T_prev_cam;
   T_source.translation() -= hypothesis.moved_m;
-  Comparison comparison;
+  Comparison& comparison = work.comparison;
   compareFrames(view.current, view.disparity_px, view.range, view.previous,
                 SourceOf(disparityMotion(view.rig, T_source)), area, comparison);
-
-  cv::Mat1b ground;
-  levelGround(view.rig, view.range, view.disparity_px, area, ground);
-  cv::Mat1f support(area.size());
-  cv::Mat1b layer(area.size());
+  cv::Mat1f support = work.support.map(area.size()), smooth = work.smooth.map(area.size());
   for (int v = 0; v < area.height; ++v)
     for (int u = 0; u < area.width; ++u) {
-      const float d = view.disparity_px(2 * (area.y + v), 2 * (area.x + u));
       const float by_static = view.static_mismatch(area.y + v, area.x + u);
       const float by_object = comparison.mismatch(v, u);
-      layer(v, u) = view.range.isValid(d) && d >= hypothesis.farthest_px &&
-                            d <= hypothesis.nearest_px && !ground(v, u)
-                        ? 255
-                        : 0;
       support(v, u) =
           by_static < 0 || by_object < 0 ? 0.0f : std::clamp(by_static - by_object, -15.0f, 15.0f);
     }
-  cv::Mat1f smooth;
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
   // What the object's motion explains better, and what lies close to it and does not object.
-  cv::Mat1b core(area.size()), member(area.size());
+  cv::Mat1b core = work.core.map(area.size()), member = work.member.map(area.size());
   for (int v = 0; v < area.height; ++v)
     for (int u = 0; u < area.width; ++u)
       core(v, u) = layer(v, u) && smooth(v, u) > kContradiction_grey ? 255 : 0;
   cv::morphologyEx(core, core, cv::MORPH_OPEN, cv::Mat1b::ones(2, 2));
-  const int gap = std::clamp(static_cast<int>(params.gap_m * lattice_per_m), 1, 20);
   cv::dilate(core, member, cv::Mat1b::ones(2 * gap + 1, 2 * gap + 1));
   for (int v = 0; v < area.height; ++v)
     for (int u = 0; u < area.width; ++u)
       if (!layer(v, u) || smooth(v, u) < -kContradiction_grey) member(v, u) = 0;
   cv::erode(member, member, cv::Mat1b::ones(2, 2));
 
-  cv::Mat1i labels;
+  cv::Mat1i labels = work.labels.map(area.size());
   const int count = cv::connectedComponents(member, labels, 4, CV_32S);
   std::vector<int> votes(static_cast<size_t>(count), 0);
   for (cv::Point seed : hypothesis.seeds)
@@ -88,9 +123,10 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   votes[0] = 0;
   const auto best = std::max_element(votes.begin(), votes.end());
   if (*best * 3 < static_cast<int>(hypothesis.seeds.size())) return std::nullopt;
-  cv::Mat1b mask = labels == static_cast<int>(best - votes.begin());
-  trim(mask, true);
-  trim(mask, false);
+  cv::Mat1b mask = work.mask.map(area.size());
+  cv::compare(labels, static_cast<int>(best - votes.begin()), mask, cv::CMP_EQ);
+  trim(mask, true, reachable.width);
+  trim(mask, false, reachable.height);
   const cv::Rect box = cv::boundingRect(mask);
   if (box.empty()) return std::nullopt;
 

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "detection/frame_comparison.h"
+#include "detection/ground.h"
+#include "detection/scratch.h"
 #include "predictive_stereo/moving_objects.h"
 
 namespace predictive_stereo {
@@ -38,11 +40,20 @@ struct SegmentationView {
   const Eigen::Isometry3d& T_prev_cam;
   const cv::Mat1f& static_mismatch;  ///< of the whole lattice
   const cv::Mat1f& dense_residual_px;
+  LevelGround& ground;
+};
+
+/// Memory that is used again from hypothesis to hypothesis.
+struct SegmentationWork {
+  Comparison comparison;
+  Scratch<uchar> ground, layer, core, member, mask;
+  Scratch<float> support, smooth;
+  Scratch<int> labels;
 };
 
 /// The connected part of the hypothesis' disparity layer around its seeds which the object's motion
 /// explains no worse than the static world. None where there is no such part.
 std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
-                               const Hypothesis& hypothesis);
+                               const Hypothesis& hypothesis, SegmentationWork& work);
 
 }  // namespace predictive_stereo

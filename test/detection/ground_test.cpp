@@ -42,8 +42,9 @@ cv::Rect putBoard(const StereoRig& rig, double depth_m, double width_m, double h
 
 cv::Mat1b groundOf(const cv::Mat1f& disparity, const StereoRig& rig) {
   cv::Mat1b ground;
-  levelGround(rig, DisparityRange(), disparity, {0, 0, rig.size.width / 2, rig.size.height / 2},
-              ground);
+  LevelGround level;
+  level.setFrame(rig, DisparityRange(), disparity);
+  level.find({0, 0, rig.size.width / 2, rig.size.height / 2}, ground);
   return ground;
 }
 

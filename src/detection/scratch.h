@@ -1,0 +1,23 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace predictive_stereo {
+
+/// Memory for maps whose size changes from use to use: it only grows.
+template <class T>
+class Scratch {
+ public:
+  /// A map of its own, not a part of a larger one; with anything in it. The one before is lost.
+  cv::Mat_<T> map(cv::Size size) {
+    const auto needed = static_cast<size_t>(size.area());
+    if (memory_.size() < needed) memory_.resize(needed);
+    return cv::Mat_<T>(size.height, size.width, memory_.data());
+  }
+
+ private:
+  std::vector<T> memory_;
+};
+
+}  // namespace predictive_stereo
