@@ -251,7 +251,7 @@ class RowAggregation {
     const bool backward = visit.walker && visit.walker->backward;
     typename Window::Passed along, carried;
     typename Window::Vectors costs, sums, goodness;
-    if (visit.walker) paths.carry(visit.walker->here(), along);
+    paths.carry(visit.walker ? visit.walker->here() : Neighbour{nullptr, 0, 0}, along);
     for (int i = 0; i < pixels; ++i) {
       const int k = backward ? pixels - 1 - i : i;
       const int x = run * kWindowRun + k, at = window.position + k * window.width;

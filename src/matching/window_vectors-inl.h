@@ -36,7 +36,7 @@ constexpr int kWideLanes = hn::MaxLanes(WideBytes());
 
 /// As many of the lowest lanes as D has.
 template <class D, class From>
-HWY_INLINE hn::Vec<D> lowLanes(D d, From from, hn::Vec<From> v) {
+HWY_INLINE hn::Vec<D> lowLanes(D d, [[maybe_unused]] From from, hn::Vec<From> v) {
   if constexpr (hn::MaxLanes(D()) == hn::MaxLanes(From())) {
     return v;
   } else {
@@ -48,6 +48,9 @@ HWY_INLINE hn::Vec<D> lowLanes(D d, From from, hn::Vec<From> v) {
 /// What a neighbour passes on to the disparities of a vector.
 template <class V>
 struct Carried {
+  HWY_INLINE Carried() {}  // written out: g++ would not compile it for the target of the others
+  HWY_INLINE Carried(V from_same, V from_below, V from_above)
+      : same(from_same), below(from_below), above(from_above) {}
   V same, below, above;
 };
 
@@ -288,17 +291,21 @@ using PairBytes = hn::CappedTag<uint8_t, 2 * kLanes>;
 using PairVector = hn::Vec<PairBytes>;
 constexpr int kPairParts = 2 * kLanes / hn::MaxLanes(PairBytes());
 struct Pair {
+  HWY_INLINE Pair() {}
   PairVector parts[kPairParts];
 };
 
 template <class D>
 HWY_INLINE Pair loadPair(D d, const uint8_t* one, const uint8_t* other) {
+  Pair pair;
   if constexpr (hn::MaxLanes(D()) > kLanes) {
     const hn::Half<D> half;
-    return {{hn::Combine(d, hn::LoadU(half, other), hn::LoadU(half, one))}};
+    pair.parts[0] = hn::Combine(d, hn::LoadU(half, other), hn::LoadU(half, one));
   } else {
-    return {{hn::LoadU(d, one), hn::LoadU(d, other)}};
+    pair.parts[0] = hn::LoadU(d, one);
+    pair.parts[kPairParts - 1] = hn::LoadU(d, other);
   }
+  return pair;
 }
 
 template <class D>

@@ -80,11 +80,11 @@ HWY_INLINE void describePixel(int x, const uint8_t* sums, int first, int window_
   // As numbers, sums with their indices in the low byte order as winners do: of equals, the
   // smallest index wins.
   auto index = hn::Iota(words, static_cast<uint16_t>(first));
-  auto lowest = hn::Undefined(words);
+  auto lowest = hn::Set(words, 0xFFFF);
   for (int k = 0; k < width; k += kWords) {
     const auto sum = hn::PromoteTo(words, hn::LoadU(bytes, sums + k));
     const auto candidate = hn::Or(hn::ShiftLeft<8>(sum), index);
-    lowest = k == 0 ? candidate : hn::Min(lowest, candidate);
+    lowest = hn::Min(lowest, candidate);
     hn::StoreU(hn::Min(hn::LoadU(words, entries + k), candidate), words, entries + k);
     index = hn::Add(index, hn::Set(words, kWords));
   }
