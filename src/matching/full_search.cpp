@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "matching/striped_winners_kernel.h"
+#include "matching/two_passes.h"
 
 namespace predictive_stereo {
 
@@ -32,28 +33,15 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
   start(downward_, width);
   start(upward_, width);
 
-  const int middle = height / 2;
-  const auto runHalf = [&](bool first_half_of_pass, bool top) {
-    Pass& pass = first_half_of_pass == top ? downward_ : upward_;
-    const int begin = top ? 0 : middle, end = top ? middle : height;
-    for (int i = begin; i < end; ++i) {
-      const int y = pass.upward ? begin + end - 1 - i : i;
-      uint8_t* const sums = all_sums + y * row_bytes;
-      if (first_half_of_pass) {
-        aggregateRow(pass, width, y, nullptr, sums);
-      } else {
-        aggregateRow(pass, width, y, sums, pass.row_sums.data());
-        stripedWinners(simd_target_)({width, params_.range, layout_, pass.row_sums.data()},
-                                     pass.winners);
-        describeRow(pass.winners, params_, simd_target_, y, nullptr, nullptr, match);
-      }
-    }
-  };
-  for (const bool first_half_of_pass : {true, false})
-    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& halves) {
-      for (int half = halves.start; half < halves.end; ++half)
-        runHalf(first_half_of_pass, half == 0);
-    });
+  visitRowsTwice(height, height / 2, [&](int y, bool upward, bool is_first_visit) {
+    Pass& pass = upward ? upward_ : downward_;
+    uint8_t* const sums = all_sums + y * row_bytes;
+    if (is_first_visit) return aggregateRow(pass, width, y, nullptr, sums);
+    aggregateRow(pass, width, y, sums, pass.row_sums.data());
+    stripedWinners(simd_target_)({width, params_.range, layout_, pass.row_sums.data()},
+                                 pass.winners);
+    describeRow(pass.winners, params_, simd_target_, y, nullptr, nullptr, match);
+  });
 }
 
 void FullSearch::start(Pass& pass, int width) {

@@ -1,5 +1,7 @@
 #include "matching/reduced_search.h"
 
+#include "matching/two_passes.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -33,26 +35,13 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
   reserve(downward_, left_words.cols);
   reserve(upward_, left_words.cols);
 
-  const int middle = rowInTheMiddle(windows);
-  const auto runHalf = [&](bool first_half_of_pass, bool top) {
-    Pass& pass = first_half_of_pass == top ? downward_ : upward_;
-    const int begin = top ? 0 : middle, end = top ? middle : height;
-    for (int i = begin; i < end; ++i) {
-      const int y = pass.upward ? begin + end - 1 - i : i;
-      uint8_t* const sums = all_sums + windows.row_begins[y];
-      if (first_half_of_pass) {
-        aggregateRow(pass, left_words[y], windows, y, nullptr, sums);
-      } else {
-        aggregateRow(pass, left_words[y], windows, y, sums, pass.row_sums.data() + kRowSumsMargin);
-        chooseWinners(pass, windows, y, match);
-      }
-    }
-  };
-  for (const bool first_half_of_pass : {true, false})
-    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& halves) {
-      for (int half = halves.start; half < halves.end; ++half)
-        runHalf(first_half_of_pass, half == 0);
-    });
+  visitRowsTwice(height, rowInTheMiddle(windows), [&](int y, bool upward, bool is_first_visit) {
+    Pass& pass = upward ? upward_ : downward_;
+    uint8_t* const sums = all_sums + windows.row_begins[y];
+    if (is_first_visit) return aggregateRow(pass, left_words[y], windows, y, nullptr, sums);
+    aggregateRow(pass, left_words[y], windows, y, sums, pass.row_sums.data() + kRowSumsMargin);
+    chooseWinners(pass, windows, y, match);
+  });
 }
 
 void ReducedSearch::reserve(Pass& pass, int columns) {
