@@ -61,11 +61,12 @@ class Predictor {
 
  private:
   void warp(const DisparityState& previous, const StereoRig& rig, const CameraMotion& motion);
-  void scatter(const DisparityState& previous);
-  void fillHoles(Prediction& prediction);
-  void markNearEdges(Prediction& prediction);
-  void addProcessNoise(const StereoRig& rig, const CameraMotion& motion,
-                       Prediction& prediction) const;
+  void scatterAndFillRows(const DisparityState& previous);
+  void scatterInto(const cv::Range& rows, const DisparityState& previous);
+  void fillRows(const cv::Range& rows);
+  void fillColumns(Prediction& prediction) const;
+  void markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotion& motion,
+                                Prediction& prediction);
 
   DisparityRange range_;
   PredictionParams params_;
@@ -80,7 +81,9 @@ class Predictor {
     cv::Mat1b missed_frames;
   };
   Maps warped_, rows_filled_;
-  cv::Mat1b edges_;
+  // Of every band of rows: where columns have edges, and the edges of its rows and of those around
+  // it.
+  cv::Mat1b marks_;
 };
 
 }  // namespace predictive_stereo

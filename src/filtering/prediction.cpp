@@ -1,7 +1,7 @@
 #include "predictive_stereo/prediction.h"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core/utility.hpp>
 
 #include "filtering/prediction_rows.h"
 
@@ -63,10 +63,9 @@ Predictor::Predictor(const DisparityRange& range, const PredictionParams& params
 void Predictor::predict(const DisparityState& previous, const StereoRig& rig,
                         const CameraMotion& motion, Prediction& prediction) {
   warp(previous, rig, motion);
-  scatter(previous);
-  fillHoles(prediction);
-  markNearEdges(prediction);
-  addProcessNoise(rig, motion, prediction);
+  scatterAndFillRows(previous);
+  fillColumns(prediction);
+  markNearEdgesAndAddNoise(rig, motion, prediction);
 }
 
 void Predictor::predictNothing(cv::Size size, Prediction& prediction) const {
@@ -99,57 +98,71 @@ void Predictor::warp(const DisparityState& previous, const StereoRig& rig,
 
 // Bands of the current frame do not depend on each other, and within a band the previous frame's
 // pixels come in a fixed order: so the result does not depend on which thread does which band.
-void Predictor::scatter(const DisparityState& previous) {
+void Predictor::scatterAndFillRows(const DisparityState& previous) {
   const cv::Size size = target_.size();
   create(size, warped_);
+  create(size, rows_filled_);
   constexpr int kBandRows = 32;
   const int bands = (size.height + kBandRows - 1) / kBandRows;
 
   cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
-    const cv::Range rows(part.start * kBandRows, std::min(part.end * kBandRows, size.height));
-    warped_.disparity_px.rowRange(rows).setTo(range_.invalid());
-    warped_.variance_px2.rowRange(rows).setTo(0);
-    warped_.missed_frames.rowRange(rows).setTo(0);
-    float* disparity = warped_.disparity_px[0];
-    float* variance = warped_.variance_px2[0];
-    uchar* missed = warped_.missed_frames[0];
-    const int first = rows.start * size.width, end = rows.end * size.width;
-    for (int y = 0; y < size.height; ++y) {
-      if (target_rows_[y].end <= rows.start || target_rows_[y].start >= rows.end) continue;
-      const int* target = target_[y];
-      const float* moved_disparity = target_disparity_px_[y];
-      for (int x = 0; x < size.width; ++x) {
-        const int i = target[x];
-        if (i < first || i >= end || moved_disparity[x] <= disparity[i]) continue;
-        disparity[i] = moved_disparity[x];
-        variance[i] = target_variance_px2_(y, x);
-        missed[i] = previous.missed_frames(y, x);
-      }
+    for (int band = part.start; band < part.end; ++band) {
+      const cv::Range rows(band * kBandRows, std::min((band + 1) * kBandRows, size.height));
+      scatterInto(rows, previous);
+      fillRows(rows);
     }
   });
 }
 
+// The z-buffer.
+void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previous) {
+  const int width = target_.cols;
+  float* const disparity = warped_.disparity_px[rows.start];
+  float* const variance = warped_.variance_px2[rows.start];
+  uchar* const missed = warped_.missed_frames[rows.start];
+  const auto pixels = static_cast<unsigned>(rows.size() * width);
+  std::fill_n(disparity, pixels, range_.invalid());
+  std::fill_n(variance, pixels, 0.0f);
+  std::fill_n(missed, pixels, uchar{0});
+  const int first = rows.start * width;
+  for (int y = 0; y < target_.rows; ++y) {
+    if (target_rows_[y].end <= rows.start || target_rows_[y].start >= rows.end) continue;
+    const int* const target = target_[y];
+    const float* const moved_disparity = target_disparity_px_[y];
+    const float* const moved_variance = target_variance_px2_[y];
+    const uchar* const previous_missed = previous.missed_frames[y];
+    for (int x = 0; x < width; ++x) {
+      const auto i = static_cast<unsigned>(target[x] - first);  // of other bands: too large
+      if (i >= pixels || moved_disparity[x] <= disparity[i]) continue;
+      disparity[i] = moved_disparity[x];
+      variance[i] = moved_variance[x];
+      missed[i] = previous_missed[x];
+    }
+  }
+}
+
 // Rows first and then columns, so that the crossings of missing rows and missing columns are
 // filled.
-void Predictor::fillHoles(Prediction& prediction) {
-  const cv::Size size = warped_.disparity_px.size();
+void Predictor::fillRows(const cv::Range& rows) {
   const float smallest = static_cast<float>(range_.min_disparity);
-  create(size, rows_filled_);
-  create(size, prediction);
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      const int last = size.width - 1;
-      // The first and the last pixel have one neighbour only.
-      for (const int x : {0, last}) {
-        rows_filled_.disparity_px(y, x) = warped_.disparity_px(y, x);
-        rows_filled_.variance_px2(y, x) = warped_.variance_px2(y, x);
-        rows_filled_.missed_frames(y, x) = warped_.missed_frames(y, x);
-      }
-      if (last > 1)
-        fillBetween(row(warped_, y, 0), row(warped_, y, 1), row(warped_, y, 2), last - 1, smallest,
-                    mutableRow(rows_filled_, y, 1));
+  const int last = warped_.disparity_px.cols - 1;
+  for (int y = rows.start; y < rows.end; ++y) {
+    // The first and the last pixel have one neighbour only.
+    for (const int x : {0, last}) {
+      rows_filled_.disparity_px(y, x) = warped_.disparity_px(y, x);
+      rows_filled_.variance_px2(y, x) = warped_.variance_px2(y, x);
+      rows_filled_.missed_frames(y, x) = warped_.missed_frames(y, x);
     }
-  });
+    if (last > 1)
+      fillBetween(row(warped_, y, 0), row(warped_, y, 1), row(warped_, y, 2), last - 1, smallest,
+                  mutableRow(rows_filled_, y, 1));
+  }
+}
+
+void Predictor::fillColumns(Prediction& prediction) const {
+  const cv::Size size = rows_filled_.disparity_px.size();
+  const float smallest = static_cast<float>(range_.min_disparity);
+  create(size, prediction);
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y) {
       const bool inside = y > 0 && y + 1 < size.height;  // else nothing lies on one of the sides
@@ -160,32 +173,48 @@ void Predictor::fillHoles(Prediction& prediction) {
   });
 }
 
-void Predictor::markNearEdges(Prediction& prediction) {
+// A pixel is near an edge where one lies within the margin in columns and in rows.
+void Predictor::markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotion& motion,
+                                         Prediction& prediction) {
   const cv::Size size = prediction.disparity_px.size();
-  edges_.create(size);
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y)
-      markEdges(prediction.disparity_px[y],
-                prediction.disparity_px[std::min(y + 1, size.height - 1)], size.width,
-                static_cast<float>(params_.edge_jump_px), static_cast<float>(range_.min_disparity),
-                edges_[y]);
-  });
-  const int side = 2 * params_.edge_margin_px + 1;
-  cv::dilate(edges_, prediction.near_edge, cv::Mat1b::ones(side, side));
-}
-
-void Predictor::addProcessNoise(const StereoRig& rig, const CameraMotion& motion,
-                                Prediction& prediction) const {
-  const cv::Size size = prediction.disparity_px.size();
+  const int margin = params_.edge_margin_px, padded_width = size.width + 2 * margin;
+  const float smallest = static_cast<float>(range_.min_disparity);
   const double any_disparity_px2 = static_cast<double>(range_.count) * range_.count / 12.0;
   Eigen::Matrix3d sigma = Eigen::Matrix3d::Zero();
   if (params_.use_motion_covariance) sigma = motion.covariance.block<3, 3>(2, 2);
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y)
-      addNoiseOrReset(rowNoise(rig, sigma, params_.process_noise_px2, y),
-                      prediction.disparity_px[y], prediction.near_edge[y], size.width,
-                      static_cast<float>(range_.min_disparity),
-                      static_cast<float>(any_disparity_px2), prediction.variance_px2[y]);
+  prediction.near_edge.create(size);
+
+  constexpr int kBandRows = 32;
+  const int bands = (size.height + kBandRows - 1) / kBandRows;
+  const int band_marks = kBandRows + 2 * margin + 1;
+  marks_.create(bands * band_marks, padded_width);
+  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+    for (int band = part.start; band < part.end; ++band) {
+      const cv::Range rows(band * kBandRows, std::min((band + 1) * kBandRows, size.height));
+      const cv::Range edge_rows(std::max(rows.start - margin, 0),
+                                std::min(rows.end + margin, size.height));
+      const int first_mark = band * band_marks;
+      const auto edges = [&](int y) { return marks_[first_mark + 1 + y - edge_rows.start]; };
+      for (int y = edge_rows.start; y < edge_rows.end; ++y) {
+        std::fill_n(edges(y), margin, uchar{0});
+        std::fill_n(edges(y) + margin + size.width, margin, uchar{0});
+        markEdges(prediction.disparity_px[y],
+                  prediction.disparity_px[std::min(y + 1, size.height - 1)], size.width,
+                  static_cast<float>(params_.edge_jump_px), smallest, edges(y) + margin);
+      }
+      uchar* const column_marks = marks_[first_mark];
+      for (int y = rows.start; y < rows.end; ++y) {
+        std::fill_n(column_marks, padded_width, uchar{0});
+        for (int i = std::max(y - margin, 0); i <= std::min(y + margin, size.height - 1); ++i)
+          uniteMarks(edges(i), padded_width, column_marks);
+        uchar* const near_edge = prediction.near_edge[y];
+        std::fill_n(near_edge, size.width, uchar{0});
+        for (int i = 0; i <= 2 * margin; ++i) uniteMarks(column_marks + i, size.width, near_edge);
+        addNoiseOrReset(rowNoise(rig, sigma, params_.process_noise_px2, y),
+                        prediction.disparity_px[y], near_edge, size.width, smallest,
+                        static_cast<float>(any_disparity_px2), prediction.variance_px2[y]);
+      }
+    }
   });
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "filtering/prediction_rows.cpp"
 #include <hwy/foreach_target.h>
@@ -14,62 +16,92 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The pixels x, x + 1, ... of a row, as many as `d` has lanes.
+// The motion of a row's pixels, as many at a time as D has lanes.
 template <class D>
-void warpPixels(D d, const RowMotion& motion, const float* disparity_px, const float* variance_px2,
-                const WarpLimits& limits, int x, WarpedRow& warped) {
-  const hn::RebindToSigned<D> di;
-  const auto zero = hn::Zero(d), half = hn::Set(d, 0.5f);
-  const auto smallest = hn::Set(d, limits.smallest), largest = hn::Set(d, limits.largest);
-  const auto columns = hn::Set(d, static_cast<float>(limits.columns));
-  const auto rows = hn::Set(d, static_cast<float>(limits.rows));
-  const auto disparity = hn::LoadU(d, disparity_px + x);
-  const auto position = hn::Iota(d, static_cast<float>(x));
-  const auto component = [&](int i) {
-    return hn::Add(hn::Add(hn::Mul(hn::Set(d, motion.by_x[i]), position),
-                           hn::Mul(hn::Set(d, motion.by_d[i]), disparity)),
-                   hn::Set(d, motion.constant[i]));
-  };
-  const auto depth_ratio = component(3);  // Z / Z_prev: positive in front of the camera
-  const auto scale = hn::Div(hn::Set(d, 1.0f), depth_ratio);
-  const auto column = hn::Add(hn::Mul(component(0), scale), half);
-  const auto row = hn::Add(hn::Mul(component(1), scale), half);
-  const auto moved = hn::Mul(component(2), scale);
-  const auto within = [](auto value, auto low, auto end) {
-    return hn::And(hn::Ge(value, low), hn::Lt(value, end));
-  };
-  const auto in_front = hn::And(hn::Gt(depth_ratio, zero), hn::Ge(disparity, smallest));
-  const auto in_range = hn::And(hn::Ge(moved, smallest), hn::Le(moved, largest));
-  const auto in_image = hn::And(within(column, zero, columns), within(row, zero, rows));
-  const auto visible = hn::And(hn::And(in_front, in_range), in_image);
+class RowWarp {
+  using DI = hn::RebindToSigned<D>;
+  using DU = hn::RebindToUnsigned<D>;
+  using V = hn::Vec<D>;
 
-  const auto visible_int = hn::RebindMask(di, visible);
-  const auto target_row = hn::ConvertTo(di, hn::IfThenElseZero(visible, row));
-  const auto target_column = hn::ConvertTo(di, hn::IfThenElseZero(visible, column));
-  const auto index = hn::Add(hn::Mul(target_row, hn::Set(di, limits.columns)), target_column);
-  hn::StoreU(hn::IfThenElse(visible_int, index, hn::Set(di, -1)), di, warped.target + x);
-  // Phi = d_pred / d (eq. 3) is the ratio of depths, which also exists where d = 0.
-  hn::StoreU(moved, d, warped.disparity_px + x);
-  hn::StoreU(hn::Mul(hn::Mul(scale, scale), hn::LoadU(d, variance_px2 + x)), d,
-             warped.variance_px2 + x);
+ public:
+  HWY_INLINE RowWarp(const RowMotion& motion, const WarpLimits& limits)
+      : smallest_(hn::Set(d_, limits.smallest)),
+        largest_(hn::Set(d_, limits.largest)),
+        columns_(hn::Set(d_, static_cast<float>(limits.columns))),
+        rows_(hn::Set(d_, static_cast<float>(limits.rows))),
+        row_pixels_(hn::Set(di_, limits.columns)) {
+    for (int i = 0; i < 4; ++i) {
+      by_x_[i] = hn::Set(d_, motion.by_x[i]);
+      by_d_[i] = hn::Set(d_, motion.by_d[i]);
+      constant_[i] = hn::Set(d_, motion.constant[i]);
+    }
+  }
 
-  const auto first = hn::IfThenElse(visible_int, target_row, hn::Set(di, limits.rows));
-  const auto last = hn::IfThenElse(visible_int, target_row, hn::Set(di, -1));
-  warped.first_row = std::min(warped.first_row, hn::GetLane(hn::MinOfLanes(di, first)));
-  warped.last_row = std::max(warped.last_row, hn::GetLane(hn::MaxOfLanes(di, last)));
-}
+  // Pixels from x on, as long as vectors fit; returns the first that did not.
+  HWY_INLINE int run(const float* disparity_px, const float* variance_px2, int width, int x,
+                     const WarpedRow& warped) {
+    const int lanes = static_cast<int>(hn::Lanes(d_));
+    for (; x + lanes <= width; x += lanes) {
+      const V disparity = hn::LoadU(d_, disparity_px + x);
+      const V position = hn::Iota(d_, static_cast<float>(x));
+      const auto component = [&](int i) HWY_ATTR {
+        return hn::Add(hn::Add(hn::Mul(by_x_[i], position), hn::Mul(by_d_[i], disparity)),
+                       constant_[i]);
+      };
+      const V depth_ratio = component(3);  // Z / Z_prev: positive in front of the camera
+      const V scale = hn::Div(hn::Set(d_, 1.0f), depth_ratio);
+      const V half = hn::Set(d_, 0.5f), zero = hn::Zero(d_);
+      const V column = hn::Add(hn::Mul(component(0), scale), half);
+      const V row = hn::Add(hn::Mul(component(1), scale), half);
+      const V moved = hn::Mul(component(2), scale);
+      const auto in_front = hn::And(hn::Gt(depth_ratio, zero), hn::Ge(disparity, smallest_));
+      const auto in_range = hn::And(hn::Ge(moved, smallest_), hn::Le(moved, largest_));
+      const auto in_columns = hn::And(hn::Ge(column, zero), hn::Lt(column, columns_));
+      const auto in_rows = hn::And(hn::Ge(row, zero), hn::Lt(row, rows_));
+      const auto visible = hn::And(hn::And(in_front, in_range), hn::And(in_columns, in_rows));
+
+      // Conversions of what is not visible mean nothing and are dropped.
+      const auto inside =
+          hn::Add(hn::Mul(hn::ConvertTo(di_, row), row_pixels_), hn::ConvertTo(di_, column));
+      const auto index = hn::IfThenElse(hn::RebindMask(di_, visible), inside, none_);
+      hn::StoreU(index, di_, warped.target + x);
+      // Phi = d_pred / d (eq. 3) is the ratio of depths, which also exists where d = 0.
+      hn::StoreU(moved, d_, warped.disparity_px + x);
+      hn::StoreU(hn::Mul(hn::Mul(scale, scale), hn::LoadU(d_, variance_px2 + x)), d_,
+                 warped.variance_px2 + x);
+      // None is the smallest of signed numbers here, and the largest of unsigned ones.
+      last_ = hn::Max(last_, index);
+      first_ = hn::Min(first_, hn::BitCast(du_, index));
+    }
+    return x;
+  }
+
+  // Of all targets so far; -1: none.
+  int firstTarget() const { return static_cast<int>(hn::GetLane(hn::MinOfLanes(du_, first_))); }
+  int lastTarget() const { return hn::GetLane(hn::MaxOfLanes(di_, last_)); }
+
+ private:
+  const D d_{};
+  const DI di_{};
+  const DU du_{};
+  V by_x_[4], by_d_[4], constant_[4];
+  V smallest_, largest_, columns_, rows_;
+  hn::Vec<DI> row_pixels_;
+  hn::Vec<DI> none_ = hn::Set(di_, -1), last_ = none_;
+  hn::Vec<DU> first_ = hn::BitCast(du_, none_);
+};
 
 void warpRow(const RowMotion& motion, const float* disparity_px, const float* variance_px2,
              const WarpLimits& limits, WarpedRow& warped) {
-  const hn::ScalableTag<float> vectors;
-  const int lanes = static_cast<int>(hn::Lanes(vectors));
-  warped.first_row = limits.rows;
-  warped.last_row = -1;
-  int x = 0;
-  for (; x + lanes <= limits.columns; x += lanes)
-    warpPixels(vectors, motion, disparity_px, variance_px2, limits, x, warped);
-  for (; x < limits.columns; ++x)
-    warpPixels(hn::CappedTag<float, 1>(), motion, disparity_px, variance_px2, limits, x, warped);
+  RowWarp<hn::ScalableTag<float>> vectors(motion, limits);
+  RowWarp<hn::FixedTag<float, 1>> pixels(motion, limits);
+  const int x = vectors.run(disparity_px, variance_px2, limits.columns, 0, warped);
+  pixels.run(disparity_px, variance_px2, limits.columns, x, warped);
+  const int last = std::max(vectors.lastTarget(), pixels.lastTarget());
+  const auto first = std::min(static_cast<unsigned>(vectors.firstTarget()),
+                              static_cast<unsigned>(pixels.firstTarget()));
+  warped.first_row = last < 0 ? limits.rows : static_cast<int>(first) / limits.columns;
+  warped.last_row = last < 0 ? -1 : last / limits.columns;
 }
 
 template <class D>
@@ -133,6 +165,10 @@ void markEdges(const float* HWY_RESTRICT row, const float* HWY_RESTRICT row_belo
           : 0;
 }
 
+void uniteMarks(const uint8_t* HWY_RESTRICT marks, int width, uint8_t* HWY_RESTRICT united) {
+  for (int x = 0; x < width; ++x) united[x] = united[x] | marks[x];
+}
+
 void addNoiseOrReset(const RowNoise& noise, const float* HWY_RESTRICT disparity_px,
                      const uint8_t* HWY_RESTRICT near_edge, int width, float smallest_valid,
                      float reset_px2, float* HWY_RESTRICT variance_px2) {
@@ -159,6 +195,7 @@ namespace predictive_stereo {
 HWY_EXPORT(warpRow);
 HWY_EXPORT(fillBetween);
 HWY_EXPORT(markEdges);
+HWY_EXPORT(uniteMarks);
 HWY_EXPORT(addNoiseOrReset);
 
 void warpRow(const RowMotion& motion, const float* disparity_px, const float* variance_px2,
@@ -175,6 +212,10 @@ void fillBetween(const ConstPredictionRow& before, const ConstPredictionRow& cen
 void markEdges(const float* row, const float* row_below, int width, float jump_px,
                float smallest_valid, uint8_t* edges) {
   HWY_DYNAMIC_DISPATCH(markEdges)(row, row_below, width, jump_px, smallest_valid, edges);
+}
+
+void uniteMarks(const uint8_t* marks, int width, uint8_t* united) {
+  HWY_DYNAMIC_DISPATCH(uniteMarks)(marks, width, united);
 }
 
 void addNoiseOrReset(const RowNoise& noise, const float* disparity_px, const uint8_t* near_edge,

@@ -48,6 +48,9 @@ void fillBetween(const ConstPredictionRow& before, const ConstPredictionRow& cen
 void markEdges(const float* row, const float* row_below, int width, float jump_px,
                float smallest_valid, uint8_t* edges);
 
+/// united |= marks, pixel by pixel.
+void uniteMarks(const uint8_t* marks, int width, uint8_t* united);
+
 /// Process noise of one row: floor + d^2 (J Sigma J^T) / d^2 with J / d = (d / fb, y_n, -x_n).
 struct RowNoise {
   float floor_px2;
