@@ -1,5 +1,6 @@
 #include "predictive_stereo/pipeline.h"
 
+#include <future>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -88,8 +89,7 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   filterBySupport(range, params_.min_support, corrected_disparity_px_, state.disparity_px);
   watch.lap("correction", times_);
 
-  state.disparity_px.copyTo(filled_disparity_px_);
-  fillHoles(range, params_.max_hole_px, kHoleTolerancePx, filled_disparity_px_);
+  fillHoles(range, params_.max_hole_px, kHoleTolerancePx, state.disparity_px, filled_disparity_px_);
   median3x3(range, filled_disparity_px_, output.disparity_px);
   publishedVariance(output.disparity_px, state, prediction_, output.measured_disparity_px,
                     output.measured_variance_px2, range, params_.variance,
@@ -128,6 +128,8 @@ Pipeline::Pipeline(const PipelineParams& params)
 
 void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
                        double stamp_s, PipelineOutput& output) {
+  // What needs no motion runs beside it.
+  auto prepared = std::async(std::launch::async, [&] { disparity_.prepare(left, right, rig); });
   Stopwatch watch;
   output.ego_motion = ego_motion_.estimate(left, right, rig);
   const bool tracked = output.ego_motion.status == EgoMotionStatus::kTracked;
@@ -138,7 +140,7 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
   times_.clear();
   watch.lap("ego-motion", times_);
 
-  disparity_.prepare(left, right, rig);
+  prepared.get();
   ++frames_since_past_;
   const bool from_past = output.ego_motion.frames == frames_since_past_;
   if (tracked && !from_past) disparity_.forgetPast();

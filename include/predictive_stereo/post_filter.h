@@ -22,8 +22,8 @@ void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat
 void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);
 
 /// Fills horizontal runs of at most `max_width` invalid pixels whose two sides agree within
-/// `tolerance_px`, by linear interpolation. In place.
+/// `tolerance_px`, by linear interpolation. Input and output may be the same map.
 void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
-               cv::Mat1f& disparity_px);
+               const cv::Mat1f& disparity_px, cv::Mat1f& filled_px);
 
 }  // namespace predictive_stereo

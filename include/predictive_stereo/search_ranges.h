@@ -51,14 +51,12 @@ class SearchRangeBuilder {
 
  private:
   void aroundPrediction(const Prediction& prediction, SearchRanges& ranges) const;
-  void widenPrediction(const Prediction& prediction);
-  void widenCoarse(const cv::Mat1f& coarse_disparity_px);
-  void unite(SearchRanges& ranges);
+  void unite(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
+             SearchRanges& ranges);
 
   DisparityRange range_;
   SearchRangeParams params_;
-  SearchRanges predicted_, coarse_, coarse_hull_;
-  SearchRanges scratch_, coarse_scratch_;
+  SearchRanges predicted_, coarse_;  // some rows of each band of the image
 };
 
 }  // namespace predictive_stereo

@@ -1,5 +1,6 @@
 #include "predictive_stereo/post_filter.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
@@ -62,11 +63,13 @@ void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::M
 }
 
 void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
-               cv::Mat1f& disparity_px) {
+               const cv::Mat1f& disparity_px, cv::Mat1f& filled_px) {
+  filled_px.create(disparity_px.size());
   const auto smallest_valid = static_cast<float>(range.min_disparity);
   cv::parallel_for_(cv::Range(0, disparity_px.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
-      float* row = disparity_px[y];
+      float* row = filled_px[y];
+      if (row != disparity_px[y]) std::copy_n(disparity_px[y], disparity_px.cols, row);
       int end = 0;  // of the last run
       while (true) {
         const int first = findInvalid(row, end, disparity_px.cols, smallest_valid);

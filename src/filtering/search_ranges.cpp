@@ -19,13 +19,34 @@ ConstRangeRow constRow(const SearchRanges& ranges, int y) {
   return {ranges.first[y], ranges.last[y]};
 }
 
-// The 3x3 hull of row y; `hull` may be the row of another map.
-void hullOfRow(const SearchRanges& ranges, int y, SearchRanges& scratch, const RangeRow& hull) {
-  const int last = ranges.first.rows - 1;
-  const ConstRangeRow rows[3] = {constRow(ranges, std::max(y - 1, 0)), constRow(ranges, y),
-                                 constRow(ranges, std::min(y + 1, last))};
-  hullOfRows(rows, ranges.first.cols, row(scratch, y), hull);
-}
+// The 3x3 hulls of successive rows, from their ranges without neighbours. Three rows of those are
+// kept: what is needed next lies in the cache.
+class RollingHull {
+ public:
+  static constexpr int kMemoryRows = 4;
+
+  // @param memory  its rows from `memory_row` on are used.
+  RollingHull(SearchRanges& memory, int memory_row, int rows)
+      : memory_(memory), memory_row_(memory_row), rows_(rows) {}
+
+  // @param widen  called with a row and where its ranges are to go.
+  template <class Widen>
+  void hullOfRow(int y, const Widen& widen, const RangeRow& hull) {
+    const int above = std::max(y - 1, 0), below = std::min(y + 1, rows_ - 1);
+    for (next_ = std::max(next_, above); next_ <= below; ++next_) widen(next_, kept(next_));
+    const ConstRangeRow around[3] = {constant(kept(above)), constant(kept(y)),
+                                     constant(kept(below))};
+    hullOfRows(around, memory_.first.cols, row(memory_, memory_row_ + 3), hull);
+  }
+
+ private:
+  RangeRow kept(int y) const { return row(memory_, memory_row_ + y % 3); }
+  static ConstRangeRow constant(const RangeRow& ranges) { return {ranges.first, ranges.last}; }
+
+  SearchRanges& memory_;
+  const int memory_row_, rows_;
+  int next_ = 0;  // the first row that is not known yet
+};
 
 }  // namespace
 
@@ -52,9 +73,7 @@ void SearchRangeBuilder::build(const Prediction& prediction, const cv::Mat1f& co
   if (params_.scheme == SearchScheme::kPaper) {
     aroundPrediction(prediction, ranges);
   } else if (params_.scheme == SearchScheme::kPredictive) {
-    widenPrediction(prediction);
-    widenCoarse(coarse_disparity_px);
-    unite(ranges);
+    unite(prediction, coarse_disparity_px, ranges);
   } else {
     ranges.first.setTo(range_.min_disparity);
     ranges.last.setTo(range_.max_disparity());
@@ -84,49 +103,46 @@ void SearchRangeBuilder::aroundPrediction(const Prediction& prediction,
   });
 }
 
-void SearchRangeBuilder::widenPrediction(const Prediction& prediction) {
-  const cv::Size size = prediction.disparity_px.size();
-  create(size, predicted_);
+void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
+                               SearchRanges& ranges) {
+  const cv::Size size = ranges.first.size(), coarse_size = coarse_disparity_px.size();
+  const float smallest = static_cast<float>(range_.min_disparity);
   const Margins margins{static_cast<float>(params_.margin_sigma),
                         static_cast<float>(params_.margin_px),
                         static_cast<float>(params_.max_margin_px)};
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y)
-      widenPredicted(prediction.disparity_px[y], prediction.variance_px2[y],
-                     prediction.near_edge[y], size.width, margins,
-                     static_cast<float>(range_.min_disparity), row(predicted_, y));
-  });
-}
+  const auto widen = [&](int y, const RangeRow& widened) {
+    widenPredicted(prediction.disparity_px[y], prediction.variance_px2[y], prediction.near_edge[y],
+                   size.width, margins, smallest, widened);
+  };
+  const auto widenCoarse = [&](int y, const RangeRow& widened) {
+    widenMeasured(coarse_disparity_px[y], coarse_size.width, margins.least, smallest, widened);
+  };
 
-void SearchRangeBuilder::widenCoarse(const cv::Mat1f& coarse_disparity_px) {
-  const cv::Size size = coarse_disparity_px.size();
-  create(size, coarse_);
-  create(size, coarse_hull_);
-  create(size, coarse_scratch_);
-  if (size.empty()) return;
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y)
-      widenMeasured(coarse_disparity_px[y], size.width, static_cast<float>(params_.margin_px),
-                    static_cast<float>(range_.min_disparity), row(coarse_, y));
-  });
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y)
-      hullOfRow(coarse_, y, coarse_scratch_, row(coarse_hull_, y));
-  });
-}
-
-void SearchRangeBuilder::unite(SearchRanges& ranges) {
-  const cv::Size size = ranges.first.size(), coarse_size = coarse_.first.size();
-  create(size, scratch_);
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      hullOfRow(predicted_, y, scratch_, row(ranges, y));
-      const ConstRangeRow coarse =
-          coarse_size.empty() ? ConstRangeRow{nullptr, nullptr}
-                              : constRow(coarse_hull_, std::min(y / 2, coarse_size.height - 1));
-      uniteWithCoarse(coarse, coarse_size.empty() ? 0 : coarse_size.width, size.width,
-                      static_cast<short>(range_.min_disparity),
-                      static_cast<short>(range_.max_disparity()), row(ranges, y));
+  constexpr int kBandRows = 32, kMemoryRows = RollingHull::kMemoryRows;
+  const int bands = (size.height + kBandRows - 1) / kBandRows;
+  create({size.width, bands * kMemoryRows}, predicted_);
+  create({coarse_size.width, bands * (kMemoryRows + 1)}, coarse_);
+  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+    for (int band = part.start; band < part.end; ++band) {
+      const int coarse_memory = band * (kMemoryRows + 1);
+      RollingHull hull(predicted_, band * kMemoryRows, size.height);
+      RollingHull coarse_hull(coarse_, coarse_memory, coarse_size.height);
+      int coarse_y = -1;
+      for (int y = band * kBandRows; y < std::min((band + 1) * kBandRows, size.height); ++y) {
+        hull.hullOfRow(y, widen, row(ranges, y));
+        ConstRangeRow coarse{nullptr, nullptr};
+        if (!coarse_size.empty()) {
+          const int wanted = std::min(y / 2, coarse_size.height - 1);
+          const int memory_row = coarse_memory + kMemoryRows;
+          if (coarse_y != wanted)
+            coarse_hull.hullOfRow(wanted, widenCoarse, row(coarse_, memory_row));
+          coarse_y = wanted;
+          coarse = constRow(coarse_, memory_row);
+        }
+        uniteWithCoarse(coarse, coarse_size.empty() ? 0 : coarse_size.width, size.width,
+                        static_cast<short>(range_.min_disparity),
+                        static_cast<short>(range_.max_disparity()), row(ranges, y));
+      }
     }
   });
 }

@@ -117,7 +117,7 @@ TEST(PostFilter, EqualNaiveReferences) {
           expectEqual(filtered, medianNaively(range, map), "median");
           for (int max_width : {0, 2, 40}) {
             filtered = map.clone();
-            fillHoles(range, max_width, 3, filtered);
+            fillHoles(range, max_width, 3, filtered, filtered);
             expectEqual(filtered, fillNaively(range, max_width, 3, map), "holes", 1e-5);
           }
         }
@@ -146,7 +146,7 @@ TEST(PostFilter, ViewsAreReadAndWrittenInPlace) {
   expectEqual(frame(cv::Rect(20, 10, 53, 41)), medianNaively(range, copy), "median");
   target = frame(cv::Rect(20, 10, 53, 41));
   copy.copyTo(target);
-  fillHoles(range, 5, 3, target);
+  fillHoles(range, 5, 3, target, target);
   expectEqual(target, fillNaively(range, 5, 3, copy), "holes", 1e-5);
   // Nothing around the view was touched.
   frame(cv::Rect(20, 10, 53, 41)) = 77.f;
@@ -165,7 +165,7 @@ TEST(PostFilter, ReuseMemoryAndRefuseToWorkInPlace) {
   cv::Mat1f empty, nothing;
   filterBySupport(range, 10, empty, nothing);
   median3x3(range, empty, nothing);
-  fillHoles(range, 10, 3, nothing);
+  fillHoles(range, 10, 3, nothing, nothing);
   EXPECT_TRUE(nothing.empty());
 }
 
@@ -181,8 +181,11 @@ TEST(PostFilter, SameForEveryNumberOfThreads) {
     median3x3(range, map, filtered);
     expectEqual(filtered, medianNaively(range, map), "median");
     filtered = map.clone();
-    fillHoles(range, 20, 3, filtered);
+    fillHoles(range, 20, 3, filtered, filtered);
     expectEqual(filtered, fillNaively(range, 20, 3, map), "holes", 1e-5);
+    cv::Mat1f apart;
+    fillHoles(range, 20, 3, map, apart);
+    expectEqual(apart, filtered, "holes into another map");
   }
   cv::setNumThreads(before);
 }

@@ -1,7 +1,9 @@
 #include "predictive_stereo/prediction.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
+#include <cmath>
 #include <opencv2/core/utility.hpp>
 
 namespace predictive_stereo {
@@ -186,6 +188,57 @@ TEST(Prediction, ResetsVarianceNearDiscontinuities) {
                 near ? 128.0 * 128 / 12 : 0.5 + params.process_noise_px2, 1e-3)
         << x;
   }
+}
+
+// Jumps in both directions, among them in the last rows and columns.
+DisparityState jumpyState(cv::Size size) {
+  DisparityState state = stateOf(smoothScene(size), 0.3f);
+  cv::RNG rng(7);
+  for (int i = 0; i < size.area() / 40 + 1; ++i)
+    state.disparity_px(rng.uniform(0, size.height), rng.uniform(0, size.width)) += 9.0f;
+  rng.fill(state.missed_frames, cv::RNG::UNIFORM, 0, 4);
+  return state;
+}
+
+const cv::Size kOddSizes[] = {{1, 1}, {2, 3}, {7, 5}, {8, 33}, {19, 2}, {64, 65}, {127, 70}};
+
+TEST(Prediction, NearEdgesAreWithinTheMarginOfAJump) {
+  for (const cv::Size size : kOddSizes)
+    for (const int margin : {0, 1, 2, 10}) {
+      PredictionParams params;
+      params.edge_margin_px = margin;
+      Prediction prediction;
+      Predictor(kRange, params).predict(jumpyState(size), rigOf(size), anyMotion(), prediction);
+      const cv::Mat1f& d = prediction.disparity_px;
+      const auto jump = [&](cv::Point a, cv::Point b) {
+        return b.x < size.width && b.y < size.height && kRange.isValid(d(a)) &&
+               kRange.isValid(d(b)) && std::abs(d(a) - d(b)) > params.edge_jump_px;
+      };
+      cv::Mat1b expected(size, uchar{0});
+      for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+          if (jump({x, y}, {x + 1, y}) || jump({x, y}, {x, y + 1}))
+            expected(cv::Rect(x - margin, y - margin, 2 * margin + 1, 2 * margin + 1) &
+                     cv::Rect({}, size)) = 255;
+      ASSERT_EQ(cv::countNonZero(prediction.near_edge != expected), 0) << size << margin;
+    }
+}
+
+TEST(Prediction, IsTheSameOnEveryTarget) {
+  for (const cv::Size size : kOddSizes) {
+    Prediction first;
+    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+      hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+      Prediction prediction;
+      Predictor(kRange, {}).predict(jumpyState(size), rigOf(size), anyMotion(), prediction);
+      if (first.disparity_px.empty()) first = prediction;
+      EXPECT_EQ(cv::countNonZero(prediction.disparity_px != first.disparity_px), 0) << size;
+      EXPECT_EQ(cv::countNonZero(prediction.variance_px2 != first.variance_px2), 0) << size;
+      EXPECT_EQ(cv::countNonZero(prediction.missed_frames != first.missed_frames), 0) << size;
+      EXPECT_EQ(cv::countNonZero(prediction.near_edge != first.near_edge), 0) << size;
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(Prediction, DoesNotDependOnTheNumberOfThreads) {

@@ -78,7 +78,7 @@ TEST(SearchRanges, PredictiveIsTheHullOfPredictionAndCoarseMatch) {
   for (const int min_disparity : {-16, 0, 16}) {
     const DisparityRange range{min_disparity, 64};
     for (const cv::Size size :
-         {cv::Size(37, 23), cv::Size(2, 2), cv::Size(40, 1), cv::Size(1, 9)}) {
+         {cv::Size(37, 23), cv::Size(2, 2), cv::Size(40, 1), cv::Size(1, 9), cv::Size(35, 99)}) {
       const Prediction prediction = randomPrediction(size, range, 5);
       const cv::Mat1f coarse = randomCoarse(size, range, 6);
       SearchRangeParams params;
