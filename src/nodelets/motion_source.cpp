@@ -5,7 +5,9 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr size_t kKept = 200;  // a second of wheel odometry
+// Of the newest: what a frame asks for is as old as the frame before it.
+const ros::Duration kKept(3.0);
+constexpr size_t kMostKept = 2000;
 
 // Odometry this much later than a frame says nothing of it.
 bool saysNothing(const nav_msgs::Odometry& odometry, ros::Time frame) {
@@ -19,7 +21,9 @@ void OdometryHistory::add(const nav_msgs::OdometryConstPtr& message) {
   if (!messages_.empty() && message->header.stamp < messages_.back()->header.stamp)
     messages_.clear();
   messages_.push_back(message);
-  if (messages_.size() > kKept) messages_.pop_front();
+  while (messages_.size() > kMostKept ||
+         message->header.stamp - messages_.front()->header.stamp > kKept)
+    messages_.pop_front();
 }
 
 void OdometryHistory::goBackTo(ros::Time stamp) {
@@ -55,7 +59,9 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
   if (!odometry_now) return answer;
   answer.complete = true;
   if (saysNothing(*odometry_now, now)) return answer;
-  if (twistIsUnknown(*odometry_now) || (odometry_previous && poseIsUnknown(*odometry_previous))) {
+  const bool was_lost = odometry_previous && !saysNothing(*odometry_previous, previous) &&
+                        poseIsUnknown(*odometry_previous);
+  if (twistIsUnknown(*odometry_now) || was_lost) {
     answer.motion.reset();
     answer.reason = "the odometry is lost";
     return answer;

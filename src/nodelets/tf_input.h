@@ -28,7 +28,7 @@ class TfInput {
   /// Images went back to this stamp: forgets what is of a later pass, if tf has not gone back yet.
   void goBackTo(ros::Time stamp);
 
-  tf2::BufferCore buffer{ros::Duration(30.0)};
+  tf2::BufferCore buffer{ros::Duration(10.0)};
 
  private:
   void add(const tf2_msgs::TFMessage& message, bool is_static);
