@@ -11,6 +11,8 @@ import rosbag
 from sensor_msgs.msg import Image
 from stereo_msgs.msg import DisparityImage
 
+from progress import Progress
+
 CAPTION_PX = 34
 GAP_PX = 6
 LARGEST_SIGMA_PX = 3.0
@@ -167,7 +169,7 @@ def draw_all(recording, bag_path, folder):
     import rospy
     largest_px = disparity_scale(recording.frames)
     drawn = []
-    with rosbag.Bag(bag_path) as bag:
+    with rosbag.Bag(bag_path) as bag, Progress('drawing', len(recording.frames)) as bar:
         truths = Truth(bag, recording.camera)
         for number, path in enumerate(recording.frames):
             frame = load(path)
@@ -181,6 +183,5 @@ def draw_all(recording, bag_path, folder):
             small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
             jpeg = cv2.imencode('.jpg', small, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
             drawn.append(Drawn(seconds * 1000000000 + nanoseconds, name, jpeg, values))
-            if (number + 1) % 10 == 0 or number + 1 == len(recording.frames):
-                print('  %d of %d frames' % (number + 1, len(recording.frames)), flush=True)
+            bar.update(number + 1)
     return drawn

@@ -15,6 +15,8 @@ import threading
 import time
 from collections import namedtuple
 
+from progress import Progress
+
 # Topics in the camera's namespace; a frame with one message of each is complete.
 IMAGES = ('moving_objects/image', 'disparity', 'disparity_variance', 'moving_objects/residual')
 SMALL = ('odometry', 'moving_objects', 'row_alignment')
@@ -97,8 +99,6 @@ class Recorder:
                 pickle.dump(frame, file, protocol=4)
             self.frames.append(path)
         self.complete += 1
-        if self.complete % max(1, self.pairs // 10) == 0:
-            print('  %d of %d pairs' % (self.complete, self.pairs), flush=True)
 
     def save(self):
         with self.lock:
@@ -165,8 +165,11 @@ def main(camera, folder, pairs, wanted):
         return (gone and quiet > DRAIN_S) or over > SILENCE_S
 
     recorder.last_output = recorder.last_clock = time.monotonic()
-    while not played():
-        time.sleep(0.2)
+    with Progress('playing', recorder.pairs) as bar:
+        while not played():
+            bar.update(recorder.complete)
+            time.sleep(0.2)
+        bar.update(recorder.complete)
     recorder.save()
     return 0
 
