@@ -75,10 +75,9 @@ class DisparityEstimator {
   void prepare(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
 
   /// Step 2: prediction, search ranges, matching, correction.
-  /// @param motion  from the past, the last frame that was carried, to the prepared one. None: it
-  /// is
-  ///   not known, and the frame is matched without prediction. The past is then kept for the frames
-  ///   after, so that one frame without motion costs no more than itself; after
+  /// @param motion  from the past, the last frame that was carried, to the prepared one. None:
+  ///   it is not known, and the frame is matched without prediction. The past is then kept for the
+  ///   frames after, so that one frame without motion costs no more than itself; after
   ///   correction/max_missed_frames of them this frame takes its place.
   void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output);
 
