@@ -2,6 +2,7 @@
 #include <nodelet/nodelet.h>
 #include <std_srvs/Empty.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -44,7 +45,9 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     MovingObjectsInput input;
     std::chrono::steady_clock::time_point arrival;
   };
-  enum Slot { kLeft, kLeftInfo, kMeasured, kMeasuredVariance, kPredicted, kPredictedVariance };
+  // The first is the one whose messages must find their partners: not every left image has become
+  // a disparity.
+  enum Slot { kMeasured, kMeasuredVariance, kPredicted, kPredictedVariance, kLeft, kLeftInfo };
   static constexpr size_t kTopics = 6;
 
   void onInit() override {
@@ -85,12 +88,12 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     SyncParams exact;
     exact.approximate_sync = false;  // every output carries the left image's stamp
     exact.queue_size = params_.queue_size;
-    names_ = {"left/image_rect",   "left/camera_info",    "measured_disparity",
-              "measured_variance", "predicted_disparity", "predicted_variance"};
+    names_ = {"measured_disparity", "measured_variance", "predicted_disparity",
+              "predicted_variance", "left/image_rect",   "left/camera_info"};
     std::vector<std::string> topics;
     for (const char* name : names_) topics.push_back(node.resolveName(name));
     matcher_ = std::make_unique<StampMatcher>(topics, exact);
-    const auto queue = static_cast<uint32_t>(params_.queue_size);
+    const uint32_t queue = std::max(kRoscppQueue, static_cast<uint32_t>(params_.queue_size));
     const auto subscribeTo = [&](Slot slot, auto type) {
       using Message = typename decltype(type)::element_type;
       subscribers_[slot] = node.subscribe<Message>(
@@ -164,6 +167,11 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     return matcher_->describeMismatch();
   }
 
+  size_t unmatched() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return matcher_->unmatched();
+  }
+
   bool wanted() const {
     return objects_.getNumSubscribers() > 0 || mask_.getNumSubscribers() > 0 ||
            residual_.getNumSubscribers() > 0 || markers_.getNumSubscribers() > 0 ||
@@ -211,6 +219,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     health_->figure("objects", static_cast<double>(output.messages->objects->objects.size()),
                     "%.0f");
     health_->figure("dropped frames", static_cast<double>(worker_->dropped()), "%.0f");
+    health_->figure("unmatched frames", static_cast<double>(unmatched()), "%.0f");
     const std::chrono::duration<double, std::milli> latency =
         std::chrono::steady_clock::now() - job.arrival;
     health_->frame(header.stamp, latency.count(), times);

@@ -4,6 +4,7 @@
 #include <ros/time.h>
 
 #include <boost/shared_ptr.hpp>
+#include <cstdint>
 #include <deque>
 #include <string>
 #include <vector>
@@ -11,6 +12,11 @@
 #include "predictive_stereo/params.h"
 
 namespace predictive_stereo {
+
+/// Messages that roscpp keeps of a topic until they are taken. What does not fit in is thrown away
+/// without a word, so there is more room than a nodelet needs: what is too much is then dropped
+/// where it is counted, by StampMatcher and LatestWorker.
+constexpr uint32_t kRoscppQueue = 64;
 
 struct SyncParams {
   bool approximate_sync = true;  ///< stamps may differ by sync_tolerance; false: must be equal

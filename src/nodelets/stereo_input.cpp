@@ -1,5 +1,6 @@
 #include "nodelets/stereo_input.h"
 
+#include <algorithm>
 #include <boost/pointer_cast.hpp>
 #include <utility>
 #include <vector>
@@ -24,7 +25,7 @@ StereoInput::StereoInput(const ros::NodeHandle& node, const ros::NodeHandle& pri
   ros::NodeHandle subscriber_node(node);
   const image_transport::TransportHints hints("raw", ros::TransportHints().tcpNoDelay(),
                                               private_node);
-  const auto queue = static_cast<uint32_t>(params.queue_size);
+  const uint32_t queue = std::max(kRoscppQueue, static_cast<uint32_t>(params.queue_size));
   using InfoPtr = sensor_msgs::CameraInfoConstPtr;
   using ImagePtr = sensor_msgs::ImageConstPtr;
   left_info_ = subscriber_node.subscribe<sensor_msgs::CameraInfo>(

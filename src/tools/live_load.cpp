@@ -271,7 +271,8 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
     result.latency_ms.erase(result.latency_ms.begin(), result.latency_ms.begin() + kWarmUp);
   result.reported_losses = listener.count("/disparity", "dropped pairs") +
                            listener.count("/disparity", "unmatched left images") +
-                           listener.count("/moving_objects", "dropped frames");
+                           listener.count("/moving_objects", "dropped frames") +
+                           listener.count("/moving_objects", "unmatched frames");
   ros::param::del(ns);
   return result;
 }
