@@ -29,8 +29,8 @@ namespace predictive_stereo {
 ///   against odom_frame); odometry (its covariance); moving_objects/mask while points2 is wanted.
 /// Publishes: disparity, measured_disparity, predicted_disparity, disparity_variance,
 ///   measured_variance, predicted_variance, row_alignment, and on demand disparity/image,
-///   disparity/color, search_range, depth/image_rect, depth/camera_info, points2; /diagnostics.
-///   Sleeps while nobody subscribes to any of them.
+///   disparity/color, disparity/standard_deviation, search_range, depth/image_rect,
+///   depth/camera_info, points2; /diagnostics. Sleeps while nobody subscribes to any of them.
 /// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: DisparityNodeletParams.
 class DisparityNodelet : public nodelet::Nodelet {
@@ -108,6 +108,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     predicted_variance_ = image("predicted_variance");
     search_range_ = image("search_range");
     disparity_image_ = image("disparity/image");
+    standard_deviation_ = image("disparity/standard_deviation");
     depth_image_ = image("depth/image_rect");
     colour_image_ = image_transport::ImageTransport(node).advertise("disparity/color", 5);
     depth_info_ = node.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5);
@@ -205,6 +206,8 @@ class DisparityNodelet : public nodelet::Nodelet {
       disparity_image_.publish(innerImage(messages.disparity));
     if (colour_image_.getNumSubscribers() > 0)
       colour_image_.publish(colourImage(*messages.disparity));
+    if (standard_deviation_.getNumSubscribers() > 0)
+      standard_deviation_.publish(standardDeviationImage(*messages.disparity_variance));
     if (depth_image_.getNumSubscribers() > 0) depth_image_.publish(depthImage(*messages.disparity));
     if (depth_info_.getNumSubscribers() > 0) depth_info_.publish(depthCameraInfo(pair));
     prepareCloud({messages.disparity, pair});
@@ -273,7 +276,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   std::vector<ros::Publisher> publishers_;  // all of the following, to ask for subscribers
   ros::Publisher disparity_, measured_disparity_, predicted_disparity_, disparity_variance_,
       measured_variance_, predicted_variance_, row_alignment_, search_range_, disparity_image_,
-      depth_image_, depth_info_, cloud_;
+      standard_deviation_, depth_image_, depth_info_, cloud_;
   image_transport::Publisher colour_image_;
   ros::ServiceServer reset_service_;
   std::atomic<bool> reset_requested_{false};

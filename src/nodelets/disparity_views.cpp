@@ -65,6 +65,15 @@ sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity) 
   return message;
 }
 
+sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance) {
+  const cv::Mat1f variance_px2 = floatView(variance, "disparity_variance");
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  allocateImage(variance.header, variance_px2.size(), encodings::TYPE_32FC1, *message);
+  cv::Mat1f deviation_px = writableView<float>(*message);
+  cv::sqrt(variance_px2, deviation_px);
+  return message;
+}
+
 sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity) {
   const cv::Mat1f map = floatView(disparity.image, "disparity");
   auto message = boost::make_shared<sensor_msgs::Image>();

@@ -17,6 +17,10 @@ sensor_msgs::ImageConstPtr innerImage(const stereo_msgs::DisparityImageConstPtr&
 /// bgr8: blue far, red near (a perceptually even map), black where unknown.
 sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity);
 
+/// 32FC1 standard deviation [px] of a variance [px^2]; 0 where unknown.
+/// @throws std::invalid_argument where `variance` is not 32FC1.
+sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance);
+
 /// 32FC1 depth [m] (REP 118): NaN where unknown, +inf at zero disparity.
 sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity);
 

@@ -17,6 +17,7 @@
 #include "nodelets/disparity_views.h"
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/pipeline_processor.h"
+#include "nodelets/rectifier.h"
 #include "params/yaml_params.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
@@ -39,6 +40,8 @@ not depend on the number of threads.
   --camera NS           topics NS/{left,right}/{image_rect,camera_info}; outputs go to NS as well
   --left T --right T    image topics, their camera_info beside them; outputs go to /
                         (neither: the only camera with a known layout is taken)
+  --rectify             the images are not rectified (NS/{left,right}/image_raw): that is done first,
+                        by what their camera_info say
   --config YAML         parameters: sections ego_motion, disparity, moving_objects
   --set NAME=VALUE      one parameter, e.g. disparity/matcher/p1=12; may be repeated
   --start S             seconds after the beginning of the bag
@@ -59,7 +62,7 @@ struct Options {
       : bag(line.get("bag")),
         output(line.get("output")),
         config(line.get("config")),
-        topics{line.get("camera"), line.get("left"), line.get("right")},
+        topics{line.get("camera"), line.get("left"), line.get("right"), line.has("rectify")},
         assignments(line.all("set")),
         compress(line.has("compress")) {
     if (bag.empty()) throw UsageError("--bag is missing");
@@ -140,6 +143,7 @@ class OutputBag {
       "search_range",
       "disparity/image",
       "disparity/color",
+      "disparity/standard_deviation",
       "depth/image_rect",
       "depth/camera_info",
       "points2",
@@ -173,6 +177,9 @@ void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, 
   out.write("disparity/image", time, disparity.disparity->image);
   if (out.wants("disparity/color"))
     out.write("disparity/color", time, *colourImage(*disparity.disparity));
+  if (out.wants("disparity/standard_deviation"))
+    out.write("disparity/standard_deviation", time,
+              *standardDeviationImage(*disparity.disparity_variance));
   if (out.wants("depth/image_rect"))
     out.write("depth/image_rect", time, *depthImage(*disparity.disparity));
   if (out.wants("depth/camera_info")) out.write("depth/camera_info", time, *depthCameraInfo(pair));
@@ -298,6 +305,10 @@ class Replay {
     pair.right = boost::static_pointer_cast<const sensor_msgs::Image>(set[kRight]);
     pair.left_info = boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[kLeftInfo]);
     pair.right_info = boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[kRightInfo]);
+    if (options_.topics.raw) {
+      pair.left = left_rectifier_.rectify(*pair.left, *pair.left_info);
+      pair.right = right_rectifier_.rectify(*pair.right, *pair.right_info);
+    }
     if (!processor_) start(pair);
     const auto frame = processor_->process(pair);
     if (!frame) {
@@ -341,6 +352,7 @@ class Replay {
   StereoTopics topics_;
   ros::Time begin_, end_;
   std::vector<std::pair<geometry_msgs::TransformStamped, bool>> transforms_;
+  Rectifier left_rectifier_, right_rectifier_;
   std::optional<PipelineProcessor> processor_;
   StageTable table_;
   int lefts_ = 0;
@@ -368,5 +380,5 @@ int main(int argc, char** argv) {
   return runTool(argc, argv, kHelp,
                  {"bag", "output", "camera", "left", "right", "config", "set", "start", "duration",
                   "topics", "threads"},
-                 {"compress", "parameters"}, run);
+                 {"compress", "parameters", "rectify"}, run);
 }

@@ -62,14 +62,15 @@ StereoTopics fromImages(const std::string& left, const std::string& right) {
 }
 
 // Pairs whose names differ in "left" and "right" alone.
-std::vector<StereoTopics> knownLayouts(const BagTopics& bag) {
+std::vector<StereoTopics> knownLayouts(const BagTopics& bag, bool raw) {
   std::vector<StereoTopics> found;
   for (const std::string& left : bag.imageTopics()) {
     const size_t place = left.rfind("left");
     if (place == std::string::npos) continue;
     const std::string kind = left.substr(left.rfind('/') + 1);
     const bool kitti = left.find("/camera_") != std::string::npos && kind == "image_raw";
-    if (kind != "image_rect" && !kitti) continue;
+    // KITTI's are rectified already, whatever their name.
+    if (raw ? kind != "image_raw" || kitti : kind != "image_rect" && !kitti) continue;
     std::string right = left;
     right.replace(place, 4, "right");
     const StereoTopics topics = fromImages(left, right);
@@ -87,11 +88,12 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
     std::string camera = choice.camera;
     while (!camera.empty() && camera.back() == '/') camera.pop_back();
     if (camera.empty() || camera[0] != '/') camera = "/" + camera;
-    topics = fromImages(camera + "/left/image_rect", camera + "/right/image_rect");
+    const std::string image = choice.raw ? "image_raw" : "image_rect";
+    topics = fromImages(camera + "/left/" + image, camera + "/right/" + image);
   } else if (!choice.left.empty()) {
     topics = fromImages(choice.left, choice.right);
   } else {
-    const std::vector<StereoTopics> candidates = knownLayouts(known);
+    const std::vector<StereoTopics> candidates = knownLayouts(known, choice.raw);
     if (candidates.size() == 1) return candidates[0];
     std::string text = candidates.empty()
                            ? "no stereo camera of a known layout in " + bag.getFileName()

@@ -64,9 +64,10 @@ TEST(AllOutputs, come_for_every_frame) {
   Recorder<sensor_msgs::Image> variance(camera, "disparity_variance"),
       measured_variance(camera, "measured_variance"),
       predicted_variance(camera, "predicted_variance"), inner(camera, "disparity/image"),
-      colour(camera, "disparity/color"), search_range(camera, "search_range"),
-      depth(camera, "depth/image_rect"), mask(camera, "moving_objects/mask"),
-      residual(camera, "moving_objects/residual"), overlay(camera, "moving_objects/image");
+      colour(camera, "disparity/color"), deviation(camera, "disparity/standard_deviation"),
+      search_range(camera, "search_range"), depth(camera, "depth/image_rect"),
+      mask(camera, "moving_objects/mask"), residual(camera, "moving_objects/residual"),
+      overlay(camera, "moving_objects/image");
   Recorder<sensor_msgs::CameraInfo> depth_info(camera, "depth/camera_info");
   Recorder<sensor_msgs::PointCloud2> cloud(camera, "points2");
   Recorder<RowAlignment> row_alignment(camera, "row_alignment");
@@ -86,10 +87,10 @@ TEST(AllOutputs, come_for_every_frame) {
     return odometry.connected() && pose.connected() && disparity.connected() &&
            measured.connected() && predicted.connected() && variance.connected() &&
            measured_variance.connected() && predicted_variance.connected() && inner.connected() &&
-           colour.connected() && search_range.connected() && depth.connected() &&
-           depth_info.connected() && cloud.connected() && row_alignment.connected() &&
-           objects.connected() && mask.connected() && residual.connected() && overlay.connected() &&
-           markers.getNumPublishers() > 0;
+           colour.connected() && deviation.connected() && search_range.connected() &&
+           depth.connected() && depth_info.connected() && cloud.connected() &&
+           row_alignment.connected() && objects.connected() && mask.connected() &&
+           residual.connected() && overlay.connected() && markers.getNumPublishers() > 0;
   }));
   ros::Duration(1.0).sleep();  // until the subscribers' own connections stand both ways
 
@@ -111,6 +112,7 @@ TEST(AllOutputs, come_for_every_frame) {
       ask("predicted_variance", predicted_variance);
       ask("disparity/image", inner);
       ask("disparity/color", colour);
+      ask("disparity/standard_deviation", deviation);
       ask("search_range", search_range);
       ask("depth/image_rect", depth);
       ask("depth/camera_info", depth_info);
@@ -131,6 +133,7 @@ TEST(AllOutputs, come_for_every_frame) {
     expectImage(predicted_variance.at(stamp), "32FC1");
     expectImage(inner.at(stamp), "32FC1");
     expectImage(colour.at(stamp), "bgr8");
+    expectImage(deviation.at(stamp), "32FC1");
     expectImage(search_range.at(stamp), "16UC1");
     expectImage(depth.at(stamp), "32FC1");
     expectImage(mask.at(stamp), "mono8");

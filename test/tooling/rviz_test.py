@@ -17,7 +17,7 @@ REPOSITORY, TOOLS = sys.argv[1:3]
 
 # Places in the window of config/predictive_stereo.rviz: left, top, right, bottom.
 IMAGES = {'left image': (940, 90, 1560, 270), 'disparity': (940, 320, 1560, 500),
-          'variance': (940, 550, 1560, 730), 'residual': (940, 780, 1560, 960)}
+          'standard deviation': (940, 550, 1560, 730), 'residual': (940, 780, 1560, 960)}
 SCENE = (20, 70, 870, 960)
 BACKGROUND = 48
 
