@@ -43,8 +43,7 @@ struct DetectionInput {
 
 struct Detections {
   std::vector<DetectedObject> objects;
-  cv::Mat1b mask;      ///< 255 on pixels of the objects
-  cv::Mat1f residual;  ///< (measured - predicted) / sigma, 0 where it cannot be told
+  cv::Mat1b mask;  ///< 255 on pixels of the objects
 };
 
 enum class DetectionScheme {

@@ -8,8 +8,8 @@
 #include "detection/motion_scheme.h"
 #include "detection/object_shape.h"
 #include "detection/paper_windows.h"
-#include "detection/residual.h"
 #include "detection/tracker.h"
+#include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
 namespace {
@@ -98,9 +98,6 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
   if (input.rig != state.rig) state.reset();
   state.rig = input.rig;
   state.observed.clear();
-  normalizedResidual(input.measured_disparity_px, input.measured_variance_px2,
-                     input.predicted_disparity_px, input.predicted_variance_px2, state.params.range,
-                     detections.residual);
   state.tracker.predict(input.stamp_s, input.rig, input.T_odom_cam);
   if (state.params.scheme == DetectionScheme::kPaper)
     state.observeAsPaper(input);

@@ -30,7 +30,7 @@ namespace predictive_stereo {
 ///
 /// Subscribes: measured_disparity, measured_variance, predicted_disparity, predicted_variance,
 ///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame).
-/// Publishes: moving_objects, moving_objects/mask, moving_objects/residual, and on demand
+/// Publishes: moving_objects, moving_objects/mask, and on demand moving_objects/residual,
 ///   moving_objects/markers, moving_objects/image; /diagnostics.
 /// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: MovingObjectsNodeletParams.
@@ -210,7 +210,10 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     if (!output.messages) return;
     objects_.publish(output.messages->objects);
     mask_.publish(output.messages->mask);
-    residual_.publish(output.messages->residual);
+    if (residual_.getNumSubscribers() > 0)
+      residual_.publish(residualImage(*job.input.measured_disparity, *job.input.measured_variance,
+                                      *job.input.predicted_disparity,
+                                      *job.input.predicted_variance));
     if (markers_.getNumSubscribers() > 0)
       markers_.publish(markers(*output.messages->objects, T_odom_cam));
     if (image_.getNumSubscribers() > 0)

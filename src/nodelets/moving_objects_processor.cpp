@@ -124,14 +124,10 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
 
   MovingObjectsMessages result;
   result.mask = images_.take();
-  result.residual = images_.take();
   const std_msgs::Header& header = input.left->header;
   allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::MONO8, *result.mask);
-  allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::TYPE_32FC1,
-                *result.residual);
   Detections detections;
   detections.mask = writableView<uint8_t>(*result.mask);
-  detections.residual = writableView<float>(*result.residual);
   detector_.detect(frame, detections);
   last_ = input;
 

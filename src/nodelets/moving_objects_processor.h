@@ -34,8 +34,7 @@ struct MovingObjectsInput {
 
 struct MovingObjectsMessages {
   MovingObjectArrayPtr objects;
-  sensor_msgs::ImagePtr mask;      ///< mono8, 255 on moving objects
-  sensor_msgs::ImagePtr residual;  ///< 32FC1, z-score
+  sensor_msgs::ImagePtr mask;  ///< mono8, 255 on moving objects
 };
 
 /// Moving objects from disparity messages; what the MovingObjects nodelet and `replay` run.

@@ -11,6 +11,7 @@
 
 #include "nodelets/image_messages.h"
 #include "nodelets/stereo_messages.h"
+#include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
 namespace {
@@ -152,6 +153,25 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
     write({0, 0, 0}, 3);
     write(colour, 1);
   }
+  return message;
+}
+
+sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
+                                    const sensor_msgs::Image& measured_variance,
+                                    const stereo_msgs::DisparityImage& predicted,
+                                    const sensor_msgs::Image& predicted_variance) {
+  const cv::Mat1f maps[] = {floatView(measured.image, "measured_disparity"),
+                            floatView(measured_variance, "measured_variance"),
+                            floatView(predicted.image, "predicted_disparity"),
+                            floatView(predicted_variance, "predicted_variance")};
+  for (const cv::Mat1f& map : maps)
+    if (map.size() != maps[0].size())
+      throw std::invalid_argument("measured and predicted disparity and variance differ in size");
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  allocateImage(measured.header, maps[0].size(), sensor_msgs::image_encodings::TYPE_32FC1,
+                *message);
+  cv::Mat1f residual = writableView<float>(*message);
+  normalizedResidual(maps[0], maps[1], maps[2], maps[3], rangeOf(measured), residual);
   return message;
 }
 

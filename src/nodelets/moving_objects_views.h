@@ -3,6 +3,7 @@
 
 #include <predictive_stereo/MovingObjectArray.h>
 #include <sensor_msgs/Image.h>
+#include <stereo_msgs/DisparityImage.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <Eigen/Geometry>
@@ -20,5 +21,12 @@ visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
 /// @throws std::invalid_argument for an image that is not 8-bit, or a mask of another size.
 sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects,
                               const sensor_msgs::Image& mask);
+
+/// The residual of normalizedResidual as 32FC1.
+/// @throws std::invalid_argument for maps that are not 32FC1 or differ in size.
+sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
+                                    const sensor_msgs::Image& measured_variance,
+                                    const stereo_msgs::DisparityImage& predicted,
+                                    const sensor_msgs::Image& predicted_variance);
 
 }  // namespace predictive_stereo

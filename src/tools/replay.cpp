@@ -188,7 +188,10 @@ void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, 
               *pointCloud(*disparity.disparity, stereoRig(pair), *pair.left, moving.mask.get()));
   out.write("moving_objects", time, *moving.objects);
   out.write("moving_objects/mask", time, *moving.mask);
-  out.write("moving_objects/residual", time, *moving.residual);
+  if (out.wants("moving_objects/residual"))
+    out.write("moving_objects/residual", time,
+              *residualImage(*disparity.measured_disparity, *disparity.measured_variance,
+                             *disparity.predicted_disparity, *disparity.predicted_variance));
   if (out.wants("moving_objects/markers"))
     out.write("moving_objects/markers", time, *markers(*moving.objects, frame.T_odom_cam));
   if (out.wants("moving_objects/image"))

@@ -12,6 +12,7 @@
 #include "benchmark/sequences.h"
 #include "predictive_stereo/pipeline.h"
 #include "predictive_stereo/post_filter.h"
+#include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
 namespace {
@@ -285,6 +286,17 @@ void movingObjects(benchmark::State& state) {
       [&] { detector.reset(); });
 }
 
+// On demand: a picture for people.
+void residualImage(benchmark::State& state) {
+  const DisparityOutput& maps = drive().outputs.back().disparity;
+  cv::Mat1f residual;
+  measure(state, [&] {
+    normalizedResidual(maps.measured_disparity_px, maps.measured_variance_px2,
+                       maps.predicted_disparity_px, maps.predicted_variance_px2, DisparityRange(),
+                       residual);
+  });
+}
+
 void wholePipeline(benchmark::State& state) {
   const Drive& in = drive();
   const MemoryGrowth memory;
@@ -348,6 +360,7 @@ STAGE(variance);
 STAGE(correction);
 STAGE(disparityLoop);
 STAGE(movingObjects);
+STAGE(residualImage);
 STAGE(wholePipeline);
 STAGE(memoryOfAFullSearch);
 

@@ -196,7 +196,6 @@ TEST(DetectionScenes, ThreadsDoNotMatter) {
           numbers.insert(numbers.end(), v.data(), v.data() + 3);
       }
       numbers.push_back(cv::countNonZero(found.mask));
-      numbers.push_back(cv::sum(found.residual)[0]);
     }
     return numbers;
   };

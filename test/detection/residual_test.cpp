@@ -1,4 +1,4 @@
-#include "detection/residual.h"
+#include "predictive_stereo/residual.h"
 
 #include <gtest/gtest.h>
 

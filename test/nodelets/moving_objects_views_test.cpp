@@ -146,5 +146,36 @@ TEST(MovingObjectOverlay, RefusesWhatDoesNotFit) {
   EXPECT_THROW(overlay(deep, someObjects(), left), std::invalid_argument);
 }
 
+sensor_msgs::Image floats(cv::Size size, float value) {
+  sensor_msgs::Image message;
+  std_msgs::Header header;
+  header.frame_id = "camera";
+  allocateImage(header, size, sensor_msgs::image_encodings::TYPE_32FC1, message);
+  writableView<float>(message) = value;
+  return message;
+}
+
+stereo_msgs::DisparityImage disparities(cv::Size size, float value) {
+  stereo_msgs::DisparityImage message;
+  message.header.frame_id = "camera";
+  message.image = floats(size, value);
+  message.min_disparity = 0;
+  message.max_disparity = 63;
+  return message;
+}
+
+TEST(MovingObjectResidual, IsInStandardDeviations) {
+  stereo_msgs::DisparityImage measured = disparities({40, 20}, 10);
+  writableView<float>(measured.image)(3, 5) = -1;
+  const auto result = residualImage(measured, floats({40, 20}, 0.36f), disparities({40, 20}, 8),
+                                    floats({40, 20}, 0.64f));
+  EXPECT_EQ(result->encoding, "32FC1");
+  EXPECT_EQ(result->header.frame_id, "camera");
+  EXPECT_FLOAT_EQ(writableView<float>(*result)(10, 10), 2.0f);
+  EXPECT_EQ(writableView<float>(*result)(3, 5), 0.0f);
+  EXPECT_THROW(residualImage(measured, floats({40, 10}, 1), measured, floats({40, 20}, 1)),
+               std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace predictive_stereo

@@ -85,7 +85,9 @@ TEST_F(SetParams, the_same_parameters_change_nothing) {
   expectEqual(set.output.disparity_px, plain.output.disparity_px, "disparity");
   expectEqual(set.output.disparity_variance_px2, plain.output.disparity_variance_px2, "variance");
   expectEqual(set.output.predicted_disparity_px, plain.output.predicted_disparity_px, "predicted");
-  expectEqual(set.detections.residual, plain.detections.residual, "residual");
+  expectEqual(set.output.measured_disparity_px, plain.output.measured_disparity_px, "measured");
+  expectEqual(set.output.predicted_variance_px2, plain.output.predicted_variance_px2,
+              "predicted variance");
   EXPECT_EQ(set.detections.objects.size(), plain.detections.objects.size());
 }
 
@@ -142,7 +144,9 @@ TEST_F(SetParams, what_is_refused_changes_nothing) {
   const Stages plain = run(params_, false);
   EXPECT_TRUE(stages.T_odom_cam.isApprox(plain.T_odom_cam, 0));
   expectEqual(stages.output.disparity_px, plain.output.disparity_px, "disparity");
-  expectEqual(stages.detections.residual, plain.detections.residual, "residual");
+  expectEqual(stages.output.measured_disparity_px, plain.output.measured_disparity_px, "measured");
+  expectEqual(stages.output.predicted_variance_px2, plain.output.predicted_variance_px2,
+              "predicted variance");
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+/// How far measurement and prediction are apart: to look at, and what the paper's detector sees.
 #pragma once
 
 #include <opencv2/core.hpp>
