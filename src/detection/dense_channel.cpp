@@ -47,13 +47,14 @@ const std::vector<DenseGroup>& DenseGroups::find(const cv::Mat1f& residual_px,
                           static_cast<float>(params.dense_min_residual_px),
                           static_cast<float>(2 * params.dense_one_sign - 1)};
   seeds_.create(residual_px.size());
+  outside_.assign(static_cast<size_t>(residual_px.cols), kUnknownResidual);
   seeds_of_row_.resize(static_cast<size_t>(residual_px.rows));
   cv::parallel_for_(cv::Range(0, residual_px.rows), [&](const cv::Range& range) {
     for (int v = range.start; v < range.end; ++v) {
       const float* rows[kDenseSide];
       for (int k = 0; k < kDenseSide; ++k) {
         const int y = v + k - kDenseReach;
-        rows[k] = y < 0 || y >= residual_px.rows ? nullptr : residual_px[y];
+        rows[k] = y < 0 || y >= residual_px.rows ? outside_.data() : residual_px[y];
       }
       seeds_of_row_[static_cast<size_t>(v)] = seedRow(rows, residual_px.cols, limits, seeds_[v]);
     }

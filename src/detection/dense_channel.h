@@ -31,6 +31,7 @@ class DenseGroups {
 
  private:
   cv::Mat1b seeds_;
+  std::vector<float> outside_;  // a row of the map's surroundings
   std::vector<int> seeds_of_row_;
   std::vector<cv::Point> open_;
   std::vector<DenseGroup> groups_;

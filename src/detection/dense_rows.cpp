@@ -19,28 +19,19 @@ constexpr int kColumns = kChunk + 2 * kDenseReach;
 // both. A square has no more than 49.
 constexpr int kSignUnit = 256;
 
-/// Sums of a square's columns, around the points of a chunk; 0 outside of the map.
-struct ColumnSums {
-  float value[kColumns];
-  int32_t tally[kColumns];
-};
-
-HWY_INLINE void addRow(const float* HWY_RESTRICT residual, int n, float unknown,
-                       float* HWY_RESTRICT value, int32_t* HWY_RESTRICT tally) {
-  for (int i = 0; i < n; ++i) {
-    const float r = residual[i];
-    const bool known = r != unknown;
-    const float usable = known ? r : 0.0f;
-    const int32_t positive = usable > 0 ? kSignUnit : 0, negative = usable < 0 ? kSignUnit : 0;
-    value[i] += usable;
-    tally[i] += positive - negative + (known ? 1 : 0);
-  }
+HWY_INLINE void add(float residual, float unknown, float& value, int32_t& tally) {
+  const bool known = residual != unknown;
+  const float usable = known ? residual : 0.0f;
+  value += usable;
+  tally += (known ? 1 : 0) + (usable > 0 ? kSignUnit : 0) - (usable < 0 ? kSignUnit : 0);
 }
 
 HWY_NOINLINE int seedRow(const float* const residuals[kDenseSide], int width,
                          const SeedLimits& limits, uint8_t* HWY_RESTRICT seeds) {
   static_assert(kDenseSide == 7, "sums are written out");
-  ColumnSums columns;
+  // Sums of a square's columns, around the points of a chunk; 0 outside of the map.
+  float value[kColumns];
+  int32_t tally[kColumns];
   const float unknown = limits.unknown, least_mean = limits.least_mean,
               least_sign = limits.least_sign;
   const int32_t fewest = limits.fewest_known;
@@ -48,13 +39,27 @@ HWY_NOINLINE int seedRow(const float* const residuals[kDenseSide], int width,
   for (int u = 0; u < width; u += kChunk) {
     const int n = std::min(kChunk, width - u);
     const int first = std::max(u - kDenseReach, 0), end = std::min(u + n + kDenseReach, width);
-    columns = ColumnSums();
-    const int at = first - (u - kDenseReach);
-    for (int k = 0; k < kDenseSide; ++k)
-      if (residuals[k])
-        addRow(residuals[k] + first, end - first, unknown, columns.value + at, columns.tally + at);
-    const float* HWY_RESTRICT value = columns.value;
-    const int32_t* HWY_RESTRICT tally = columns.tally;
+    const int before = first - (u - kDenseReach), m = end - first;
+    std::fill_n(value, before, 0.0f);
+    std::fill_n(tally, before, 0);
+    std::fill(value + before + m, value + n + 2 * kDenseReach, 0.0f);
+    std::fill(tally + before + m, tally + n + 2 * kDenseReach, 0);
+    const float *r0 = residuals[0] + first, *r1 = residuals[1] + first, *r2 = residuals[2] + first,
+                *r3 = residuals[3] + first, *r4 = residuals[4] + first, *r5 = residuals[5] + first,
+                *r6 = residuals[6] + first;
+    for (int i = 0; i < m; ++i) {
+      float sum = 0;
+      int32_t counts = 0;
+      add(r0[i], unknown, sum, counts);
+      add(r1[i], unknown, sum, counts);
+      add(r2[i], unknown, sum, counts);
+      add(r3[i], unknown, sum, counts);
+      add(r4[i], unknown, sum, counts);
+      add(r5[i], unknown, sum, counts);
+      add(r6[i], unknown, sum, counts);
+      value[before + i] = sum;
+      tally[before + i] = counts;
+    }
     const float* HWY_RESTRICT centre = residuals[kDenseReach] + u;
     for (int i = 0; i < n; ++i) {
       const float sum = value[i] + value[i + 1] + value[i + 2] + value[i + 3] + value[i + 4] +

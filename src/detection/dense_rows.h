@@ -19,7 +19,8 @@ struct SeedLimits {
 enum Seed : uint8_t { kNoSeed = 0, kPositiveSeed = 1, kNegativeSeed = 2 };
 
 /// Points whose residual is known and in whose square residuals are large and of one sign.
-/// @param residuals  rows from kDenseReach above to kDenseReach below; null outside of the map.
+/// @param residuals  rows from kDenseReach above to kDenseReach below; all unknown
+///   outside of the map.
 /// @return how many.
 int seedRow(const float* const residuals[kDenseSide], int width, const SeedLimits& limits,
             uint8_t* seeds);

@@ -10,30 +10,32 @@ namespace {
 constexpr size_t kMostPoints = 160;
 constexpr int kReachX = 40, kReachY = 6;  // lattice points
 constexpr int kCoarse = 2;                // lattice points between coarse trials
+constexpr int kTrialsX = 2 * kReachX / kCoarse + 1, kTrialsY = 2 * kReachY / kCoarse + 1;
 constexpr size_t kFewestPoints = 12;
 
-struct Sample {
-  float grey;
-  int x, y;  // lattice, of the static source
+// Points now, and where the static world has them in the previous image.
+struct Samples {
+  int count = 0;
+  int32_t grey[kMostPoints + 1];
+  int x[kMostPoints + 1], y[kMostPoints + 1];  // lattice
 };
 
 // Mean |difference| after the mean difference is taken away; infinity where too many points leave
-// the image.
-float mismatchAt(const cv::Mat1b& previous, const std::vector<Sample>& samples, int dx, int dy,
-                 std::vector<float>& differences) {
-  differences.clear();
-  float sum = 0;
-  for (const Sample& s : samples) {
-    const int x = s.x + dx, y = s.y + dy;
+// the image. Sums are exact.
+float mismatchAt(const cv::Mat1b& previous, const Samples& samples, cv::Point shift) {
+  int32_t difference[kMostPoints + 1];
+  int n = 0;
+  int32_t sum = 0;
+  for (int i = 0; i < samples.count; ++i) {
+    const int x = samples.x[i] + shift.x, y = samples.y[i] + shift.y;
     if (x < 0 || y < 0 || x >= previous.cols || y >= previous.rows) continue;
-    differences.push_back(s.grey - static_cast<float>(previous(y, x)));
-    sum += differences.back();
+    difference[n] = samples.grey[i] - previous(y, x);
+    sum += difference[n++];
   }
-  if (3 * differences.size() < 2 * samples.size()) return std::numeric_limits<float>::infinity();
-  const float mean = sum / static_cast<float>(differences.size());
-  float total = 0;
-  for (float d : differences) total += std::abs(d - mean);
-  return total / static_cast<float>(differences.size());
+  if (3 * n < 2 * samples.count) return std::numeric_limits<float>::infinity();
+  int32_t total = 0;
+  for (int i = 0; i < n; ++i) total += std::abs(n * difference[i] - sum);
+  return static_cast<float>(total) / static_cast<float>(n * n);
 }
 
 }  // namespace
@@ -44,7 +46,7 @@ std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyr
   const cv::Mat1b& image = previous.level(1);
   const auto right = static_cast<float>(image.cols - 1),
              bottom = static_cast<float>(image.rows - 1);
-  std::vector<Sample> samples;
+  Samples samples;
   const size_t step = points.size() / (kMostPoints + 1) + 1;
   for (size_t i = 0; i < points.size(); i += step) {
     const cv::Point pixel = 2 * points[i];
@@ -52,27 +54,41 @@ std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyr
                                              static_cast<float>(pixel.y), disparity_px(pixel));
     const float x = 0.5f * at.x(), y = 0.5f * at.y();
     if (!(x >= 0 && y >= 0 && x < right && y < bottom && at.z() > 0)) continue;
-    samples.push_back({static_cast<float>(current.level(1)(points[i])), cvRound(x), cvRound(y)});
+    samples.grey[samples.count] = current.level(1)(points[i]);
+    samples.x[samples.count] = cvRound(x);
+    samples.y[samples.count++] = cvRound(y);
   }
-  if (samples.size() < kFewestPoints) return std::nullopt;
-  std::vector<float> work;
+  if (samples.count < static_cast<int>(kFewestPoints)) return std::nullopt;
+
+  const auto coarse = [](int row, int column) {
+    return cv::Point(kCoarse * column - kReachX, kCoarse * row - kReachY);
+  };
+  float mismatch[kTrialsY][kTrialsX];
+  cv::parallel_for_(cv::Range(0, kTrialsY), [&](const cv::Range& rows) {
+    for (int row = rows.start; row < rows.end; ++row)
+      for (int column = 0; column < kTrialsX; ++column)
+        mismatch[row][column] = mismatchAt(image, samples, coarse(row, column));
+  });
   float best = std::numeric_limits<float>::infinity(), sum = 0;
   int tried = 0;
   cv::Point at;
-  const auto attempt = [&](int dx, int dy) {
-    const float m = mismatchAt(image, samples, dx, dy, work);
-    if (!std::isfinite(m)) return;
-    sum += m;
-    ++tried;
-    if (m < best) best = m, at = {dx, dy};
-  };
-  for (int dy = -kReachY; dy <= kReachY; dy += kCoarse)
-    for (int dx = -kReachX; dx <= kReachX; dx += kCoarse) attempt(dx, dy);
+  for (int row = 0; row < kTrialsY; ++row)
+    for (int column = 0; column < kTrialsX; ++column) {
+      const float m = mismatch[row][column];
+      if (!std::isfinite(m)) continue;
+      sum += m;
+      ++tried;
+      if (m < best) best = m, at = coarse(row, column);
+    }
   if (tried == 0 || best > 0.7f * sum / static_cast<float>(tried)) return std::nullopt;
-  const cv::Point coarse = at;
+  const cv::Point centre = at;
   for (int dy = -1; dy <= 1; ++dy)
-    for (int dx = -1; dx <= 1; ++dx) attempt(coarse.x + dx, coarse.y + dy);
-  return cv::Point(2 * at.x, 2 * at.y);
+    for (int dx = -1; dx <= 1; ++dx) {
+      const cv::Point shift = centre + cv::Point(dx, dy);
+      const float m = mismatchAt(image, samples, shift);
+      if (m < best) best = m, at = shift;
+    }
+  return 2 * at;
 }
 
 }  // namespace predictive_stereo

@@ -66,8 +66,14 @@ void MotionScheme::remember(const DetectionInput& input) {
   current_.stamp_s = input.stamp_s;
   current_.has_pose = input.has_pose;
   current_.T_odom_cam = input.T_odom_cam;
-  current_.pyramid.build(input.left, kPyramidLevels);
-  input.measured_disparity_px.copyTo(current_.disparity_px);
+  constexpr int kParts = 2;  // of about the same length
+  cv::parallel_for_(cv::Range(0, kParts), [&](const cv::Range& parts) {
+    for (int part = parts.start; part < parts.end; ++part)
+      if (part == 0)
+        current_.pyramid.build(input.left, kPyramidLevels);
+      else
+        input.measured_disparity_px.copyTo(current_.disparity_px);
+  });
 }
 
 void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& hypothesis,

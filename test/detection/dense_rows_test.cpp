@@ -57,6 +57,7 @@ TEST(DenseRows, SeedsAreThoseOfTheReference) {
     SCOPED_TRACE(size);
     const cv::Mat1f map = residuals(size);
     const cv::Mat1b expected = reference(map);
+    const std::vector<float> outside(static_cast<size_t>(size.width), kLimits.unknown);
     if (size.width == 300) {
       EXPECT_GT(cv::countNonZero(expected == kPositiveSeed), 500);
       EXPECT_GT(cv::countNonZero(expected == kNegativeSeed), 500);
@@ -70,7 +71,7 @@ TEST(DenseRows, SeedsAreThoseOfTheReference) {
         const float* rows[kDenseSide];
         for (int k = 0; k < kDenseSide; ++k) {
           const int y = v + k - kDenseReach;
-          rows[k] = y < 0 || y >= size.height ? nullptr : map[y];
+          rows[k] = y < 0 || y >= size.height ? outside.data() : map[y];
         }
         std::vector<uint8_t> seeds(static_cast<size_t>(size.width));
         EXPECT_EQ(seedRow(rows, size.width, kLimits, seeds.data()),
