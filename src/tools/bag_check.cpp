@@ -99,7 +99,10 @@ class Checker {
     }
     const std::string images = topicsOfType("sensor_msgs/Image"),
                       packed = topicsOfType("sensor_msgs/CompressedImage");
-    if (!images.empty())
+    if (!images.empty() && topicsOfType("sensor_msgs/CameraInfo").empty())
+      fault("there are images (" + images +
+            ") but no sensor_msgs/CameraInfo, the calibration: record the camera_info topics too");
+    else if (!images.empty())
       fault(
           "no stereo camera of a known layout; choose by --left and --right from the image "
           "topics " +
@@ -149,6 +152,22 @@ class Checker {
         }
   }
 
+  // What to do about a topic that is not there.
+  std::string missing(size_t stream, const char* type) const {
+    const std::string& topic = streams_[stream].topic;
+    const std::string others = topicsOfType(type);
+    const std::string text = "no messages on " + topic + "; topics of type " + type + ": " +
+                             (others.empty() ? "none" : others) + ". ";
+    if (others.empty())
+      return text + "Record " + (stream < 2 ? "the images" : "the calibration") + " too";
+    if (stream < 2)
+      return text +
+             "Choose by --camera, or --left and --right; or rename with rosbag play's old:=new";
+    return text + "Give the one that belongs to the image to the launch file, as " +
+           (stream == 2 ? "left_info:=" : "right_info:=") +
+           "<topic>; or rename it with rosbag play's old:=new";
+  }
+
   bool checkMessages() {
     bool all = true;
     const char* kinds[] = {"sensor_msgs/Image", "sensor_msgs/Image", "sensor_msgs/CameraInfo",
@@ -157,11 +176,7 @@ class Checker {
       const std::string& topic = streams_[i].topic;
       const auto type = types_.find(topic);
       if (type == types_.end()) {
-        const std::string others = topicsOfType(kinds[i]);
-        fault("no messages on " + topic + "; topics of type " + kinds[i] + ": " +
-              (others.empty() ? "none" : others) +
-              ". Choose by --camera, or --left and --right; or rename with rosbag play's "
-              "old:=new");
+        fault(missing(i, kinds[i]));
       } else if (type->second != kinds[i]) {
         fault(topic + " has type " + type->second + ", not " + kinds[i]);
       } else if (streams_[i].stamps.empty()) {

@@ -48,6 +48,8 @@ int check(const CommandLine& command_line) {
     throw UsageError("--camera and --left/--right exclude each other");
   const std::string path = command_line.positional()[0];
 
+  if (!std::filesystem::is_regular_file(path))
+    throw std::runtime_error(path + ": there is no such file");
   rosbag::Bag bag;
   try {
     bag.open(path, rosbag::bagmode::Read);

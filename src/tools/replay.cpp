@@ -204,7 +204,11 @@ class Replay {
     ParamTable table(params_);
     if (!options.config.empty()) setFromYamlFile(options.config, table);
     for (const std::string& assignment : options.assignments) table.setAssignment(assignment);
-    in_.open(options.bag, rosbag::bagmode::Read);
+    try {
+      in_.open(options.bag, rosbag::bagmode::Read);
+    } catch (const rosbag::BagException& error) {
+      throw std::runtime_error(options.bag + ": is no bag that can be read (" + error.what() + ")");
+    }
     topics_ = findStereoTopics(in_, options.topics);
     rosbag::View everything(in_);
     begin_ = everything.getBeginTime() + ros::Duration(options.start_s);

@@ -195,6 +195,16 @@ TEST_F(CheckBag, NamesTopicsThatAreMissing) {
   const BagCheck result = check(no_info, {"/stereo", "", ""});
   EXPECT_FALSE(result.usable());
   EXPECT_SAYS(faults(result), "no messages on /stereo/right/camera_info");
+  EXPECT_SAYS(faults(result), "right_info:=");
+}
+
+TEST_F(CheckBag, NamesACalibrationThatWasNotRecorded) {
+  Recording no_info;
+  no_info.left_info = no_info.right_info = "";
+  const BagCheck unknown = check(no_info, {});
+  EXPECT_FALSE(unknown.usable());
+  EXPECT_SAYS(faults(unknown), "record the camera_info topics too");
+  EXPECT_SAYS(faults(check(no_info, {"/stereo", "", ""})), "Record the calibration too");
 }
 
 TEST_F(CheckBag, SaysHowToUnpackCompressedImages) {
