@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace predictive_stereo {
@@ -17,7 +18,9 @@ constexpr size_t kFewestPoints = 12;
 struct Samples {
   int count = 0;
   int32_t grey[kMostPoints + 1];
-  int x[kMostPoints + 1], y[kMostPoints + 1];  // lattice
+  cv::Point at[kMostPoints + 1];           // lattice
+  std::ptrdiff_t offset[kMostPoints + 1];  // of that in memory
+  cv::Rect around;                         // all of them
 };
 
 // Mean |difference| after the mean difference is taken away; infinity where too many points leave
@@ -26,11 +29,22 @@ float mismatchAt(const cv::Mat1b& previous, const Samples& samples, cv::Point sh
   int32_t difference[kMostPoints + 1];
   int n = 0;
   int32_t sum = 0;
-  for (int i = 0; i < samples.count; ++i) {
-    const int x = samples.x[i] + shift.x, y = samples.y[i] + shift.y;
-    if (x < 0 || y < 0 || x >= previous.cols || y >= previous.rows) continue;
-    difference[n] = samples.grey[i] - previous(y, x);
-    sum += difference[n++];
+  const cv::Rect image(cv::Point(), previous.size());
+  if (((samples.around + shift) & image) == samples.around + shift) {
+    const uchar* before =
+        previous.data + shift.y * static_cast<std::ptrdiff_t>(previous.step) + shift.x;
+    n = samples.count;
+    for (int i = 0; i < n; ++i) {
+      difference[i] = samples.grey[i] - before[samples.offset[i]];
+      sum += difference[i];
+    }
+  } else {
+    for (int i = 0; i < samples.count; ++i) {
+      const cv::Point at = samples.at[i] + shift;
+      if (!image.contains(at)) continue;
+      difference[n] = samples.grey[i] - previous(at);
+      sum += difference[n++];
+    }
   }
   if (3 * n < 2 * samples.count) return std::numeric_limits<float>::infinity();
   int32_t total = 0;
@@ -55,8 +69,10 @@ std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyr
     const float x = 0.5f * at.x(), y = 0.5f * at.y();
     if (!(x >= 0 && y >= 0 && x < right && y < bottom && at.z() > 0)) continue;
     samples.grey[samples.count] = current.level(1)(points[i]);
-    samples.x[samples.count] = cvRound(x);
-    samples.y[samples.count++] = cvRound(y);
+    const cv::Point before(cvRound(x), cvRound(y));
+    samples.at[samples.count] = before;
+    samples.offset[samples.count++] = before.y * static_cast<std::ptrdiff_t>(image.step) + before.x;
+    samples.around |= cv::Rect(before, cv::Size(1, 1));
   }
   if (samples.count < static_cast<int>(kFewestPoints)) return std::nullopt;
 
