@@ -75,12 +75,12 @@ class Predictor {
   cv::Mat1i target_;
   cv::Mat1f target_disparity_px_, target_variance_px2_;
   std::vector<cv::Range> target_rows_;  // the rows that a row of the previous frame goes to
-  // The current frame after the z-buffer, still with holes, and with the holes of its rows filled.
+  // The current frame after the z-buffer, with the holes of its rows filled.
   struct Maps {
     cv::Mat1f disparity_px, variance_px2;
     cv::Mat1b missed_frames;
   };
-  Maps warped_, rows_filled_;
+  Maps warped_;
   // Of every band of rows: where columns have edges, and the edges of its rows and of those around
   // it.
   cv::Mat1b marks_;

@@ -70,10 +70,13 @@ void filterRowBySupport(const float* const rows[5], int width, float smallest_va
       return hn::And(valid, hn::RebindMask(d, hn::Gt(support, too_few)));
     };
     // After three rows most pixels have support enough.
-    for (int i : {2, 1, 3}) addRow(rows[i]);
+    addRow(rows[2]);
+    addRow(rows[1]);
+    addRow(rows[3]);
     auto kept = supported();
     if (!hn::AllTrue(d, hn::Or(kept, hn::Not(valid)))) {
-      for (int i : {0, 4}) addRow(rows[i]);
+      addRow(rows[0]);
+      addRow(rows[4]);
       kept = supported();
     }
     hn::StoreU(hn::IfThenElse(kept, centre, hn::Set(d, invalid)), d, filtered + x);

@@ -36,6 +36,13 @@ RowNoise rowNoise(const StereoRig& rig, const Eigen::Matrix3d& sigma, double flo
   return noise;
 }
 
+// Work is shared out by bands of rows.
+constexpr int kBandRows = 32;
+int bandCount(cv::Size size) { return (size.height + kBandRows - 1) / kBandRows; }
+cv::Range bandRows(int band, cv::Size size) {
+  return {band * kBandRows, std::min((band + 1) * kBandRows, size.height)};
+}
+
 template <class Maps>
 void create(cv::Size size, Maps& maps) {
   maps.disparity_px.create(size);
@@ -101,15 +108,10 @@ void Predictor::warp(const DisparityState& previous, const StereoRig& rig,
 void Predictor::scatterAndFillRows(const DisparityState& previous) {
   const cv::Size size = target_.size();
   create(size, warped_);
-  create(size, rows_filled_);
-  constexpr int kBandRows = 32;
-  const int bands = (size.height + kBandRows - 1) / kBandRows;
-
-  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+  cv::parallel_for_(cv::Range(0, bandCount(size)), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
-      const cv::Range rows(band * kBandRows, std::min((band + 1) * kBandRows, size.height));
-      scatterInto(rows, previous);
-      fillRows(rows);
+      scatterInto(bandRows(band, size), previous);
+      fillRows(bandRows(band, size));
     }
   });
 }
@@ -142,33 +144,25 @@ void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previou
 }
 
 // Rows first and then columns, so that the crossings of missing rows and missing columns are
-// filled.
+// filled. The first and the last pixel have one neighbour only.
 void Predictor::fillRows(const cv::Range& rows) {
-  const float smallest = static_cast<float>(range_.min_disparity);
-  const int last = warped_.disparity_px.cols - 1;
-  for (int y = rows.start; y < rows.end; ++y) {
-    // The first and the last pixel have one neighbour only.
-    for (const int x : {0, last}) {
-      rows_filled_.disparity_px(y, x) = warped_.disparity_px(y, x);
-      rows_filled_.variance_px2(y, x) = warped_.variance_px2(y, x);
-      rows_filled_.missed_frames(y, x) = warped_.missed_frames(y, x);
-    }
-    if (last > 1)
-      fillBetween(row(warped_, y, 0), row(warped_, y, 1), row(warped_, y, 2), last - 1, smallest,
-                  mutableRow(rows_filled_, y, 1));
-  }
+  const int width = warped_.disparity_px.cols;
+  for (int y = rows.start; y < rows.end && width > 2; ++y)
+    fillBetween(row(warped_, y, 0), row(warped_, y, 2), width - 2,
+                static_cast<float>(range_.min_disparity), mutableRow(warped_, y, 1));
 }
 
 void Predictor::fillColumns(Prediction& prediction) const {
-  const cv::Size size = rows_filled_.disparity_px.size();
-  const float smallest = static_cast<float>(range_.min_disparity);
+  const cv::Size size = warped_.disparity_px.size();
   create(size, prediction);
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y) {
-      const bool inside = y > 0 && y + 1 < size.height;  // else nothing lies on one of the sides
-      fillBetween(row(rows_filled_, inside ? y - 1 : y, 0), row(rows_filled_, y, 0),
-                  row(rows_filled_, inside ? y + 1 : y, 0), size.width, smallest,
-                  mutableRow(prediction, y, 0));
+      std::copy_n(warped_.disparity_px[y], size.width, prediction.disparity_px[y]);
+      std::copy_n(warped_.variance_px2[y], size.width, prediction.variance_px2[y]);
+      std::copy_n(warped_.missed_frames[y], size.width, prediction.missed_frames[y]);
+      if (y > 0 && y + 1 < size.height)
+        fillBetween(row(warped_, y - 1, 0), row(warped_, y + 1, 0), size.width,
+                    static_cast<float>(range_.min_disparity), mutableRow(prediction, y, 0));
     }
   });
 }
@@ -184,13 +178,12 @@ void Predictor::markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotio
   if (params_.use_motion_covariance) sigma = motion.covariance.block<3, 3>(2, 2);
   prediction.near_edge.create(size);
 
-  constexpr int kBandRows = 32;
-  const int bands = (size.height + kBandRows - 1) / kBandRows;
+  const int bands = bandCount(size);
   const int band_marks = kBandRows + 2 * margin + 1;
   marks_.create(bands * band_marks, padded_width);
   cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
-      const cv::Range rows(band * kBandRows, std::min((band + 1) * kBandRows, size.height));
+      const cv::Range rows = bandRows(band, size);
       const cv::Range edge_rows(std::max(rows.start - margin, 0),
                                 std::min(rows.end + margin, size.height));
       const int first_mark = band * band_marks;

@@ -104,50 +104,44 @@ void warpRow(const RowMotion& motion, const float* disparity_px, const float* va
   warped.last_row = last < 0 ? -1 : last / limits.columns;
 }
 
+// Pixels from x on, as long as vectors fit; returns the first that did not. A hole that is filled
+// has no hole beside it: so what is written is never read, and `filled` may lie between others.
 template <class D>
-void fillPixels(D d, const ConstPredictionRow& before, const ConstPredictionRow& centre,
-                const ConstPredictionRow& after, int x, float smallest_valid,
-                const MutablePredictionRow& filled) {
+HWY_INLINE int fillPixels(D d, const ConstPredictionRow& before, const ConstPredictionRow& after,
+                          int width, float smallest_valid, int x,
+                          const MutablePredictionRow& filled) {
+  const hn::RebindToSigned<D> di;
   const auto smallest = hn::Set(d, smallest_valid), half = hn::Set(d, 0.5f);
-  const auto d0 = hn::LoadU(d, before.disparity_px + x);
-  const auto d1 = hn::LoadU(d, centre.disparity_px + x);
-  const auto d2 = hn::LoadU(d, after.disparity_px + x);
-  const auto fillable = hn::And(hn::Ge(d0, smallest), hn::Ge(d2, smallest));
-  const auto hole = hn::And(hn::Lt(d1, smallest), fillable);
-  const auto mean = [&](auto a, auto b) { return hn::Mul(half, hn::Add(a, b)); };
-  hn::StoreU(hn::IfThenElse(hole, mean(d0, d2), d1), d, filled.disparity_px + x);
-  const auto v0 = hn::LoadU(d, before.variance_px2 + x);
-  const auto v1 = hn::LoadU(d, centre.variance_px2 + x);
-  const auto v2 = hn::LoadU(d, after.variance_px2 + x);
-  hn::StoreU(hn::IfThenElse(hole, mean(v0, v2), v1), d, filled.variance_px2 + x);
-}
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  HWY_ALIGN int32_t is_hole[hn::MaxLanes(D())];
+  for (; x + lanes <= width; x += lanes) {
+    const auto d0 = hn::LoadU(d, before.disparity_px + x);
+    const auto d1 = hn::LoadU(d, filled.disparity_px + x);
+    const auto d2 = hn::LoadU(d, after.disparity_px + x);
+    const auto fillable = hn::And(hn::Ge(d0, smallest), hn::Ge(d2, smallest));
+    const auto hole = hn::And(hn::Lt(d1, smallest), fillable);
+    if (hn::AllFalse(d, hole)) continue;
 
-// The longer absence of both neighbours; what it is where nothing is known does not matter.
-HWY_NOINLINE void fillMissedFrames(const float* HWY_RESTRICT disparity_px,
-                                   const uint8_t* HWY_RESTRICT before,
-                                   const uint8_t* HWY_RESTRICT centre,
-                                   const uint8_t* HWY_RESTRICT after, int width,
-                                   float smallest_valid, uint8_t* HWY_RESTRICT filled) {
-  for (int x = 0; x < width; ++x) {
-    const uint8_t around = before[x] > after[x] ? before[x] : after[x];
-    const uint8_t unknown = disparity_px[x] < smallest_valid ? 255 : 0;
-    filled[x] = static_cast<uint8_t>((around & unknown) | (centre[x] & ~unknown));
+    const auto mean = [&](auto a, auto b) HWY_ATTR { return hn::Mul(half, hn::Add(a, b)); };
+    const auto v0 = hn::LoadU(d, before.variance_px2 + x);
+    const auto v1 = hn::LoadU(d, filled.variance_px2 + x);
+    const auto v2 = hn::LoadU(d, after.variance_px2 + x);
+    hn::StoreU(hn::IfThenElse(hole, mean(d0, d2), d1), d, filled.disparity_px + x);
+    hn::StoreU(hn::IfThenElse(hole, mean(v0, v2), v1), d, filled.variance_px2 + x);
+    hn::Store(hn::VecFromMask(di, hn::RebindMask(di, hole)), di, is_hole);
+    for (int i = 0; i < lanes; ++i)
+      if (is_hole[i] != 0)
+        filled.missed_frames[x + i] =
+            std::max(before.missed_frames[x + i], after.missed_frames[x + i]);
   }
+  return x;
 }
 
-void fillBetween(const ConstPredictionRow& before, const ConstPredictionRow& centre,
-                 const ConstPredictionRow& after, int width, float smallest_valid,
-                 const MutablePredictionRow& filled) {
-  const hn::ScalableTag<float> vectors;
-  const int lanes = static_cast<int>(hn::Lanes(vectors));
-  int x = 0;
-  for (; x + lanes <= width; x += lanes)
-    fillPixels(vectors, before, centre, after, x, smallest_valid, filled);
-  for (; x < width; ++x)
-    fillPixels(hn::CappedTag<float, 1>(), before, centre, after, x, smallest_valid, filled);
-
-  fillMissedFrames(centre.disparity_px, before.missed_frames, centre.missed_frames,
-                   after.missed_frames, width, smallest_valid, filled.missed_frames);
+void fillBetween(const ConstPredictionRow& before, const ConstPredictionRow& after, int width,
+                 float smallest_valid, const MutablePredictionRow& filled) {
+  const int x =
+      fillPixels(hn::ScalableTag<float>(), before, after, width, smallest_valid, 0, filled);
+  fillPixels(hn::FixedTag<float, 1>(), before, after, width, smallest_valid, x, filled);
 }
 
 void markEdges(const float* HWY_RESTRICT row, const float* HWY_RESTRICT row_below, int width,
@@ -203,10 +197,9 @@ void warpRow(const RowMotion& motion, const float* disparity_px, const float* va
   HWY_DYNAMIC_DISPATCH(warpRow)(motion, disparity_px, variance_px2, limits, warped);
 }
 
-void fillBetween(const ConstPredictionRow& before, const ConstPredictionRow& centre,
-                 const ConstPredictionRow& after, int width, float smallest_valid,
-                 const MutablePredictionRow& filled) {
-  HWY_DYNAMIC_DISPATCH(fillBetween)(before, centre, after, width, smallest_valid, filled);
+void fillBetween(const ConstPredictionRow& before, const ConstPredictionRow& after, int width,
+                 float smallest_valid, const MutablePredictionRow& filled) {
+  HWY_DYNAMIC_DISPATCH(fillBetween)(before, after, width, smallest_valid, filled);
 }
 
 void markEdges(const float* row, const float* row_below, int width, float jump_px,

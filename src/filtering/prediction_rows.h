@@ -38,11 +38,10 @@ struct PredictionRow {
 using ConstPredictionRow = PredictionRow<const float, const uint8_t>;
 using MutablePredictionRow = PredictionRow<float, uint8_t>;
 
-/// Copies `centre`; an invalid pixel takes the average of `before` and `after`, pixel by pixel,
-/// where both are valid. `filled` is none of the others.
-void fillBetween(const ConstPredictionRow& before, const ConstPredictionRow& centre,
-                 const ConstPredictionRow& after, int width, float smallest_valid,
-                 const MutablePredictionRow& filled);
+/// Fills invalid pixels by the average of `before` and `after`, pixel by pixel, where both are
+/// valid, with the longer absence of the two. All may be parts of one row, one pixel apart.
+void fillBetween(const ConstPredictionRow& before, const ConstPredictionRow& after, int width,
+                 float smallest_valid, const MutablePredictionRow& filled);
 
 /// Marks (255) pixels that differ from their right or their lower neighbour by more than `jump_px`.
 void markEdges(const float* row, const float* row_below, int width, float jump_px,

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
@@ -222,6 +223,55 @@ TEST(Prediction, NearEdgesAreWithinTheMarginOfAJump) {
                      cv::Rect({}, size)) = 255;
       ASSERT_EQ(cv::countNonZero(prediction.near_edge != expected), 0) << size << margin;
     }
+}
+
+// Rows first, then columns, each from maps that keep their holes.
+void fillNaively(cv::Point step, DisparityState& state) {
+  const DisparityState given{state.disparity_px.clone(), state.variance_px2.clone(),
+                             state.missed_frames.clone()};
+  const cv::Rect image({}, given.disparity_px.size());
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const cv::Point p(x, y), before = p - step, after = p + step;
+      if (!image.contains(before) || !image.contains(after) ||
+          kRange.isValid(given.disparity_px(p)))
+        continue;
+      const float d0 = given.disparity_px(before), d2 = given.disparity_px(after);
+      if (!kRange.isValid(d0) || !kRange.isValid(d2)) continue;
+      state.disparity_px(p) = 0.5f * (d0 + d2);
+      state.variance_px2(p) = 0.5f * (given.variance_px2(before) + given.variance_px2(after));
+      state.missed_frames(p) = std::max(given.missed_frames(before), given.missed_frames(after));
+    }
+}
+
+TEST(Prediction, FillsHolesBetweenKnownNeighbours) {
+  PredictionParams params;
+  params.use_motion_covariance = false;
+  params.edge_jump_px = 64;  // no discontinuity, so that variances show
+  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+    for (const cv::Size size : kOddSizes) {
+      DisparityState state = jumpyState(size);
+      cv::randu(state.variance_px2, 0.1, 2.0);
+      for (int i = 0; i < size.area() / 3; ++i)
+        state.disparity_px((7919 * i) % size.area() / size.width, (7919 * i) % size.width) =
+            kRange.invalid();
+      Prediction prediction;
+      Predictor(kRange, params).predict(state, rigOf(size), CameraMotion(), prediction);
+      fillNaively({1, 0}, state);
+      fillNaively({0, 1}, state);
+      for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x) {
+          ASSERT_EQ(prediction.disparity_px(y, x), state.disparity_px(y, x))
+              << size << x << "," << y;
+          if (!kRange.isValid(state.disparity_px(y, x))) continue;
+          ASSERT_EQ(prediction.missed_frames(y, x), state.missed_frames(y, x)) << size;
+          ASSERT_EQ(prediction.variance_px2(y, x),
+                    state.variance_px2(y, x) + static_cast<float>(params.process_noise_px2));
+        }
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(Prediction, IsTheSameOnEveryTarget) {
