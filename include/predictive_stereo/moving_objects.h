@@ -89,7 +89,7 @@ struct PaperDetectionParams {
 struct MotionDetectionParams {
   // Points that are followed back into the previous frame.
   double min_mismatch = 0.35;            ///< of the image against the static world, by its texture
-  int max_tracks = 400;                  ///< points followed; an even sample where there are more
+  int max_tracks = 500;                  ///< points followed; an even sample where there are more
   double flow_sigma_px = 0.5;            ///< standard deviation of a point's position
   double ego_motion_sigma_m = 0.02;      ///< standard deviation of ego-motion between frames
   double min_mahalanobis = 20;           ///< squared distance from the static world in 3 dimensions

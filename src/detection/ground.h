@@ -15,6 +15,9 @@ class LevelGround {
  public:
   /// Finds the level surfaces of a frame.
   void setFrame(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px);
+  /// Whether a lattice point lies on a level surface of any height: the road and its shadows, but
+  /// hardly anything of what moves on it. False before the first frame.
+  bool isLevel(cv::Point point) const { return !below_m_.empty() && below_m_(point) > 0; }
   /// Of the lowest ones among those in `area` of the lattice.
   /// @param ground  255 on them; of the area's size.
   void find(const cv::Rect& area, cv::Mat1b& ground);

@@ -11,6 +11,9 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kPyramidLevels = 4;
+constexpr double kFastest_mps = 55;
+// What moves stands on the road: its foot is not seen higher than this, uphill included.
+constexpr double kHighestFoot_m = 1.2, kRoadSlope = 0.03;
 
 double dt(const RememberedFrame& previous, const DetectionInput& input) {
   return input.stamp_s - previous.stamp_s;
@@ -41,6 +44,15 @@ std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
   const size_t step = lattice_points.size() / (kMost + 1) + 1;
   for (size_t i = 0; i < lattice_points.size(); i += step) pixels.push_back(2 * lattice_points[i]);
   return pixels;
+}
+
+// Whether something nearer covers the lower end of what is seen in a box.
+bool hiddenBelow(const DetectionInput& input, float nearest_px, const cv::Rect& box) {
+  constexpr int kBelow_px = 6;
+  const int y = std::min(box.br().y + kBelow_px, input.rig.size.height - 1);
+  int nearer = 0;
+  for (int x = box.x; x < box.br().x; ++x) nearer += input.measured_disparity_px(y, x) > nearest_px;
+  return 2 * nearer > box.width;
 }
 
 }  // namespace
@@ -79,6 +91,7 @@ void MotionScheme::remember(const DetectionInput& input) {
 void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& hypothesis,
                                  const Eigen::Matrix3d& covariance, bool dense, bool expected,
                                  std::vector<ObservedObject>& objects) {
+  if (hypothesis.moved_m.norm() > kFastest_mps * dt(previous_, input)) return;
   int free = 0;
   for (cv::Point p : hypothesis.seeds) free += !taken_(p);
   if (2 * free < static_cast<int>(hypothesis.seeds.size())) return;
@@ -91,8 +104,6 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
                               static_world_.mismatch,
                               dense_residual_px_,
                               ground_};
-  if (!ground_is_known_) ground_.setFrame(input.rig, range_, input.measured_disparity_px);
-  ground_is_known_ = true;
   const auto found = segment(view, params_, hypothesis, segmentation_);
   if (!found) return;
   const bool explained =
@@ -110,8 +121,15 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
   const double height = seen.box_px.height * shape->centre_m.z() / input.rig.fy_px;
   const double width = seen.box_px.width * shape->centre_m.z() / input.rig.fx_px;
   const bool cut_below = seen.box_px.br().y >= input.rig.size.height - 4;
-  if ((height < params_.min_height_m && !cut_below) || height > params_.max_height_m ||
-      width > params_.max_width_m || width < params_.min_width_m)
+  // Of what is half hidden its foot is not seen, and half of its height is enough.
+  const bool stands = !cut_below && !hiddenBelow(input, hypothesis.nearest_px, seen.box_px);
+  const double least_height = params_.min_height_m * (cut_below ? 0 : stands ? 1 : 0.5);
+  if (height < least_height || height > params_.max_height_m || width > params_.max_width_m ||
+      width < params_.min_width_m)
+    return;
+  if (stands && road_ &&
+      road_->heightOf(seen.box_px.br().y, hypothesis.disparity_px, input.rig.baseline_m) >
+          kHighestFoot_m + kRoadSlope * depth)
     return;
   // What overlaps an object of about the same depth belongs to it.
   for (const ObservedObject& other : objects) {
@@ -155,7 +173,8 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
                   dense_residual_px_);
     taken_.create(lattice.size());
     taken_.setTo(0);
-    ground_is_known_ = false;
+    if (const auto road = fitRoadLine(input.rig, range_, input.measured_disparity_px)) road_ = road;
+    ground_.setFrame(input.rig, range_, input.measured_disparity_px);
 
     const TrackingView view{input.rig,
                             range_,
@@ -164,8 +183,10 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
                             input.measured_variance_px2,
                             previous_,
                             T_prev_cam_};
-    const std::vector<PointTrack> tracks = followPoints(
-        view, params_, suspicion_.find(current_.pyramid.level(1), static_world_.mismatch, params_));
+    const std::vector<PointTrack> tracks =
+        followPoints(view, params_,
+                     suspicion_.find(current_.pyramid.level(1), static_world_.mismatch,
+                                     input.measured_disparity_px, ground_, params_));
     for (const auto& members : clusterTracks(input.rig, params_, tracks)) {
       const Displacement fit = fitDisplacement(input.rig, params_, tracks, members);
       if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||

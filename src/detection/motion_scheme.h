@@ -6,6 +6,7 @@
 #include "detection/dense_channel.h"
 #include "detection/frame_comparison.h"
 #include "detection/point_tracks.h"
+#include "detection/road_line.h"
 #include "detection/segmentation.h"
 #include "detection/suspicion.h"
 #include "detection/tracker.h"
@@ -28,7 +29,7 @@ class MotionScheme {
   /// @param known  objects that are followed, moved to this frame.
   void observe(const DetectionInput& input, const ObjectTracker& known,
                std::vector<ObservedObject>& objects);
-  void reset() { previous_ = RememberedFrame(); }
+  void reset() { previous_ = RememberedFrame(), road_.reset(); }
 
  private:
   void setLayer(const DetectionInput& input, Hypothesis& hypothesis) const;
@@ -46,8 +47,8 @@ class MotionScheme {
   Comparison static_world_;
   Suspicion suspicion_;
   DenseGroups dense_groups_;
+  std::optional<RoadLine> road_;  // the last one that was found
   LevelGround ground_;
-  bool ground_is_known_ = false;  // looked for where there is something to stand on it
   SegmentationWork segmentation_;
   cv::Mat1f dense_residual_px_;
   cv::Mat1b taken_;  // lattice points of objects that were found already

@@ -11,6 +11,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+// The disparity of all points may be off together, by calibration and rows that are not aligned.
+constexpr double kDisparityBias_px2 = 0.5;
 constexpr double kHuber = 2;  // standard deviations
 
 // Derivative of (x, y, d) by the point that is seen there.
@@ -52,7 +54,8 @@ void judge(const TrackingView& view, const MotionDetectionParams& params, const 
   const Eigen::Vector3f farther =
       source_of(track.position.x, track.position.y, track.disparity_px + 0.1f);
   const Vector3d by_disparity = (farther.cast<double>() - track.static_px) / 0.1;
-  Matrix3d covariance = by_disparity * by_disparity.transpose() * track.variance_px2;
+  Matrix3d covariance = by_disparity * by_disparity.transpose() *
+                        std::max(static_cast<double>(track.variance_px2), kDisparityBias_px2);
   const double ego = params.ego_motion_sigma_m * params.ego_motion_sigma_m;
   covariance += ego * j * j.transpose();
   const double flow = params.flow_sigma_px * params.flow_sigma_px;

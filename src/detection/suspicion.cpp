@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "detection/suspicion_rows.h"
 
@@ -37,9 +38,23 @@ cv::Point mostSuspicious(const cv::Mat1f& suspicion, cv::Point cell) {
   return worst;
 }
 
+// Whether most of what surrounds a pixel has its disparity.
+bool isWithinSurface(const cv::Mat1f& disparity_px, cv::Point p) {
+  constexpr int kReach_px = 4;
+  const int kFewestAlike = 6;  // of nine
+  const float d = disparity_px(p);
+  int alike = 0;
+  for (int dy = -kReach_px; dy <= kReach_px; dy += kReach_px)
+    for (int dx = -kReach_px; dx <= kReach_px; dx += kReach_px)
+      alike += std::abs(disparity_px(p.y + dy, p.x + dx) - d) <= 1 + 0.05f * d;
+  return alike >= kFewestAlike;
+}
+
 }  // namespace
 
 const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
+                                              const cv::Mat1f& disparity_px,
+                                              const LevelGround& ground,
                                               const MotionDetectionParams& params) {
   const int rows = std::max(grey.rows - 2 * kMargin, 0) / kCell;
   const int columns = std::max(grey.cols - 2 * kMargin, 0) / kCell;
@@ -63,9 +78,12 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
   });
   suspects_.clear();
   for (int r = 0; columns > 0 && r < rows; ++r)
-    for (int k = 0; k < cells_of_row_[static_cast<size_t>(r)]; ++k)
-      suspects_.push_back(
-          2 * mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell}));
+    for (int k = 0; k < cells_of_row_[static_cast<size_t>(r)]; ++k) {
+      const cv::Point worst =
+          mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell});
+      if (!ground.isLevel(worst) && isWithinSurface(disparity_px, 2 * worst))
+        suspects_.push_back(2 * worst);
+    }
   // Where ego-motion fails everything is suspicious: take an even sample.
   sample_px_.clear();
   const size_t step = suspects_.size() / (static_cast<size_t>(params.max_tracks) + 1) + 1;

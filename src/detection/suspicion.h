@@ -3,6 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "detection/ground.h"
 #include "predictive_stereo/moving_objects.h"
 
 namespace predictive_stereo {
@@ -14,9 +15,13 @@ class Suspicion {
  public:
   /// @param grey  the current image on the lattice.
   /// @param mismatch  of the whole lattice, see Comparison.
+  /// @param disparity_px  of the current frame: points at its edges are left out, as nothing is
+  ///   followed well there.
+  /// @param ground  of the current frame: its points are left out, as shadows are no objects.
   /// @return pixels, at most one a cell of 4x4 lattice points; an even sample where these are more
   ///   than params.max_tracks. Valid until the next call.
   const std::vector<cv::Point>& find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
+                                     const cv::Mat1f& disparity_px, const LevelGround& ground,
                                      const MotionDetectionParams& params);
 
  private:

@@ -60,6 +60,7 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
     const cv::Rect part(cv::Point(2, 1), size);
     const cv::Mat1b grey = image(part);
     const cv::Mat1f mismatch = map(part);
+    const cv::Mat1f disparity(2 * grey.rows, 2 * grey.cols, 10.0f);
     for (const double least : {0.3, 4.9, 100.0}) {
       MotionDetectionParams params;
       params.max_tracks = 100000;
@@ -70,7 +71,8 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
       }
       forEveryTarget([&] {
         Suspicion suspicion;
-        EXPECT_EQ(suspicion.find(grey, mismatch, params), expected) << least;
+        EXPECT_EQ(suspicion.find(grey, mismatch, disparity, LevelGround(), params), expected)
+            << least;
       });
     }
   }
@@ -79,15 +81,60 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
 TEST(Suspicion, ThinsPointsEvenly) {
   const cv::Mat1b grey(100, 410, uchar{50});
   const cv::Mat1f mismatch(grey.size(), 20.0f);
+  const cv::Mat1f disparity(2 * grey.rows, 2 * grey.cols, 10.0f);
   MotionDetectionParams params;
   Suspicion suspicion;
   params.max_tracks = 100000;
-  const std::vector<cv::Point> all = suspicion.find(grey, mismatch, params);
+  const std::vector<cv::Point> all =
+      suspicion.find(grey, mismatch, disparity, LevelGround(), params);
   ASSERT_EQ(all.size(), 100u * 22);
   params.max_tracks = 400;
-  const std::vector<cv::Point> thinned = suspicion.find(grey, mismatch, params);
+  const std::vector<cv::Point> thinned =
+      suspicion.find(grey, mismatch, disparity, LevelGround(), params);
   ASSERT_EQ(thinned.size(), 367u);
   for (size_t i = 0; i < thinned.size(); ++i) EXPECT_EQ(thinned[i], all[6 * i]);
+}
+
+TEST(Suspicion, LeavesEdgesOfDisparityOut) {
+  const cv::Mat1b grey(100, 200, uchar{50});
+  const cv::Mat1f mismatch(grey.size(), 20.0f);
+  cv::Mat1f disparity(200, 400, 10.0f);
+  disparity.colRange(100, 106).setTo(30.0f);  // a pole
+  disparity.colRange(200, 300).setTo(30.0f);  // a car
+  MotionDetectionParams params;
+  params.max_tracks = 100000;
+  Suspicion suspicion;
+  int on_pole = 0, on_car = 0;
+  for (cv::Point p : suspicion.find(grey, mismatch, disparity, LevelGround(), params)) {
+    on_pole += p.x >= 100 && p.x < 106;
+    on_car += p.x >= 200 && p.x < 300;
+  }
+  EXPECT_EQ(on_pole, 0);
+  EXPECT_GT(on_car, 200);
+}
+
+TEST(Suspicion, LeavesTheRoadOut) {
+  StereoRig rig;
+  rig.size = {400, 200};
+  rig.fx_px = rig.fy_px = 400;
+  rig.cx_left_px = rig.cx_right_px = 200;
+  rig.cy_px = 100;
+  rig.baseline_m = 0.5;
+  cv::Mat1f disparity(rig.size, 3.0f);
+  for (int y = 106; y < disparity.rows; ++y) disparity.row(y).setTo(0.35 * (y - 100));
+  LevelGround ground;
+  ground.setFrame(rig, DisparityRange(), disparity);
+  const cv::Mat1b grey(100, 200, uchar{50});
+  const cv::Mat1f mismatch(grey.size(), 20.0f);
+  MotionDetectionParams params;
+  params.max_tracks = 100000;
+  Suspicion suspicion;
+  int upright = 0;
+  for (cv::Point p : suspicion.find(grey, mismatch, disparity, ground, params)) {
+    EXPECT_LT(p.y, 115);
+    ++upright;
+  }
+  EXPECT_GT(upright, 500);
 }
 
 }  // namespace
