@@ -28,8 +28,15 @@ class DenseGroups {
   /// The largest first. Valid until the next call.
   const std::vector<DenseGroup>& find(const cv::Mat1f& residual_px, const cv::Mat1f& disparity_px,
                                       const MotionDetectionParams& params);
+  /// The same for longResidual; points of a group have the same pair of frames. What is slow may be
+  /// narrow: windows of 5x5 points.
+  const std::vector<DenseGroup>& findSlow(const cv::Mat1f& residual_px, const cv::Mat1b& pair,
+                                          const cv::Mat1f& disparity_px,
+                                          const MotionDetectionParams& params);
 
  private:
+  const std::vector<DenseGroup>& connect(const cv::Mat1f& residual_px,
+                                         const cv::Mat1f& disparity_px);
   cv::Mat1b seeds_;
   std::vector<float> outside_;  // a row of the map's surroundings
   std::vector<int> seeds_of_row_;

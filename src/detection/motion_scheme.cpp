@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "detection/displacement_search.h"
@@ -14,10 +15,15 @@ constexpr int kPyramidLevels = 4;
 constexpr double kFastest_mps = 55;
 // What moves stands on the road: its foot is not seen higher than this, uphill included.
 constexpr double kHighestFoot_m = 1.2, kRoadSlope = 0.03;
-
-double dt(const RememberedFrame& previous, const DetectionInput& input) {
-  return input.stamp_s - previous.stamp_s;
-}
+// What is slow is compared with frames so far back, as far as static points have not moved more.
+constexpr size_t kFramesBack[] = {8, 6, 4, 2};
+static_assert(kFramesBack[0] == MotionScheme::kFarthestPast);
+constexpr double kMostParallax_px = 16;
+// Of a slow object: squared ratio of its way to its error, and of the errors by which the way to
+// the frame halfway may differ; 40 m/s.
+constexpr double kLeastSlowWay = 16, kMostSlowDeviation = 12, kLargestSpeed_mps = 40;
+constexpr float kLeastSlowDisparity_px = 8;  // errors are too large a share of smaller ones
+constexpr int kLeastContrast_grey = 6;       // over 3x3 points that can be found again
 
 // Full-resolution pixels of a segment: its lattice cells, cut to the layer of the disparities.
 ObservedObject observed(const DetectionInput& input, const Segment& segment, float nearest,
@@ -55,6 +61,29 @@ bool hiddenBelow(const DetectionInput& input, float nearest_px, const cv::Rect& 
   return 2 * nearer > box.width;
 }
 
+std::vector<size_t> allOf(const std::vector<PointTrack>& tracks) {
+  std::vector<size_t> all(tracks.size());
+  std::iota(all.begin(), all.end(), size_t{0});
+  return all;
+}
+
+// Whether most of the points lie on something that can be found again.
+bool hasTexture(const cv::Mat1b& image, const std::vector<cv::Point>& points) {
+  int textured = 0;
+  for (cv::Point p : points) {
+    int darkest = 255, brightest = 0;
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const int grey =
+            image(std::clamp(p.y + dy, 0, image.rows - 1), std::clamp(p.x + dx, 0, image.cols - 1));
+        darkest = std::min(darkest, grey);
+        brightest = std::max(brightest, grey);
+      }
+    textured += brightest - darkest >= kLeastContrast_grey;
+  }
+  return 3 * textured >= static_cast<int>(points.size());
+}
+
 }  // namespace
 
 // The disparities of the seeds, and a little beyond.
@@ -75,34 +104,70 @@ void MotionScheme::setLayer(const DetectionInput& input, Hypothesis& hypothesis)
 }
 
 void MotionScheme::remember(const DetectionInput& input) {
-  current_.stamp_s = input.stamp_s;
-  current_.has_pose = input.has_pose;
-  current_.T_odom_cam = input.T_odom_cam;
+  std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
+  RememberedFrame& current = frames_[0];
+  current.stamp_s = input.stamp_s;
+  current.has_pose = input.has_pose;
+  current.T_odom_cam = input.T_odom_cam;
   constexpr int kParts = 2;  // of about the same length
   cv::parallel_for_(cv::Range(0, kParts), [&](const cv::Range& parts) {
     for (int part = parts.start; part < parts.end; ++part)
       if (part == 0)
-        current_.pyramid.build(input.left, kPyramidLevels);
+        current.pyramid.build(input.left, kPyramidLevels);
       else
-        input.measured_disparity_px.copyTo(current_.disparity_px);
+        input.measured_disparity_px.copyTo(current.disparity_px);
   });
 }
 
-void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& hypothesis,
-                                 const Eigen::Matrix3d& covariance, bool dense, bool expected,
-                                 std::vector<ObservedObject>& objects) {
-  if (hypothesis.moved_m.norm() > kFastest_mps * dt(previous_, input)) return;
+void MotionScheme::reset() {
+  for (RememberedFrame& frame : frames_) frame = RememberedFrame();
+  road_.reset();
+}
+
+// Frames before the current one, the last first, as far as poses and stamps go on.
+std::vector<PastFrame> MotionScheme::pastOf(const DetectionInput& input) const {
+  std::vector<PastFrame> past;
+  for (size_t k = 1; k < frames_.size(); ++k) {
+    const RememberedFrame& frame = frames_[k];
+    if (frame.empty() || !input.has_pose || !frame.has_pose ||
+        !(frame.stamp_s < frames_[k - 1].stamp_s))
+      break;
+    past.push_back(
+        {&frame, frame.T_odom_cam.inverse() * input.T_odom_cam, input.stamp_s - frame.stamp_s});
+  }
+  return past;
+}
+
+TrackingView MotionScheme::trackingView(const DetectionInput& input, const PastFrame& past) const {
+  return {input.rig,
+          range_,
+          frames_[0].pyramid,
+          input.measured_disparity_px,
+          input.measured_variance_px2,
+          *past.frame,
+          past.T_past_cam};
+}
+
+// Whether most of it is no part of an object that was found already.
+bool MotionScheme::isFree(const Hypothesis& hypothesis) const {
   int free = 0;
   for (cv::Point p : hypothesis.seeds) free += !taken_(p);
-  if (2 * free < static_cast<int>(hypothesis.seeds.size())) return;
+  return 2 * free >= static_cast<int>(hypothesis.seeds.size());
+}
+
+void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& baseline,
+                                 const Hypothesis& hypothesis, const Eigen::Matrix3d& covariance,
+                                 Source source, std::vector<ObservedObject>& objects) {
+  if (hypothesis.moved_m.norm() > kFastest_mps * baseline.past.seconds) return;
+  if (!isFree(hypothesis)) return;
   const SegmentationView view{input.rig,
                               range_,
-                              current_.pyramid,
-                              previous_.pyramid,
+                              frames_[0].pyramid,
+                              baseline.past.frame->pyramid,
                               input.measured_disparity_px,
-                              T_prev_cam_,
-                              static_world_.mismatch,
-                              dense_residual_px_,
+                              baseline.past.T_past_cam,
+                              baseline.static_world.mismatch,
+                              baseline.residual_px,
                               ground_};
   const auto found = segment(view, params_, hypothesis, segmentation_);
   if (!found) return;
@@ -110,7 +175,7 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
       found->decisive >= params_.min_decisive_cells && found->explained >= params_.min_explained;
   const bool along = found->dense >= params_.dense_min_share &&
                      (found->explained >= 0.5 || found->decisive < params_.min_decisive_cells);
-  if (!(explained || ((dense || expected) && along))) return;
+  if (!(explained || (source != Source::kTracks && along))) return;
 
   ObservedObject object = observed(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
   const double depth = input.rig.disparityTimesDepth() / hypothesis.disparity_px;
@@ -144,9 +209,9 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
   seen.distance_m = shape->distance_m;
   const double sigma_z = 0.3 + 0.3 * depth / hypothesis.disparity_px;
   seen.centre_covariance = Eigen::Vector3d(0.04, 0.04, sigma_z * sigma_z).asDiagonal();
-  const double seconds = dt(previous_, input);
-  if (!expected && seconds > 0) {
-    const Eigen::Matrix3d R = previous_.T_odom_cam.linear();
+  if (source != Source::kKnown) {
+    const double seconds = baseline.past.seconds;
+    const Eigen::Matrix3d R = baseline.past.frame->T_odom_cam.linear();
     seen.has_velocity = true;
     seen.velocity_mps = R * hypothesis.moved_m / seconds;
     seen.velocity_covariance = R * covariance * R.transpose() / (seconds * seconds);
@@ -158,97 +223,171 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Hypothesis& 
   objects.push_back(std::move(object));
 }
 
+void MotionScheme::findAcross(const DetectionInput& input, const Baseline& baseline,
+                              std::vector<ObservedObject>& objects) {
+  const std::vector<PointTrack> tracks =
+      followPoints(trackingView(input, baseline.past), params_,
+                   suspicion_.find(frames_[0].pyramid.level(1), baseline.static_world.mismatch,
+                                   input.measured_disparity_px, ground_, params_));
+  for (const auto& members : clusterTracks(input.rig, params_, tracks)) {
+    const Displacement fit = fitDisplacement(input.rig, params_, tracks, members);
+    if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
+        fit.moved_m.norm() < params_.min_displacement_m)
+      continue;
+    Hypothesis hypothesis;
+    hypothesis.moved_m = fit.moved_m;
+    for (size_t i : fit.inliers)
+      hypothesis.seeds.emplace_back(static_cast<int>(tracks[i].position.x) / 2,
+                                    static_cast<int>(tracks[i].position.y) / 2);
+    setLayer(input, hypothesis);
+    tryHypothesis(input, baseline, hypothesis, fit.covariance, Source::kTracks, objects);
+  }
+}
+
+// Whether what moved so since the far past did its share of it since the frame halfway, and whether
+// the way is longer than errors are.
+bool MotionScheme::goesOn(const DetectionInput& input, const std::vector<cv::Point>& points_px,
+                          cv::Point2f shift_px, const Displacement& fit) const {
+  const PastFrame &past = long_.past, &halfway = long_.halfway;
+  if (fit.moved_m.norm() > kLargestSpeed_mps * past.seconds) return false;
+  if (fit.moved_m.dot(fit.covariance.inverse() * fit.moved_m) < kLeastSlowWay) return false;
+  const double share = halfway.seconds / past.seconds;
+  const auto tracks = followPoints(trackingView(input, halfway), params_, points_px,
+                                   static_cast<float>(share) * shift_px);
+  if (static_cast<int>(tracks.size()) < params_.min_tracks) return false;
+  const Displacement half = fitDisplacement(input.rig, params_, tracks, allOf(tracks));
+  if (static_cast<int>(half.inliers.size()) < params_.min_tracks) return false;
+  const Eigen::Matrix3d R = (past.T_past_cam * halfway.T_past_cam.inverse()).linear();
+  const Eigen::Vector3d difference = R * half.moved_m - share * fit.moved_m;
+  const Eigen::Matrix3d covariance =
+      R * half.covariance * R.transpose() + share * share * fit.covariance;
+  return difference.dot(covariance.inverse() * difference) < kMostSlowDeviation;
+}
+
+void MotionScheme::findAlong(const DetectionInput& input, const Baseline& baseline,
+                             std::vector<ObservedObject>& objects) {
+  for (const DenseGroup& group :
+       dense_groups_.find(baseline.residual_px, input.measured_disparity_px, params_))
+    tryGroup(input, group, baseline, objects);
+}
+
+void MotionScheme::findSlow(const DetectionInput& input, std::vector<ObservedObject>& objects) {
+  longResidual(input.rig, input.measured_disparity_px, range_, pairs_, kMostParallax_px,
+               frames_[0].pyramid.level(1).size(), long_.residual_px, pair_);
+  for (const DenseGroup& group :
+       dense_groups_.findSlow(long_.residual_px, pair_, input.measured_disparity_px, params_)) {
+    if (group.disparity_px < kLeastSlowDisparity_px) continue;
+    if (!hasTexture(frames_[0].pyramid.level(1), group.points)) continue;
+    // What comes towards the camera grows too much to be found again over the longest time.
+    const size_t before = objects.size();
+    for (size_t k = pair_(group.points.front()); k < pairs_.size() && objects.size() == before;
+         ++k) {
+      long_.past = pairs_[k].past;
+      long_.halfway = pairs_[k].halfway;
+      tryGroup(input, group, long_, objects);
+    }
+  }
+}
+
+// The static world against a frame further back, as far as a hypothesis needs it.
+void MotionScheme::compareLong(const DetectionInput& input, const Hypothesis& hypothesis) {
+  const cv::Size lattice = frames_[0].pyramid.level(1).size();
+  const cv::Rect area = reachOf(input.rig, params_, hypothesis, lattice);
+  compareFrames(frames_[0].pyramid, input.measured_disparity_px, range_, long_.past.frame->pyramid,
+                SourceOf(disparityMotion(input.rig, long_.past.T_past_cam)), area, compared_);
+  long_.static_world.mismatch.create(lattice);
+  if (!area.empty()) compared_.mismatch.copyTo(long_.static_world.mismatch(area));
+}
+
+void MotionScheme::tryGroup(const DetectionInput& input, const DenseGroup& group,
+                            const Baseline& baseline, std::vector<ObservedObject>& objects) {
+  const double pixels_per_m = group.disparity_px / input.rig.baseline_m;
+  if (static_cast<double>(group.points.size()) * 4 / (pixels_per_m * pixels_per_m) <
+      params_.dense_min_area_m2)
+    return;
+  Hypothesis hypothesis;
+  hypothesis.seeds = group.points;
+  if (!isFree(hypothesis)) return;
+  setLayer(input, hypothesis);
+  const auto shift = searchShift(frames_[0].pyramid, baseline.past.frame->pyramid,
+                                 SourceOf(disparityMotion(input.rig, baseline.past.T_past_cam)),
+                                 input.measured_disparity_px, group.points);
+  if (!shift) return;
+  const TrackingView view = trackingView(input, baseline.past);
+  const std::vector<cv::Point> sample = sampleOf(group.points);
+  const std::vector<PointTrack> followed = followPoints(view, params_, sample, *shift);
+  if (static_cast<int>(followed.size()) < params_.min_tracks) return;
+  const Displacement fit = fitDisplacement(input.rig, params_, followed, allOf(followed));
+  if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
+      fit.moved_m.norm() < params_.min_displacement_m)
+    return;
+  hypothesis.moved_m = fit.moved_m;
+  if (&baseline == &long_) {
+    if (!goesOn(input, sample, *shift, fit)) return;
+    compareLong(input, hypothesis);
+  }
+  tryHypothesis(input, baseline, hypothesis, fit.covariance, Source::kDense, objects);
+}
+
+// An object that is known is looked for where it should be.
+void MotionScheme::findKnown(const DetectionInput& input, const ObjectTrack& track,
+                             const Baseline& baseline, std::vector<ObservedObject>& objects) {
+  const cv::Rect box = track.last.box_px & cv::Rect(cv::Point(), input.rig.size);
+  if (box.area() < 100) return;
+  Hypothesis hypothesis;
+  const double depth = track.last.centre_m.z();
+  hypothesis.disparity_px = static_cast<float>(input.rig.disparityTimesDepth() / depth);
+  hypothesis.moved_m = baseline.past.frame->T_odom_cam.linear().transpose() *
+                       track.state.tail<3>() * baseline.past.seconds;
+  if (hypothesis.moved_m.norm() < params_.min_displacement_m) return;
+  const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
+  for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)
+    for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2)
+      if (std::abs(input.measured_disparity_px(2 * v, 2 * u) - hypothesis.disparity_px) < tolerance)
+        hypothesis.seeds.emplace_back(u, v);
+  if (hypothesis.seeds.size() < 8) return;
+  setLayer(input, hypothesis);
+  if (!isFree(hypothesis)) return;
+  if (&baseline == &long_) compareLong(input, hypothesis);
+  tryHypothesis(input, baseline, hypothesis, {}, Source::kKnown, objects);
+}
+
 void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& known,
                            std::vector<ObservedObject>& objects) {
   remember(input);
-  const bool comparable =
-      !previous_.empty() && previous_.has_pose && input.has_pose && dt(previous_, input) > 0;
-  if (comparable) {
-    T_prev_cam_ = previous_.T_odom_cam.inverse() * input.T_odom_cam;
-    const cv::Rect lattice(cv::Point(), current_.pyramid.level(1).size());
-    const SourceOf source_of(disparityMotion(input.rig, T_prev_cam_));
-    compareFrames(current_.pyramid, input.measured_disparity_px, range_, previous_.pyramid,
-                  source_of, lattice, static_world_);
-    denseResidual(input, range_, source_of, previous_.disparity_px, lattice.size(),
-                  dense_residual_px_);
-    taken_.create(lattice.size());
-    taken_.setTo(0);
-    if (const auto road = fitRoadLine(input.rig, range_, input.measured_disparity_px)) road_ = road;
-    ground_.setFrame(input.rig, range_, input.measured_disparity_px);
+  const std::vector<PastFrame> past = pastOf(input);
+  if (past.empty()) return;
+  const ImagePyramid& current = frames_[0].pyramid;
+  const cv::Rect lattice(cv::Point(), current.level(1).size());
+  taken_.create(lattice.size());
+  taken_.setTo(0);
+  if (const auto road = fitRoadLine(input.rig, range_, input.measured_disparity_px)) road_ = road;
+  ground_.setFrame(input.rig, range_, input.measured_disparity_px);
+  pairs_.clear();
+  for (size_t k : kFramesBack)
+    if (k <= past.size()) pairs_.push_back({past[k - 1], past[k / 2 - 1]});
 
-    const TrackingView view{input.rig,
-                            range_,
-                            current_.pyramid,
-                            input.measured_disparity_px,
-                            input.measured_variance_px2,
-                            previous_,
-                            T_prev_cam_};
-    const std::vector<PointTrack> tracks =
-        followPoints(view, params_,
-                     suspicion_.find(current_.pyramid.level(1), static_world_.mismatch,
-                                     input.measured_disparity_px, ground_, params_));
-    for (const auto& members : clusterTracks(input.rig, params_, tracks)) {
-      const Displacement fit = fitDisplacement(input.rig, params_, tracks, members);
-      if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
-          fit.moved_m.norm() < params_.min_displacement_m)
-        continue;
-      Hypothesis hypothesis;
-      hypothesis.moved_m = fit.moved_m;
-      for (size_t i : fit.inliers)
-        hypothesis.seeds.emplace_back(static_cast<int>(tracks[i].position.x) / 2,
-                                      static_cast<int>(tracks[i].position.y) / 2);
-      setLayer(input, hypothesis);
-      tryHypothesis(input, hypothesis, fit.covariance, false, false, objects);
-    }
-
-    for (const DenseGroup& group :
-         dense_groups_.find(dense_residual_px_, input.measured_disparity_px, params_)) {
-      const double pixels_per_m = group.disparity_px / input.rig.baseline_m;
-      if (static_cast<double>(group.points.size()) * 4 / (pixels_per_m * pixels_per_m) <
-          params_.dense_min_area_m2)
-        continue;
-      Hypothesis hypothesis;
-      hypothesis.seeds = group.points;
-      setLayer(input, hypothesis);
-      const auto shift = searchShift(current_.pyramid, previous_.pyramid, source_of,
-                                     input.measured_disparity_px, group.points);
-      if (!shift) continue;
-      const std::vector<PointTrack> followed =
-          followPoints(view, params_, sampleOf(group.points), *shift);
-      if (static_cast<int>(followed.size()) < params_.min_tracks) continue;
-      std::vector<size_t> all(followed.size());
-      for (size_t i = 0; i < all.size(); ++i) all[i] = i;
-      const Displacement fit = fitDisplacement(input.rig, params_, followed, all);
-      if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
-          fit.moved_m.norm() < params_.min_displacement_m)
-        continue;
-      hypothesis.moved_m = fit.moved_m;
-      tryHypothesis(input, hypothesis, fit.covariance, true, false, objects);
-    }
-
-    // Objects that are known are looked for where they should be.
-    for (const ObjectTrack& track : known.tracks()) {
-      if (!track.confirmed) continue;
-      const cv::Rect box = track.last.box_px & cv::Rect(cv::Point(), input.rig.size);
-      if (box.area() < 100) continue;
-      Hypothesis hypothesis;
-      const double depth = track.last.centre_m.z();
-      hypothesis.disparity_px = static_cast<float>(input.rig.disparityTimesDepth() / depth);
-      hypothesis.moved_m =
-          previous_.T_odom_cam.linear().transpose() * track.state.tail<3>() * dt(previous_, input);
-      if (hypothesis.moved_m.norm() < params_.min_displacement_m) continue;
-      const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
-      for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)
-        for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2)
-          if (std::abs(input.measured_disparity_px(2 * v, 2 * u) - hypothesis.disparity_px) <
-              tolerance)
-            hypothesis.seeds.emplace_back(u, v);
-      if (hypothesis.seeds.size() < 8) continue;
-      setLayer(input, hypothesis);
-      tryHypothesis(input, hypothesis, {}, false, true, objects);
-    }
+  const SourceOf source_of(disparityMotion(input.rig, past[0].T_past_cam));
+  short_.past = past[0];
+  compareFrames(current, input.measured_disparity_px, range_, past[0].frame->pyramid, source_of,
+                lattice, short_.static_world);
+  denseResidual(input, range_, source_of, past[0].frame->disparity_px, lattice.size(),
+                short_.residual_px);
+  findAcross(input, short_, objects);
+  findAlong(input, short_, objects);
+  if (!pairs_.empty()) findSlow(input, objects);
+  for (const ObjectTrack& track : known.tracks()) {
+    if (!track.confirmed) continue;
+    const size_t before = objects.size();
+    findKnown(input, track, short_, objects);
+    if (objects.size() > before || !(track.last.centre_m.z() > 0.5)) continue;
+    const int pair = pairWithin(
+        input.rig, pairs_, input.rig.disparityFromPoint(track.last.centre_m), kMostParallax_px);
+    if (pair < 0) continue;
+    long_.past = pairs_[static_cast<size_t>(pair)].past;
+    long_.halfway = pairs_[static_cast<size_t>(pair)].halfway;
+    findKnown(input, track, long_, objects);
   }
-  std::swap(previous_, current_);
 }
 
 }  // namespace predictive_stereo

@@ -49,22 +49,27 @@ cv::Rect connectedToSeeds(const std::vector<cv::Point>& seeds, cv::Point origin,
   return all;
 }
 
+double latticePerMetre(const StereoRig& rig, const Hypothesis& hypothesis) {
+  const double depth = rig.disparityTimesDepth() / hypothesis.disparity_px;
+  return 0.5 * rig.fx_px / depth;
+}
+
 }  // namespace
+
+cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
+                 const Hypothesis& hypothesis, cv::Size lattice) {
+  const cv::Rect seen = cv::boundingRect(hypothesis.seeds);
+  const double lattice_per_m = latticePerMetre(rig, hypothesis);
+  const int wide = static_cast<int>(params.reach_m * lattice_per_m) + 3;
+  const int high = static_cast<int>(params.reach_m * 0.6 * lattice_per_m) + 3;
+  return cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
+         cv::Rect(cv::Point(), lattice);
+}
 
 std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
                                const Hypothesis& hypothesis, SegmentationWork& work) {
   if (hypothesis.seeds.empty()) return std::nullopt;
-  const double fB = view.rig.disparityTimesDepth();
-  const double depth = fB / hypothesis.disparity_px;
-  const cv::Rect lattice(cv::Point(), view.static_mismatch.size());
-  // As far as the largest object may reach from the seeds.
-  const cv::Rect seen = cv::boundingRect(hypothesis.seeds);
-  const double lattice_per_m = 0.5 * view.rig.fx_px / depth;
-  const int wide = static_cast<int>(params.reach_m * lattice_per_m) + 3;
-  const int high = static_cast<int>(params.reach_m * 0.6 * lattice_per_m) + 3;
-  const cv::Rect reachable =
-      cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
-      lattice;
+  const cv::Rect reachable = reachOf(view.rig, params, hypothesis, view.static_mismatch.size());
   cv::Mat1b ground = work.ground.map(reachable.size());
   view.ground.find(reachable, ground);
   cv::Mat1b whole_layer = work.layer.map(reachable.size());
@@ -79,6 +84,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
     }
   }
   // What is not connected to a seed does not matter, but for what is near.
+  const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
   const int gap = std::clamp(static_cast<int>(params.gap_m * lattice_per_m), 1, 20);
   const int near = gap + kReachOfWindows;
   const cv::Rect layer_box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole_layer);

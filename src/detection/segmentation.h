@@ -38,7 +38,7 @@ struct SegmentationView {
   const ImagePyramid& previous;
   const cv::Mat1f& disparity_px;
   const Eigen::Isometry3d& T_prev_cam;
-  const cv::Mat1f& static_mismatch;  ///< of the whole lattice
+  const cv::Mat1f& static_mismatch;  ///< on the whole lattice; known within reachOf the hypothesis
   const cv::Mat1f& dense_residual_px;
   LevelGround& ground;
 };
@@ -50,6 +50,11 @@ struct SegmentationWork {
   Scratch<float> support, smooth;
   Scratch<int> labels;
 };
+
+/// The part of the lattice that segment() looks at: as far as the largest object may reach from
+/// the seeds.
+cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
+                 const Hypothesis& hypothesis, cv::Size lattice);
 
 /// The connected part of the hypothesis' disparity layer around its seeds which the object's motion
 /// explains no worse than the static world. None where there is no such part.

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "detection/frame_comparison.h"
+#include "predictive_stereo/disparity_range.h"
+
+namespace predictive_stereo {
+
+/// A frame of the past, as seen from the current one.
+struct PastFrame {
+  const RememberedFrame* frame = nullptr;
+  Eigen::Isometry3d T_past_cam = Eigen::Isometry3d::Identity();
+  double seconds = 0;  ///< since then
+};
+
+/// A past frame and one in the middle between it and the current frame.
+struct PastPair {
+  PastFrame past, halfway;
+};
+
+/// How far a static point (x, y, d) has moved in the image since then, beside what the camera's
+/// rotation moved all points by [px]; infinite where it was behind the camera.
+float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Vector3f& point_px);
+
+/// The first pair since which a static point has not moved by more than `most_px`, -1: none. Beyond
+/// that, what was seen at its place was often something else.
+int pairWithin(const StereoRig& rig, const std::vector<PastPair>& pairs,
+               const Eigen::Vector3d& point_px, double most_px);
+
+constexpr uchar kNoPair = 255;
+/// Signed evidence of slow motion along the line of sight, on the lattice of compareFrames [px]:
+/// the disparity that a static point had in the past, less what was measured there, of the first
+/// pair within `most_px`. The frame halfway has to agree: the residual has the same sign there, and
+/// half the size. Errors of measured disparities do not accumulate over frames, motion does. Found
+/// for every second lattice point and row, which stand for their neighbours.
+/// @param pairs  the farthest first.
+/// @param residual_px  kUnknownResidual where a disparity is unknown.
+/// @param pair  of each lattice point, or kNoPair.
+void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const DisparityRange& range,
+                  const std::vector<PastPair>& pairs, double most_px, cv::Size lattice,
+                  cv::Mat1f& residual_px, cv::Mat1b& pair);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,131 @@
+/// Residuals against frames further back, on walls whose depth and motion are known.
+#include "detection/long_residual.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "detection/dense_channel.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kDepth_m = 30, kAhead_mps = 8;
+
+StereoRig testRig() {
+  StereoRig rig;
+  rig.size = {160, 80};
+  rig.fx_px = rig.fy_px = 720;
+  rig.cx_left_px = rig.cx_right_px = 80;
+  rig.cy_px = 40;
+  rig.baseline_m = 0.54;
+  return rig;
+}
+
+/// A wall across the line of sight that drives ahead at `wall_mps`, kDepth_m away now; the camera
+/// drives at kAhead_mps.
+class Wall {
+ public:
+  explicit Wall(double wall_mps) : wall_mps_(wall_mps) {
+    for (double seconds : {0.8, 0.4, 0.2, 0.1}) {
+      RememberedFrame& frame = frames_[seconds];
+      frame.disparity_px = disparityAt(seconds);
+    }
+  }
+  cv::Mat1f disparityAt(double seconds) const {
+    const double depth_m = kDepth_m + (kAhead_mps - wall_mps_) * seconds;
+    return cv::Mat1f(rig_.size, static_cast<float>(rig_.disparityTimesDepth() / depth_m));
+  }
+  PastFrame past(double seconds) const {
+    PastFrame past;
+    past.frame = &frames_.at(seconds);
+    past.T_past_cam.translation().z() = kAhead_mps * seconds;
+    past.seconds = seconds;
+    return past;
+  }
+  std::vector<PastPair> pairs() const {
+    return {{past(0.8), past(0.4)}, {past(0.4), past(0.2)}, {past(0.2), past(0.1)}};
+  }
+  RememberedFrame& frame(double seconds) { return frames_.at(seconds); }
+  void find(double most_px) {
+    longResidual(rig_, disparityAt(0), {0, 64}, pairs(), most_px, {80, 40}, residual_px, pair);
+  }
+  /// Disparity of a static wall then, less that of this one.
+  double expected(double seconds) const {
+    const double fB = rig_.disparityTimesDepth();
+    return fB / (kDepth_m + kAhead_mps * seconds) - disparityAt(seconds)(0, 0);
+  }
+
+  cv::Mat1f residual_px;
+  cv::Mat1b pair;
+
+ private:
+  StereoRig rig_ = testRig();
+  double wall_mps_;
+  std::map<double, RememberedFrame> frames_;
+};
+
+TEST(LongResidual, IsZeroOnWhatStands) {
+  Wall wall(0);
+  wall.find(16);
+  EXPECT_LT(cv::norm(wall.residual_px, cv::NORM_INF), 1e-3);
+}
+
+TEST(LongResidual, AddsUpOnWhatDrivesAlong) {
+  Wall wall(8);
+  wall.find(16);
+  // Near the direction of travel the farthest frame is used: no two frames in a row show so much.
+  EXPECT_EQ(wall.pair(20, 40), 0);
+  EXPECT_NEAR(wall.residual_px(20, 40), wall.expected(0.8), 0.3);
+  EXPECT_LT(wall.residual_px(20, 40), -2);
+  EXPECT_LT(std::abs(wall.expected(0.1)), 0.4);
+}
+
+TEST(LongResidual, LooksLessFarBackWhereTheWorldHasMovedMore) {
+  Wall wall(8);
+  wall.find(4);
+  int last = 0;
+  for (int u = 40; u < 80; ++u) {
+    EXPECT_GE(wall.pair(20, u), last) << "column " << 2 * u;
+    last = wall.pair(20, u);
+    for (int k = 0; k < last; ++k)
+      EXPECT_GT(parallaxSince(testRig(), wall.pairs()[static_cast<size_t>(k)].past,
+                              {static_cast<float>(u / 2 * 4), 40, wall.disparityAt(0)(0, 0)}),
+                4);
+  }
+  EXPECT_GT(last, 0);
+}
+
+TEST(LongResidual, NeedsTheFrameHalfwayToAgree) {
+  Wall wall(8);
+  Wall standing(0);
+  wall.frame(0.4).disparity_px = standing.disparityAt(0.4);  // as a wrong match in one frame would
+  wall.find(16);
+  EXPECT_NEAR(wall.residual_px(20, 40), 0, 1e-3);
+}
+
+TEST(LongResidual, IsUnknownWithoutDisparities) {
+  Wall wall(8);
+  wall.frame(0.8).disparity_px.setTo(-1);
+  wall.find(16);
+  EXPECT_EQ(wall.residual_px(20, 40), kUnknownResidual);
+}
+
+TEST(Parallax, IsWhatTranslationMovesAPointBy) {
+  const StereoRig rig = testRig();
+  PastFrame past;
+  past.T_past_cam.translate(Eigen::Vector3d(0.4, -0.1, 3.0));
+  past.T_past_cam.rotate(Eigen::AngleAxisd(0.05, Eigen::Vector3d(0.2, 1, 0).normalized()));
+  const Eigen::Vector3d point_px(120, 30, 11);
+  const Eigen::Vector3d point_m = rig.pointFromDisparity(point_px.x(), point_px.y(), point_px.z());
+  // Seen from there with the axes of the current camera.
+  const Eigen::Vector3d seen_m = point_m - past.T_past_cam.inverse().translation();
+  const Eigen::Vector3d moved_px = rig.disparityFromPoint(seen_m) - point_px;
+  EXPECT_NEAR(parallaxSince(rig, past, point_px.cast<float>()),
+              moved_px.head<2>().lpNorm<Eigen::Infinity>(), 1e-3);
+  EXPECT_EQ(pairWithin(rig, {{past, past}}, point_px, 0.1), -1);
+  EXPECT_EQ(pairWithin(rig, {{past, past}}, point_px, 100), 0);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
