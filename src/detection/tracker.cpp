@@ -10,8 +10,6 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix36 = Eigen::Matrix<double, 3, 6>;
 
-constexpr double kImplausible = 1.5;  // of the largest speed
-
 double overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
   const double both = (a & b).area();
   return both / std::max(a.area() + b.area() - both, 1e-9);
@@ -125,10 +123,7 @@ void ObjectTracker::update(const std::vector<Observation>& observations) {
   const unsigned window = (1u << params_.confirm_within) - 1;
   std::vector<ObjectTrack> kept;
   for (ObjectTrack& track : tracks_) {
-    // What seems to be faster than anything on the road are points that were taken for each other.
-    const bool plausible = track.state.tail<3>().norm() < kImplausible * params_.largest_speed_mps;
-    track.confirmed = plausible && (track.confirmed ||
-                                    countOfBits(track.history & window) >= params_.confirm_frames);
+    if (countOfBits(track.history & window) >= params_.confirm_frames) track.confirmed = true;
     const int patience = track.confirmed ? params_.max_missed_frames : params_.confirm_within - 1;
     const unsigned recent = (2u << patience) - 1;
     if ((track.history & recent) == 0) continue;
