@@ -30,4 +30,12 @@ struct CorrectionParams {
 void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
              const DisparityRange& range, const CorrectionParams& params, DisparityState& state);
 
+/// Drops kept predictions that the right camera sees through: where it matches something more than
+/// 3 px farther on the line of sight to such a point, no surface can be there. What a moving object
+/// leaves behind goes this way, and so do errors of earlier matches beside near surfaces. A nearer
+/// match there hides the point and says nothing of it. `state` is what correct() made of the same
+/// measurement.
+void dropRefuted(const cv::Mat1f& measured_disparity_px, const DisparityRange& range,
+                 DisparityState& state);
+
 }  // namespace predictive_stereo

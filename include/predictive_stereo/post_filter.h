@@ -21,8 +21,10 @@ void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat
 /// @throws std::invalid_argument where input and output are the same memory.
 void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);
 
-/// Fills horizontal runs of at most `max_width` invalid pixels whose two sides agree within
-/// `tolerance_px`, by linear interpolation. Input and output may be the same map.
+/// Fills horizontal runs of at most `max_width` invalid pixels. Where their two sides agree within
+/// `tolerance_px` they are interpolated. Where the right side is nearer, and the run no wider than
+/// the two disparities' difference, it is what the near surface hides from the right camera, and
+/// takes the disparity of its left side. Input and output may be the same map.
 void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
                const cv::Mat1f& disparity_px, cv::Mat1f& filled_px);
 

@@ -77,9 +77,11 @@ void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
         while (end < disparity_px.cols && !(row[end] >= smallest_valid)) ++end;
         if (end >= disparity_px.cols) break;
         if (first == 0 || end - first > max_width) continue;
-        const float before = row[first - 1], after = row[end];
-        if (std::abs(after - before) > tolerance_px) continue;
-        const float step = (after - before) / static_cast<float>(end - first + 1);
+        const float before = row[first - 1], after = row[end], rise = after - before;
+        const auto width = static_cast<float>(end - first);
+        const bool hidden = rise > tolerance_px && width <= rise;
+        if (std::abs(rise) > tolerance_px && !hidden) continue;
+        const float step = hidden ? 0.0f : rise / (width + 1);
         for (int x = first; x < end; ++x)
           row[x] = before + step * static_cast<float>(x - first + 1);
       }

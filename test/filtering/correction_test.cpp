@@ -103,5 +103,50 @@ TEST(Correction, NothingKnownStaysUnknown) {
   EXPECT_EQ(pixel.variance(), 0.0f);
 }
 
+// A row whose background is measured at 10 px, except for the columns of a hole.
+struct KeptRow {
+  static constexpr int kWidth = 60;
+  cv::Mat1f measured_px = cv::Mat1f(1, kWidth, 10.0f);
+  Prediction prediction;
+  DisparityState state;
+
+  KeptRow(cv::Range hole, float predicted_px) {
+    Predictor(kRange, PredictionParams()).predictNothing({kWidth, 1}, prediction);
+    measured_px.colRange(hole).setTo(kRange.invalid());
+    prediction.disparity_px.colRange(hole).setTo(predicted_px);
+    prediction.variance_px2.colRange(hole).setTo(0.5f);
+  }
+  int keptWithin(cv::Range columns) {
+    correct(prediction, measured_px, kRange, CorrectionParams(), state);
+    dropRefuted(measured_px, kRange, state);
+    return cv::countNonZero(state.disparity_px.colRange(columns) >= 0.0f);
+  }
+};
+
+TEST(Correction, WhatTheRightCameraSeesThroughIsDropped) {
+  // A surface at 20 px in columns 40..45 would cover the right image's columns 20..25, where
+  // columns 30..35 of the left image are matched at 10 px.
+  const cv::Range hole(40, 46);
+  KeptRow refuted(hole, 20.0f);
+  EXPECT_EQ(refuted.keptWithin(hole), 0);
+  EXPECT_EQ(cv::countNonZero(refuted.state.variance_px2.colRange(hole)), 0);
+  EXPECT_EQ(cv::countNonZero(refuted.state.missed_frames.colRange(hole)), 0);
+  EXPECT_EQ(cv::countNonZero(refuted.state.disparity_px == 10.0f), KeptRow::kWidth - 6);
+}
+
+TEST(Correction, WhatTheRightCameraDoesNotRefuteIsKept) {
+  const cv::Range hole(40, 46);
+  // Not farther by more than the step.
+  EXPECT_EQ(KeptRow(hole, 13.0f).keptWithin(hole), 6);
+  // Nothing is matched on its line of sight.
+  KeptRow unseen(hole, 20.0f);
+  unseen.measured_px.colRange(28, 38).setTo(kRange.invalid());
+  EXPECT_EQ(unseen.keptWithin(hole), 6);
+  // Farther than what is matched there: hidden.
+  EXPECT_EQ(KeptRow(hole, 4.0f).keptWithin(hole), 6);
+  // Outside of the right image.
+  EXPECT_EQ(KeptRow({4, 10}, 20.0f).keptWithin({4, 10}), 6);
+}
+
 }  // namespace
 }  // namespace predictive_stereo
