@@ -10,7 +10,9 @@ namespace predictive_stereo {
 /// Slowest speeds over ground that can be told from standing still [m/s]; infinite where none can.
 struct DetectableSpeed {
   double across_mps = 0;  ///< at right angles to the line of sight
-  double along_mps = 0;   ///< along it, on the optical axis, coming towards the camera
+  /// Along it, on the optical axis, coming towards the camera, from one frame to the next. Frames
+  /// further back show slower motion, at best an eighth.
+  double along_mps = 0;
 };
 
 /// The limits at one depth, for an object that is large and textured enough.

@@ -19,6 +19,7 @@ namespace predictive_stereo {
 struct RememberedFrame {
   double stamp_s = 0;
   bool has_pose = false;
+  bool follows = true;  ///< the pose goes on from that of the frame before, as the images do
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
   ImagePyramid pyramid;
   cv::Mat1f disparity_px;  ///< as measured

@@ -19,11 +19,15 @@ constexpr double kHighestFoot_m = 1.2, kRoadSlope = 0.03;
 constexpr size_t kFramesBack[] = {8, 6, 4, 2};
 static_assert(kFramesBack[0] == MotionScheme::kFarthestPast);
 constexpr double kMostParallax_px = 16;
+// A wrong pose moves everything at once. What covers the image suddenly, or nearly all of it, is
+// taken for that, in so many frames in a row; half of a view that moves for longer is believed.
+constexpr double kMostOfTheImage = 0.8, kSuddenShare = 0.2;
+constexpr int kMostOddFrames = 2;
 // Of a slow object: squared ratio of its way to its error, and of the errors by which the way to
 // the frame halfway may differ; 40 m/s.
 constexpr double kLeastSlowWay = 16, kMostSlowDeviation = 12, kLargestSpeed_mps = 40;
-constexpr float kLeastSlowDisparity_px = 8;  // errors are too large a share of smaller ones
-constexpr int kLeastContrast_grey = 6;       // over 3x3 points that can be found again
+constexpr float kLeastSlowDisparity_px = 10;  // errors are too large a share of smaller ones
+constexpr int kLeastContrast_grey = 6;        // over 3x3 points that can be found again
 
 // Full-resolution pixels of a segment: its lattice cells, cut to the layer of the disparities.
 ObservedObject observed(const DetectionInput& input, const Segment& segment, float nearest,
@@ -108,6 +112,7 @@ void MotionScheme::remember(const DetectionInput& input) {
   RememberedFrame& current = frames_[0];
   current.stamp_s = input.stamp_s;
   current.has_pose = input.has_pose;
+  current.follows = true;
   current.T_odom_cam = input.T_odom_cam;
   constexpr int kParts = 2;  // of about the same length
   cv::parallel_for_(cv::Range(0, kParts), [&](const cv::Range& parts) {
@@ -122,6 +127,22 @@ void MotionScheme::remember(const DetectionInput& input) {
 void MotionScheme::reset() {
   for (RememberedFrame& frame : frames_) frame = RememberedFrame();
   road_.reset();
+  usual_share_.reset();
+  odd_frames_ = 0;
+}
+
+// Whether the image agrees with the motion since the frame before, as far as it usually does.
+bool MotionScheme::poseFollows() {
+  const double share = suspicion_.share();
+  const bool odd =
+      share > kMostOfTheImage || (usual_share_ && share > *usual_share_ + kSuddenShare);
+  if (odd && odd_frames_ < kMostOddFrames) {
+    ++odd_frames_;
+    return false;
+  }
+  odd_frames_ = 0;
+  usual_share_ = share;
+  return true;
 }
 
 // Frames before the current one, the last first, as far as poses and stamps go on.
@@ -129,7 +150,7 @@ std::vector<PastFrame> MotionScheme::pastOf(const DetectionInput& input) const {
   std::vector<PastFrame> past;
   for (size_t k = 1; k < frames_.size(); ++k) {
     const RememberedFrame& frame = frames_[k];
-    if (frame.empty() || !input.has_pose || !frame.has_pose ||
+    if (frame.empty() || !input.has_pose || !frame.has_pose || !frames_[k - 1].follows ||
         !(frame.stamp_s < frames_[k - 1].stamp_s))
       break;
     past.push_back(
@@ -224,11 +245,10 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& ba
 }
 
 void MotionScheme::findAcross(const DetectionInput& input, const Baseline& baseline,
+                              const std::vector<cv::Point>& suspects_px,
                               std::vector<ObservedObject>& objects) {
   const std::vector<PointTrack> tracks =
-      followPoints(trackingView(input, baseline.past), params_,
-                   suspicion_.find(frames_[0].pyramid.level(1), baseline.static_world.mismatch,
-                                   input.measured_disparity_px, ground_, params_));
+      followPoints(trackingView(input, baseline.past), params_, suspects_px);
   for (const auto& members : clusterTracks(input.rig, params_, tracks)) {
     const Displacement fit = fitDisplacement(input.rig, params_, tracks, members);
     if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
@@ -371,9 +391,14 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
   short_.past = past[0];
   compareFrames(current, input.measured_disparity_px, range_, past[0].frame->pyramid, source_of,
                 lattice, short_.static_world);
+  const std::vector<cv::Point>& suspects_px =
+      suspicion_.find(current.level(1), short_.static_world.mismatch, input.measured_disparity_px,
+                      ground_, params_);
+  frames_[0].follows = poseFollows();
+  if (!frames_[0].follows) return;
   denseResidual(input, range_, source_of, past[0].frame->disparity_px, lattice.size(),
                 short_.residual_px);
-  findAcross(input, short_, objects);
+  findAcross(input, short_, suspects_px, objects);
   findAlong(input, short_, objects);
   if (!pairs_.empty()) findSlow(input, objects);
   for (const ObjectTrack& track : known.tracks()) {

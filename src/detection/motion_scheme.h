@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "detection/dense_channel.h"
@@ -54,8 +55,9 @@ class MotionScheme {
   void tryHypothesis(const DetectionInput& input, const Baseline& baseline,
                      const Hypothesis& hypothesis, const Eigen::Matrix3d& covariance, Source source,
                      std::vector<ObservedObject>& objects);
+  bool poseFollows();
   void findAcross(const DetectionInput& input, const Baseline& baseline,
-                  std::vector<ObservedObject>& objects);
+                  const std::vector<cv::Point>& suspects_px, std::vector<ObservedObject>& objects);
   void findAlong(const DetectionInput& input, const Baseline& baseline,
                  std::vector<ObservedObject>& objects);
   void compareLong(const DetectionInput& input, const Hypothesis& hypothesis);
@@ -71,6 +73,10 @@ class MotionScheme {
   MotionDetectionParams params_;
   /// The current frame first, then the one before it, and so on.
   std::array<RememberedFrame, 1 + kFarthestPast> frames_;
+
+  // How much of the image contradicts the static world as a rule, and frames in a row beyond that.
+  std::optional<double> usual_share_;
+  int odd_frames_ = 0;
 
   // The frame in work.
   Baseline short_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "detection/suspicion_rows.h"
 
@@ -76,6 +77,8 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
     }
     cells_of_row_[static_cast<size_t>(r)] = suspiciousCells(of_cells, columns, least, cells_[r]);
   });
+  const int suspicious = std::accumulate(cells_of_row_.begin(), cells_of_row_.end(), 0);
+  share_ = static_cast<double>(suspicious) / std::max(rows * columns, 1);
   suspects_.clear();
   for (int r = 0; columns > 0 && r < rows; ++r)
     for (int k = 0; k < cells_of_row_[static_cast<size_t>(r)]; ++k) {

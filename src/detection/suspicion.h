@@ -24,7 +24,12 @@ class Suspicion {
                                      const cv::Mat1f& disparity_px, const LevelGround& ground,
                                      const MotionDetectionParams& params);
 
+  /// The share of the image's cells that were suspicious in the last call, points left out
+  /// included.
+  double share() const { return share_; }
+
  private:
+  double share_ = 0;
   cv::Mat1w deviation_;
   cv::Mat1f suspicion_;
   cv::Mat1i cells_;                // suspicious ones of each row of cells, ...

@@ -177,6 +177,17 @@ TEST(DetectionScenes, AJumpOfThePosesBringsNoGhosts) {
   }
 }
 
+TEST(DetectionScenes, AWrongPoseBringsNoGhosts) {
+  // One frame's pose is off, the next one is right again: two wrong motions.
+  for (const Eigen::Isometry3d& off : {error(0.02, {0, 0, 0}), error(0, {0, 0, 0.6}),
+                                       error(0, {0.3, 0, 0}), error(-0.004, {0.05, 0, -0.2})}) {
+    const DetectionScore score = scoreWithPoses(kFailing, [&](int k) {
+      return std::optional(fails(k) ? off : Eigen::Isometry3d::Identity());
+    });
+    EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+  }
+}
+
 TEST(DetectionScenes, ThreadsDoNotMatter) {
   // Frames in which something is found, as numbers.
   const auto objectsOf = [](int threads) {
