@@ -1,10 +1,8 @@
 #include <image_transport/image_transport.h>
 #include <nav_msgs/Odometry.h>
 #include <nodelet/nodelet.h>
-#include <std_srvs/Empty.h>
 
 #include <atomic>
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
@@ -12,9 +10,8 @@
 
 #include "nodelets/disparity_processor.h"
 #include "nodelets/disparity_views.h"
+#include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
-#include "nodelets/latest_worker.h"
-#include "nodelets/live_params.h"
 #include "nodelets/motion_source.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/ros_params.h"
@@ -37,13 +34,12 @@ class DisparityNodelet : public nodelet::Nodelet {
  public:
   ~DisparityNodelet() override {
     if (health_) health_->stop();
+    if (input_) input_->stop();
+    if (loop_) loop_->stop();
   }
 
  private:
-  struct Job {
-    StereoPair pair;
-    std::chrono::steady_clock::time_point arrival;
-  };
+  using Loop = FrameLoop<StereoPair, DisparityProcessor, DisparityParams>;
   // A cloud that waits for this frame's moving objects.
   struct PendingCloud {
     stereo_msgs::DisparityImageConstPtr disparity;
@@ -51,44 +47,41 @@ class DisparityNodelet : public nodelet::Nodelet {
   };
 
   void onInit() override {
-    ros::NodeHandle& node = getNodeHandle();
-    ros::NodeHandle& private_node = getPrivateNodeHandle();
-    health_ = std::make_unique<Health>(node, private_node, getName(), "Disparity",
-                                       [this] { return silence(); });
+    health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
+                                       "Disparity", [this] { return silence(); });
     try {
-      ParamTable table(params_, rosParamPrefix(private_node));
-      for (const std::string& warning : setFromRosParams(private_node, table))
-        health_->event(warning);
-      processor_ = std::make_unique<DisparityProcessor>(params_.processor);
+      start(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& e) {
       health_->problem("parameters", Health::Severity::kBroken, e.what());
-      return;
     }
-    live_params_ = std::make_unique<LiveParams<DisparityParams>>(
-        private_node, params_.processor.disparity,
-        [](const DisparityParams& params) { DisparityEstimator{params}; });
+    health_->start();
+  }
+
+  void start(ros::NodeHandle& node, ros::NodeHandle& private_node) {
+    ParamTable table(params_, rosParamPrefix(private_node));
+    for (const std::string& warning : setFromRosParams(private_node, table))
+      health_->event(warning);
+    processor_ = std::make_unique<DisparityProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(node);
     advertise(node);
-    reset_service_ = private_node.advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
-        "reset", [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
-          reset_requested_ = true;
-          return true;
-        });
-    worker_ = std::make_unique<LatestWorker<Job>>([this](Job& job) { work(job); });
+    loop_ = std::make_unique<Loop>(
+        private_node, *health_, *processor_, params_.processor.disparity,
+        Loop::Hooks{[this] { return wanted(); },
+                    [this](const Loop::Job& job) { process(job); },
+                    [](const DisparityParams& params) { DisparityEstimator{params}; },
+                    {}});
     odometry_subscriber_ = node.subscribe<nav_msgs::Odometry>(
         "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
           odometry_.add(odometry);
           odometry_silent_ = false;
         });
     input_ = std::make_unique<StereoInput>(
-        node, private_node, params_.sync,
-        [this](const StereoPair& pair) {
-          worker_->push({pair, std::chrono::steady_clock::now()});
-        },
+        node, private_node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) {
           tf_->goBackTo(stamp);
           odometry_.goBackTo(stamp);
         });
+    input_->start();
   }
 
   void advertise(ros::NodeHandle& node) {
@@ -126,39 +119,19 @@ class DisparityNodelet : public nodelet::Nodelet {
     return false;
   }
 
-  void work(Job& job) {
-    try {
-      process(job);
-    } catch (const std::exception& e) {
-      health_->problem("input", Health::Severity::kBroken, e.what());
-    }
-  }
-
-  void process(const Job& job) {
-    if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
-    const bool wake = wanted();
-    health_->asleep(!wake);
-    if (!wake || reset_requested_.exchange(false)) {
-      // What is remembered from before the sleep would be of no use after it.
-      processor_->reset();
-      if (!wake) return;
-      health_->event("reset");
-    }
-    const SequenceGuard::Result sequence = processor_->prepare(job.pair);
+  void process(const Loop::Job& job) {
+    const SequenceGuard::Result sequence = processor_->prepare(job.frame);
     if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return;
-    health_->solved("input");
-    if (sequence.verdict == SequenceGuard::Verdict::kBackward ||
-        sequence.verdict == SequenceGuard::Verdict::kBroken)
-      health_->event(sequence.reason);
+    if (sequence.startsAnew()) health_->event(sequence.reason);
 
     Stopwatch watch;
     StageTimes waiting;
-    const std::optional<CameraMotion> camera_motion = motion(job.pair.left->header);
+    const std::optional<CameraMotion> camera_motion = motion(job.frame.left->header);
     watch.lap("waiting for motion", waiting);
     const DisparityMessages messages = processor_->estimate(camera_motion);
     StageTimes times = processor_->times();
     times.insert(times.end(), waiting.begin(), waiting.end());
-    publish(messages, job.pair);
+    publish(messages, job.frame);
     report(job, messages, times);
   }
 
@@ -252,18 +225,16 @@ class DisparityNodelet : public nodelet::Nodelet {
     pending_cloud_.reset();
   }
 
-  void report(const Job& job, const DisparityMessages& messages, const StageTimes& times) {
+  void report(const Loop::Job& job, const DisparityMessages& messages, const StageTimes& times) {
     health_->figure("SIMD target", processor_->simdTarget());
     health_->figure("predicted", messages.predicted ? "yes" : "no");
     health_->figure("mean search width [px]", messages.mean_search_width_px, "%.1f");
     health_->figure("disparity space searched [%]", 100 * messages.searched_fraction, "%.1f");
     health_->figure("largest row offset [px]", messages.row_alignment->largest_offset, "%.2f");
     health_->figure("row offset residual [px]", messages.row_alignment->residual, "%.2f");
-    health_->figure("dropped pairs", static_cast<double>(worker_->dropped()), "%.0f");
+    health_->figure("dropped pairs", static_cast<double>(loop_->dropped()), "%.0f");
     health_->figure("unmatched left images", static_cast<double>(input_->unmatched()), "%.0f");
-    const std::chrono::duration<double, std::milli> latency =
-        std::chrono::steady_clock::now() - job.arrival;
-    health_->frame(job.pair.left->header.stamp, latency.count(), times);
+    health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
   }
 
   DisparityNodeletParams params_;
@@ -278,9 +249,6 @@ class DisparityNodelet : public nodelet::Nodelet {
       measured_variance_, predicted_variance_, row_alignment_, search_range_, disparity_image_,
       standard_deviation_, depth_image_, depth_info_, cloud_;
   image_transport::Publisher colour_image_;
-  ros::ServiceServer reset_service_;
-  std::atomic<bool> reset_requested_{false};
-  std::unique_ptr<LiveParams<DisparityParams>> live_params_;
 
   std::mutex cloud_mutex_;
   std::optional<PendingCloud> pending_cloud_;
@@ -288,8 +256,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   ros::Subscriber mask_subscriber_;
 
   ros::Subscriber odometry_subscriber_;
-  // Torn down first, in this order: no more pairs, then no more work.
-  std::unique_ptr<LatestWorker<Job>> worker_;
+  std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;
 };
 

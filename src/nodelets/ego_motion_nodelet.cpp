@@ -1,9 +1,7 @@
 #include <nodelet/nodelet.h>
 #include <sensor_msgs/Image.h>
-#include <std_srvs/Empty.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -11,9 +9,8 @@
 #include <string>
 
 #include "nodelets/ego_motion_processor.h"
+#include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
-#include "nodelets/latest_worker.h"
-#include "nodelets/live_params.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stereo_input.h"
@@ -33,41 +30,39 @@ class EgoMotionNodelet : public nodelet::Nodelet {
  public:
   ~EgoMotionNodelet() override {
     if (health_) health_->stop();
+    if (input_) input_->stop();
+    if (loop_) loop_->stop();
   }
 
  private:
-  struct Job {
-    StereoPair pair;
-    std::chrono::steady_clock::time_point arrival;
-  };
+  using Loop = FrameLoop<StereoPair, EgoMotionProcessor, EgoMotionParams>;
 
   void onInit() override {
-    ros::NodeHandle& node = getNodeHandle();
-    ros::NodeHandle& private_node = getPrivateNodeHandle();
-    health_ = std::make_unique<Health>(node, private_node, getName(), "EgoMotion",
-                                       [this] { return silence(); });
+    health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
+                                       "EgoMotion", [this] { return silence(); });
     try {
-      ParamTable table(params_, rosParamPrefix(private_node));
-      for (const std::string& warning : setFromRosParams(private_node, table))
-        health_->event(warning);
-      processor_ = std::make_unique<EgoMotionProcessor>(params_.processor);
+      start(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& e) {
       health_->problem("parameters", Health::Severity::kBroken, e.what());
-      return;
     }
-    live_params_ = std::make_unique<LiveParams<EgoMotionParams>>(
-        private_node, params_.processor.ego_motion,
-        [](const EgoMotionParams& params) { EgoMotion{params}; });
+    health_->start();
+  }
+
+  void start(ros::NodeHandle& node, ros::NodeHandle& private_node) {
+    ParamTable table(params_, rosParamPrefix(private_node));
+    for (const std::string& warning : setFromRosParams(private_node, table))
+      health_->event(warning);
+    processor_ = std::make_unique<EgoMotionProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(node);
     odometry_publisher_ = node.advertise<nav_msgs::Odometry>("odometry", 10);
     pose_publisher_ = node.advertise<geometry_msgs::PoseWithCovarianceStamped>("odometry/pose", 10);
     if (params_.publish_tf) tf_publisher_ = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
-    reset_service_ = private_node.advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
-        "reset", [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
-          reset_requested_ = true;
-          return true;
-        });
-    worker_ = std::make_unique<LatestWorker<Job>>([this](Job& job) { work(job); });
+    loop_ =
+        std::make_unique<Loop>(private_node, *health_, *processor_, params_.processor.ego_motion,
+                               Loop::Hooks{[] { return true; },
+                                           [this](const Loop::Job& job) { process(job); },
+                                           [](const EgoMotionParams& params) { EgoMotion{params}; },
+                                           {}});
     if (params_.use_moving_mask)
       mask_subscriber_ = node.subscribe<sensor_msgs::Image>(
           "moving_objects/mask", 2, [this](const sensor_msgs::ImageConstPtr& mask) {
@@ -75,42 +70,24 @@ class EgoMotionNodelet : public nodelet::Nodelet {
             mask_ = mask;
           });
     input_ = std::make_unique<StereoInput>(
-        node, private_node, params_.sync,
-        [this](const StereoPair& pair) {
-          worker_->push({pair, std::chrono::steady_clock::now()});
-        },
+        node, private_node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) { tf_->goBackTo(stamp); });
+    input_->start();
   }
 
   std::string silence() const { return input_ ? input_->silence() : ""; }
 
-  void work(Job& job) {
-    try {
-      process(job);
-      health_->solved("input");
-    } catch (const std::exception& e) {
-      health_->problem("input", Health::Severity::kBroken, e.what());
-    }
-  }
-
-  void process(const Job& job) {
-    if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
-    if (reset_requested_.exchange(false)) {
-      processor_->reset();
-      health_->event("reset: the next frame is the origin");
-    }
-    const std::optional<Eigen::Isometry3d> T_base_cam = extrinsic(job.pair);
+  void process(const Loop::Job& job) {
+    const std::optional<Eigen::Isometry3d> T_base_cam = extrinsic(job.frame);
     if (!T_base_cam) return;
 
     StageTimes times;
     Stopwatch watch;
     sensor_msgs::ImageConstPtr mask_message;
     const EgoMotionProcessor::Output output =
-        processor_->process(job.pair, *T_base_cam, takeMask(mask_message));
+        processor_->process(job.frame, *T_base_cam, takeMask(mask_message));
     watch.lap("ego-motion", times);
-    if (output.sequence.verdict == SequenceGuard::Verdict::kBackward ||
-        output.sequence.verdict == SequenceGuard::Verdict::kBroken)
-      health_->event(output.sequence.reason);
+    if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
     if (!output.messages) return;
     publish(*output.messages);
     report(job, output.estimate, times);
@@ -155,8 +132,8 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     pose_publisher_.publish(messages.pose);
   }
 
-  void report(const Job& job, const EgoMotionEstimate& estimate, const StageTimes& times) {
-    last_stamp_ = job.pair.left->header.stamp;
+  void report(const Loop::Job& job, const EgoMotionEstimate& estimate, const StageTimes& times) {
+    last_stamp_ = job.frame.left->header.stamp;
     if (estimate.status == EgoMotionStatus::kLost)
       health_->problem("tracking", Health::Severity::kDegraded,
                        "lost: too few features agree on a motion; the pose is held");
@@ -166,11 +143,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     health_->figure("inliers", estimate.inliers, "%.0f");
     health_->figure("residual [px]", estimate.residual_px, "%.3f");
     health_->figure("largest row offset [px]", estimate.row_alignment.largest_offset_px, "%.2f");
-    health_->figure("dropped pairs", static_cast<double>(worker_->dropped()), "%.0f");
+    health_->figure("dropped pairs", static_cast<double>(loop_->dropped()), "%.0f");
     health_->figure("unmatched left images", static_cast<double>(input_->unmatched()), "%.0f");
-    const std::chrono::duration<double, std::milli> latency =
-        std::chrono::steady_clock::now() - job.arrival;
-    health_->frame(job.pair.left->header.stamp, latency.count(), times);
+    health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
   }
 
   EgoMotionNodeletParams params_;
@@ -179,14 +154,10 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   std::unique_ptr<EgoMotionProcessor> processor_;
   ros::Publisher odometry_publisher_, pose_publisher_, tf_publisher_;
   ros::Subscriber mask_subscriber_;
-  ros::ServiceServer reset_service_;
-  std::atomic<bool> reset_requested_{false};
-  std::unique_ptr<LiveParams<EgoMotionParams>> live_params_;
   std::mutex mask_mutex_;
   sensor_msgs::ImageConstPtr mask_;
   ros::Time last_stamp_;
-  // Torn down first, in this order: no more pairs, then no more work.
-  std::unique_ptr<LatestWorker<Job>> worker_;
+  std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;
 };
 

@@ -27,8 +27,8 @@ Health::Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
   updater_.setHardwareID("none");
   updater_.add(title, this, &Health::report);
   // Wall time: a paused simulation or bag is one of the things to be told.
-  timer_ =
-      node.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { tick(); });
+  timer_ = node.createWallTimer(
+      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { tick(); }, false, false);
 }
 
 void Health::problem(const std::string& cause, Severity severity, const std::string& text) {

@@ -31,6 +31,9 @@ class Health {
   Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::string& name,
          const std::string& title, std::function<std::string()> silence);
 
+  /// From now on diagnostics are published, and `silence` is asked.
+  void start() { timer_.start(); }
+
   /// No more calls of `silence` once this has returned.
   void stop() { timer_.stop(); }
 

@@ -20,15 +20,7 @@ class LatestWorker {
   explicit LatestWorker(std::function<void(Job&)> work)
       : work_(std::move(work)), thread_([this] { run(); }) {}
 
-  /// Waits for the job in work.
-  ~LatestWorker() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      stop_ = true;
-    }
-    changed_.notify_one();
-    thread_.join();
-  }
+  ~LatestWorker() { stop(); }
   LatestWorker(const LatestWorker&) = delete;
   LatestWorker& operator=(const LatestWorker&) = delete;
 
@@ -42,6 +34,16 @@ class LatestWorker {
   }
 
   uint64_t dropped() const { return dropped_; }
+
+  /// Waits for the job in work; there will be no other.
+  void stop() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      stop_ = true;
+    }
+    changed_.notify_one();
+    if (thread_.joinable()) thread_.join();
+  }
 
  private:
   void run() {

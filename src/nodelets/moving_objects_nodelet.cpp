@@ -1,10 +1,8 @@
 #include <image_transport/image_transport.h>
 #include <nodelet/nodelet.h>
-#include <std_srvs/Empty.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -13,15 +11,15 @@
 #include <string>
 #include <vector>
 
+#include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
-#include "nodelets/latest_worker.h"
-#include "nodelets/live_params.h"
 #include "nodelets/moving_objects_processor.h"
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stamp_matcher.h"
 #include "nodelets/tf_input.h"
+#include "nodelets/topic_state.h"
 #include "nodelets/transforms.h"
 
 namespace predictive_stereo {
@@ -38,36 +36,34 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
  public:
   ~MovingObjectsNodelet() override {
     if (health_) health_->stop();
+    left_.shutdown();
+    for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
+    if (loop_) loop_->stop();
   }
 
  private:
-  struct Job {
-    MovingObjectsInput input;
-    std::chrono::steady_clock::time_point arrival;
-  };
+  using Loop = FrameLoop<MovingObjectsInput, MovingObjectsProcessor, DetectionParams>;
   // The first is the one whose messages must find their partners: not every left image has become
   // a disparity.
   enum Slot { kMeasured, kMeasuredVariance, kPredicted, kPredictedVariance, kLeft, kLeftInfo };
   static constexpr size_t kTopics = 6;
 
   void onInit() override {
-    ros::NodeHandle& node = getNodeHandle();
-    ros::NodeHandle& private_node = getPrivateNodeHandle();
-    health_ = std::make_unique<Health>(node, private_node, getName(), "MovingObjects",
-                                       [this] { return silence(); });
+    health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
+                                       "MovingObjects", [this] { return silence(); });
     try {
-      ParamTable table(params_, rosParamPrefix(private_node));
-      for (const std::string& warning : setFromRosParams(private_node, table))
-        health_->event(warning);
-      processor_ = std::make_unique<MovingObjectsProcessor>(params_.processor);
+      start(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& e) {
       health_->problem("parameters", Health::Severity::kBroken, e.what());
-      return;
     }
-    live_params_ = std::make_unique<LiveParams<DetectionParams>>(
-        private_node, params_.processor.detection,
-        [](const DetectionParams& params) { MovingObjectDetector{params}; },
-        std::vector<std::string>{"range/"});
+    health_->start();
+  }
+
+  void start(ros::NodeHandle& node, ros::NodeHandle& private_node) {
+    ParamTable table(params_, rosParamPrefix(private_node));
+    for (const std::string& warning : setFromRosParams(private_node, table))
+      health_->event(warning);
+    processor_ = std::make_unique<MovingObjectsProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(node);
     image_transport::ImageTransport transport(node);
     objects_ = node.advertise<MovingObjectArray>("moving_objects", 10);
@@ -75,12 +71,12 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     residual_ = node.advertise<sensor_msgs::Image>("moving_objects/residual", 5);
     markers_ = node.advertise<visualization_msgs::MarkerArray>("moving_objects/markers", 5);
     image_ = transport.advertise("moving_objects/image", 5);
-    reset_service_ = private_node.advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
-        "reset", [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
-          reset_requested_ = true;
-          return true;
-        });
-    worker_ = std::make_unique<LatestWorker<Job>>([this](Job& job) { work(job); });
+    loop_ = std::make_unique<Loop>(
+        private_node, *health_, *processor_, params_.processor.detection,
+        Loop::Hooks{[this] { return wanted(); },
+                    [this](const Loop::Job& job) { process(job); },
+                    [](const DetectionParams& params) { MovingObjectDetector{params}; },
+                    {"range/"}});
     subscribe(node);
   }
 
@@ -136,31 +132,28 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
           static_pointer_cast<const sensor_msgs::Image>(set[kMeasuredVariance]);
       input.predicted_variance =
           static_pointer_cast<const sensor_msgs::Image>(set[kPredictedVariance]);
-      worker_->push({input, std::chrono::steady_clock::now()});
+      loop_->push(input);
     }
   }
 
   std::string silence() const {
     if (!matcher_) return "";
-    std::string unpublished, silent;
-    const auto append = [](std::string& list, const std::string& topic) {
-      list += (list.empty() ? "" : ", ") + topic;
-    };
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto now = std::chrono::steady_clock::now();
-    for (size_t slot = 0; slot < kTopics; ++slot) {
-      const std::string topic = getNodeHandle().resolveName(names_[slot]);
-      const uint32_t publishers =
-          slot == kLeft ? left_.getNumPublishers() : subscribers_[slot].getNumPublishers();
-      if (publishers == 0)
-        append(unpublished, topic);
-      else if (now - last_received_[slot] > std::chrono::seconds(2))
-        append(silent, topic);
-    }
+    std::vector<TopicState> topics;
+    for (size_t slot = 0; slot < kTopics; ++slot)
+      topics.push_back(
+          {getNodeHandle().resolveName(names_[slot]),
+           slot == kLeft ? left_.getNumPublishers() : subscribers_[slot].getNumPublishers(),
+           last_received_[slot]});
+    const std::string unpublished = unpublishedOf(topics), silent = silentOf(topics);
     if (!unpublished.empty())
       return "nobody publishes " + unpublished +
              ": run the Disparity nodelet in the same namespace (launch argument "
              "camera:=<namespace>), or remap";
+    // Without images there are no disparities either.
+    if (topics[kLeft].isSilent())
+      return "nothing comes on " + topics[kLeft].name +
+             " although it is advertised: is the camera running, or is the bag paused?";
     if (!silent.empty())
       return "nothing comes on " + silent +
              " although it is advertised: see the diagnostics of the Disparity nodelet";
@@ -178,54 +171,32 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
            image_.getNumSubscribers() > 0;
   }
 
-  void work(Job& job) {
-    try {
-      process(job);
-    } catch (const std::exception& e) {
-      health_->problem("input", Health::Severity::kBroken, e.what());
-    }
-  }
-
-  void process(const Job& job) {
-    if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
-    const bool wake = wanted();
-    health_->asleep(!wake);
-    if (!wake || reset_requested_.exchange(false)) {
-      // What is remembered from before the sleep would be of no use after it.
-      processor_->reset();
-      if (!wake) return;
-      health_->event("reset");
-    }
-    const std_msgs::Header& header = job.input.left->header;
+  void process(const Loop::Job& job) {
+    const std_msgs::Header& header = job.frame.left->header;
     Stopwatch watch;
     StageTimes times;
     const std::optional<Eigen::Isometry3d> T_odom_cam = pose(header);
     watch.lap("waiting for the pose", times);
-    const MovingObjectsProcessor::Output output = processor_->process(job.input, T_odom_cam);
+    const MovingObjectsProcessor::Output output = processor_->process(job.frame, T_odom_cam);
     watch.lap("detection", times);
-    health_->solved("input");
-    if (output.sequence.verdict == SequenceGuard::Verdict::kBackward ||
-        output.sequence.verdict == SequenceGuard::Verdict::kBroken)
-      health_->event(output.sequence.reason);
+    if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
     if (!output.messages) return;
     objects_.publish(output.messages->objects);
     mask_.publish(output.messages->mask);
     if (residual_.getNumSubscribers() > 0)
-      residual_.publish(residualImage(*job.input.measured_disparity, *job.input.measured_variance,
-                                      *job.input.predicted_disparity,
-                                      *job.input.predicted_variance));
+      residual_.publish(residualImage(*job.frame.measured_disparity, *job.frame.measured_variance,
+                                      *job.frame.predicted_disparity,
+                                      *job.frame.predicted_variance));
     if (markers_.getNumSubscribers() > 0)
       markers_.publish(markers(*output.messages->objects, T_odom_cam));
     if (image_.getNumSubscribers() > 0)
-      image_.publish(overlay(*job.input.left, *output.messages->objects, *output.messages->mask));
+      image_.publish(overlay(*job.frame.left, *output.messages->objects, *output.messages->mask));
 
     health_->figure("objects", static_cast<double>(output.messages->objects->objects.size()),
                     "%.0f");
-    health_->figure("dropped frames", static_cast<double>(worker_->dropped()), "%.0f");
+    health_->figure("dropped frames", static_cast<double>(loop_->dropped()), "%.0f");
     health_->figure("unmatched frames", static_cast<double>(unmatched()), "%.0f");
-    const std::chrono::duration<double, std::milli> latency =
-        std::chrono::steady_clock::now() - job.arrival;
-    health_->frame(header.stamp, latency.count(), times);
+    health_->frame(header.stamp, job.ageMs(), times);
   }
 
   std::optional<Eigen::Isometry3d> pose(const std_msgs::Header& now) {
@@ -250,9 +221,6 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   std::unique_ptr<MovingObjectsProcessor> processor_;
   ros::Publisher objects_, residual_, markers_;
   image_transport::Publisher mask_, image_;
-  ros::ServiceServer reset_service_;
-  std::atomic<bool> reset_requested_{false};
-  std::unique_ptr<LiveParams<DetectionParams>> live_params_;
 
   mutable std::mutex mutex_;
   std::array<const char*, kTopics> names_{};
@@ -260,8 +228,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   std::array<std::chrono::steady_clock::time_point, kTopics> last_received_{};
   ros::Time last_left_;
 
-  // Torn down first, in this order: no more input, then no more work.
-  std::unique_ptr<LatestWorker<Job>> worker_;
+  std::unique_ptr<Loop> loop_;
   std::array<ros::Subscriber, kTopics> subscribers_;
   image_transport::Subscriber left_;
 };

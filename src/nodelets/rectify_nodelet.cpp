@@ -36,6 +36,7 @@ class RectifyNodelet : public nodelet::Nodelet {
     const std::lock_guard<std::mutex> lock(mutex_);  // the first may come before this has returned
     transport_ = std::make_unique<image_transport::ImageTransport>(node);
     rectified_ = transport_->advertise("image_rect", kQueue, connect, connect);
+    health_->start();
   }
 
   void followSubscribers() {

@@ -22,7 +22,10 @@ class SequenceGuard {
   };
   struct Result {
     Verdict verdict;
-    std::string reason;  ///< for the log, where not kContinues
+    std::string reason;  ///< where not kContinues
+
+    /// Whether what was remembered is lost, which belongs into the log.
+    bool startsAnew() const { return verdict == Verdict::kBackward || verdict == Verdict::kBroken; }
   };
 
   /// @param max_gap_s  frames further apart than this do not belong together.

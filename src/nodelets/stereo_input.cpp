@@ -5,39 +5,50 @@
 #include <utility>
 #include <vector>
 
+#include "nodelets/topic_state.h"
+
 namespace predictive_stereo {
 namespace {
 
 enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
-constexpr auto kSilence = std::chrono::seconds(2);
 
 }  // namespace
 
 StereoInput::StereoInput(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
                          const SyncParams& params, std::function<void(const StereoPair&)> on_pair,
                          std::function<void(ros::Time)> on_backward)
-    : on_pair_(std::move(on_pair)),
+    : node_(node),
+      private_node_(private_node),
+      queue_(std::max(kRoscppQueue, static_cast<uint32_t>(params.queue_size))),
+      on_pair_(std::move(on_pair)),
       on_backward_(std::move(on_backward)),
       matcher_({node.resolveName("left/image_rect"), node.resolveName("left/camera_info"),
                 node.resolveName("right/image_rect"), node.resolveName("right/camera_info")},
                params),
-      transport_(node) {
-  ros::NodeHandle subscriber_node(node);
+      transport_(node) {}
+
+void StereoInput::start() {
   const image_transport::TransportHints hints("raw", ros::TransportHints().tcpNoDelay(),
-                                              private_node);
-  const uint32_t queue = std::max(kRoscppQueue, static_cast<uint32_t>(params.queue_size));
+                                              private_node_);
   using InfoPtr = sensor_msgs::CameraInfoConstPtr;
   using ImagePtr = sensor_msgs::ImageConstPtr;
-  left_info_ = subscriber_node.subscribe<sensor_msgs::CameraInfo>(
-      "left/camera_info", queue, [this](const InfoPtr& info) { add(kLeftInfo, info, true); });
-  right_info_ = subscriber_node.subscribe<sensor_msgs::CameraInfo>(
-      "right/camera_info", queue, [this](const InfoPtr& info) { add(kRightInfo, info, true); });
+  left_info_ = node_.subscribe<sensor_msgs::CameraInfo>(
+      "left/camera_info", queue_, [this](const InfoPtr& info) { add(kLeftInfo, info, true); });
+  right_info_ = node_.subscribe<sensor_msgs::CameraInfo>(
+      "right/camera_info", queue_, [this](const InfoPtr& info) { add(kRightInfo, info, true); });
   left_ = transport_.subscribe(
-      "left/image_rect", queue, [this](const ImagePtr& image) { add(kLeft, image, false); },
+      "left/image_rect", queue_, [this](const ImagePtr& image) { add(kLeft, image, false); },
       ros::VoidPtr(), hints);
   right_ = transport_.subscribe(
-      "right/image_rect", queue, [this](const ImagePtr& image) { add(kRight, image, false); },
+      "right/image_rect", queue_, [this](const ImagePtr& image) { add(kRight, image, false); },
       ros::VoidPtr(), hints);
+}
+
+void StereoInput::stop() {
+  left_.shutdown();
+  right_.shutdown();
+  left_info_.shutdown();
+  right_info_.shutdown();
 }
 
 template <class Message>
@@ -71,21 +82,14 @@ size_t StereoInput::unmatched() const {
 }
 
 std::string StereoInput::silence() const {
-  const std::array<std::pair<std::string, uint32_t>, kTopics> topics = {{
-      {left_.getTopic(), left_.getNumPublishers()},
-      {left_info_.getTopic(), left_info_.getNumPublishers()},
-      {right_.getTopic(), right_.getNumPublishers()},
-      {right_info_.getTopic(), right_info_.getNumPublishers()},
-  }};
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto now = std::chrono::steady_clock::now();
-  std::string unpublished, silent;
-  for (size_t i = 0; i < kTopics; ++i) {
-    if (topics[i].second == 0)
-      unpublished += (unpublished.empty() ? "" : ", ") + topics[i].first;
-    else if (now - last_received_[i] > kSilence)
-      silent += (silent.empty() ? "" : ", ") + topics[i].first;
-  }
+  const std::vector<TopicState> topics = {
+      {left_.getTopic(), left_.getNumPublishers(), last_received_[kLeft]},
+      {left_info_.getTopic(), left_info_.getNumPublishers(), last_received_[kLeftInfo]},
+      {right_.getTopic(), right_.getNumPublishers(), last_received_[kRight]},
+      {right_info_.getTopic(), right_info_.getNumPublishers(), last_received_[kRightInfo]},
+  };
+  const std::string unpublished = unpublishedOf(topics), silent = silentOf(topics);
   if (!unpublished.empty())
     return "nobody publishes " + unpublished +
            ": run in the camera's namespace (launch argument camera:=<namespace>), or remap";

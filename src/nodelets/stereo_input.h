@@ -15,7 +15,7 @@
 
 namespace predictive_stereo {
 
-/// The four topics of a stereo camera, joined into pairs.
+/// The four topics of a stereo camera, joined into pairs between start() and stop().
 class StereoInput {
  public:
   /// @param on_pair  called with each pair, from the node handle's callback queue.
@@ -24,6 +24,11 @@ class StereoInput {
   StereoInput(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
               const SyncParams& params, std::function<void(const StereoPair&)> on_pair,
               std::function<void(ros::Time)> on_backward);
+
+  void start();
+
+  /// No more calls of either function once this has returned.
+  void stop();
 
   /// Why no pairs come, and which parameter cures it; empty where they do.
   std::string silence() const;
@@ -37,6 +42,8 @@ class StereoInput {
   template <class Message>
   void add(size_t slot, const boost::shared_ptr<const Message>& message, bool may_be_constant);
 
+  ros::NodeHandle node_, private_node_;
+  const uint32_t queue_;
   std::function<void(const StereoPair&)> on_pair_;
   std::function<void(ros::Time)> on_backward_;
 

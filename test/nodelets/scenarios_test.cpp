@@ -6,9 +6,11 @@
 #include <stereo_msgs/DisparityImage.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 
 #include "evaluation/sequence.h"
 #include "nodelet_fixture.h"
@@ -82,6 +84,38 @@ TEST_F(Scenarios, moving_objects_names_the_nodelet_that_it_waits_for) {
                                         "/measured_variance, " + ns_ + "/predicted_disparity, " +
                                         ns_ + "/predicted_variance"));
   EXPECT_TRUE(says("MovingObjects", "run the Disparity nodelet in the same namespace"));
+}
+
+TEST_F(Scenarios, moving_objects_tells_that_the_camera_has_stopped) {
+  load("Disparity");
+  load("MovingObjects");
+  DisparityRecorder disparity(node_, "disparity");
+  Recorder<MovingObjectArray> objects(node_, "moving_objects");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  ASSERT_TRUE(comesOut(street().pair(0), disparity));
+  EXPECT_TRUE(says("MovingObjects", "nothing comes on " + ns_ + "/left/image_rect although"));
+  EXPECT_TRUE(says("MovingObjects", "is the camera running, or is the bag paused?"));
+}
+
+TEST_F(Scenarios, nodelets_may_be_unloaded_while_frames_come) {
+  std::atomic<bool> done{false};
+  std::thread camera([&] {
+    for (int i = 0; !done; ++i) {
+      StereoPair pair = street().pair(i % 6);
+      player_.publish(pair);
+      ros::WallDuration(0.002).sleep();
+    }
+  });
+  for (int round = 0; round < 4; ++round) {
+    for (const char* nodelet : {"EgoMotion", "Disparity", "MovingObjects"}) load(nodelet);
+    DisparityRecorder disparity(node_, "disparity");
+    Recorder<MovingObjectArray> objects(node_, "moving_objects");
+    EXPECT_TRUE(eventually([&] { return disparity.count() > 0; }));
+    for (const char* nodelet : {"EgoMotion", "Disparity", "MovingObjects"})
+      EXPECT_TRUE(loader_->unload(ns_ + "/" + nodelet));
+  }
+  done = true;
+  camera.join();
 }
 
 TEST_F(Scenarios, moving_objects_without_tf_come_without_velocities) {

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <ros/node_handle.h>
+#include <std_srvs/Empty.h>
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nodelets/health.h"
+#include "nodelets/latest_worker.h"
+#include "nodelets/live_params.h"
+
+namespace predictive_stereo {
+
+/// The rhythm of a nodelet: one frame at a time, the newest, in a thread of its own. Between two
+/// frames changed parameters and ~reset reach the processor. While nobody listens the processor
+/// sleeps, and has forgotten the past when it wakes. What a frame throws becomes a diagnostic.
+///
+/// Processor has setParams(Params) and reset().
+template <class Frame, class Processor, class Params>
+class FrameLoop {
+ public:
+  struct Job {
+    Frame frame;
+    std::chrono::steady_clock::time_point arrival = std::chrono::steady_clock::now();
+
+    double ageMs() const {
+      const auto age = std::chrono::steady_clock::now() - arrival;
+      return std::chrono::duration<double, std::milli>(age).count();
+    }
+  };
+  struct Hooks {
+    std::function<bool()> wanted;             ///< whether anybody listens
+    std::function<void(const Job&)> process;  ///< called in the loop's thread; may throw
+    /// Throws std::invalid_argument for parameters that are not allowed together.
+    std::function<void(const Params&)> check;
+    std::vector<std::string> fixed;  ///< beginnings of the names of those that cannot change
+  };
+
+  /// @param params  those that the processor has.
+  FrameLoop(ros::NodeHandle& private_node, Health& health, Processor& processor,
+            const Params& params, const Hooks& hooks)
+      : health_(health),
+        processor_(processor),
+        hooks_(hooks),
+        live_params_(private_node, params, hooks.check, hooks.fixed),
+        reset_service_(private_node.advertiseService("reset", &FrameLoop::onReset, this)) {}
+
+  void push(Frame frame) { worker_.push(Job{std::move(frame)}); }
+
+  /// Frames that a newer one replaced before their turn came.
+  uint64_t dropped() const { return worker_.dropped(); }
+
+  /// No more calls of the hooks once this has returned.
+  void stop() { worker_.stop(); }
+
+ private:
+  bool onReset(std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
+    reset_requested_ = true;
+    return true;
+  }
+
+  void work(const Job& job) {
+    try {
+      if (!wake()) return;
+      hooks_.process(job);
+      health_.solved("input");
+    } catch (const std::exception& e) {
+      health_.problem("input", Health::Severity::kBroken, e.what());
+    }
+  }
+
+  bool wake() {
+    if (const auto params = live_params_.takeChanged()) processor_.setParams(*params);
+    const bool wanted = hooks_.wanted();
+    health_.asleep(!wanted);
+    const bool reset = reset_requested_.exchange(false);
+    // What is remembered from before a sleep would be of no use after it.
+    if (reset || !wanted) processor_.reset();
+    if (reset) health_.event("reset: the next frame is the first");
+    return wanted;
+  }
+
+  Health& health_;
+  Processor& processor_;
+  const Hooks hooks_;
+  LiveParams<Params> live_params_;
+  std::atomic<bool> reset_requested_{false};
+  ros::ServiceServer reset_service_;
+  LatestWorker<Job> worker_{[this](Job& job) { work(job); }};  // last: it uses all of the above
+};
+
+}  // namespace predictive_stereo
