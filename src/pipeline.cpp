@@ -85,7 +85,6 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   watch.lap("support", times_);
 
   correct(prediction_, output.measured_disparity_px, range, params_.correction, state);
-  dropRefuted(output.measured_disparity_px, range, state);
   std::swap(state.disparity_px, corrected_disparity_px_);
   filterBySupport(range, params_.min_support, corrected_disparity_px_, state.disparity_px);
   watch.lap("correction", times_);

@@ -27,15 +27,12 @@ struct CorrectionParams {
 /// p_pred + K^2 r, K = p_pred / (p_pred + r). Without a prediction, or where the innovation fails
 /// the gate, the filter starts anew with the measurement; without a measurement the prediction
 /// lives on until max_missed_frames is exceeded.
+///
+/// Predictions are not kept that the right camera sees through: where it matches something more
+/// than 3 px farther on the line of sight to such a point, no surface can be there. What a moving
+/// object leaves behind goes this way, and so do errors of earlier matches beside near surfaces. A
+/// nearer match there hides the point and says nothing of it.
 void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
              const DisparityRange& range, const CorrectionParams& params, DisparityState& state);
-
-/// Drops kept predictions that the right camera sees through: where it matches something more than
-/// 3 px farther on the line of sight to such a point, no surface can be there. What a moving object
-/// leaves behind goes this way, and so do errors of earlier matches beside near surfaces. A nearer
-/// match there hides the point and says nothing of it. `state` is what correct() made of the same
-/// measurement.
-void dropRefuted(const cv::Mat1f& measured_disparity_px, const DisparityRange& range,
-                 DisparityState& state);
 
 }  // namespace predictive_stereo

@@ -54,6 +54,79 @@ void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& lim
                 row.missed_frames);
 }
 
+// Columns of the right image that see the pixels from x on, if there were such disparities.
+template <class D>
+HWY_INLINE hn::Vec<hn::RebindToSigned<D>> rightColumns(D d, int x, hn::Vec<D> disparity) {
+  const auto position = hn::Sub(hn::Iota(d, static_cast<float>(x)), disparity);
+  return hn::ConvertTo(hn::RebindToSigned<D>(), hn::Add(position, hn::Set(d, 0.5f)));
+}
+
+// Pixels from x on, as long as vectors fit; returns the first that did not. Of two pixels that are
+// seen in one column, the one to the right is the nearer.
+template <class D>
+HWY_INLINE int rightView(D d, const float* measured, int width, float smallest_valid, int x,
+                         float* nearest) {
+  const hn::RebindToSigned<D> di;
+  const auto smallest = hn::Set(d, smallest_valid);
+  const auto outside = hn::Set(di, width);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  HWY_ALIGN int32_t columns[hn::MaxLanes(D())];
+  for (; x + lanes <= width; x += lanes) {
+    const auto disparity = hn::LoadU(d, measured + x);
+    const auto column = rightColumns(d, x, disparity);
+    const auto in_row = hn::And(hn::Gt(column, hn::Set(di, -1)), hn::Lt(column, outside));
+    const auto valid = hn::RebindMask(di, hn::Ge(disparity, smallest));
+    hn::Store(hn::IfThenElse(hn::And(valid, in_row), column, outside), di, columns);
+    for (int i = 0; i < lanes; ++i) nearest[columns[i]] = measured[x + i];
+  }
+  return x;
+}
+
+template <class D>
+HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width, float smallest_valid,
+                                 float invalid, int x, const float* nearest) {
+  const hn::RebindToSigned<D> di;
+  const auto smallest = hn::Set(d, smallest_valid), step = hn::Set(d, kRefutingStep_px);
+  const auto one = hn::Set(di, 1), last = hn::Set(di, width - 1);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  HWY_ALIGN int32_t is_refuted[hn::MaxLanes(D())];
+  for (; x + lanes <= width; x += lanes) {
+    const auto kept = hn::LoadU(d, row.disparity_px + x);
+    const auto unmeasured = hn::Lt(hn::LoadU(d, row.measured_px + x), smallest);
+    const auto column = rightColumns(d, x, kept);
+    const auto in_row = hn::And(hn::Gt(column, hn::Zero(di)), hn::Lt(column, last));
+    const auto doubted =
+        hn::And(hn::And(unmeasured, hn::Ge(kept, smallest)), hn::RebindMask(d, in_row));
+    if (hn::AllFalse(d, doubted)) continue;
+    const auto at = hn::IfThenElseZero(hn::RebindMask(di, doubted), hn::Sub(column, one));
+    const auto seen =
+        hn::Max(hn::Max(hn::GatherIndex(d, nearest, at), hn::GatherIndex(d, nearest + 1, at)),
+                hn::GatherIndex(d, nearest + 2, at));
+    const auto farther = hn::And(hn::Ge(seen, smallest), hn::Lt(seen, hn::Sub(kept, step)));
+    const auto refuted = hn::And(doubted, farther);
+    if (hn::AllFalse(d, refuted)) continue;
+    const auto variance = hn::LoadU(d, row.variance_px2 + x);
+    hn::StoreU(hn::IfThenElse(refuted, hn::Set(d, invalid), kept), d, row.disparity_px + x);
+    hn::StoreU(hn::IfThenZeroElse(refuted, variance), d, row.variance_px2 + x);
+    hn::Store(hn::VecFromMask(di, hn::RebindMask(di, refuted)), di, is_refuted);
+    for (int i = 0; i < lanes; ++i)
+      if (is_refuted[i] != 0) row.missed_frames[x + i] = 0;
+  }
+  return x;
+}
+
+void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& limits,
+                 float* nearest) {
+  const hn::ScalableTag<float> vectors;
+  const hn::FixedTag<float, 1> pixels;
+  const float smallest = limits.smallest_valid, invalid = limits.invalid;
+  std::fill_n(nearest, width + kBesideNearest, invalid);
+  int x = rightView(vectors, row.measured_px, width, smallest, 0, nearest);
+  rightView(pixels, row.measured_px, width, smallest, x, nearest);
+  x = dropRefutedPixels(vectors, row, width, smallest, invalid, 0, nearest);
+  dropRefutedPixels(pixels, row, width, smallest, invalid, x, nearest);
+}
+
 template <class D>
 HWY_INLINE int measurementVariancePixels(D d, const float* measured, const uint8_t* ambiguity,
                                          int width, const MeasurementTerms& terms, int x,
@@ -124,11 +197,17 @@ HWY_AFTER_NAMESPACE();
 namespace predictive_stereo {
 
 HWY_EXPORT(correctRow);
+HWY_EXPORT(dropRefuted);
 HWY_EXPORT(measurementVarianceRow);
 HWY_EXPORT(publishedVarianceRow);
 
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits) {
   HWY_DYNAMIC_DISPATCH(correctRow)(row, width, limits);
+}
+
+void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& limits,
+                 float* nearest) {
+  HWY_DYNAMIC_DISPATCH(dropRefuted)(row, width, limits, nearest);
 }
 
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,

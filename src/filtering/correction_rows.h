@@ -22,6 +22,14 @@ struct CorrectionLimits {
 };
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits);
 
+/// Drops what correctRow() kept without a measurement where the right image's row sees something
+/// farther by more than kRefutingStep_px on the line of sight.
+/// @param nearest  memory for width + kBesideNearest entries.
+void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& limits,
+                 float* nearest);
+constexpr float kRefutingStep_px = 3.0f;
+constexpr int kBesideNearest = 2;
+
 struct MeasurementTerms {
   float smallest_valid;
   float sigma_per_disparity;

@@ -1,6 +1,10 @@
 #include "predictive_stereo/correction.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace predictive_stereo {
 namespace {
@@ -118,7 +122,6 @@ struct KeptRow {
   }
   int keptWithin(cv::Range columns) {
     correct(prediction, measured_px, kRange, CorrectionParams(), state);
-    dropRefuted(measured_px, kRange, state);
     return cv::countNonZero(state.disparity_px.colRange(columns) >= 0.0f);
   }
 };
@@ -146,6 +149,69 @@ TEST(Correction, WhatTheRightCameraDoesNotRefuteIsKept) {
   EXPECT_EQ(KeptRow(hole, 4.0f).keptWithin(hole), 6);
   // Outside of the right image.
   EXPECT_EQ(KeptRow({4, 10}, 20.0f).keptWithin({4, 10}), 6);
+}
+
+// Surfaces at several depths, in the order of their columns as matched, with holes.
+cv::Mat1f surfaces(cv::Size size, cv::RNG& rng) {
+  cv::Mat1f disparity_px(size);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0, end = 0, d = 0; x < size.width; ++x) {
+      if (x == end) end += rng.uniform(1, 25), d = rng.uniform(kRange.min_disparity, 60);
+      const bool hole = rng.uniform(0, 8) == 0;
+      disparity_px(y, x) =
+          hole ? kRange.invalid() : static_cast<float>(d) + rng.uniform(0, 16) / 16.0f;
+    }
+  return disparity_px;
+}
+
+// Whether what the right image's row matches on the line of sight is all farther.
+bool seesThrough(const float* measured_px, int width, int x, float kept_px) {
+  const int column = static_cast<int>(x - kept_px + 0.5f);
+  if (column < 1 || column >= width - 1) return false;
+  float nearest = kRange.invalid();
+  for (int other = 0; other < width; ++other) {
+    const float d = measured_px[other];
+    const int seen = static_cast<int>(other - d + 0.5f);
+    if (kRange.isValid(d) && std::abs(seen - column) <= 1) nearest = std::max(nearest, d);
+  }
+  return kRange.isValid(nearest) && nearest < kept_px - 3;
+}
+
+TEST(Correction, DropsWhatTheNaiveSearchDropsOnEveryTarget) {
+  CorrectionParams params;
+  for (const int width : {1, 2, 3, 15, 64, 301}) {
+    cv::RNG rng(width);
+    const cv::Size size(width, 90);
+    const cv::Mat1f measured_px = surfaces(size, rng);
+    Prediction prediction;
+    Predictor(kRange, PredictionParams()).predictNothing(size, prediction);
+    prediction.disparity_px = surfaces(size, rng);
+    prediction.variance_px2.setTo(0.5f);
+    rng.fill(prediction.missed_frames, cv::RNG::UNIFORM, 0, 5);
+    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+      hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+      DisparityState state;
+      correct(prediction, measured_px, kRange, params, state);
+      int dropped = 0;
+      for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < width; ++x) {
+          if (kRange.isValid(measured_px(y, x))) continue;
+          const float predicted = prediction.disparity_px(y, x);
+          const int missed = prediction.missed_frames(y, x);
+          const bool alive = kRange.isValid(predicted) && missed < params.max_missed_frames;
+          const bool refuted = alive && seesThrough(measured_px[y], width, x, predicted);
+          const bool kept = alive && !refuted;
+          dropped += refuted;
+          ASSERT_EQ(state.disparity_px(y, x), kept ? predicted : kRange.invalid()) << width << x;
+          ASSERT_EQ(state.variance_px2(y, x), kept ? 0.5f : 0.0f);
+          ASSERT_EQ(state.missed_frames(y, x), kept ? missed + 1 : 0);
+        }
+      if (width > 60) {
+        EXPECT_GT(dropped, 10);
+      }
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 }  // namespace
