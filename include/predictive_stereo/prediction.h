@@ -52,7 +52,7 @@ class Predictor {
   /// Forward warp by H (eq. 2) with a z-buffer (the nearer surface wins), variance by Phi^2 p + q
   /// (eq. 3, 4); a hole with two known neighbours in its row or its column takes their average (the
   /// zooming effect); then the reset near discontinuities. The result does not depend on the number
-  /// of threads.
+  /// of threads. Memory of `prediction` that has gaps between its rows is replaced.
   void predict(const DisparityState& previous, const StereoRig& rig, const CameraMotion& motion,
                Prediction& prediction);
 
@@ -61,10 +61,9 @@ class Predictor {
 
  private:
   void warp(const DisparityState& previous, const StereoRig& rig, const CameraMotion& motion);
-  void scatterAndFillRows(const DisparityState& previous);
-  void scatterInto(const cv::Range& rows, const DisparityState& previous);
-  void fillRows(const cv::Range& rows);
-  void fillColumns(Prediction& prediction) const;
+  void scatterAndFill(const DisparityState& previous, Prediction& prediction) const;
+  void scatterInto(const cv::Range& rows, const DisparityState& previous,
+                   Prediction& prediction) const;
   void markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotion& motion,
                                 Prediction& prediction);
 
@@ -75,12 +74,6 @@ class Predictor {
   cv::Mat1i target_;
   cv::Mat1f target_disparity_px_, target_variance_px2_;
   std::vector<cv::Range> target_rows_;  // the rows that a row of the previous frame goes to
-  // The current frame after the z-buffer, with the holes of its rows filled.
-  struct Maps {
-    cv::Mat1f disparity_px, variance_px2;
-    cv::Mat1b missed_frames;
-  };
-  Maps warped_;
   // Of every band of rows: where columns have edges, and the edges of its rows and of those around
   // it.
   cv::Mat1b marks_;

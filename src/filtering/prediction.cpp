@@ -43,21 +43,33 @@ cv::Range bandRows(int band, cv::Size size) {
   return {band * kBandRows, std::min((band + 1) * kBandRows, size.height)};
 }
 
-template <class Maps>
-void create(cv::Size size, Maps& maps) {
-  maps.disparity_px.create(size);
-  maps.variance_px2.create(size);
-  maps.missed_frames.create(size);
+template <class Map>
+void createWithoutGaps(cv::Size size, Map& map) {
+  if (!map.isContinuous()) map.release();
+  map.create(size);
 }
 
-template <class Maps>
-ConstPredictionRow row(const Maps& maps, int y, int x) {
+ConstPredictionRow row(const Prediction& maps, int y, int x = 0) {
   return {maps.disparity_px[y] + x, maps.variance_px2[y] + x, maps.missed_frames[y] + x};
 }
 
-template <class Maps>
-MutablePredictionRow mutableRow(Maps& maps, int y, int x) {
+MutablePredictionRow mutableRow(Prediction& maps, int y, int x = 0) {
   return {maps.disparity_px[y] + x, maps.variance_px2[y] + x, maps.missed_frames[y] + x};
+}
+
+// The first and the last pixel have one neighbour only.
+void fillWithinRow(float smallest_valid, int y, Prediction& maps) {
+  const int width = maps.disparity_px.cols;
+  if (width > 2)
+    fillBetween(row(maps, y, 0), row(maps, y, 2), width - 2, smallest_valid,
+                mutableRow(maps, y, 1));
+}
+
+void fillFromRowsAround(float smallest_valid, int y, Prediction& maps) {
+  const cv::Size size = maps.disparity_px.size();
+  if (y > 0 && y + 1 < size.height)
+    fillBetween(row(maps, y - 1), row(maps, y + 1), size.width, smallest_valid,
+                mutableRow(maps, y));
 }
 
 }  // namespace
@@ -70,13 +82,14 @@ Predictor::Predictor(const DisparityRange& range, const PredictionParams& params
 void Predictor::predict(const DisparityState& previous, const StereoRig& rig,
                         const CameraMotion& motion, Prediction& prediction) {
   warp(previous, rig, motion);
-  scatterAndFillRows(previous);
-  fillColumns(prediction);
+  scatterAndFill(previous, prediction);
   markNearEdgesAndAddNoise(rig, motion, prediction);
 }
 
 void Predictor::predictNothing(cv::Size size, Prediction& prediction) const {
-  create(size, prediction);
+  prediction.disparity_px.create(size);
+  prediction.variance_px2.create(size);
+  prediction.missed_frames.create(size);
   prediction.near_edge.create(size);
   prediction.disparity_px.setTo(range_.invalid());
   prediction.variance_px2.setTo(0);
@@ -105,23 +118,42 @@ void Predictor::warp(const DisparityState& previous, const StereoRig& rig,
 
 // Bands of the current frame do not depend on each other, and within a band the previous frame's
 // pixels come in a fixed order: so the result does not depend on which thread does which band.
-void Predictor::scatterAndFillRows(const DisparityState& previous) {
+//
+// Holes are filled along rows first and then along columns, so that the crossings of missing rows
+// and missing columns are filled. A hole that is filled has no hole beside it, so what is filled
+// fills no other; and in any order, but that a band's first and last row have neighbours elsewhere.
+void Predictor::scatterAndFill(const DisparityState& previous, Prediction& prediction) const {
   const cv::Size size = target_.size();
-  create(size, warped_);
-  cv::parallel_for_(cv::Range(0, bandCount(size)), [&](const cv::Range& part) {
+  createWithoutGaps(size, prediction.disparity_px);
+  createWithoutGaps(size, prediction.variance_px2);
+  createWithoutGaps(size, prediction.missed_frames);
+  const auto smallest = static_cast<float>(range_.min_disparity);
+  const int bands = bandCount(size);
+  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
-      scatterInto(bandRows(band, size), previous);
-      fillRows(bandRows(band, size));
+      const cv::Range rows = bandRows(band, size);
+      scatterInto(rows, previous, prediction);
+      for (int y = rows.start; y < rows.end; ++y) fillWithinRow(smallest, y, prediction);
+      for (int y = rows.start + 1; y < rows.end - 1; ++y)
+        fillFromRowsAround(smallest, y, prediction);
+    }
+  });
+  cv::parallel_for_(cv::Range(1, bands), [&](const cv::Range& part) {
+    for (int band = part.start; band < part.end; ++band) {
+      const int first = bandRows(band, size).start;
+      fillFromRowsAround(smallest, first - 1, prediction);
+      fillFromRowsAround(smallest, first, prediction);
     }
   });
 }
 
 // The z-buffer.
-void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previous) {
+void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previous,
+                            Prediction& prediction) const {
   const int width = target_.cols;
-  float* const disparity = warped_.disparity_px[rows.start];
-  float* const variance = warped_.variance_px2[rows.start];
-  uchar* const missed = warped_.missed_frames[rows.start];
+  float* const disparity = prediction.disparity_px[rows.start];
+  float* const variance = prediction.variance_px2[rows.start];
+  uchar* const missed = prediction.missed_frames[rows.start];
   const auto pixels = static_cast<unsigned>(rows.size() * width);
   std::fill_n(disparity, pixels, range_.invalid());
   std::fill_n(variance, pixels, 0.0f);
@@ -141,30 +173,6 @@ void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previou
       missed[i] = previous_missed[x];
     }
   }
-}
-
-// Rows first and then columns, so that the crossings of missing rows and missing columns are
-// filled. The first and the last pixel have one neighbour only.
-void Predictor::fillRows(const cv::Range& rows) {
-  const int width = warped_.disparity_px.cols;
-  for (int y = rows.start; y < rows.end && width > 2; ++y)
-    fillBetween(row(warped_, y, 0), row(warped_, y, 2), width - 2,
-                static_cast<float>(range_.min_disparity), mutableRow(warped_, y, 1));
-}
-
-void Predictor::fillColumns(Prediction& prediction) const {
-  const cv::Size size = warped_.disparity_px.size();
-  create(size, prediction);
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      std::copy_n(warped_.disparity_px[y], size.width, prediction.disparity_px[y]);
-      std::copy_n(warped_.variance_px2[y], size.width, prediction.variance_px2[y]);
-      std::copy_n(warped_.missed_frames[y], size.width, prediction.missed_frames[y]);
-      if (y > 0 && y + 1 < size.height)
-        fillBetween(row(warped_, y - 1, 0), row(warped_, y + 1, 0), size.width,
-                    static_cast<float>(range_.min_disparity), mutableRow(prediction, y, 0));
-    }
-  });
 }
 
 // A pixel is near an edge where one lies within the margin in columns and in rows.

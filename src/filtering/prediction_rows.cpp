@@ -111,9 +111,9 @@ HWY_INLINE int fillPixels(D d, const ConstPredictionRow& before, const ConstPred
                           int width, float smallest_valid, int x,
                           const MutablePredictionRow& filled) {
   const hn::RebindToSigned<D> di;
+  const hn::Rebind<uint8_t, D> d8;
   const auto smallest = hn::Set(d, smallest_valid), half = hn::Set(d, 0.5f);
   const int lanes = static_cast<int>(hn::Lanes(d));
-  HWY_ALIGN int32_t is_hole[hn::MaxLanes(D())];
   for (; x + lanes <= width; x += lanes) {
     const auto d0 = hn::LoadU(d, before.disparity_px + x);
     const auto d1 = hn::LoadU(d, filled.disparity_px + x);
@@ -128,11 +128,12 @@ HWY_INLINE int fillPixels(D d, const ConstPredictionRow& before, const ConstPred
     const auto v2 = hn::LoadU(d, after.variance_px2 + x);
     hn::StoreU(hn::IfThenElse(hole, mean(d0, d2), d1), d, filled.disparity_px + x);
     hn::StoreU(hn::IfThenElse(hole, mean(v0, v2), v1), d, filled.variance_px2 + x);
-    hn::Store(hn::VecFromMask(di, hn::RebindMask(di, hole)), di, is_hole);
-    for (int i = 0; i < lanes; ++i)
-      if (is_hole[i] != 0)
-        filled.missed_frames[x + i] =
-            std::max(before.missed_frames[x + i], after.missed_frames[x + i]);
+    const auto m0 = hn::LoadU(d8, before.missed_frames + x);
+    const auto m1 = hn::LoadU(d8, filled.missed_frames + x);
+    const auto m2 = hn::LoadU(d8, after.missed_frames + x);
+    const auto hole_mask = hn::VecFromMask(di, hn::RebindMask(di, hole));
+    const auto hole8 = hn::MaskFromVec(hn::DemoteTo(d8, hn::And(hole_mask, hn::Set(di, 255))));
+    hn::StoreU(hn::IfThenElse(hole8, hn::Max(m0, m2), m1), d8, filled.missed_frames + x);
   }
   return x;
 }
