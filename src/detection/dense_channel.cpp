@@ -66,35 +66,24 @@ const std::vector<DenseGroup>& DenseGroups::findSlow(const cv::Mat1f& residual_p
                                                      const cv::Mat1b& pair,
                                                      const cv::Mat1f& disparity_px,
                                                      const MotionDetectionParams& params) {
-  constexpr int kReach = 2, kFewest = 15;  // of 25 points
+  constexpr int kFewestKnownSlow = 15;  // of a window's 25 points
+  const SeedLimits limits{kUnknownResidual, kFewestKnownSlow,
+                          static_cast<float>(params.dense_min_residual_px),
+                          static_cast<float>(2 * params.dense_one_sign - 1)};
   seeds_.create(residual_px.size());
-  seeds_of_row_.assign(static_cast<size_t>(residual_px.rows), 0);
-  const auto least = static_cast<float>(params.dense_min_residual_px);
-  const auto least_sign = static_cast<float>(2 * params.dense_one_sign - 1);
+  seeds_of_row_.resize(static_cast<size_t>(residual_px.rows));
   cv::parallel_for_(cv::Range(0, residual_px.rows), [&](const cv::Range& range) {
     for (int v = range.start; v < range.end; ++v) {
-      seeds_.row(v).setTo(0);
-      if (v < kReach || v >= residual_px.rows - kReach) continue;
-      for (int u = kReach; u < residual_px.cols - kReach; ++u) {
-        if (std::abs(residual_px(v, u)) < 0.5f * least || residual_px(v, u) == kUnknownResidual)
-          continue;
-        float sum = 0;
-        int known = 0, sign = 0;
-        for (int j = -kReach; j <= kReach; ++j)
-          for (int i = -kReach; i <= kReach; ++i) {
-            const float r = residual_px(v + j, u + i);
-            if (r == kUnknownResidual) continue;
-            sum += r;
-            sign += (r > 0) - (r < 0);
-            ++known;
-          }
-        if (known < kFewest || std::abs(sum) < least * static_cast<float>(known) ||
-            static_cast<float>(std::abs(sign)) < least_sign * static_cast<float>(known))
-          continue;
-        seeds_(v, u) = sum > 0 ? kPositiveSeed : kNegativeSeed;
-        seeds_(v, u) = static_cast<uchar>(seeds_(v, u) + 2 * pair(v, u));
-        ++seeds_of_row_[static_cast<size_t>(v)];
+      int& count = seeds_of_row_[static_cast<size_t>(v)];
+      const bool within = v >= kSlowReach && v < residual_px.rows - kSlowReach;
+      if (!within || residual_px.cols < kSlowSide) {
+        count = 0;
+        std::fill_n(seeds_[v], seeds_.cols, uchar{kNoSeed});
+        continue;
       }
+      const float* rows[kSlowSide];
+      for (int k = 0; k < kSlowSide; ++k) rows[k] = residual_px[v + k - kSlowReach];
+      count = slowSeedRow(rows, pair[v], residual_px.cols, limits, seeds_[v]);
     }
   });
   return connect(residual_px, disparity_px);

@@ -1,4 +1,4 @@
-/// The loop of DenseGroups over one row of the lattice, compiled for every SIMD target and
+/// The loops of DenseGroups over one row of the lattice, compiled for every SIMD target and
 /// dispatched at run time. Every target gives the same results, bit by bit.
 #pragma once
 
@@ -24,5 +24,13 @@ enum Seed : uint8_t { kNoSeed = 0, kPositiveSeed = 1, kNegativeSeed = 2 };
 /// @return how many.
 int seedRow(const float* const residuals[kDenseSide], int width, const SeedLimits& limits,
             uint8_t* seeds);
+
+/// The same for squares of kSlowSide, but for points around which they lie within the map; the
+/// residual of the point itself must be at least half as large.
+/// @param width  at least kSlowSide.
+/// @param pair  of each point: 2 pair is added to its seed.
+constexpr int kSlowSide = 5, kSlowReach = kSlowSide / 2;
+int slowSeedRow(const float* const residuals[kSlowSide], const uint8_t* pair, int width,
+                const SeedLimits& limits, uint8_t* seeds);
 
 }  // namespace predictive_stereo

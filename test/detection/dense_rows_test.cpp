@@ -84,5 +84,61 @@ TEST(DenseRows, SeedsAreThoseOfTheReference) {
   }
 }
 
+// For squares of five points; inside of the map only.
+cv::Mat1b slowReference(const cv::Mat1f& map, const cv::Mat1b& pair, const SeedLimits& limits) {
+  cv::Mat1b seeds(map.size(), kNoSeed);
+  for (int v = 2; v < map.rows - 2; ++v)
+    for (int u = 2; u < map.cols - 2; ++u) {
+      if (map(v, u) == limits.unknown || std::abs(map(v, u)) < 0.5f * limits.least_mean) continue;
+      int known = 0, sign = 0;
+      float sum = 0;
+      for (int y = v - 2; y <= v + 2; ++y)
+        for (int x = u - 2; x <= u + 2; ++x) {
+          const float r = map(y, x);
+          if (r == limits.unknown) continue;
+          ++known;
+          sum += r;
+          sign += (r > 0) - (r < 0);
+        }
+      if (known < limits.fewest_known ||
+          std::abs(sum) < limits.least_mean * static_cast<float>(known) ||
+          static_cast<float>(std::abs(sign)) < limits.least_sign * static_cast<float>(known))
+        continue;
+      seeds(v, u) = static_cast<uchar>((sum > 0 ? kPositiveSeed : kNegativeSeed) + 2 * pair(v, u));
+    }
+  return seeds;
+}
+
+TEST(DenseRows, SlowSeedsAreThoseOfTheReference) {
+  SeedLimits limits = kLimits;
+  limits.fewest_known = 15;
+  for (const cv::Size size :
+       {cv::Size(5, 5), cv::Size(12, 9), cv::Size(67, 50), cv::Size(300, 90)}) {
+    SCOPED_TRACE(size);
+    const cv::Mat1f map = residuals(size);
+    cv::Mat1b pair(size);
+    cv::RNG(3).fill(pair, cv::RNG::UNIFORM, 0, 4);
+    const cv::Mat1b expected = slowReference(map, pair, limits);
+    if (size.width == 300) {
+      EXPECT_GT(cv::countNonZero(expected), 1000);
+    }
+    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+      const auto target = targets & ~(targets - 1);
+      hwy::SetSupportedTargetsForTest(target);
+      SCOPED_TRACE(hwy::TargetName(target));
+      for (int v = kSlowReach; v < size.height - kSlowReach; ++v) {
+        const float* rows[kSlowSide];
+        for (int k = 0; k < kSlowSide; ++k) rows[k] = map[v + k - kSlowReach];
+        std::vector<uint8_t> seeds(static_cast<size_t>(size.width), 77);
+        EXPECT_EQ(slowSeedRow(rows, pair[v], size.width, limits, seeds.data()),
+                  cv::countNonZero(expected.row(v)));
+        for (int u = 0; u < size.width; ++u)
+          ASSERT_EQ(seeds[static_cast<size_t>(u)], expected(v, u)) << u << ' ' << v;
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
+}
+
 }  // namespace
 }  // namespace predictive_stereo

@@ -2,7 +2,9 @@
 #include "detection/long_residual.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
+#include <algorithm>
 #include <map>
 
 #include "detection/dense_channel.h"
@@ -109,6 +111,90 @@ TEST(LongResidual, IsUnknownWithoutDisparities) {
   wall.frame(0.8).disparity_px.setTo(-1);
   wall.find(16);
   EXPECT_EQ(wall.residual_px(20, 40), kUnknownResidual);
+}
+
+// What longResidual should find, point by point; kNoPair where no pair will do.
+float residualAt(const StereoRig& rig, const cv::Mat1f& disparity_px, const DisparityRange& range,
+                 const std::vector<PastPair>& pairs, float most_px, cv::Point at, uchar& pair) {
+  const auto x = static_cast<float>(at.x), y = static_cast<float>(at.y);
+  const float d = disparity_px(at);
+  pair = kNoPair;
+  if (!range.isValid(d)) return kUnknownResidual;
+  for (size_t k = 0; k < pairs.size() && pair == kNoPair; ++k)
+    if (parallaxSince(rig, pairs[k].past, {x, y, d}) <= most_px) pair = static_cast<uchar>(k);
+  if (pair == kNoPair) return kUnknownResidual;
+  float residual[2];
+  for (int i = 0; i < 2; ++i) {
+    const PastFrame& then = i == 0 ? pairs[pair].past : pairs[pair].halfway;
+    const cv::Mat1f& measured = then.frame->disparity_px;
+    const Eigen::Vector3f source = SourceOf(disparityMotion(rig, then.T_past_cam))(x, y, d);
+    const float column = source.x() + 0.5f, row = source.y() + 0.5f;
+    if (!(source.z() > 0 && column >= 0 && row >= 0 && column < measured.cols &&
+          row < measured.rows))
+      return kUnknownResidual;
+    const float before = measured(static_cast<int>(row), static_cast<int>(column));
+    if (!range.isValid(before)) return kUnknownResidual;
+    residual[i] = std::clamp(source.z() - before, -8.0f, 8.0f);
+  }
+  const float far = residual[0];
+  const float near =
+      residual[1] * static_cast<float>(pairs[pair].past.seconds / pairs[pair].halfway.seconds);
+  return near * far <= 0 ? 0.0f : std::abs(near) < std::abs(far) ? near : far;
+}
+
+TEST(LongResidual, IsThatOfTheReferenceOnEveryTarget) {
+  const DisparityRange range{0, 64};
+  for (const cv::Size size :
+       {cv::Size(1, 1), cv::Size(6, 5), cv::Size(131, 63), cv::Size(342, 90)}) {
+    SCOPED_TRACE(size);
+    StereoRig rig = testRig();
+    rig.size = size;
+    rig.cx_left_px = rig.cx_right_px = 0.4 * size.width;
+    cv::RNG rng(size.width);
+    const auto world = [&] {
+      cv::Mat1f disparity_px(size);
+      for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+          disparity_px(y, x) = rng.uniform(0, 9) == 0 ? range.invalid()
+                                                      : static_cast<float>((x / 40 + y / 30) % 7) *
+                                                            rng.uniform(3.0f, 4.0f);
+      return disparity_px;
+    };
+    RememberedFrame frames[4];
+    std::vector<PastFrame> past(4);
+    for (size_t i = 0; i < past.size(); ++i) {
+      frames[i].disparity_px = world();
+      past[i].frame = &frames[i];
+      past[i].seconds = 0.1 * static_cast<double>(1 + i);
+      past[i].T_past_cam.translate(Eigen::Vector3d(0.02, 0.01, 9 * past[i].seconds));
+      past[i].T_past_cam.rotate(
+          Eigen::AngleAxisd(0.02 * past[i].seconds, Eigen::Vector3d(0, 1, 0)));
+    }
+    const std::vector<PastPair> pairs = {{past[3], past[1]}, {past[1], past[0]}};
+    const cv::Mat1f now = world();
+    const cv::Size lattice((size.width + 1) / 2, (size.height + 1) / 2);
+    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+      hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+      cv::Mat1f residual_px;
+      cv::Mat1b pair;
+      longResidual(rig, now, range, pairs, 16, lattice, residual_px, pair);
+      int moving = 0, of_pair[2] = {0, 0};
+      for (int v = 0; v < lattice.height; ++v)
+        for (int u = 0; u < lattice.width; ++u) {
+          uchar expected_pair;
+          const float expected =
+              residualAt(rig, now, range, pairs, 16, {u / 2 * 4, v / 2 * 4}, expected_pair);
+          ASSERT_EQ(residual_px(v, u), expected) << u << ' ' << v;
+          ASSERT_EQ(pair(v, u), expected_pair) << u << ' ' << v;
+          moving += expected != kUnknownResidual && expected != 0;
+          if (expected_pair != kNoPair) ++of_pair[expected_pair];
+        }
+      if (size.width > 300) {
+        EXPECT_GT(std::min({moving, of_pair[0], of_pair[1]}), 300);
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
 }
 
 TEST(Parallax, IsWhatTranslationMovesAPointBy) {
