@@ -73,12 +73,20 @@ void CornerDetector::detect(const cv::Mat1b& image, int count,
       for (int threshold : kThresholds) {
         candidates.clear();
         cv::FAST(image(strip), candidates, threshold, true);
+        for (cv::KeyPoint& candidate : candidates) candidate.pt += cv::Point2f(strip.tl());
+        candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
+                                        [&](const auto& candidate) {
+                                          const cv::Point2f point = candidate.pt;
+                                          if (point.y < top || point.y >= bottom ||
+                                              point.x < area.x || point.x >= area.x + area.width)
+                                            return true;
+                                          const Cell& cell = cells[column(point.x)];
+                                          return cell.vacant <= 0 || !farFromAll(point, cell.taken);
+                                        }),
+                         candidates.end());
         std::sort(candidates.begin(), candidates.end(), strongerFirst);
         for (const cv::KeyPoint& candidate : candidates) {
-          const cv::Point2f point = candidate.pt + cv::Point2f(strip.tl());
-          if (point.y < top || point.y >= bottom || point.x < area.x ||
-              point.x >= area.x + area.width)
-            continue;
+          const cv::Point2f point = candidate.pt;
           Cell& cell = cells[column(point.x)];
           if (cell.vacant <= 0 || !farFromAll(point, cell.taken)) continue;
           --cell.vacant;
