@@ -21,16 +21,19 @@ constexpr double kUniqueness = 0.7;        // lowest score by the lowest that is
 
 // Zero-mean mean of squared differences of two patches, from exact sums.
 double dissimilarity(const cv::Mat1b& left, cv::Point l, const cv::Mat1b& right, cv::Point r) {
-  int sum = 0, squares = 0;
+  std::int16_t sums[kPatchCols] = {};  // of columns
+  int squares = 0;
   for (int y = 0; y < kPatchRows; ++y) {
     const std::uint8_t* a = left.ptr(l.y + y) + l.x;
     const std::uint8_t* b = right.ptr(r.y + y) + r.x;
     for (int x = 0; x < kPatchCols; ++x) {
       const auto difference = static_cast<std::int16_t>(a[x] - b[x]);
-      sum += difference;
+      sums[x] = static_cast<std::int16_t>(sums[x] + difference);
       squares += difference * difference;
     }
   }
+  int sum = 0;
+  for (const std::int16_t of_column : sums) sum += of_column;
   const std::int64_t exact =
       static_cast<std::int64_t>(squares) * kPatchPixels - static_cast<std::int64_t>(sum) * sum;
   return static_cast<double>(exact) / (kPatchPixels * kPatchPixels);
