@@ -27,6 +27,12 @@ PastDisparities disparitiesOf(const PastFrame& past, const SourceOf& source_of) 
   return {source_of.H().data(), map[0], static_cast<int>(map.step1()), map.cols, map.rows};
 }
 
+template <class T>
+void twice(const T* points, int width, T* lattice) {
+  for (int i = 0; i < width / 2; ++i) lattice[2 * i] = lattice[2 * i + 1] = points[i];
+  if (width % 2 != 0) lattice[width - 1] = points[width / 2];
+}
+
 }  // namespace
 
 float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Vector3f& point_px) {
@@ -65,10 +71,8 @@ void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const Dis
                        static_cast<float>(range.min_disparity), static_cast<float>(most_px),
                        kLargest_px, kUnknownResidual, kNoPair},
                       residuals.data(), pairs_of.data());
-      for (int u = 0; u < lattice.width; ++u) {
-        residual_px(v, u) = residuals[static_cast<size_t>(u / 2)];
-        pair(v, u) = pairs_of[static_cast<size_t>(u / 2)];
-      }
+      twice(residuals.data(), lattice.width, residual_px[v]);
+      twice(pairs_of.data(), lattice.width, pair[v]);
       if (v + 1 == lattice.height) continue;
       std::copy_n(residual_px[v], lattice.width, residual_px[v + 1]);
       std::copy_n(pair[v], lattice.width, pair[v + 1]);

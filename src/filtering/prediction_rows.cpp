@@ -107,9 +107,9 @@ void warpRow(const RowMotion& motion, const float* disparity_px, const float* va
 // Pixels from x on, as long as vectors fit; returns the first that did not. A hole that is filled
 // has no hole beside it: so what is written is never read, and `filled` may lie between others.
 template <class D>
-HWY_INLINE int fillPixels(D d, const ConstPredictionRow& before, const ConstPredictionRow& after,
+HWY_INLINE int fillPixels(D d, const ConstPredictionRow before, const ConstPredictionRow after,
                           int width, float smallest_valid, int x,
-                          const MutablePredictionRow& filled) {
+                          const MutablePredictionRow filled) {
   const hn::RebindToSigned<D> di;
   const hn::Rebind<uint8_t, D> d8;
   const auto smallest = hn::Set(d, smallest_valid), half = hn::Set(d, 0.5f);
