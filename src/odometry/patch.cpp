@@ -11,14 +11,20 @@ constexpr float kSmallestEigenvalue = 4;  // of the mean squared gradient [grey^
 constexpr float kStopPx = 0.015f;
 constexpr float kFarthestPx = 8;  // from the start: beyond, the linearisation does not hold
 
+// Without SSE4, std::floor is a call.
+int floorOf(float value) {
+  const int towards_zero = static_cast<int>(value);
+  return towards_zero - (static_cast<float>(towards_zero) > value ? 1 : 0);
+}
+
 // The pixel above and to the left of a sub-pixel position, and how far it is.
 struct SubPixel {
   int x, y;
   float fx, fy;
 
   SubPixel(float px, float py)
-      : x(static_cast<int>(std::floor(px))),
-        y(static_cast<int>(std::floor(py))),
+      : x(floorOf(px)),
+        y(floorOf(py)),
         fx(px - static_cast<float>(x)),
         fy(py - static_cast<float>(y)) {}
   BilinearWeights weights() const {
