@@ -18,6 +18,19 @@ float medianOf(std::vector<float>& values) {
   return *middle;
 }
 
+// The first seed of a row from column u on, `columns` where there is none. Most are not seeds.
+int nextSeed(const uchar* seeds, int u, int columns) {
+  constexpr int kBlock = 32;
+  const auto isSeed = [](uchar kind) { return kind != kNoSeed; };
+  while (u + kBlock <= columns) {
+    int any = 0;
+    for (int i = 0; i < kBlock; ++i) any |= seeds[u + i];
+    if (any != 0) break;
+    u += kBlock;
+  }
+  return static_cast<int>(std::find_if(seeds + u, seeds + columns, isSeed) - seeds);
+}
+
 }  // namespace
 
 void denseResidual(const DetectionInput& input, const DisparityRange& range,
@@ -97,9 +110,9 @@ const std::vector<DenseGroup>& DenseGroups::connect(const cv::Mat1f& residual_px
   groups_.clear();
   for (int v = 0; v < seeds.rows; ++v) {
     if (seeds_of_row_[static_cast<size_t>(v)] == 0) continue;
-    for (int u = 0; u < seeds.cols; ++u) {
+    for (int u = nextSeed(seeds[v], 0, seeds.cols); u < seeds.cols;
+         u = nextSeed(seeds[v], u, seeds.cols)) {
       const uchar kind = seeds(v, u);
-      if (kind == kNoSeed) continue;
       DenseGroup group;
       seeds(v, u) = kNoSeed;
       open.assign(1, {u, v});
