@@ -102,6 +102,14 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   output.row_alignment = row_alignment_;
 }
 
+void DisparityEstimator::markMoving(const cv::Mat1b& mask) {
+  if (!params_.use_moving_mask || past_.empty() || unlinked_frames_ > 0) return;
+  if (mask.size() != past_.missed_frames.size())
+    throw std::invalid_argument("mask of moving objects is " + text(mask.size()) +
+                                " but the frame was " + text(past_.missed_frames.size()));
+  cv::bitwise_or(past_.missed_frames, mask, past_.missed_frames);
+}
+
 void DisparityEstimator::setParams(const DisparityParams& params) {
   DisparityEstimator changed(params);
   if (params.matcher.range != params_.matcher.range) forgetPast();
@@ -154,6 +162,7 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
                     output.disparity.measured_variance_px2, output.disparity.predicted_disparity_px,
                     output.disparity.predicted_variance_px2, known, output.T_odom_cam},
                    output.detections);
+  disparity_.markMoving(output.detections.mask);
   watch.lap("detection", times_);
 }
 

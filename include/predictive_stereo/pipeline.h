@@ -30,6 +30,9 @@ struct DisparityParams {
   int max_hole_px = 40;  ///< narrower holes are filled in the published disparity where both sides
                          ///< agree or one hides them, see fillHoles; 0: none
 
+  /// What moved by itself in the frame before, by markMoving(), enters neither ranges nor filters.
+  bool use_moving_mask = true;
+
   template <class Visitor>
   void visit(Visitor&& v) {
     v("matcher", matcher);
@@ -40,6 +43,7 @@ struct DisparityParams {
     v("variance", variance);
     v("min_support", min_support, 0, 25);
     v("max_hole_px", max_hole_px, 0, 1000);
+    v("use_moving_mask", use_moving_mask);
   }
 };
 
@@ -80,6 +84,13 @@ class DisparityEstimator {
   ///   frames after, so that one frame without motion costs no more than itself; after
   ///   correction/max_missed_frames of them this frame takes its place.
   void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output);
+
+  /// Tells what moved by itself in the frame that was estimated last: where
+  /// params().use_moving_mask, its disparities do not enter the next frame's ranges and filters.
+  /// See kMovesByItself.
+  /// @param mask  255 on moving objects, as Detections::mask, of that frame's size.
+  /// @throws std::invalid_argument for another size.
+  void markMoving(const cv::Mat1b& mask);
 
   /// Other parameters from the next frame on. What is known of the past is kept, unless the range
   /// of disparities becomes another one. Not between prepare() and estimate().

@@ -10,11 +10,15 @@
 
 namespace predictive_stereo {
 
+/// In place of a number of missed frames: the pixel moves by itself, so that what the static world
+/// predicts from it is neither searched nor kept nor filtered with.
+constexpr unsigned char kMovesByItself = 255;
+
 /// The filters' state, one filter a pixel: the only thing that matching carries to the next frame.
 struct DisparityState {
   cv::Mat1f disparity_px;   ///< range.invalid() where unknown
   cv::Mat1f variance_px2;   ///< 0 where unknown
-  cv::Mat1b missed_frames;  ///< frames since the pixel was last measured
+  cv::Mat1b missed_frames;  ///< frames since the pixel was last measured, or kMovesByItself
 
   bool empty() const { return disparity_px.empty(); }
 };

@@ -114,7 +114,8 @@ void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>&
   for (int index = 0; index < frames; ++index) {
     const SequenceFrame frame = sequence.frame(index);
     const EgoMotionEstimate motion = ego_motion.estimate(frame.left, frame.right, sequence.rig());
-    MethodInput input{index, frame.left, frame.right, sequence.rig(), std::nullopt};
+    MethodInput input{index,       sequence.stamp_s(index), frame.left,
+                      frame.right, sequence.rig(),          std::nullopt};
     if (motion.status == EgoMotionStatus::kTracked) input.motion = motion.motion;
     for (size_t m = 0; m < methods.size(); ++m) {
       running[m]->run(input, outputs[m]);

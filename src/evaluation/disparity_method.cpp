@@ -17,19 +17,42 @@ double sum(const StageTimes& times) {
   return ms;
 }
 
+DetectionParams detectionParams(const DisparityRange& range) {
+  DetectionParams params;
+  params.range = range;
+  return params;
+}
+
 class PredictiveMethod : public DisparityMethod {
  public:
-  explicit PredictiveMethod(const DisparityParams& params) : estimator_(params) {}
-  void reset() override { estimator_.reset(); }
+  explicit PredictiveMethod(const DisparityParams& params)
+      : estimator_(params), detector_(detectionParams(params.matcher.range)) {}
+  void reset() override {
+    estimator_.reset();
+    detector_.reset();
+    T_odom_cam_ = Eigen::Isometry3d::Identity();
+  }
   void run(const MethodInput& input, MethodOutput& output) override {
     estimator_.prepare(input.left, input.right, input.rig);
     estimator_.estimate(input.motion, output.maps);
     output.times = estimator_.times();
     output.ms = sum(output.times);
+
+    // What moves is no past for the next frame.
+    if (input.motion) T_odom_cam_ = T_odom_cam_ * input.motion->T_cam_prev.inverse();
+    const DisparityOutput& maps = output.maps;
+    detector_.detect({input.stamp_s, input.rig, input.left, maps.measured_disparity_px,
+                      maps.measured_variance_px2, maps.predicted_disparity_px,
+                      maps.predicted_variance_px2, input.motion || input.frame == 0, T_odom_cam_},
+                     detections_);
+    estimator_.markMoving(detections_.mask);
   }
 
  private:
   DisparityEstimator estimator_;
+  MovingObjectDetector detector_;
+  Eigen::Isometry3d T_odom_cam_ = Eigen::Isometry3d::Identity();
+  Detections detections_;
 };
 
 /// Disparities in 1/16 px as 16-bit images, the time as text beside them.

@@ -13,6 +13,7 @@ namespace predictive_stereo {
 /// A frame with what several methods share.
 struct MethodInput {
   int frame = 0;
+  double stamp_s = 0;
   cv::Mat1b left, right;
   StereoRig rig;
   std::optional<CameraMotion> motion;  ///< from the previous frame, where known
@@ -33,7 +34,7 @@ class DisparityMethod {
   virtual void run(const MethodInput& input, MethodOutput& output) = 0;
 };
 
-/// This package.
+/// This package: ego-motion is given, and what moves is found and fed back.
 std::unique_ptr<DisparityMethod> predictiveMethod(const DisparityParams& params);
 
 /// OpenCV on the images as they are, or with rows (and principal points) aligned as this package

@@ -20,6 +20,7 @@ void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_p
   limits.gate = params.gate_sigma > 0 ? static_cast<float>(params.gate_sigma * params.gate_sigma)
                                       : std::numeric_limits<float>::infinity();
   limits.max_missed_frames = params.max_missed_frames;
+  limits.moving = kMovesByItself;
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
     cv::AutoBuffer<float, 4096> nearest(static_cast<size_t>(size.width + kBesideNearest));
     for (int y = part.start; y < part.end; ++y) {

@@ -25,8 +25,8 @@ HWY_NOINLINE void correctPixels(const float* HWY_RESTRICT measured,
   for (int x = 0; x < width; ++x) {
     const float z = measured[x], p = predicted_variance[x];
     const float innovation = z - predicted[x];
-    const bool agree =
-        (predicted[x] >= smallest) & (innovation * innovation <= limits.gate * (p + r));
+    const bool agree = (predicted[x] >= smallest) & (predicted_missed[x] != limits.moving) &
+                       (innovation * innovation <= limits.gate * (p + r));
     const float kalman_gain = p / (p + r);
     const float gain = agree ? kalman_gain : 1.0f;
     const float rest = 1.0f - gain;

@@ -19,6 +19,7 @@ struct CorrectionLimits {
   float r_px2;  ///< measurement noise
   float gate;   ///< squared, in standard deviations
   int max_missed_frames;
+  uint8_t moving;  ///< see kMovesByItself
 };
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits);
 

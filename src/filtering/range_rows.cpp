@@ -24,8 +24,9 @@ HWY_INLINE int16_t ceilingOf(float value) {
 // Arguments that are known not to overlap are passed one by one: only then do compilers vectorise.
 HWY_NOINLINE void widenPredictedPixels(const float* HWY_RESTRICT disparity_px,
                                        const float* HWY_RESTRICT variance_px2,
-                                       const uint8_t* HWY_RESTRICT near_edge, int width,
-                                       Margins margins, float smallest_valid,
+                                       const uint8_t* HWY_RESTRICT near_edge,
+                                       const uint8_t* HWY_RESTRICT missed, int width,
+                                       Margins margins, float smallest_valid, uint8_t moving,
                                        int16_t* HWY_RESTRICT first, int16_t* HWY_RESTRICT last) {
   for (int x = 0; x < width; ++x) {
     // Near discontinuities the hull with the neighbours reaches across: no wider margin there.
@@ -34,16 +35,16 @@ HWY_NOINLINE void widenPredictedPixels(const float* HWY_RESTRICT disparity_px,
     const float margin = std::min(std::max(wanted, margins.least), margins.most);
     const float d = disparity_px[x];
     const int16_t low = floorOf(d - margin), high = ceilingOf(d + margin);
-    first[x] = d >= smallest_valid ? low : kEmptyFirst;
-    last[x] = d >= smallest_valid ? high : kEmptyLast;
+    const bool known = (d >= smallest_valid) & (missed[x] != moving);
+    first[x] = known ? low : kEmptyFirst;
+    last[x] = known ? high : kEmptyLast;
   }
 }
 
-void widenPredicted(const float* disparity_px, const float* variance_px2, const uint8_t* near_edge,
-                    int width, const Margins& margins, float smallest_valid,
-                    const RangeRow& ranges) {
-  widenPredictedPixels(disparity_px, variance_px2, near_edge, width, margins, smallest_valid,
-                       ranges.first, ranges.last);
+void widenPredicted(const PredictedRow& row, int width, const Margins& margins,
+                    float smallest_valid, uint8_t moving, const RangeRow& ranges) {
+  widenPredictedPixels(row.disparity_px, row.variance_px2, row.near_edge, row.missed_frames, width,
+                       margins, smallest_valid, moving, ranges.first, ranges.last);
 }
 
 HWY_NOINLINE void widenMeasuredPixels(const float* HWY_RESTRICT disparity_px, int width,
@@ -144,11 +145,9 @@ HWY_EXPORT(widenMeasured);
 HWY_EXPORT(hullOfRows);
 HWY_EXPORT(uniteWithCoarse);
 
-void widenPredicted(const float* disparity_px, const float* variance_px2, const uint8_t* near_edge,
-                    int width, const Margins& margins, float smallest_valid,
-                    const RangeRow& ranges) {
-  HWY_DYNAMIC_DISPATCH(widenPredicted)
-  (disparity_px, variance_px2, near_edge, width, margins, smallest_valid, ranges);
+void widenPredicted(const PredictedRow& row, int width, const Margins& margins,
+                    float smallest_valid, uint8_t moving, const RangeRow& ranges) {
+  HWY_DYNAMIC_DISPATCH(widenPredicted)(row, width, margins, smallest_valid, moving, ranges);
 }
 
 void widenMeasured(const float* disparity_px, int width, float margin_px, float smallest_valid,

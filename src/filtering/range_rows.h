@@ -24,9 +24,14 @@ constexpr int16_t kEmptyLast = INT16_MIN;
 struct Margins {
   float sigmas, least, most;
 };
-void widenPredicted(const float* disparity_px, const float* variance_px2, const uint8_t* near_edge,
-                    int width, const Margins& margins, float smallest_valid,
-                    const RangeRow& ranges);
+struct PredictedRow {
+  const float* disparity_px;
+  const float* variance_px2;
+  const uint8_t* near_edge;
+  const uint8_t* missed_frames;
+};
+void widenPredicted(const PredictedRow& row, int width, const Margins& margins,
+                    float smallest_valid, uint8_t moving, const RangeRow& ranges);
 
 void widenMeasured(const float* disparity_px, int width, float margin_px, float smallest_valid,
                    const RangeRow& ranges);

@@ -90,9 +90,10 @@ void SearchRangeBuilder::aroundPrediction(const Prediction& prediction,
     for (int y = part.start; y < part.end; ++y) {
       const float* disparity = prediction.disparity_px[y];
       const float* variance = prediction.variance_px2[y];
+      const uchar* missed = prediction.missed_frames[y];
       for (int x = 0; x < ranges.first.cols; ++x) {
         // Section 2.4: d +- p, where p is the variance; near discontinuities it spans everything.
-        const bool known = disparity[x] >= smallest;
+        const bool known = disparity[x] >= smallest && missed[x] != kMovesByItself;
         const float margin = known ? std::max(variance[x], least) : everything;
         const float first = std::max(disparity[x] - margin, smallest);
         const float last = std::min(disparity[x] + margin, largest);
@@ -111,8 +112,9 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
                         static_cast<float>(params_.margin_px),
                         static_cast<float>(params_.max_margin_px)};
   const auto widen = [&](int y, const RangeRow& widened) {
-    widenPredicted(prediction.disparity_px[y], prediction.variance_px2[y], prediction.near_edge[y],
-                   size.width, margins, smallest, widened);
+    widenPredicted({prediction.disparity_px[y], prediction.variance_px2[y], prediction.near_edge[y],
+                    prediction.missed_frames[y]},
+                   size.width, margins, smallest, kMovesByItself, widened);
   };
   const auto widenCoarse = [&](int y, const RangeRow& widened) {
     widenMeasured(coarse_disparity_px[y], coarse_size.width, margins.least, smallest, widened);

@@ -12,6 +12,7 @@
 #include "nodelets/disparity_views.h"
 #include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
+#include "nodelets/mask_input.h"
 #include "nodelets/motion_source.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/ros_params.h"
@@ -23,7 +24,8 @@ namespace predictive_stereo {
 /// Dense disparity with variance, predicted from the past by the camera's motion.
 ///
 /// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info; /tf (motion
-///   against odom_frame); odometry (its covariance); moving_objects/mask while points2 is wanted.
+///   against odom_frame); odometry (its covariance); moving_objects/mask where ~use_moving_mask is
+///   set or points2 is wanted.
 /// Publishes: disparity, measured_disparity, predicted_disparity, disparity_variance,
 ///   measured_variance, predicted_variance, row_alignment, and on demand disparity/image,
 ///   disparity/color, disparity/standard_deviation, search_range, depth/image_rect,
@@ -35,6 +37,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   ~DisparityNodelet() override {
     if (health_) health_->stop();
     if (input_) input_->stop();
+    if (masks_) masks_->stop();
     if (loop_) loop_->stop();
   }
 
@@ -69,7 +72,10 @@ class DisparityNodelet : public nodelet::Nodelet {
         Loop::Hooks{[this] { return wanted(); },
                     [this](const Loop::Job& job) { process(job); },
                     [](const DisparityParams& params) { DisparityEstimator{params}; },
-                    {}});
+                    {"use_moving_mask"}});
+    masks_ = std::make_unique<MaskInput>(
+        node, [this](const sensor_msgs::ImageConstPtr& mask) { finishCloud(mask); });
+    if (usesMovingMask()) masks_->start();
     odometry_subscriber_ = node.subscribe<nav_msgs::Odometry>(
         "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
           odometry_.add(odometry);
@@ -110,6 +116,8 @@ class DisparityNodelet : public nodelet::Nodelet {
     publishers_.insert(publishers_.end(), {depth_info_, cloud_, row_alignment_});
   }
 
+  bool usesMovingMask() const { return params_.processor.disparity.use_moving_mask; }
+
   std::string silence() const { return input_ ? input_->silence() : ""; }
 
   bool wanted() const {
@@ -123,16 +131,35 @@ class DisparityNodelet : public nodelet::Nodelet {
     const SequenceGuard::Result sequence = processor_->prepare(job.frame);
     if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return;
     if (sequence.startsAnew()) health_->event(sequence.reason);
+    if (sequence.verdict != SequenceGuard::Verdict::kContinues) {
+      last_stamp_.reset();
+      masks_->forget();
+    }
 
     Stopwatch watch;
     StageTimes waiting;
     const std::optional<CameraMotion> camera_motion = motion(job.frame.left->header);
     watch.lap("waiting for motion", waiting);
+    markMoving();
+    watch.lap("waiting for moving objects", waiting);
     const DisparityMessages messages = processor_->estimate(camera_motion);
     StageTimes times = processor_->times();
     times.insert(times.end(), waiting.begin(), waiting.end());
     publish(messages, job.frame);
     report(job, messages, times);
+  }
+
+  // What moved by itself in the frame before is no past for this one.
+  void markMoving() {
+    if (!usesMovingMask() || !last_stamp_) return;
+    const auto mask = masks_->waitForMask(*last_stamp_, params_.transform_timeout);
+    if (!mask) return;
+    try {
+      processor_->markMoving(*mask);
+      health_->solved("moving_objects/mask");
+    } catch (const std::exception& e) {
+      health_->problem("moving_objects/mask", Health::Severity::kDegraded, e.what());
+    }
   }
 
   std::optional<CameraMotion> motion(const std_msgs::Header& now) {
@@ -188,29 +215,24 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   // The cloud tints what moves, which is known a little later, if at all.
   void prepareCloud(const PendingCloud& cloud) {
+    const bool wanted = cloud_.getNumSubscribers() > 0;
+    // Without the lock, which the callback that this waits for takes.
+    if (!wanted && !usesMovingMask()) masks_->stop();
     const std::lock_guard<std::mutex> lock(cloud_mutex_);
     if (pending_cloud_) publishCloud(nullptr);
-    if (cloud_.getNumSubscribers() == 0) {
-      mask_subscriber_.shutdown();
-      last_mask_.reset();
-      return;
-    }
+    if (!wanted) return;
     pending_cloud_ = cloud;
-    if (!mask_subscriber_) {
-      mask_subscriber_ = getNodeHandle().subscribe<sensor_msgs::Image>(
-          "moving_objects/mask", 2,
-          [this](const sensor_msgs::ImageConstPtr& mask) { finishCloud(mask); });
+    const sensor_msgs::ImageConstPtr mask = masks_->at(cloud.disparity->header.stamp);
+    if (!masks_->isStarted()) {
+      masks_->start();
       publishCloud(nullptr);  // whether this frame's mask still reaches us cannot be told
-    } else if (mask_subscriber_.getNumPublishers() == 0) {
-      publishCloud(nullptr);
-    } else if (last_mask_ && last_mask_->header.stamp == cloud.disparity->header.stamp) {
-      publishCloud(last_mask_.get());
+    } else if (mask || !masks_->isPublished()) {
+      publishCloud(mask.get());
     }
   }
 
   void finishCloud(const sensor_msgs::ImageConstPtr& mask) {
     const std::lock_guard<std::mutex> lock(cloud_mutex_);
-    last_mask_ = mask;
     if (pending_cloud_ && pending_cloud_->disparity->header.stamp == mask->header.stamp)
       publishCloud(mask.get());
   }
@@ -226,6 +248,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   void report(const Loop::Job& job, const DisparityMessages& messages, const StageTimes& times) {
+    last_stamp_ = job.frame.left->header.stamp;
     health_->figure("SIMD target", processor_->simdTarget());
     health_->figure("predicted", messages.predicted ? "yes" : "no");
     health_->figure("mean search width [px]", messages.mean_search_width_px, "%.1f");
@@ -252,8 +275,8 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   std::mutex cloud_mutex_;
   std::optional<PendingCloud> pending_cloud_;
-  sensor_msgs::ImageConstPtr last_mask_;
-  ros::Subscriber mask_subscriber_;
+  std::unique_ptr<MaskInput> masks_;
+  std::optional<ros::Time> last_stamp_;  // of the frame before, where this one goes on from it
 
   ros::Subscriber odometry_subscriber_;
   std::unique_ptr<Loop> loop_;

@@ -85,6 +85,11 @@ DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>
   return result;
 }
 
+void DisparityProcessor::markMoving(const sensor_msgs::Image& mask) {
+  cv::Mat1b unused;
+  estimator_.markMoving(greyImage(mask, "moving_objects/mask", unused));
+}
+
 sensor_msgs::ImagePtr DisparityProcessor::image(const std::string& encoding) {
   sensor_msgs::ImagePtr message = images_.take();
   allocateImage(pair_.left->header, rig_.size, encoding, *message);

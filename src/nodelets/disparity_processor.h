@@ -52,6 +52,10 @@ class DisparityProcessor {
   /// Step 2, for the prepared pair.
   DisparityMessages estimate(const std::optional<CameraMotion>& motion);
 
+  /// See DisparityEstimator::markMoving: of the frame that was estimated last.
+  /// @throws std::invalid_argument for a mask of another encoding or size.
+  void markMoving(const sensor_msgs::Image& mask);
+
   /// See DisparityEstimator::setParams.
   void setParams(const DisparityParams& params);
 

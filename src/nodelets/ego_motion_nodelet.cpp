@@ -3,7 +3,6 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
@@ -11,6 +10,7 @@
 #include "nodelets/ego_motion_processor.h"
 #include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
+#include "nodelets/mask_input.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stereo_input.h"
@@ -63,12 +63,8 @@ class EgoMotionNodelet : public nodelet::Nodelet {
                                            [this](const Loop::Job& job) { process(job); },
                                            [](const EgoMotionParams& params) { EgoMotion{params}; },
                                            {}});
-    if (params_.use_moving_mask)
-      mask_subscriber_ = node.subscribe<sensor_msgs::Image>(
-          "moving_objects/mask", 2, [this](const sensor_msgs::ImageConstPtr& mask) {
-            const std::lock_guard<std::mutex> lock(mask_mutex_);
-            mask_ = mask;
-          });
+    masks_ = std::make_unique<MaskInput>(node);
+    if (params_.use_moving_mask) masks_->start();
     input_ = std::make_unique<StereoInput>(
         node, private_node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) { tf_->goBackTo(stamp); });
@@ -113,12 +109,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   }
 
   cv::Mat1b takeMask(sensor_msgs::ImageConstPtr& message) {
-    {
-      const std::lock_guard<std::mutex> lock(mask_mutex_);
-      message = mask_;
-    }
+    message = masks_->at(last_stamp_);
     cv::Mat1b unused;
-    if (!message || message->header.stamp != last_stamp_) return {};
+    if (!message) return {};
     return greyImage(*message, "moving_objects/mask", unused);
   }
 
@@ -153,9 +146,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   std::unique_ptr<TfInput> tf_;
   std::unique_ptr<EgoMotionProcessor> processor_;
   ros::Publisher odometry_publisher_, pose_publisher_, tf_publisher_;
-  ros::Subscriber mask_subscriber_;
-  std::mutex mask_mutex_;
-  sensor_msgs::ImageConstPtr mask_;
+  std::unique_ptr<MaskInput> masks_;
   ros::Time last_stamp_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;

@@ -31,7 +31,7 @@ struct EgoMotionNodeletParams {
 
 struct DisparityNodeletParams {
   std::string odom_frame = "odom";  ///< fixed frame against which tf knows the camera's motion
-  double transform_timeout = 0.2;   ///< [s] that a frame waits for its motion
+  double transform_timeout = 0.2;   ///< [s] that a frame waits for its motion, and for what moves
   SyncParams sync;
   DisparityProcessorParams processor;
 

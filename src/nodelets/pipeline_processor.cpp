@@ -59,6 +59,7 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   input.measured_variance = output.disparity.measured_variance;
   input.predicted_variance = output.disparity.predicted_variance;
   output.moving_objects = *moving_objects_.process(input, output.T_odom_cam).messages;
+  disparity_.markMoving(*output.moving_objects.mask);
   watch.lap("detection", output.times);
   total.lap("whole frame", output.times);
   return output;

@@ -100,6 +100,23 @@ TEST(Correction, ResetVarianceMeansThatTheMeasurementIsTaken) {
   EXPECT_NEAR(pixel.variance(), kNoise, 0.001);
 }
 
+TEST(Correction, WhatMovesByItselfIsNeitherFilteredNorKept) {
+  CorrectionParams params;
+  params.max_missed_frames = 16;
+  Pixel pixel;
+  pixel.predict(20.0f, 0.6f, kMovesByItself);
+  pixel.measured_px = 20.5f;
+  pixel.correctBy(params);
+  EXPECT_FLOAT_EQ(pixel.disparity(), 20.5f);
+  EXPECT_FLOAT_EQ(pixel.variance(), kNoise);
+  EXPECT_EQ(pixel.missed(), 0);
+  pixel.measured_px = kRange.invalid();
+  pixel.correctBy(params);
+  EXPECT_EQ(pixel.disparity(), kRange.invalid());
+  EXPECT_EQ(pixel.variance(), 0);
+  EXPECT_EQ(pixel.missed(), 0);
+}
+
 TEST(Correction, NothingKnownStaysUnknown) {
   Pixel pixel;
   pixel.correctBy(CorrectionParams());

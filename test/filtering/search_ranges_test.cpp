@@ -21,6 +21,7 @@ Prediction randomPrediction(cv::Size size, const DisparityRange& range, uint64_t
     if (rng.uniform(0, 5) == 0) continue;
     prediction.disparity_px(i) = sixteenths(rng, range);
     prediction.near_edge(i) = rng.uniform(0, 4) == 0 ? 255 : 0;
+    prediction.missed_frames(i) = rng.uniform(0, 8) == 0 ? kMovesByItself : uchar{2};
     prediction.variance_px2(i) =
         prediction.near_edge(i) != 0 ? 1365.0f : rng.uniform(1, 144) / 16.0f;
   }
@@ -52,7 +53,7 @@ Interval naive(const Prediction& prediction, const cv::Mat1f& coarse, const Disp
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, size.height - 1); ++v)
     for (int u = std::max(x - 1, 0); u <= std::min(x + 1, size.width - 1); ++u) {
       const float d = prediction.disparity_px(v, u);
-      if (!range.isValid(d)) continue;
+      if (!range.isValid(d) || prediction.missed_frames(v, u) == kMovesByItself) continue;
       const double sigma = std::sqrt(prediction.variance_px2(v, u));
       const double margin =
           prediction.near_edge(v, u) != 0
@@ -105,7 +106,8 @@ TEST(SearchRanges, PaperSearchesAroundThePredictionByItsVariance) {
   for (int y = 0; y < 30; ++y)
     for (int x = 0; x < 50; ++x) {
       const float d = prediction.disparity_px(y, x), p = prediction.variance_px2(y, x);
-      const bool full = !range.isValid(d) || prediction.near_edge(y, x) != 0;
+      const bool moves = prediction.missed_frames(y, x) == kMovesByItself;
+      const bool full = !range.isValid(d) || prediction.near_edge(y, x) != 0 || moves;
       const float margin = std::max(p, 1.0f);
       const int first = full ? 0 : std::max(0, static_cast<int>(std::floor(d - margin)));
       const int last = full ? 127 : std::min(127, static_cast<int>(std::ceil(d + margin)));

@@ -32,6 +32,22 @@ size_t validPixels(const stereo_msgs::DisparityImage& disparity) {
 
 class Scenarios : public NodeletTest {
  protected:
+  /// A pair of a camera whose true pose in the frame "world_of_others" is sent to tf.
+  StereoPair moved(int index, const std::string& camera,
+                   tf2_ros::TransformBroadcaster& broadcaster) const {
+    geometry_msgs::TransformStamped pose = street().extrinsic();
+    pose.header.stamp = street().stamp(index);
+    pose.header.frame_id = "world_of_others";
+    pose.child_frame_id = camera;
+    pose.transform = transformMsg(street().T_world_base(index) * Street::cameraMount());
+    broadcaster.sendTransform(pose);
+    StereoPair pair = street().pair(index);
+    auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
+    left->header.frame_id = camera;
+    pair.left = left;
+    return pair;
+  }
+
   /// Publishes the pair and waits for its disparity.
   bool comesOut(const StereoPair& pair, const DisparityRecorder& disparity) {
     player_.publish(pair);
@@ -344,19 +360,8 @@ TEST_F(Scenarios, anybodys_odometry_serves_through_tf) {
   DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
   ASSERT_TRUE(player_.waitForSubscribers());
   tf2_ros::TransformBroadcaster broadcaster;
-  for (int i = 0; i < 4; ++i) {
-    geometry_msgs::TransformStamped pose = street().extrinsic();
-    pose.header.stamp = street().stamp(i);
-    pose.header.frame_id = "world_of_others";
-    pose.child_frame_id = "camera_of_others";
-    pose.transform = transformMsg(street().T_world_base(i) * Street::cameraMount());
-    broadcaster.sendTransform(pose);
-    StereoPair pair = street().pair(i);
-    auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
-    left->header.frame_id = "camera_of_others";
-    pair.left = left;
-    ASSERT_TRUE(comesOut(pair, disparity));
-  }
+  for (int i = 0; i < 4; ++i)
+    ASSERT_TRUE(comesOut(moved(i, "camera_of_others", broadcaster), disparity));
   EXPECT_GT(validPixels(*predicted.at(street().stamp(3))),
             StreetCamera::kWidth * StreetCamera::kHeight / 2u);
   EXPECT_TRUE(eventually([&] { return value("Disparity", "predicted") == "yes"; }));
@@ -374,6 +379,34 @@ double agreement(const stereo_msgs::DisparityImage& a, const stereo_msgs::Dispar
     agree += std::abs(of_a - of_b) < 1;
   }
   return static_cast<double>(agree) / static_cast<double>(std::max<size_t>(known, 1));
+}
+
+TEST_F(Scenarios, disparity_waits_for_what_moves_and_does_not_predict_from_it) {
+  setParam("Disparity", "odom_frame", "world_of_others");
+  setParam("Disparity", "transform_timeout", 10.0);
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  Recorder<sensor_msgs::Image> ranges(node_, "search_range");
+  ros::Publisher masks = node_.advertise<sensor_msgs::Image>("moving_objects/mask", 2);
+  ASSERT_TRUE(player_.waitForSubscribers());
+  ASSERT_TRUE(eventually([&] { return masks.getNumSubscribers() > 0; }));
+  tf2_ros::TransformBroadcaster broadcaster;
+  std::vector<sensor_msgs::ImageConstPtr> widths;
+  for (const uint8_t moving : {0, 255}) {
+    // Another camera, so that its stamps may be the same again.
+    const std::string camera = "camera_" + std::to_string(moving);
+    disparity.clear();
+    ranges.clear();
+    ASSERT_TRUE(comesOut(moved(0, camera, broadcaster), disparity));
+    player_.publish(moved(1, camera, broadcaster));
+    EXPECT_FALSE(eventually([&] { return disparity.at(street().stamp(1)) != nullptr; }, 0.5));
+    auto mask = boost::make_shared<sensor_msgs::Image>(*street().pair(0).left);
+    mask->data.assign(mask->data.size(), moving);
+    masks.publish(mask);
+    ASSERT_TRUE(eventually([&] { return ranges.at(street().stamp(1)) != nullptr; }, 10));
+    widths.push_back(ranges.at(street().stamp(1)));
+  }
+  EXPECT_FALSE(widths[0]->data == widths[1]->data);
 }
 
 TEST_F(Scenarios, kittis_poses_serve_through_tf) {

@@ -115,6 +115,47 @@ TEST_F(DisparityEstimatorTest, ThePastIsGivenUpAfterSomeFramesWithoutMotion) {
   EXPECT_TRUE(output_.predicted);
 }
 
+TEST_F(DisparityEstimatorTest, WhatMovedIsNoPast) {
+  DisparityParams params = disparityParams();
+  params.row_alignment.enabled = false;  // it has a past, too
+  DisparityEstimator estimator(params), fresh(params);
+  run(estimator, street_.render(0));
+  const cv::Mat1b everything(street_.rig().size, uchar{255});
+  estimator.markMoving(everything);
+  const StreetFrame frame = street_.render(1);
+  run(estimator, frame);
+  EXPECT_TRUE(output_.predicted);
+  EXPECT_GT(cv::countNonZero(output_.predicted_disparity_px >= 0), frame.left.rows);
+  const DisparityOutput marked = std::exchange(output_, DisparityOutput());
+  past_ = StreetFrame();
+  run(fresh, frame);
+  EXPECT_EQ(cv::norm(marked.search_width_px, output_.search_width_px, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(marked.measured_disparity_px, output_.measured_disparity_px, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(marked.disparity_px, output_.disparity_px, cv::NORM_INF), 0);
+}
+
+TEST_F(DisparityEstimatorTest, WhatMovedIsAPastWhereSoAsked) {
+  DisparityParams params = disparityParams();
+  params.use_moving_mask = false;
+  DisparityEstimator marked(params), other(params);
+  const cv::Mat1b everything(street_.rig().size, uchar{255});
+  cv::Mat1f expected;
+  for (DisparityEstimator* estimator : {&marked, &other}) {
+    past_ = StreetFrame();
+    run(*estimator, street_.render(0));
+    if (estimator == &marked) estimator->markMoving(everything);
+    run(*estimator, street_.render(1));
+    if (estimator == &marked) expected = output_.disparity_px.clone();
+  }
+  EXPECT_EQ(cv::norm(expected, output_.disparity_px, cv::NORM_INF), 0);
+}
+
+TEST_F(DisparityEstimatorTest, RefusesAMaskOfAnotherSize) {
+  DisparityEstimator estimator(disparityParams());
+  run(estimator, street_.render(0));
+  EXPECT_THROW(estimator.markMoving(cv::Mat1b::zeros(4, 4)), std::invalid_argument);
+}
+
 TEST_F(DisparityEstimatorTest, ResetStartsAnewBitByBit) {
   DisparityEstimator used(disparityParams()), fresh(disparityParams());
   for (int i = 0; i < 3; ++i) run(used, street_.render(i));
