@@ -22,9 +22,9 @@ void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat
 void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);
 
 /// Fills horizontal runs of at most `max_width` invalid pixels. Where their two sides agree within
-/// `tolerance_px` they are interpolated. Where the right side is nearer, and the run no wider than
-/// the two disparities' difference, it is what the near surface hides from the right camera, and
-/// takes the disparity of its left side. Input and output may be the same map.
+/// `tolerance_px` they are interpolated. Where the right side is nearer, and the run at most 4 px
+/// wider than the two disparities' difference, it is what the near surface hides from the right
+/// camera, and takes the disparity of its left side. Input and output may be the same map.
 void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
                const cv::Mat1f& disparity_px, cv::Mat1f& filled_px);
 

@@ -36,6 +36,7 @@ struct RowOffsetModel {
   Eigen::Matrix<double, 6, 1> coefficients_px = Eigen::Matrix<double, 6, 1>::Zero();
   int samples = 0;               ///< samples in agreement with the fit; 0: identity
   double residual_px = 0;        ///< their root mean square residual
+  double rms_offset_px = 0;      ///< root mean square offset over the image
   double largest_offset_px = 0;  ///< largest |offset| over the image: the calibration's health
 
   bool isIdentity() const { return samples == 0; }

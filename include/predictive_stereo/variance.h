@@ -12,50 +12,65 @@ namespace predictive_stereo {
 /// Standard deviations of disparities [px], by how they came about. The defaults are what
 /// estimate_noise found on KITTI and the synthetic street (config/noise_kitti.yaml).
 ///
-/// A match has sigma_match = sigma_floor + sigma_ambiguous t^2 + sigma_per_disparity d, where t
-/// grows from 0 to 1 as its ambiguity (lowest over second lowest aggregated cost) goes from
-/// `ambiguity_onset` to 1. The filter's own p is not used for what is published: it counts the
-/// errors of successive matches as independent, which they are not. What does tell is the
-/// innovation.
+/// A match has sigma_match = sigma_floor + sigma_ambiguous t^2, where t grows from 0 to 1 as its
+/// ambiguity (lowest over second lowest aggregated cost) goes from `ambiguity_onset` to 1. What is
+/// published has a variance of its own. The filter's p is not used for it: p counts the errors of
+/// successive matches as independent, which they are not. What does tell is the innovation; whether
+/// the surroundings continue the surface, see countDisagreements; and how badly the pair is
+/// rectified: row offsets are measured and undone, but where rows are off columns are off as well,
+/// which changes disparities and which nothing undoes.
 struct VarianceParams {
-  double sigma_floor_px = 0.32;
-  double sigma_ambiguous_px = 0.88;
-  double sigma_per_disparity = 0.002;
-  double ambiguity_onset = 0.47;
-  double innovation_weight = 0.5;     ///< share of the squared innovation that adds to the variance
-  double max_innovation_px = 4.0;     ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 1.6;  ///< adds to a match that nothing was predicted for
-  double sigma_edge_px = 2.5;         ///< adds to a match near a predicted discontinuity
-  double sigma_kept_px = 1.6;         ///< adds to a prediction that was not measured
-  double sigma_kept_edge_px = 7.3;    ///< of such a prediction near a discontinuity
-  double sigma_filled_px = 4.7;       ///< of what was filled
+  double sigma_floor_px = 0.28;
+  double sigma_ambiguous_px = 0.65;
+  double ambiguity_onset = 0.49;
+  double innovation_weight = 0.25;  ///< share of the squared innovation that adds to the variance
+  double max_innovation_px = 4.0;   ///< a larger innovation counts as this one
+  double sigma_unpredicted_px = 0.55;   ///< adds to a match that nothing was predicted for
+  double sigma_kept_px = 0.87;          ///< of a prediction that was not measured
+  double sigma_filled_px = 1.3;         ///< of what was filled
+  double sigma_disagreement_px = 2.2;   ///< adds for each disagreement around
+  double sigma_per_row_offset = 0.013;  ///< adds this times the row offset [px] times the disparity
+  double max_sigma_px = 8.0;  ///< disparities less certain than this are not published; 0: all are
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("sigma_floor_px", sigma_floor_px, 0.01, 10.0);
     v("sigma_ambiguous_px", sigma_ambiguous_px, 0.0, 100.0);
-    v("sigma_per_disparity", sigma_per_disparity, 0.0, 1.0);
     v("ambiguity_onset", ambiguity_onset, 0.0, 0.99);
     v("innovation_weight", innovation_weight, 0.0, 1.0);
     v("max_innovation_px", max_innovation_px, 0.0, 256.0);
     v("sigma_unpredicted_px", sigma_unpredicted_px, 0.0, 100.0);
-    v("sigma_edge_px", sigma_edge_px, 0.0, 100.0);
-    v("sigma_kept_px", sigma_kept_px, 0.0, 100.0);
-    v("sigma_kept_edge_px", sigma_kept_edge_px, 0.01, 100.0);
+    v("sigma_kept_px", sigma_kept_px, 0.01, 100.0);
     v("sigma_filled_px", sigma_filled_px, 0.01, 100.0);
+    v("sigma_disagreement_px", sigma_disagreement_px, 0.0, 100.0);
+    v("sigma_per_row_offset", sigma_per_row_offset, 0.0, 1.0);
+    v("max_sigma_px", max_sigma_px, 0.0, 1000.0);
   }
 };
 
 /// Variance [px^2] of each measured disparity from the shape of its aggregated cost; 0 where
-/// nothing was measured.
+/// nothing was measured. What frames have in common is not in it: rectification.
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const VarianceParams& params,
                          cv::Mat1f& variance_px2);
 
+/// How many of the eight pixels around each one, 4 rows or columns or both away (at the border:
+/// nearer), do not continue its surface: 0..8. Those do that differ by at most 2.5 px, or that lie
+/// on one plane with the pixel and their opposite within 1 px. Unknown pixels do not. Of no meaning
+/// where the pixel itself is invalid.
+void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& range,
+                        cv::Mat1b& count);
+
 /// Variance [px^2] of the published disparities, 0 where unknown.
+/// @param row_offset_px  root mean square over the image, see RowOffsetModel.
 void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityState& state,
                        const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-                       const cv::Mat1f& measured_variance_px2, const DisparityRange& range,
-                       const VarianceParams& params, cv::Mat1f& variance_px2);
+                       const cv::Mat1f& measured_variance_px2, double row_offset_px,
+                       const DisparityRange& range, const VarianceParams& params,
+                       cv::Mat1f& variance_px2);
+
+/// Invalidates the disparities whose standard deviation is larger than `max_sigma_px`; 0: none.
+void dropUncertain(const DisparityRange& range, double max_sigma_px, cv::Mat1f& disparity_px,
+                   cv::Mat1f& variance_px2);
 
 }  // namespace predictive_stereo

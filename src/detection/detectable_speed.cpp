@@ -33,10 +33,8 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
       std::max(detection.min_flow_px, sigmas * std::hypot(detection.flow_sigma_px, ego_flow_px));
   const double across_m = std::max(detection.min_displacement_m, flow_px * depth_m / rig.fx_px);
 
-  const double sigma_match_px =
-      variance.sigma_floor_px + variance.sigma_per_disparity * disparity_px;
-  const double match_px2 =
-      std::max<double>(sigma_match_px * sigma_match_px, kLeastDisparityVariance_px2);
+  const double match_px2 = std::max<double>(variance.sigma_floor_px * variance.sigma_floor_px,
+                                            kLeastDisparityVariance_px2);
   const double previous_px2 = kPreviousDisparitySigma_px * kPreviousDisparitySigma_px;
   const double ego_px = disparity_px * detection.ego_motion_sigma_m / depth_m;
   const double point_px = std::max(detection.min_disparity_change_px,

@@ -76,8 +76,8 @@ void addMeasurementErrors(const cv::Mat1f& measured_px, const DisparityRange& ra
 
 void addSamples(const DisparityOutput& maps, const DisparityRange& range, const cv::Mat1f& truth_px,
                 int step, std::vector<VarianceSample>& samples) {
-  // Predicted variances are reset to this near discontinuities, see Prediction.
-  const float reset_px2 = static_cast<float>(range.count) * static_cast<float>(range.count) / 12.0f;
+  cv::Mat1b disagreements;
+  countDisagreements(maps.disparity_px, range, disagreements);
   for (int y = 0; y < truth_px.rows; y += step)
     for (int x = 0; x < truth_px.cols; x += step) {
       if (!hasTruth(truth_px(y, x)) || !range.isValid(maps.disparity_px(y, x))) continue;
@@ -89,8 +89,8 @@ void addSamples(const DisparityOutput& maps, const DisparityRange& range, const 
       sample.ambiguity = static_cast<float>(maps.ambiguity(y, x)) / 255.0f;
       sample.innovation_px =
           std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
-      sample.predicted_px2 = maps.predicted_variance_px2(y, x);
-      sample.near_edge = sample.predicted && sample.predicted_px2 >= 0.999f * reset_px2;
+      sample.disagreements = disagreements(y, x);
+      sample.row_offset_px = static_cast<float>(maps.row_alignment.rms_offset_px);
       samples.push_back(sample);
     }
 }
@@ -98,8 +98,14 @@ void addSamples(const DisparityOutput& maps, const DisparityRange& range, const 
 double matchSigma(const VarianceSample& sample, const VarianceParams& params) {
   const double t =
       std::max(0.0, (sample.ambiguity - params.ambiguity_onset) / (1.0 - params.ambiguity_onset));
-  return params.sigma_floor_px + params.sigma_ambiguous_px * t * t +
-         params.sigma_per_disparity * std::max(0.0f, sample.disparity_px);
+  return params.sigma_floor_px + params.sigma_ambiguous_px * t * t;
+}
+
+/// The part of the variance that does not depend on how the disparity came about.
+double commonVariance(const VarianceSample& sample, const VarianceParams& params) {
+  const double around_px = params.sigma_disagreement_px * sample.disagreements;
+  const double rig_px = params.sigma_per_row_offset * sample.row_offset_px * sample.disparity_px;
+  return around_px * around_px + rig_px * rig_px;
 }
 
 double surprise(const VarianceSample& sample, const VarianceParams& params) {
@@ -158,13 +164,13 @@ std::vector<VarianceSample> choose(const std::vector<std::vector<VarianceSample>
   return chosen;
 }
 
-/// Mean loss as a function of floor, ambiguous, per_disparity (times 100), onset,
-/// innovation_weight.
+/// Mean loss as a function of floor, ambiguous, onset, innovation_weight, disagreement,
+/// per_row_offset (times 100).
 class MatchLoss : public cv::MinProblemSolver::Function {
  public:
   MatchLoss(std::vector<VarianceSample> samples, const VarianceParams& start)
       : samples_(std::move(samples)), start_(start) {}
-  int getDims() const override { return 5; }
+  int getDims() const override { return 6; }
   double calc(const double* x) const override {
     // The solver knows no limits: outside of them the loss rises.
     double penalty = 0;
@@ -176,14 +182,16 @@ class MatchLoss : public cv::MinProblemSolver::Function {
     VarianceParams params = start_;
     params.sigma_floor_px = limited(x[0], 0.05, 10);
     params.sigma_ambiguous_px = limited(x[1], 0, 100);
-    params.sigma_per_disparity = limited(x[2], 0, 100) / 100;
-    params.ambiguity_onset = limited(x[3], 0, 0.9);
-    params.innovation_weight = limited(x[4], 0, 1);
+    params.ambiguity_onset = limited(x[2], 0, 0.9);
+    params.innovation_weight = limited(x[3], 0, 1);
+    params.sigma_disagreement_px = limited(x[4], 0, 100);
+    params.sigma_per_row_offset = limited(x[5], 0, 100) / 100;
     double loss = 0;
     for (const VarianceSample& sample : samples_) {
       const double match_px = matchSigma(sample, params);
       loss +=
-          quantileLoss(sample.error_px, std::sqrt(match_px * match_px + surprise(sample, params)));
+          quantileLoss(sample.error_px, std::sqrt(match_px * match_px + surprise(sample, params) +
+                                                  commonVariance(sample, params)));
     }
     return loss / static_cast<double>(samples_.size()) + penalty;
   }
@@ -193,11 +201,9 @@ class MatchLoss : public cv::MinProblemSolver::Function {
   VarianceParams start_;
 };
 
-bool isFiltered(const VarianceSample& s) { return s.measured && s.predicted && !s.near_edge; }
-bool isAtEdge(const VarianceSample& s) { return s.measured && s.predicted && s.near_edge; }
+bool isFiltered(const VarianceSample& s) { return s.measured && s.predicted; }
 bool isUnpredicted(const VarianceSample& s) { return s.measured && !s.predicted; }
-bool isKept(const VarianceSample& s) { return !s.measured && s.predicted && !s.near_edge; }
-bool isKeptAtEdge(const VarianceSample& s) { return !s.measured && s.predicted && s.near_edge; }
+bool isKept(const VarianceSample& s) { return !s.measured && s.predicted; }
 bool isFilled(const VarianceSample& s) { return !s.measured && !s.predicted; }
 
 double rounded(double value) {
@@ -230,10 +236,11 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
                                const std::function<void(int)>& progress) {
   NoiseObservations seen;
   const DisparityRange range = params.disparity.matcher.range;
-  DisparityParams full = params.disparity;
+  DisparityParams full = params.disparity, all = params.disparity;
   full.search.scheme = SearchScheme::kFull;
+  all.variance.max_sigma_px = 0;
   EgoMotion ego_motion(params.ego_motion);
-  DisparityEstimator without_past(full), closed_loop(params.disparity);
+  DisparityEstimator without_past(full), closed_loop(all);
   DisparityOutput measured, published;
   std::vector<Eigen::Vector3d> points_prev;
   const int frames = max_frames > 0 ? std::min(max_frames, drive.frames()) : drive.frames();
@@ -272,7 +279,9 @@ std::vector<VarianceSample> observePublished(const Sequence& sequence, const Pip
                                              int step, const std::function<void(int)>& progress) {
   std::vector<VarianceSample> samples;
   EgoMotion ego_motion(params.ego_motion);
-  DisparityEstimator closed_loop(params.disparity);
+  DisparityParams all = params.disparity;
+  all.variance.max_sigma_px = 0;
+  DisparityEstimator closed_loop(all);
   DisparityOutput published;
   for (int index = 0; index < sequence.frames(); ++index) {
     const SequenceFrame frame = sequence.frame(index);
@@ -295,17 +304,19 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
   std::vector<VarianceSample> filtered = choose(sets, kSamples, isFiltered);
   if (filtered.size() >= kMinSamples) {
     const auto loss = cv::makePtr<MatchLoss>(std::move(filtered), start);
-    cv::Mat1d x = (cv::Mat1d(1, 5) << start.sigma_floor_px, start.sigma_ambiguous_px,
-                   100 * start.sigma_per_disparity, start.ambiguity_onset, start.innovation_weight);
+    cv::Mat1d x =
+        (cv::Mat1d(1, 6) << start.sigma_floor_px, start.sigma_ambiguous_px, start.ambiguity_onset,
+         start.innovation_weight, start.sigma_disagreement_px, 100 * start.sigma_per_row_offset);
     const auto solver = cv::DownhillSolver::create(
-        loss, cv::Mat1d((cv::Mat1d(1, 5) << 0.1, 0.3, 0.3, 0.1, 0.1)),
-        cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 400, 1e-7));
+        loss, cv::Mat1d((cv::Mat1d(1, 6) << 0.1, 0.3, 0.1, 0.1, 0.5, 0.5)),
+        cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 600, 1e-7));
     solver->minimize(x);
     fitted.sigma_floor_px = rounded(std::clamp(x(0), 0.05, 10.0));
     fitted.sigma_ambiguous_px = rounded(std::clamp(x(1), 0.0, 100.0));
-    fitted.sigma_per_disparity = rounded(std::clamp(x(2), 0.0, 100.0) / 100);
-    fitted.ambiguity_onset = rounded(std::clamp(x(3), 0.0, 0.9));
-    fitted.innovation_weight = rounded(std::clamp(x(4), 0.0, 1.0));
+    fitted.ambiguity_onset = rounded(std::clamp(x(2), 0.0, 0.9));
+    fitted.innovation_weight = rounded(std::clamp(x(3), 0.0, 1.0));
+    fitted.sigma_disagreement_px = rounded(std::clamp(x(4), 0.0, 100.0));
+    fitted.sigma_per_row_offset = rounded(std::clamp(x(5), 0.0, 100.0) / 100);
   }
   const auto beyond = [&](bool (*kind)(const VarianceSample&), auto known) {
     std::vector<KnownPart> parts;
@@ -313,23 +324,15 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
       parts.push_back({sample.error_px, known(sample)});
     return parts;
   };
-  const auto matchVariance = [&](const VarianceSample& sample) {
-    const double sigma_px = matchSigma(sample, fitted);
-    return sigma_px * sigma_px;
+  const auto common = [&](const VarianceSample& s) { return commonVariance(s, fitted); };
+  const auto matched = [&](const VarianceSample& s) {
+    const double sigma_px = matchSigma(s, fitted);
+    return sigma_px * sigma_px + common(s);
   };
   fitted.sigma_unpredicted_px =
-      rounded(addedSigma(beyond(isUnpredicted, matchVariance), start.sigma_unpredicted_px));
-  fitted.sigma_edge_px = rounded(addedSigma(
-      beyond(isAtEdge,
-             [&](const VarianceSample& s) { return matchVariance(s) + surprise(s, fitted); }),
-      start.sigma_edge_px));
-  fitted.sigma_kept_px = rounded(addedSigma(
-      beyond(isKept, [](const VarianceSample& s) { return static_cast<double>(s.predicted_px2); }),
-      start.sigma_kept_px));
-  fitted.sigma_kept_edge_px = rounded(addedSigma(
-      beyond(isKeptAtEdge, [](const VarianceSample&) { return 0.0; }), start.sigma_kept_edge_px));
-  fitted.sigma_filled_px = rounded(addedSigma(
-      beyond(isFilled, [](const VarianceSample&) { return 0.0; }), start.sigma_filled_px));
+      rounded(addedSigma(beyond(isUnpredicted, matched), start.sigma_unpredicted_px));
+  fitted.sigma_kept_px = rounded(addedSigma(beyond(isKept, common), start.sigma_kept_px));
+  fitted.sigma_filled_px = rounded(addedSigma(beyond(isFilled, common), start.sigma_filled_px));
   return fitted;
 }
 

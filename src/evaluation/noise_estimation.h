@@ -20,9 +20,9 @@ struct VarianceSample {
   float disparity_px;
   float ambiguity;      ///< 0..1; only where measured
   float innovation_px;  ///< |measured - predicted|; only where both exist
-  float predicted_px2;  ///< predicted variance; only where predicted
+  float disagreements;  ///< see countDisagreements
+  float row_offset_px;  ///< of the frame, see RowOffsetModel::rms_offset_px
   bool measured, predicted;
-  bool near_edge;  ///< of a predicted discontinuity
 };
 
 /// What one drive tells. Only static pixels count: where `labels` has movers nothing is used.
@@ -59,7 +59,7 @@ void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
 /// quantile of the absolute error as nearly as both can be had, given what is known of each pixel:
 /// quantile regression, first for what was measured and predicted, then for each other kind. Each
 /// set of samples (a drive, a scene) has the same weight. Kinds with fewer than 200 samples keep
-/// the values of `start`.
+/// the values of `start`, and so does what no sample tells of.
 VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
                            const VarianceParams& start);
 

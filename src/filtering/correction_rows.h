@@ -1,4 +1,4 @@
-/// The loops of correction and variance over one row of pixels, see prediction_rows.h.
+/// The loops of the correction over one row of pixels, see prediction_rows.h.
 #pragma once
 
 #include <cstdint>
@@ -30,30 +30,5 @@ void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& li
                  float* nearest);
 constexpr float kRefutingStep_px = 3.0f;
 constexpr int kBesideNearest = 2;
-
-struct MeasurementTerms {
-  float smallest_valid;
-  float sigma_per_disparity;
-  float sigma_by_ambiguity[256];
-};
-void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
-                            const MeasurementTerms& terms, float* variance_px2);
-
-struct PublishedRow {
-  const float* published_px;
-  const float* filtered_px;
-  const float* filtered_variance_px2;
-  const float* predicted_px;
-  const uint8_t* near_edge;  ///< of a predicted discontinuity
-  const float* measured_px;
-  const float* measured_variance_px2;
-  float* variance_px2;
-};
-struct PublishedTerms {
-  float smallest_valid;
-  float unpredicted_px2, edge_px2, kept_px2, kept_edge_px2, filled_px2;
-  float largest_innovation_px, innovation_weight;
-};
-void publishedVarianceRow(const PublishedRow& row, int width, const PublishedTerms& terms);
 
 }  // namespace predictive_stereo

@@ -12,6 +12,9 @@
 namespace predictive_stereo {
 namespace {
 
+// Beside what is hidden the census window, which reaches as far, sees both surfaces.
+constexpr float kHiddenSlack_px = 4.0f;
+
 // Calls kernel(rows around y, output row) for every row; rows outside the image are null.
 template <int kReach, class Kernel>
 void filterRows(const char* name, const cv::Mat1f& input, cv::Mat1f& output, const Kernel& kernel) {
@@ -79,7 +82,7 @@ void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
         if (first == 0 || end - first > max_width) continue;
         const float before = row[first - 1], after = row[end], rise = after - before;
         const auto width = static_cast<float>(end - first);
-        const bool hidden = rise > tolerance_px && width <= rise;
+        const bool hidden = rise > tolerance_px && width <= rise + kHiddenSlack_px;
         if (std::abs(rise) > tolerance_px && !hidden) continue;
         const float step = hidden ? 0.0f : rise / (width + 1);
         for (int x = first; x < end; ++x)

@@ -1,10 +1,22 @@
 #include "predictive_stereo/variance.h"
 
 #include <algorithm>
+#include <opencv2/core/utility.hpp>
 
-#include "filtering/correction_rows.h"
+#include "filtering/variance_rows.h"
 
 namespace predictive_stereo {
+namespace {
+
+void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& range, int y,
+                        uchar* count) {
+  const int above = std::max(y - kDisagreementReachPx, 0);
+  const int below = std::min(y + kDisagreementReachPx, disparity_px.rows - 1);
+  countDisagreementsOfRow(disparity_px[above], disparity_px[y], disparity_px[below],
+                          disparity_px.cols, static_cast<float>(range.min_disparity), count);
+}
+
+}  // namespace
 
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const VarianceParams& params,
@@ -13,10 +25,9 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
   for (int i = 0; i < 256; ++i) {
     const double t =
         std::max(0.0, (i / 255.0 - params.ambiguity_onset) / (1.0 - params.ambiguity_onset));
-    terms.sigma_by_ambiguity[i] =
-        static_cast<float>(params.sigma_floor_px + params.sigma_ambiguous_px * t * t);
+    const double sigma_px = params.sigma_floor_px + params.sigma_ambiguous_px * t * t;
+    terms.variance_by_ambiguity_px2[i] = static_cast<float>(sigma_px * sigma_px);
   }
-  terms.sigma_per_disparity = static_cast<float>(params.sigma_per_disparity);
   terms.smallest_valid = static_cast<float>(range.min_disparity);
   variance_px2.create(measured_disparity_px.size());
   cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
@@ -26,27 +37,51 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
   });
 }
 
+void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& range,
+                        cv::Mat1b& count) {
+  count.create(disparity_px.size());
+  cv::parallel_for_(cv::Range(0, count.rows), [&](const cv::Range& part) {
+    for (int y = part.start; y < part.end; ++y)
+      countDisagreements(disparity_px, range, y, count[y]);
+  });
+}
+
 void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityState& state,
                        const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-                       const cv::Mat1f& measured_variance_px2, const DisparityRange& range,
-                       const VarianceParams& params, cv::Mat1f& variance_px2) {
-  const auto squared = [](double sigma_px) { return static_cast<float>(sigma_px * sigma_px); };
+                       const cv::Mat1f& measured_variance_px2, double row_offset_px,
+                       const DisparityRange& range, const VarianceParams& params,
+                       cv::Mat1f& variance_px2) {
+  const auto squared = [](double value) { return static_cast<float>(value * value); };
   PublishedTerms terms;
   terms.smallest_valid = static_cast<float>(range.min_disparity);
   terms.unpredicted_px2 = squared(params.sigma_unpredicted_px);
-  terms.edge_px2 = squared(params.sigma_edge_px);
   terms.kept_px2 = squared(params.sigma_kept_px);
-  terms.kept_edge_px2 = squared(params.sigma_kept_edge_px);
   terms.filled_px2 = squared(params.sigma_filled_px);
+  terms.disagreement_px2 = squared(params.sigma_disagreement_px);
   terms.largest_innovation_px = static_cast<float>(params.max_innovation_px);
   terms.innovation_weight = static_cast<float>(params.innovation_weight);
+  terms.per_squared_disparity = squared(params.sigma_per_row_offset * row_offset_px);
   variance_px2.create(published_disparity_px.size());
   cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y)
-      publishedVarianceRow({published_disparity_px[y], state.disparity_px[y], state.variance_px2[y],
-                            prediction.disparity_px[y], prediction.near_edge[y],
-                            measured_disparity_px[y], measured_variance_px2[y], variance_px2[y]},
+    cv::AutoBuffer<uchar, 4096> disagreements(static_cast<size_t>(variance_px2.cols));
+    for (int y = part.start; y < part.end; ++y) {
+      countDisagreements(published_disparity_px, range, y, disagreements.data());
+      publishedVarianceRow({published_disparity_px[y], disagreements.data(), state.disparity_px[y],
+                            prediction.disparity_px[y], measured_disparity_px[y],
+                            measured_variance_px2[y], variance_px2[y]},
                            variance_px2.cols, terms);
+    }
+  });
+}
+
+void dropUncertain(const DisparityRange& range, double max_sigma_px, cv::Mat1f& disparity_px,
+                   cv::Mat1f& variance_px2) {
+  if (max_sigma_px <= 0) return;
+  const auto largest_px2 = static_cast<float>(max_sigma_px * max_sigma_px);
+  cv::parallel_for_(cv::Range(0, disparity_px.rows), [&](const cv::Range& part) {
+    for (int y = part.start; y < part.end; ++y)
+      dropUncertainInRow(disparity_px.cols, largest_px2, range.invalid(), disparity_px[y],
+                         variance_px2[y]);
   });
 }
 

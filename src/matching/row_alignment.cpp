@@ -42,13 +42,20 @@ void requireSizes(cv::Size left, cv::Size right, cv::Size coarse) {
                                 " but the images are " + text(left));
 }
 
-// Largest |offset| on a grid that reaches the corners; a quadratic has no narrow peaks.
-double largestOffset(const Vector6& coefficients_px) {
-  double largest = 0;
-  for (int i = -8; i <= 8; ++i)
-    for (int j = -8; j <= 8; ++j)
-      largest = std::max(largest, std::abs(coefficients_px.dot(terms(j / 8.0, i / 8.0))));
-  return largest;
+// Offsets on a grid that reaches the corners; a quadratic has no narrow peaks.
+void summarise(RowOffsetModel& alignment) {
+  constexpr int kSteps = 8;
+  double squares = 0, largest = 0;
+  for (int i = -kSteps; i <= kSteps; ++i)
+    for (int j = -kSteps; j <= kSteps; ++j) {
+      const double offset_px =
+          alignment.coefficients_px.dot(terms(j / double{kSteps}, i / double{kSteps}));
+      squares += offset_px * offset_px;
+      largest = std::max(largest, std::abs(offset_px));
+    }
+  constexpr int kPoints = (2 * kSteps + 1) * (2 * kSteps + 1);
+  alignment.rms_offset_px = std::sqrt(squares / kPoints);
+  alignment.largest_offset_px = largest;
 }
 
 }  // namespace
@@ -138,7 +145,7 @@ RowOffsetModel RowOffsetFilter::update(const std::vector<RowOffsetMeasurement>& 
   alignment.coefficients_px = solve(Fit());
   alignment.samples = static_cast<int>(past_.samples);
   alignment.residual_px = std::sqrt(past_.squared_residuals / past_.samples);
-  alignment.largest_offset_px = largestOffset(alignment.coefficients_px);
+  summarise(alignment);
   if (alignment.largest_offset_px > params_.max_offset_px) {
     reset();
     return RowOffsetModel();

@@ -141,14 +141,13 @@ int estimate(const CommandLine& command_line) {
        << "  variance:  # sigma, 2 sigma: 68.3, 95.4 % quantiles of the published error\n"
        << "    sigma_floor_px: " << variance.sigma_floor_px
        << "\n    sigma_ambiguous_px: " << variance.sigma_ambiguous_px
-       << "\n    sigma_per_disparity: " << variance.sigma_per_disparity
        << "\n    ambiguity_onset: " << variance.ambiguity_onset
        << "\n    innovation_weight: " << variance.innovation_weight
        << "\n    sigma_unpredicted_px: " << variance.sigma_unpredicted_px
-       << "\n    sigma_edge_px: " << variance.sigma_edge_px
        << "\n    sigma_kept_px: " << variance.sigma_kept_px
-       << "\n    sigma_kept_edge_px: " << variance.sigma_kept_edge_px
-       << "\n    sigma_filled_px: " << variance.sigma_filled_px << "\n";
+       << "\n    sigma_filled_px: " << variance.sigma_filled_px
+       << "\n    sigma_disagreement_px: " << variance.sigma_disagreement_px
+       << "\n    sigma_per_row_offset: " << variance.sigma_per_row_offset << "\n";
 
   const fs::path dir = command_line.get("output");
   fs::create_directories(dir);

@@ -109,7 +109,7 @@ TEST(FitVariance, FindsTheParametersThatMadeTheErrors) {
   std::vector<std::vector<VarianceSample>> sets(2);
   const auto sigmaOf = [](const VarianceSample& s) {
     const float t = std::max(0.0f, (s.ambiguity - 0.5f) / 0.5f);
-    return 0.2f + 1.5f * t * t + 0.01f * s.disparity_px;
+    return 0.2f + 1.5f * t * t;
   };
   for (int i = 0; i < 80000; ++i) {
     VarianceSample s{};
@@ -117,25 +117,25 @@ TEST(FitVariance, FindsTheParametersThatMadeTheErrors) {
     s.ambiguity = uniform(random);
     s.measured = i % 4 != 0;
     s.predicted = i % 4 != 1;
-    s.near_edge = uniform(random) < 0.3f;
+    s.disagreements = uniform(random) < 0.3f ? std::floor(9 * uniform(random)) : 0.0f;
+    s.row_offset_px = i % 2 ? 0.7f : 0.0f;
     s.innovation_px = std::abs(normal(random));
-    s.predicted_px2 = 0.3f;
     float variance = sigmaOf(s) * sigmaOf(s) + 0.3f * s.innovation_px * s.innovation_px;
-    if (s.near_edge) variance += 0.8f * 0.8f;
     if (!s.predicted) variance = sigmaOf(s) * sigmaOf(s) + 0.7f * 0.7f;
-    if (!s.measured) variance = s.near_edge ? 2.5f * 2.5f : 0.3f + 0.9f * 0.9f;
+    if (!s.measured) variance = 0.9f * 0.9f;
+    variance += std::pow(0.6f * s.disagreements, 2.0f);
+    variance += std::pow(0.015f * s.row_offset_px * s.disparity_px, 2.0f);
     s.error_px = std::sqrt(variance) * normal(random);
     sets[static_cast<size_t>(i % 2)].push_back(s);
   }
   const VarianceParams fitted = fitVariance(sets, VarianceParams{});
   EXPECT_NEAR(fitted.sigma_floor_px, 0.2, 0.03);
-  EXPECT_NEAR(fitted.sigma_per_disparity, 0.01, 0.001);
+  EXPECT_NEAR(fitted.sigma_per_row_offset, 0.015, 0.0015);
+  EXPECT_NEAR(fitted.sigma_disagreement_px, 0.6, 0.05);
   EXPECT_NEAR(fitted.innovation_weight, 0.3, 0.05);
   EXPECT_NEAR(fitted.sigma_ambiguous_px, 1.5, 0.2);
   EXPECT_NEAR(fitted.ambiguity_onset, 0.5, 0.07);
   EXPECT_NEAR(fitted.sigma_unpredicted_px, 0.7, 0.05);
-  EXPECT_NEAR(fitted.sigma_edge_px, 0.8, 0.05);
-  EXPECT_NEAR(fitted.sigma_kept_edge_px, 2.5, 0.1);
   EXPECT_NEAR(fitted.sigma_kept_px, 0.9, 0.05);
   EXPECT_EQ(fitted.sigma_filled_px, VarianceParams{}.sigma_filled_px);  // no such samples
 }

@@ -72,7 +72,7 @@ cv::Mat1f fillNaively(const DisparityRange& range, int max_width, float toleranc
       while (after < map.cols && !range.isValid(map(y, after))) ++after;
       if (before < 0 || after == map.cols || after - before - 1 > max_width) continue;
       const float step = map(y, after) - map(y, before);
-      if (step > tolerance_px && static_cast<float>(after - before - 1) <= step)
+      if (step > tolerance_px && static_cast<float>(after - before - 1) <= step + 4)
         filled(y, x) = map(y, before);
       if (std::abs(step) > tolerance_px) continue;
       filled(y, x) = map(y, before) + step / (after - before) * (x - before);

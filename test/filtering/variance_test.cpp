@@ -4,21 +4,22 @@
 #include <hwy/targets.h>
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 namespace predictive_stereo {
 namespace {
 
 const DisparityRange kRange{0, 128};
 
-TEST(Variance, MeasurementVarianceGrowsWithAmbiguityAndDisparity) {
+TEST(Variance, MeasurementVarianceGrowsWithAmbiguity) {
   VarianceParams params;
   cv::Mat1f disparity_px = (cv::Mat1f(1, 4) << 0.0f, 64.0f, 0.0f, kRange.invalid());
   cv::Mat1b ambiguity = (cv::Mat1b(1, 4) << 0, 0, 255, 0);
   cv::Mat1f variance_px2;
   measurementVariance(disparity_px, ambiguity, kRange, params, variance_px2);
   EXPECT_NEAR(variance_px2(0), params.sigma_floor_px * params.sigma_floor_px, 1e-6);
-  const double far = params.sigma_floor_px + 64 * params.sigma_per_disparity;
-  EXPECT_NEAR(variance_px2(1), far * far, 1e-5);
+  EXPECT_EQ(variance_px2(1), variance_px2(0));
   const double tie = params.sigma_floor_px + params.sigma_ambiguous_px;
   EXPECT_NEAR(variance_px2(2), tie * tie, 1e-5);
   EXPECT_EQ(variance_px2(3), 0.0f);
@@ -43,61 +44,155 @@ TEST(Variance, MeasurementVarianceIsTheFormulaOnEveryTarget) {
             const float d = disparity_px(y, x);
             const double t = std::max(0.0, (ambiguity(y, x) / 255.0 - params.ambiguity_onset) /
                                                (1 - params.ambiguity_onset));
-            const auto by_ambiguity =
-                static_cast<float>(params.sigma_floor_px + params.sigma_ambiguous_px * t * t);
-            const float sigma =
-                by_ambiguity + static_cast<float>(params.sigma_per_disparity) * std::max(d, 0.0f);
-            ASSERT_EQ(variance_px2(y, x), range.isValid(d) ? sigma * sigma : 0) << size << x;
+            const double sigma = params.sigma_floor_px + params.sigma_ambiguous_px * t * t;
+            ASSERT_EQ(variance_px2(y, x), range.isValid(d) ? static_cast<float>(sigma * sigma) : 0)
+                << size << x;
           }
       }
   }
   hwy::SetSupportedTargetsForTest(0);
 }
 
-TEST(Variance, PublishedVarianceTellsHowTheDisparityCameAbout) {
-  // Measured as predicted, measured against the prediction, measured without one, kept, filled,
-  // unknown; measured and kept near a discontinuity.
-  const float no = kRange.invalid();
-  const cv::Mat1f published = (cv::Mat1f(1, 8) << 20, 22, 20, 20, 20, no, 20, 20);
-  const cv::Mat1f measured = (cv::Mat1f(1, 8) << 20, 22, 20, no, no, no, 20, no);
-  const cv::Mat1f measured_variance = (cv::Mat1f(1, 8) << 0.1f, 0.1f, 0.1f, 0, 0, 0, 0.1f, 0);
-  Prediction prediction;
-  Predictor(kRange, PredictionParams()).predictNothing(published.size(), prediction);
-  prediction.disparity_px = (cv::Mat1f(1, 8) << 20, 20, no, 20, no, no, 20, 20);
-  prediction.near_edge(6) = prediction.near_edge(7) = 255;
-  DisparityState state;
-  state.disparity_px = (cv::Mat1f(1, 8) << 20, 22, 20, 20, no, no, 20, 20);
-  state.variance_px2 = cv::Mat1f(1, 8, 0.3f);
-  state.missed_frames = cv::Mat1b(1, 8, uchar{0});
-  VarianceParams params;
-  params.innovation_weight = 0.5;
-  params.sigma_unpredicted_px = 1.0;
-  params.sigma_kept_px = 1.5;
-  params.sigma_filled_px = 2.0;
-  params.sigma_edge_px = 0.5;
-  params.sigma_kept_edge_px = 3.0;
-  cv::Mat1f variance_px2;
-  publishedVariance(published, state, prediction, measured, measured_variance, kRange, params,
-                    variance_px2);
-  const float expected[] = {0.1f, 0.1f + 0.5f * 4, 0.1f + 1, 0.3f + 2.25f, 4, 0, 0.35f, 9};
-  for (int i = 0; i < 8; ++i) EXPECT_NEAR(variance_px2(i), expected[i], 1e-5) << i;
+/// A pixel continues the surface of (x, y) where it is about as near, or on a plane with its
+/// opposite.
+int disagreementsNaively(const cv::Mat1f& map, const DisparityRange& range, int x, int y) {
+  const auto at = [&](int dx, int dy) {
+    return map(std::clamp(y + dy, 0, map.rows - 1), std::clamp(x + dx, 0, map.cols - 1));
+  };
+  int count = 0;
+  for (int dy : {-4, 0, 4})
+    for (int dx : {-4, 0, 4}) {
+      if (dx == 0 && dy == 0) continue;
+      const float d = map(y, x), one = at(dx, dy), opposite = at(-dx, -dy);
+      const bool same = range.isValid(one) && std::abs(one - d) <= 2.5f;
+      const bool plane = range.isValid(one) && range.isValid(opposite) &&
+                         std::abs((one - d) + (opposite - d)) <= 2.0f;
+      count += !same && !plane;
+    }
+  return count;
 }
 
-TEST(Variance, LargeInnovationsAreCapped) {
-  Prediction prediction;
-  Predictor(kRange, PredictionParams()).predictNothing({1, 1}, prediction);
-  prediction.disparity_px = 20.0f;
-  const cv::Mat1f measured(1, 1, 90.0f), measured_variance(1, 1, 0.1f);
-  DisparityState state;
-  state.disparity_px = measured;
-  state.variance_px2 = cv::Mat1f(1, 1, 0.4f);
-  VarianceParams params;
-  params.innovation_weight = 0.25;
-  params.max_innovation_px = 4;
-  cv::Mat1f variance_px2;
-  publishedVariance(measured, state, prediction, measured, measured_variance, kRange, params,
-                    variance_px2);
-  EXPECT_NEAR(variance_px2(0), 0.1 + 0.25 * 16, 1e-5);
+TEST(Variance, DisagreementsAreThoseOfTheDefinitionOnEveryTarget) {
+  cv::RNG rng(5);
+  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+    for (int min_disparity : {0, -16, 16})
+      for (cv::Size size :
+           {cv::Size(1, 1), cv::Size(3, 9), cv::Size(8, 4), cv::Size(9, 12), cv::Size(130, 37)}) {
+        const DisparityRange range{min_disparity, 128};
+        cv::Mat1f map(size);
+        rng.fill(map, cv::RNG::UNIFORM, min_disparity - 1.0f, min_disparity + 8.0f);
+        map.setTo(range.invalid(), map < min_disparity);
+        cv::Mat1b count;
+        countDisagreements(map, range, count);
+        for (int y = 0; y < size.height; ++y)
+          for (int x = 0; x < size.width; ++x)
+            ASSERT_EQ(count(y, x), disagreementsNaively(map, range, x, y)) << size << x << "," << y;
+      }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(Variance, SteepSurfacesAgreeAndSpecksDoNot) {
+  cv::Mat1f map(40, 40);
+  for (int y = 0; y < map.rows; ++y)
+    for (int x = 0; x < map.cols; ++x) map(y, x) = static_cast<float>(y + x);
+  map(cv::Rect(25, 25, 5, 5)) = 5.0f;
+  cv::Mat1b count;
+  countDisagreements(map, kRange, count);
+  EXPECT_EQ(count(12, 12), 0);
+  EXPECT_EQ(count(27, 27), 8);
+  EXPECT_EQ(count(27, 23), 2);  // beside the speck: the pixel in it, and then its opposite
+}
+
+/// One pixel of each kind, far from others of its row.
+class PublishedVarianceTest : public testing::Test {
+ protected:
+  static constexpr int kApart = 9;
+  void SetUp() override {
+    params_.innovation_weight = 0.5;
+    params_.sigma_unpredicted_px = 1.0;
+    params_.sigma_kept_px = 1.5;
+    params_.sigma_filled_px = 2.0;
+    params_.sigma_disagreement_px = 0.1;
+    params_.sigma_per_row_offset = 0.02;
+  }
+  void add(float published, float measured, float predicted, bool filtered) {
+    published_.push_back(published);
+    measured_.push_back(measured);
+    predicted_.push_back(predicted);
+    filtered_.push_back(filtered ? published : kRange.invalid());
+  }
+  /// Variances of the pixels that were added.
+  cv::Mat1f run(double row_offset_px) const {
+    const int width = kApart * static_cast<int>(published_.size());
+    const cv::Mat1f nothing(1, width, kRange.invalid());
+    cv::Mat1f published = nothing.clone(), measured = nothing.clone();
+    Prediction prediction;
+    Predictor(kRange, PredictionParams()).predictNothing(published.size(), prediction);
+    DisparityState state;
+    state.disparity_px = nothing.clone();
+    for (size_t i = 0; i < published_.size(); ++i) {
+      const int x = static_cast<int>(i) * kApart;
+      published(x) = published_[i];
+      measured(x) = measured_[i];
+      prediction.disparity_px(x) = predicted_[i];
+      state.disparity_px(x) = filtered_[i];
+    }
+    cv::Mat1f variance_px2, picked(1, static_cast<int>(published_.size()));
+    publishedVariance(published, state, prediction, measured, cv::Mat1f(1, width, 0.1f),
+                      row_offset_px, kRange, params_, variance_px2);
+    for (int i = 0; i < picked.cols; ++i) picked(i) = variance_px2(i * kApart);
+    return picked;
+  }
+
+  VarianceParams params_;
+  std::vector<float> published_, measured_, predicted_, filtered_;
+};
+
+TEST_F(PublishedVarianceTest, TellsHowTheDisparityCameAbout) {
+  const float no = kRange.invalid();
+  add(20, 20, 20, true);   // measured as predicted; at the border, where it is its own neighbour
+  add(20, 20, 20, true);   // the same inside: the pixel itself stands above and below
+  add(22, 22, 20, true);   // measured against the prediction
+  add(90, 90, 20, true);   // by more than counts
+  add(20, 20, no, true);   // measured without one
+  add(20, no, 20, true);   // kept
+  add(20, no, no, false);  // filled
+  add(no, no, no, false);  // unknown
+  const cv::Mat1f variance_px2 = run(0);
+  const float around = 0.01f * 36, border = 0.01f * 9;
+  const float expected[] = {0.1f + border,
+                            0.1f + around,
+                            0.1f + 0.5f * 4 + around,
+                            0.1f + 8 + around,
+                            1.1f + around,
+                            2.25f + around,
+                            4 + around,
+                            0};
+  for (int i = 0; i < variance_px2.cols; ++i) EXPECT_NEAR(variance_px2(i), expected[i], 1e-5) << i;
+}
+
+TEST_F(PublishedVarianceTest, GrowsWithRowOffsetTimesDisparity) {
+  add(10, 10, 10, true);
+  add(50, 50, 50, true);
+  const cv::Mat1f more_px2 = run(0.7) - run(0);
+  EXPECT_NEAR(more_px2(0), 0.02 * 0.02 * 0.49 * 100, 1e-5);
+  EXPECT_NEAR(more_px2(1), 0.02 * 0.02 * 0.49 * 2500, 1e-5);
+}
+
+TEST(Variance, DropsWhatIsLessCertainThanAsked) {
+  const cv::Mat1f before = (cv::Mat1f(1, 4) << 20, 21, 22, kRange.invalid());
+  const cv::Mat1f sigma2 = (cv::Mat1f(1, 4) << 4, 9.01f, 9, 0);
+  cv::Mat1f disparity_px = before.clone(), variance_px2 = sigma2.clone();
+  dropUncertain(kRange, 0, disparity_px, variance_px2);
+  EXPECT_EQ(cv::norm(disparity_px, before), 0);
+  EXPECT_EQ(cv::norm(variance_px2, sigma2), 0);
+  dropUncertain(kRange, 3, disparity_px, variance_px2);
+  const cv::Mat1f after = (cv::Mat1f(1, 4) << 20, kRange.invalid(), 22, kRange.invalid());
+  EXPECT_EQ(cv::norm(disparity_px, after), 0);
+  EXPECT_EQ(variance_px2(1), 0);
+  EXPECT_EQ(variance_px2(2), 9);
 }
 
 }  // namespace
