@@ -22,7 +22,7 @@ struct MatcherParams {
   CensusForm census = CensusForm::kCentreSymmetric9x5;
   PathSet paths = PathSet::kStraight4;
   int p1 = 10;                       ///< penalty of a disparity change by 1 (eq. 1)
-  int p2 = 50;                       ///< penalty of a larger change, > p1 (eq. 1)
+  int p2 = 70;                       ///< penalty of a larger change, > p1 (eq. 1)
   int left_right_tolerance_px = 2;   ///< larger left-right differences are invalid; -1: no check
   std::string simd_target = "auto";  ///< see chooseSimdTarget (simd_target.h)
 

@@ -21,14 +21,14 @@ namespace predictive_stereo {
 /// which changes disparities and which nothing undoes.
 struct VarianceParams {
   double sigma_floor_px = 0.28;
-  double sigma_ambiguous_px = 0.65;
-  double ambiguity_onset = 0.49;
+  double sigma_ambiguous_px = 0.76;
+  double ambiguity_onset = 0.5;
   double innovation_weight = 0.25;  ///< share of the squared innovation that adds to the variance
   double max_innovation_px = 4.0;   ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 0.55;   ///< adds to a match that nothing was predicted for
-  double sigma_kept_px = 0.87;          ///< of a prediction that was not measured
-  double sigma_filled_px = 1.3;         ///< of what was filled
-  double sigma_disagreement_px = 2.2;   ///< adds for each disagreement around
+  double sigma_unpredicted_px = 0.57;   ///< adds to a match that nothing was predicted for
+  double sigma_kept_px = 0.98;          ///< of a prediction that was not measured
+  double sigma_filled_px = 1.4;         ///< of what was filled
+  double sigma_disagreement_px = 2.3;   ///< adds for each disagreement around
   double sigma_per_row_offset = 0.013;  ///< adds this times the row offset [px] times the disparity
   double max_sigma_px = 8.0;  ///< disparities less certain than this are not published; 0: all are
 

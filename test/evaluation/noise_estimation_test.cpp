@@ -137,7 +137,7 @@ TEST(FitVariance, FindsTheParametersThatMadeTheErrors) {
   EXPECT_NEAR(fitted.ambiguity_onset, 0.5, 0.07);
   EXPECT_NEAR(fitted.sigma_unpredicted_px, 0.7, 0.05);
   EXPECT_NEAR(fitted.sigma_kept_px, 0.9, 0.05);
-  EXPECT_EQ(fitted.sigma_filled_px, VarianceParams{}.sigma_filled_px);  // no such samples
+  EXPECT_DOUBLE_EQ(fitted.sigma_filled_px, VarianceParams{}.sigma_filled_px);  // no such samples
 }
 
 }  // namespace
