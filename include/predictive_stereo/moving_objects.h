@@ -97,7 +97,7 @@ struct MotionDetectionParams {
   double min_disparity_change_px = 1.0;  ///< ... in disparity
   double min_displacement_m = 0.12;      ///< between two frames
   // Groups of them.
-  double link_distance_m = 1.5;  ///< across the line of sight
+  double link_distance_m = 2.5;  ///< across the line of sight
   double link_depth_m = 1.5;     ///< along it
   double link_flow_share = 0.3;  ///< of the larger flow, beside 1.5 px
   int min_tracks = 4;
@@ -109,7 +109,8 @@ struct MotionDetectionParams {
   // Verification in the object's disparity layer.
   double layer_margin_m = 0.8;  ///< it reaches so far beyond the depths of the points
   double reach_m = 4;           ///< farthest that an object extends beyond its points
-  double gap_m = 0.35;          ///< texture-less gaps within an object
+  double gap_m = 0.35;          ///< texture-less gaps within an object, or ...
+  double gap_share = 0.4;       ///< ... this share of the width of its points
   double min_explained = 0.6;   ///< share of the layer that the object's motion explains better
   int min_decisive_cells = 16;  ///< 2x2 pixels where static world and object's motion differ
   // Sizes that an object may have.
@@ -137,6 +138,7 @@ struct MotionDetectionParams {
     v("layer_margin_m", layer_margin_m, 0.1, 100.0);
     v("reach_m", reach_m, 0.1, 100.0);
     v("gap_m", gap_m, 0.0, 10.0);
+    v("gap_share", gap_share, 0.0, 2.0);
     v("min_explained", min_explained, 0.0, 1.0);
     v("min_decisive_cells", min_decisive_cells, 1, 100000);
     v("min_height_m", min_height_m, 0.0, 100.0);

@@ -9,10 +9,12 @@ namespace predictive_stereo {
 namespace {
 
 constexpr size_t kMostPoints = 160;
-constexpr int kReachX = 40, kReachY = 6;  // lattice points
-constexpr int kCoarse = 2;                // lattice points between coarse trials
-constexpr int kTrialsX = 2 * kReachX / kCoarse + 1, kTrialsY = 2 * kReachY / kCoarse + 1;
+constexpr int kMostCoarsePoints = 48;
+constexpr int kReachY = 6;  // lattice points
+constexpr int kCoarse = 2;  // lattice points between coarse trials
+constexpr int kMostTrialsX = 2 * kSearchReach / kCoarse + 1, kTrialsY = 2 * kReachY / kCoarse + 1;
 constexpr size_t kFewestPoints = 12;
+constexpr float kLeastMismatch_grey = 0.5f;  // smaller ones are noise
 
 // Points now, and where the static world has them in the previous image.
 struct Samples {
@@ -25,7 +27,8 @@ struct Samples {
 
 // Mean |difference| after the mean difference is taken away; infinity where too many points leave
 // the image. Sums are exact.
-float mismatchAt(const cv::Mat1b& previous, const Samples& samples, cv::Point shift) {
+/// @param step  every so many samples are compared.
+float mismatchAt(const cv::Mat1b& previous, const Samples& samples, int step, cv::Point shift) {
   int32_t difference[kMostPoints + 1];
   int n = 0;
   int32_t sum = 0;
@@ -33,20 +36,19 @@ float mismatchAt(const cv::Mat1b& previous, const Samples& samples, cv::Point sh
   if (((samples.around + shift) & image) == samples.around + shift) {
     const uchar* before =
         previous.data + shift.y * static_cast<std::ptrdiff_t>(previous.step) + shift.x;
-    n = samples.count;
-    for (int i = 0; i < n; ++i) {
-      difference[i] = samples.grey[i] - before[samples.offset[i]];
-      sum += difference[i];
+    for (int i = 0; i < samples.count; i += step) {
+      difference[n] = samples.grey[i] - before[samples.offset[i]];
+      sum += difference[n++];
     }
   } else {
-    for (int i = 0; i < samples.count; ++i) {
+    for (int i = 0; i < samples.count; i += step) {
       const cv::Point at = samples.at[i] + shift;
       if (!image.contains(at)) continue;
       difference[n] = samples.grey[i] - previous(at);
       sum += difference[n++];
     }
   }
-  if (3 * n < 2 * samples.count) return std::numeric_limits<float>::infinity();
+  if (3 * n * step < 2 * samples.count) return std::numeric_limits<float>::infinity();
   int32_t total = 0;
   for (int i = 0; i < n; ++i) total += std::abs(n * difference[i] - sum);
   return static_cast<float>(total) / static_cast<float>(n * n);
@@ -54,9 +56,9 @@ float mismatchAt(const cv::Mat1b& previous, const Samples& samples, cv::Point sh
 
 }  // namespace
 
-std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
-                                     const SourceOf& static_source, const cv::Mat1f& disparity_px,
-                                     const std::vector<cv::Point>& points) {
+std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
+                                      const SourceOf& static_source, const cv::Mat1f& disparity_px,
+                                      const std::vector<cv::Point>& points, int reach) {
   const cv::Mat1b& image = previous.level(1);
   const auto right = static_cast<float>(image.cols - 1),
              bottom = static_cast<float>(image.rows - 1);
@@ -76,20 +78,23 @@ std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyr
   }
   if (samples.count < static_cast<int>(kFewestPoints)) return std::nullopt;
 
-  const auto coarse = [](int row, int column) {
-    return cv::Point(kCoarse * column - kReachX, kCoarse * row - kReachY);
+  const int side = std::clamp(reach, kCoarse, kSearchReach) / kCoarse;
+  const int trials = 2 * side + 1;
+  const auto coarse = [side](int row, int column) {
+    return cv::Point(kCoarse * (column - side), kCoarse * row - kReachY);
   };
-  float mismatch[kTrialsY][kTrialsX];
+  const int step_of_coarse = (samples.count + kMostCoarsePoints - 1) / kMostCoarsePoints;
+  float mismatch[kTrialsY][kMostTrialsX];
   cv::parallel_for_(cv::Range(0, kTrialsY), [&](const cv::Range& rows) {
     for (int row = rows.start; row < rows.end; ++row)
-      for (int column = 0; column < kTrialsX; ++column)
-        mismatch[row][column] = mismatchAt(image, samples, coarse(row, column));
+      for (int column = 0; column < trials; ++column)
+        mismatch[row][column] = mismatchAt(image, samples, step_of_coarse, coarse(row, column));
   });
   float best = std::numeric_limits<float>::infinity(), sum = 0;
   int tried = 0;
   cv::Point at;
   for (int row = 0; row < kTrialsY; ++row)
-    for (int column = 0; column < kTrialsX; ++column) {
+    for (int column = 0; column < trials; ++column) {
       const float m = mismatch[row][column];
       if (!std::isfinite(m)) continue;
       sum += m;
@@ -98,13 +103,16 @@ std::optional<cv::Point> searchShift(const ImagePyramid& current, const ImagePyr
     }
   if (tried == 0 || best > 0.7f * sum / static_cast<float>(tried)) return std::nullopt;
   const cv::Point centre = at;
+  best = mismatchAt(image, samples, 1, at);
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx) {
       const cv::Point shift = centre + cv::Point(dx, dy);
-      const float m = mismatchAt(image, samples, shift);
+      const float m = mismatchAt(image, samples, 1, shift);
       if (m < best) best = m, at = shift;
     }
-  return 2 * at;
+  const float still = mismatchAt(image, samples, 1, {});
+  return ShiftFound{{2.0f * static_cast<float>(at.x), 2.0f * static_cast<float>(at.y)},
+                    still / std::max(best, kLeastMismatch_grey)};
 }
 
 }  // namespace predictive_stereo

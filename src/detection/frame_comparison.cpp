@@ -6,6 +6,8 @@ namespace predictive_stereo {
 namespace {
 
 constexpr float kFewestKnown = 0.5f * kComparedSide * kComparedSide;
+constexpr double kFastestAway_mps = 30;  // that something which moves along may be
+constexpr float kHidingMargin_px = 1.0f;
 constexpr float kNearestDisparity = 0.5f;  // farther points tell nothing of motion
 
 template <class Work>
@@ -16,6 +18,24 @@ void forEachRow(int rows, const Work& work) {
 }
 
 }  // namespace
+
+Uncovered::Uncovered(const StereoRig& rig, const SourceOf& static_source,
+                     const cv::Mat1f& previous_disparity_px, double seconds)
+    : static_source_(static_source),
+      previous_px_(previous_disparity_px),
+      disparity_times_depth_(static_cast<float>(rig.disparityTimesDepth())),
+      nearer_m_(static_cast<float>(kFastestAway_mps * seconds)) {}
+
+bool Uncovered::operator()(cv::Point pixel, float disparity_px) const {
+  const Eigen::Vector3f from =
+      static_source_(static_cast<float>(pixel.x), static_cast<float>(pixel.y), disparity_px);
+  const int x = cvRound(from.x()), y = cvRound(from.y());
+  if (!(from.z() > 0) || x < 0 || y < 0 || x >= previous_px_.cols || y >= previous_px_.rows)
+    return false;
+  const float before = previous_px_(y, x);
+  const float hiding_m = disparity_times_depth_ / from.z() - nearer_m_;
+  return before > from.z() + kHidingMargin_px && before * hiding_m > disparity_times_depth_;
+}
 
 void BorderedMap::create(cv::Size size) {
   stride_ = static_cast<size_t>(size.width + 2 * kComparedReach);

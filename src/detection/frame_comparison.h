@@ -42,6 +42,20 @@ class SourceOf {
   Eigen::Matrix4f h_;
 };
 
+/// Tells which static points were hidden in a previous frame: something so much nearer was where
+/// they would have been that it is no part of them, even if it moves along with the camera.
+class Uncovered {
+ public:
+  Uncovered(const StereoRig& rig, const SourceOf& static_source,
+            const cv::Mat1f& previous_disparity_px, double seconds);
+  bool operator()(cv::Point pixel, float disparity_px) const;
+
+ private:
+  const SourceOf& static_source_;
+  const cv::Mat1f& previous_px_;
+  float disparity_times_depth_, nearer_m_;
+};
+
 /// A map with a border of kComparedReach zeros on every side. Its memory only grows.
 class BorderedMap {
  public:

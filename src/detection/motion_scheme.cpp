@@ -7,6 +7,8 @@
 
 #include "detection/displacement_search.h"
 #include "detection/object_shape.h"
+#include "detection/suspect_groups.h"
+#include "detection/unexplained_points.h"
 
 namespace predictive_stereo {
 namespace {
@@ -56,13 +58,24 @@ std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
   return pixels;
 }
 
-// Whether something nearer covers the lower end of what is seen in a box.
-bool hiddenBelow(const DetectionInput& input, float nearest_px, const cv::Rect& box) {
-  constexpr int kBelow_px = 6;
-  const int y = std::min(box.br().y + kBelow_px, input.rig.size.height - 1);
+// Whether something nearer that is not the ground covers the lower end of what is seen in a box.
+bool hiddenBelow(const DetectionInput& input, const DisparityRange& range,
+                 const LevelGround& ground, float nearest_px, float disparity_px,
+                 const cv::Rect& box) {
+  constexpr double kBelow_m = 0.3;
+  constexpr int kLeastBelow_px = 6;
+  const int below =
+      std::max(kLeastBelow_px, static_cast<int>(kBelow_m * disparity_px / input.rig.baseline_m));
+  const int end = std::min(box.br().y + below, input.rig.size.height - 1);
   int nearer = 0;
-  for (int x = box.x; x < box.br().x; ++x) nearer += input.measured_disparity_px(y, x) > nearest_px;
-  return 2 * nearer > box.width;
+  for (int x = box.x / 2; x < box.br().x / 2; ++x)
+    for (int y = (box.br().y + 1) / 2; y <= end / 2; ++y) {
+      const float d = input.measured_disparity_px(2 * y, 2 * x);
+      if (!range.isValid(d) || d <= nearest_px || ground.isLevel({x, y})) continue;
+      ++nearer;
+      break;
+    }
+  return 4 * nearer > box.width;
 }
 
 std::vector<size_t> allOf(const std::vector<PointTrack>& tracks) {
@@ -187,6 +200,8 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& ba
                               baseline.past.frame->pyramid,
                               input.measured_disparity_px,
                               baseline.past.T_past_cam,
+                              baseline.past.frame->disparity_px,
+                              baseline.past.seconds,
                               baseline.static_world.mismatch,
                               baseline.residual_px,
                               ground_};
@@ -208,7 +223,8 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& ba
   const double width = seen.box_px.width * shape->centre_m.z() / input.rig.fx_px;
   const bool cut_below = seen.box_px.br().y >= input.rig.size.height - 4;
   // Of what is half hidden its foot is not seen, and half of its height is enough.
-  const bool stands = !cut_below && !hiddenBelow(input, hypothesis.nearest_px, seen.box_px);
+  const bool stands = !cut_below && !hiddenBelow(input, range_, ground_, hypothesis.nearest_px,
+                                                 hypothesis.disparity_px, seen.box_px);
   const double least_height = params_.min_height_m * (cut_below ? 0 : stands ? 1 : 0.5);
   if (height < least_height || height > params_.max_height_m || width > params_.max_width_m ||
       width < params_.min_width_m)
@@ -247,8 +263,10 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& ba
 void MotionScheme::findAcross(const DetectionInput& input, const Baseline& baseline,
                               const std::vector<cv::Point>& suspects_px,
                               std::vector<ObservedObject>& objects) {
-  const std::vector<PointTrack> tracks =
-      followPoints(trackingView(input, baseline.past), params_, suspects_px);
+  const TrackingView view = trackingView(input, baseline.past);
+  unexplainedPoints(view, params_, baseline.past.seconds, suspects_px, unexplained_px_);
+  const std::vector<PointTrack> tracks = followGroups(
+      view, params_, groupSuspects(view, params_, unexplained_px_, baseline.past.seconds));
   for (const auto& members : clusterTracks(input.rig, params_, tracks)) {
     const Displacement fit = fitDisplacement(input.rig, params_, tracks, members);
     if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
@@ -286,9 +304,13 @@ bool MotionScheme::goesOn(const DetectionInput& input, const std::vector<cv::Poi
 
 void MotionScheme::findAlong(const DetectionInput& input, const Baseline& baseline,
                              std::vector<ObservedObject>& objects) {
+  // So far away that such a residual would be faster than anything on a road.
+  const double farthest_px =
+      std::sqrt(input.rig.disparityTimesDepth() * params_.dense_min_residual_px /
+                (kLargestSpeed_mps * baseline.past.seconds));
   for (const DenseGroup& group :
        dense_groups_.find(baseline.residual_px, input.measured_disparity_px, params_))
-    tryGroup(input, group, baseline, objects);
+    if (group.disparity_px >= farthest_px) tryGroup(input, group, baseline, objects);
 }
 
 void MotionScheme::findSlow(const DetectionInput& input, std::vector<ObservedObject>& objects) {
@@ -335,7 +357,7 @@ void MotionScheme::tryGroup(const DetectionInput& input, const DenseGroup& group
   if (!shift) return;
   const TrackingView view = trackingView(input, baseline.past);
   const std::vector<cv::Point> sample = sampleOf(group.points);
-  const std::vector<PointTrack> followed = followPoints(view, params_, sample, *shift);
+  const std::vector<PointTrack> followed = followPoints(view, params_, sample, shift->shift_px);
   if (static_cast<int>(followed.size()) < params_.min_tracks) return;
   const Displacement fit = fitDisplacement(input.rig, params_, followed, allOf(followed));
   if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
@@ -343,7 +365,7 @@ void MotionScheme::tryGroup(const DetectionInput& input, const DenseGroup& group
     return;
   hypothesis.moved_m = fit.moved_m;
   if (&baseline == &long_) {
-    if (!goesOn(input, sample, *shift, fit)) return;
+    if (!goesOn(input, sample, shift->shift_px, fit)) return;
     compareLong(input, hypothesis);
   }
   tryHypothesis(input, baseline, hypothesis, fit.covariance, Source::kDense, objects);

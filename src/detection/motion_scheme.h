@@ -85,6 +85,7 @@ class MotionScheme {
   cv::Mat1b pair_;               // of each lattice point, see longResidual
   Comparison compared_;
   Suspicion suspicion_;
+  std::vector<cv::Point> unexplained_px_;
   DenseGroups dense_groups_;
   std::optional<RoadLine> road_;  // the last one that was found
   LevelGround ground_;

@@ -13,7 +13,11 @@ using Eigen::Vector3d;
 
 // The disparity of all points may be off together, by calibration and rows that are not aligned.
 constexpr double kDisparityBias_px2 = 0.5;
+// Errors of calibration grow outwards: that of distortion with the third power, most of it taken
+// away by rectification. Added at half the image's width from the centre.
+constexpr double kBorderBias_px2 = 2.0;
 constexpr double kHuber = 2;  // standard deviations
+constexpr double kPlacedSigma_px = 2;
 
 // Derivative of (x, y, d) by the point that is seen there.
 Matrix3d projectionJacobian(const StereoRig& rig, const Vector3d& p) {
@@ -29,6 +33,11 @@ float disparityAt(const cv::Mat1f& map, const DisparityRange& range, const Vecto
   const int x = cvRound(at.x()), y = cvRound(at.y());
   if (x < 0 || y < 0 || x >= map.cols || y >= map.rows || !range.isValid(map(y, x))) return -1;
   return map(y, x);
+}
+
+double disparityBias(const StereoRig& rig, cv::Point2f at) {
+  const double out = std::hypot(at.x - rig.cx_left_px, at.y - rig.cy_px) / (0.5 * rig.size.width);
+  return kDisparityBias_px2 + kBorderBias_px2 * out * out * out * out;
 }
 
 // Whether a static point with one of the disparities nearby would have been seen where this one
@@ -54,8 +63,9 @@ void judge(const TrackingView& view, const MotionDetectionParams& params, const 
   const Eigen::Vector3f farther =
       source_of(track.position.x, track.position.y, track.disparity_px + 0.1f);
   const Vector3d by_disparity = (farther.cast<double>() - track.static_px) / 0.1;
-  Matrix3d covariance = by_disparity * by_disparity.transpose() *
-                        std::max(static_cast<double>(track.variance_px2), kDisparityBias_px2);
+  Matrix3d covariance =
+      by_disparity * by_disparity.transpose() *
+      std::max(static_cast<double>(track.variance_px2), disparityBias(view.rig, track.position));
   const double ego = params.ego_motion_sigma_m * params.ego_motion_sigma_m;
   covariance += ego * j * j.transpose();
   const double flow = params.flow_sigma_px * params.flow_sigma_px;
@@ -80,14 +90,10 @@ void judge(const TrackingView& view, const MotionDetectionParams& params, const 
       !explainedNearby(view, source_of, track.position, track.found_px, params.min_flow_px);
 }
 
-}  // namespace
-
-std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
-                                     const std::vector<cv::Point>& points_px,
-                                     cv::Point2f shift_px) {
-  const SourceOf source_of(disparityMotion(view.rig, view.T_prev_cam));
-  std::vector<Track> tracks;
-  std::vector<PointTrack> result;
+// The points that have a disparity, with where the static world puts them.
+std::vector<PointTrack> expectedTracks(const TrackingView& view,
+                                       const std::vector<cv::Point>& points_px) {
+  std::vector<PointTrack> tracks;
   for (cv::Point p : points_px) {
     const float d = view.disparity_px(p);
     if (!view.range.isValid(d) || !(d > 0)) continue;
@@ -98,30 +104,63 @@ std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetec
     track.static_m = view.T_prev_cam * view.rig.pointFromDisparity(p.x, p.y, d);
     if (!(track.static_m.z() > 0.5)) continue;
     track.static_px = view.rig.disparityFromPoint(track.static_m);
-    result.push_back(track);
-    tracks.emplace_back();
-    tracks.back().origin = p;
-    tracks.back().position = shift_px + cv::Point2f(static_cast<float>(track.static_px.x()),
-                                                    static_cast<float>(track.static_px.y()));
+    tracks.push_back(track);
+  }
+  return tracks;
+}
+
+void judgeFoundAt(const TrackingView& view, const MotionDetectionParams& params,
+                  const SourceOf& source_of, cv::Point2f at, PointTrack& track) {
+  track.found_px = Vector3d(at.x, at.y, 0);
+  track.found_px.z() = disparityAt(view.previous.disparity_px, view.range, track.found_px);
+  judge(view, params, source_of, track);
+}
+
+}  // namespace
+
+std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
+                                     const std::vector<cv::Point>& points_px,
+                                     cv::Point2f shift_px) {
+  const SourceOf source_of(disparityMotion(view.rig, view.T_prev_cam));
+  const std::vector<PointTrack> expected = expectedTracks(view, points_px);
+  std::vector<Track> tracks(expected.size());
+  for (size_t i = 0; i < expected.size(); ++i) {
+    tracks[i].origin = expected[i].position;
+    tracks[i].position = shift_px + cv::Point2f(static_cast<float>(expected[i].static_px.x()),
+                                                static_cast<float>(expected[i].static_px.y()));
   }
   trackPoints(view.current, view.previous.pyramid, tracks);
   std::vector<PointTrack> found;
-  for (size_t i = 0; i < result.size(); ++i) {
+  for (size_t i = 0; i < expected.size(); ++i) {
     if (!tracks[i].found) continue;
-    PointTrack& track = result[i];
-    track.found_px = Vector3d(tracks[i].position.x, tracks[i].position.y, 0);
-    track.found_px.z() = disparityAt(view.previous.disparity_px, view.range, track.found_px);
-    judge(view, params, source_of, track);
-    found.push_back(track);
+    found.push_back(expected[i]);
+    judgeFoundAt(view, params, source_of, tracks[i].position, found.back());
   }
   return found;
+}
+
+std::vector<PointTrack> placePoints(const TrackingView& view, const MotionDetectionParams& params,
+                                    const std::vector<cv::Point>& points_px, cv::Point2f shift_px) {
+  const SourceOf source_of(disparityMotion(view.rig, view.T_prev_cam));
+  std::vector<PointTrack> tracks = expectedTracks(view, points_px);
+  for (PointTrack& track : tracks) {
+    track.placed = true;
+    judgeFoundAt(view, params, source_of,
+                 shift_px + cv::Point2f(static_cast<float>(track.static_px.x()),
+                                        static_cast<float>(track.static_px.y())),
+                 track);
+  }
+  return tracks;
 }
 
 Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members) {
   Displacement fit;
-  const double flow_variance = params.flow_sigma_px * params.flow_sigma_px;
+  // One shift for all of a group hides how it varies: it counts only where little else is known.
+  const auto tracked =
+      std::count_if(members.begin(), members.end(), [&](size_t i) { return !tracks[i].placed; });
+  const bool has_tracked = tracked >= params.min_tracks;
   // Start from the median displacement across the line of sight, which does not need depth.
   for (int k = 0; k < 2; ++k) {
     std::vector<double> values;
@@ -146,13 +185,16 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
       const Vector3d before = track.static_m - fit.moved_m;
       if (!(before.z() > 0.5)) continue;
       Vector3d residual = track.found_px - rig.disparityFromPoint(before);
+      const double flow_sigma = track.placed ? kPlacedSigma_px : params.flow_sigma_px;
+      const double flow_variance = flow_sigma * flow_sigma;
       Vector3d weight(
           1 / flow_variance, 1 / flow_variance,
           1 / (track.variance_px2 + kPreviousDisparitySigma_px * kPreviousDisparitySigma_px));
       if (track.found_px.z() < 0) weight.z() = residual.z() = 0;
-      const double flow_error = residual.head<2>().norm() / params.flow_sigma_px;
+      const double flow_error = residual.head<2>().norm() / flow_sigma;
       const double disparity_error = std::abs(residual.z()) * std::sqrt(weight.z());
-      if (flow_error < 5) fit.inliers.push_back(i);
+      if (flow_error < (track.placed ? 2 : 5)) fit.inliers.push_back(i);
+      if (track.placed && has_tracked) continue;
       weight.head<2>() *= std::min(1.0, kHuber / std::max(flow_error, 1e-9));
       weight.z() *= std::min(1.0, kHuber / std::max(disparity_error, 1e-9));
       const Matrix3d j = -projectionJacobian(rig, before);

@@ -23,6 +23,7 @@ struct PointTrack {
   Eigen::Vector3d found_px;   ///< (x, y, d) where it was found; d < 0: unknown
   double mahalanobis = 0;     ///< squared, of found_px - static_px given the errors of both
   bool moving = false;
+  bool placed = false;  ///< put there by placePoints: good to a few pixels
 
   Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
 };
@@ -45,6 +46,10 @@ struct TrackingView {
 std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
                                      const std::vector<cv::Point>& points_px,
                                      cv::Point2f shift_px = {});
+
+/// Takes lattice points to have been this far from where static points would have been.
+std::vector<PointTrack> placePoints(const TrackingView& view, const MotionDetectionParams& params,
+                                    const std::vector<cv::Point>& points_px, cv::Point2f shift_px);
 
 /// A displacement in the previous camera's frame [m] and its covariance.
 struct Displacement {

@@ -85,7 +85,9 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   }
   // What is not connected to a seed does not matter, but for what is near.
   const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
-  const int gap = std::clamp(static_cast<int>(params.gap_m * lattice_per_m), 1, 20);
+  const int extent = cv::boundingRect(hypothesis.seeds).width;
+  const double gap_or_share = std::max(params.gap_m * lattice_per_m, params.gap_share * extent);
+  const int gap = std::clamp(static_cast<int>(gap_or_share), 1, 20);
   const int near = gap + kReachOfWindows;
   const cv::Rect layer_box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole_layer);
   if (layer_box.empty()) return std::nullopt;
@@ -101,12 +103,18 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   compareFrames(view.current, view.disparity_px, view.range, view.previous,
                 SourceOf(disparityMotion(view.rig, T_source)), area, comparison);
   cv::Mat1f support = work.support.map(area.size()), smooth = work.smooth.map(area.size());
+  const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
+  const Uncovered uncovered(view.rig, static_source, view.previous_disparity_px, view.seconds);
   for (int v = 0; v < area.height; ++v)
     for (int u = 0; u < area.width; ++u) {
       const float by_static = view.static_mismatch(area.y + v, area.x + u);
       const float by_object = comparison.mismatch(v, u);
       support(v, u) =
           by_static < 0 || by_object < 0 ? 0.0f : std::clamp(by_static - by_object, -15.0f, 15.0f);
+      // What the static world could not show is no argument against it.
+      const cv::Point pixel = 2 * (area.tl() + cv::Point(u, v));
+      if (support(v, u) > 0 && layer(v, u) && uncovered(pixel, view.disparity_px(pixel)))
+        support(v, u) = 0;
     }
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
   // What the object's motion explains better, and what lies close to it and does not object.
@@ -115,6 +123,13 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
     for (int u = 0; u < area.width; ++u)
       core(v, u) = layer(v, u) && smooth(v, u) > kContradiction_grey ? 255 : 0;
   cv::morphologyEx(core, core, cv::MORPH_OPEN, cv::Mat1b::ones(2, 2));
+  // Seeds were followed; where texture is weak, little else shows the object.
+  for (cv::Point seed : hypothesis.seeds) {
+    const cv::Rect around = (cv::Rect(seed.x - 1, seed.y - 1, 3, 3) & area) - area.tl();
+    for (int v = around.y; v < around.br().y; ++v)
+      for (int u = around.x; u < around.br().x; ++u)
+        if (layer(v, u) && smooth(v, u) >= -kContradiction_grey) core(v, u) = 255;
+  }
   cv::dilate(core, member, cv::Mat1b::ones(2 * gap + 1, 2 * gap + 1));
   for (int v = 0; v < area.height; ++v)
     for (int u = 0; u < area.width; ++u)

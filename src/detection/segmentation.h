@@ -38,6 +38,8 @@ struct SegmentationView {
   const ImagePyramid& previous;
   const cv::Mat1f& disparity_px;
   const Eigen::Isometry3d& T_prev_cam;
+  const cv::Mat1f& previous_disparity_px;
+  double seconds;                    ///< between both frames
   const cv::Mat1f& static_mismatch;  ///< on the whole lattice; known within reachOf the hypothesis
   const cv::Mat1f& dense_residual_px;
   LevelGround& ground;

@@ -10,7 +10,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr float kGreyNoise = 3.0f;
 constexpr int kMargin = 5;  // lattice points along the border that are left out
 static_assert(kMargin >= 2 * kTextureReach, "texture is not known closer to the border");
 
@@ -79,19 +78,15 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
   });
   const int suspicious = std::accumulate(cells_of_row_.begin(), cells_of_row_.end(), 0);
   share_ = static_cast<double>(suspicious) / std::max(rows * columns, 1);
-  suspects_.clear();
+  suspects_px_.clear();
   for (int r = 0; columns > 0 && r < rows; ++r)
     for (int k = 0; k < cells_of_row_[static_cast<size_t>(r)]; ++k) {
       const cv::Point worst =
           mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell});
       if (!ground.isLevel(worst) && isWithinSurface(disparity_px, 2 * worst))
-        suspects_.push_back(2 * worst);
+        suspects_px_.push_back(2 * worst);
     }
-  // Where ego-motion fails everything is suspicious: take an even sample.
-  sample_px_.clear();
-  const size_t step = suspects_.size() / (static_cast<size_t>(params.max_tracks) + 1) + 1;
-  for (size_t i = 0; i < suspects_.size(); i += step) sample_px_.push_back(suspects_[i]);
-  return sample_px_;
+  return suspects_px_;
 }
 
 }  // namespace predictive_stereo

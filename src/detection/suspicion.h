@@ -13,13 +13,16 @@ namespace predictive_stereo {
 /// motion can show.
 class Suspicion {
  public:
+  /// Texture below this is noise.
+  static constexpr float kGreyNoise = 3.0f;
+
   /// @param grey  the current image on the lattice.
   /// @param mismatch  of the whole lattice, see Comparison.
   /// @param disparity_px  of the current frame: points at its edges are left out, as nothing is
   ///   followed well there.
   /// @param ground  of the current frame: its points are left out, as shadows are no objects.
-  /// @return pixels, at most one a cell of 4x4 lattice points; an even sample where these are more
-  ///   than params.max_tracks. Valid until the next call.
+  /// @return pixels, at most one a cell of 4x4 lattice points, row by row. Valid until
+  ///   the next call.
   const std::vector<cv::Point>& find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
                                      const cv::Mat1f& disparity_px, const LevelGround& ground,
                                      const MotionDetectionParams& params);
@@ -34,7 +37,7 @@ class Suspicion {
   cv::Mat1f suspicion_;
   cv::Mat1i cells_;                // suspicious ones of each row of cells, ...
   std::vector<int> cells_of_row_;  // ... and how many
-  std::vector<cv::Point> suspects_, sample_px_;
+  std::vector<cv::Point> suspects_px_;
 };
 
 }  // namespace predictive_stereo

@@ -63,7 +63,6 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
     const cv::Mat1f disparity(2 * grey.rows, 2 * grey.cols, 10.0f);
     for (const double least : {0.3, 4.9, 100.0}) {
       MotionDetectionParams params;
-      params.max_tracks = 100000;
       params.min_mismatch = least;
       const std::vector<cv::Point> expected = reference(grey, mismatch, least);
       if (size.width > 600 && least < 1) {
@@ -78,23 +77,6 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
   }
 }
 
-TEST(Suspicion, ThinsPointsEvenly) {
-  const cv::Mat1b grey(100, 410, uchar{50});
-  const cv::Mat1f mismatch(grey.size(), 20.0f);
-  const cv::Mat1f disparity(2 * grey.rows, 2 * grey.cols, 10.0f);
-  MotionDetectionParams params;
-  Suspicion suspicion;
-  params.max_tracks = 100000;
-  const std::vector<cv::Point> all =
-      suspicion.find(grey, mismatch, disparity, LevelGround(), params);
-  ASSERT_EQ(all.size(), 100u * 22);
-  params.max_tracks = 400;
-  const std::vector<cv::Point> thinned =
-      suspicion.find(grey, mismatch, disparity, LevelGround(), params);
-  ASSERT_EQ(thinned.size(), 367u);
-  for (size_t i = 0; i < thinned.size(); ++i) EXPECT_EQ(thinned[i], all[6 * i]);
-}
-
 TEST(Suspicion, LeavesEdgesOfDisparityOut) {
   const cv::Mat1b grey(100, 200, uchar{50});
   const cv::Mat1f mismatch(grey.size(), 20.0f);
@@ -102,7 +84,6 @@ TEST(Suspicion, LeavesEdgesOfDisparityOut) {
   disparity.colRange(100, 106).setTo(30.0f);  // a pole
   disparity.colRange(200, 300).setTo(30.0f);  // a car
   MotionDetectionParams params;
-  params.max_tracks = 100000;
   Suspicion suspicion;
   int on_pole = 0, on_car = 0;
   for (cv::Point p : suspicion.find(grey, mismatch, disparity, LevelGround(), params)) {
@@ -127,7 +108,6 @@ TEST(Suspicion, LeavesTheRoadOut) {
   const cv::Mat1b grey(100, 200, uchar{50});
   const cv::Mat1f mismatch(grey.size(), 20.0f);
   MotionDetectionParams params;
-  params.max_tracks = 100000;
   Suspicion suspicion;
   int upright = 0;
   for (cv::Point p : suspicion.find(grey, mismatch, disparity, ground, params)) {

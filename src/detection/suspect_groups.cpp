@@ -1,0 +1,149 @@
+#include "detection/suspect_groups.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "detection/displacement_search.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kGroupRadius_m = 2.5;    // half a vehicle's length
+constexpr double kLargestSpeed_mps = 40;  // over ground
+constexpr float kLeastGain = 1.5f;
+// Points of a group agree with it within this and this share of its shift. Where so many of them
+// agree, and the group has this gain, the others follow it.
+constexpr double kAgreement_px = 2, kAgreementShare = 0.2;
+constexpr double kLeastAgreeing = 0.15;
+constexpr float kClearGain = 2.0f;
+
+double linkDisparity(const StereoRig& rig, const MotionDetectionParams& params, double d) {
+  return 1 + params.link_depth_m * d * d / rig.disparityTimesDepth();
+}
+
+// The first free point and all free ones around it, and so on.
+std::vector<SuspectGroup> groupsInSpace(const TrackingView& view,
+                                        const MotionDetectionParams& params,
+                                        const std::vector<cv::Point>& points_px) {
+  std::vector<SuspectGroup> groups;
+  std::vector<bool> used(points_px.size(), false);
+  for (size_t first = 0; first < points_px.size(); ++first) {
+    if (used[first]) continue;
+    const float d = view.disparity_px(points_px[first]);
+    const double radius_px = kGroupRadius_m * d / view.rig.baseline_m;
+    const double link_px = linkDisparity(view.rig, params, d);
+    SuspectGroup group;
+    for (size_t i = first; i < points_px.size(); ++i) {
+      const cv::Point apart = points_px[i] - points_px[first];
+      if (apart.y > radius_px) break;
+      if (used[i] || apart.ddot(apart) > radius_px * radius_px ||
+          std::abs(view.disparity_px(points_px[i]) - d) > link_px)
+        continue;
+      used[i] = true;
+      group.points_px.push_back(points_px[i]);
+    }
+    if (static_cast<int>(group.points_px.size()) >= params.min_tracks)
+      groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+// Lattice points around those of the group that have its disparity.
+std::vector<cv::Point> surroundings(const TrackingView& view, const MotionDetectionParams& params,
+                                    const SuspectGroup& group) {
+  const float d = view.disparity_px(group.points_px.front());
+  const double link_px = linkDisparity(view.rig, params, d);
+  std::vector<cv::Point> lattice;
+  for (cv::Point p : group.points_px)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const cv::Point at = p / 2 + cv::Point(dx, dy);
+        if (std::abs(view.disparity_px(2 * at) - d) <= link_px) lattice.push_back(at);
+      }
+  return lattice;
+}
+
+void search(const TrackingView& view, const MotionDetectionParams& params,
+            const SourceOf& static_source, double seconds, SuspectGroup& group) {
+  const double d = view.disparity_px(group.points_px.front());
+  const double most_px = kLargestSpeed_mps * seconds * d / view.rig.baseline_m;
+  const auto found =
+      searchShift(view.current, view.previous.pyramid, static_source, view.disparity_px,
+                  surroundings(view, params, group), static_cast<int>(most_px / 2));
+  if (!found) return;
+  group.shift_px = found->shift_px;
+  group.gain = found->gain;
+}
+
+float median(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Tracks of one group: [first, end) of what was followed.
+void complete(const TrackingView& view, const MotionDetectionParams& params,
+              const SuspectGroup& group, std::vector<PointTrack>& tracks) {
+  std::vector<float> x, y;
+  std::vector<bool> agrees(tracks.size());
+  size_t moving = 0;
+  const double size = std::hypot(group.shift_px.x, group.shift_px.y);
+  for (size_t i = 0; i < tracks.size(); ++i) {
+    const Eigen::Vector2d flow = tracks[i].flow();
+    agrees[i] = std::hypot(flow.x() - group.shift_px.x, flow.y() - group.shift_px.y) <
+                kAgreement_px + kAgreementShare * size;
+    if (!agrees[i]) continue;
+    moving += tracks[i].moving;
+    x.push_back(static_cast<float>(flow.x()));
+    y.push_back(static_cast<float>(flow.y()));
+  }
+  if (group.gain < kClearGain || moving == 0 ||
+      static_cast<double>(moving) < kLeastAgreeing * static_cast<double>(group.points_px.size()))
+    return;
+  std::vector<PointTrack> all = placePoints(view, params, group.points_px, {median(x), median(y)});
+  for (PointTrack& track : all)
+    for (size_t i = 0; i < tracks.size(); ++i)
+      if (agrees[i] && tracks[i].position == track.position) track = tracks[i];
+  tracks = std::move(all);
+}
+
+}  // namespace
+
+std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
+                                        const MotionDetectionParams& params,
+                                        const std::vector<cv::Point>& points_px, double seconds) {
+  std::vector<SuspectGroup> groups = groupsInSpace(view, params, points_px);
+  const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
+  cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i)
+      search(view, params, static_source, seconds, groups[static_cast<size_t>(i)]);
+  });
+  groups.erase(std::remove_if(groups.begin(), groups.end(),
+                              [](const SuspectGroup& g) { return g.gain < kLeastGain; }),
+               groups.end());
+  return groups;
+}
+
+std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetectionParams& params,
+                                     const std::vector<SuspectGroup>& groups) {
+  size_t points = 0;
+  for (const SuspectGroup& group : groups) points += group.points_px.size();
+  const size_t step = points / (static_cast<size_t>(params.max_tracks) + 1) + 1;
+  std::vector<std::vector<PointTrack>> followed(groups.size());
+  cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      SuspectGroup group = groups[static_cast<size_t>(i)];
+      for (size_t k = 0; k * step < group.points_px.size(); ++k)
+        group.points_px[k] = group.points_px[k * step];
+      group.points_px.resize((group.points_px.size() + step - 1) / step);
+      std::vector<PointTrack>& tracks = followed[static_cast<size_t>(i)];
+      tracks = followPoints(view, params, group.points_px, group.shift_px);
+      complete(view, params, group, tracks);
+    }
+  });
+  std::vector<PointTrack> all;
+  for (const auto& tracks : followed) all.insert(all.end(), tracks.begin(), tracks.end());
+  return all;
+}
+
+}  // namespace predictive_stereo
