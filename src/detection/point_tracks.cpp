@@ -13,9 +13,6 @@ using Eigen::Vector3d;
 
 // The disparity of all points may be off together, by calibration and rows that are not aligned.
 constexpr double kDisparityBias_px2 = 0.5;
-// Errors of calibration grow outwards: that of distortion with the third power, most of it taken
-// away by rectification. Added at half the image's width from the centre.
-constexpr double kBorderBias_px2 = 2.0;
 constexpr double kHuber = 2;  // standard deviations
 constexpr double kPlacedSigma_px = 2;
 
@@ -33,11 +30,6 @@ float disparityAt(const cv::Mat1f& map, const DisparityRange& range, const Vecto
   const int x = cvRound(at.x()), y = cvRound(at.y());
   if (x < 0 || y < 0 || x >= map.cols || y >= map.rows || !range.isValid(map(y, x))) return -1;
   return map(y, x);
-}
-
-double disparityBias(const StereoRig& rig, cv::Point2f at) {
-  const double out = std::hypot(at.x - rig.cx_left_px, at.y - rig.cy_px) / (0.5 * rig.size.width);
-  return kDisparityBias_px2 + kBorderBias_px2 * out * out * out * out;
 }
 
 // Whether a static point with one of the disparities nearby would have been seen where this one
@@ -63,9 +55,10 @@ void judge(const TrackingView& view, const MotionDetectionParams& params, const 
   const Eigen::Vector3f farther =
       source_of(track.position.x, track.position.y, track.disparity_px + 0.1f);
   const Vector3d by_disparity = (farther.cast<double>() - track.static_px) / 0.1;
-  Matrix3d covariance =
-      by_disparity * by_disparity.transpose() *
-      std::max(static_cast<double>(track.variance_px2), disparityBias(view.rig, track.position));
+  Matrix3d covariance = by_disparity * by_disparity.transpose() * track.variance_px2;
+  // What is off in both frames alike does not show in the disparity.
+  const Vector3d by_bias(by_disparity.x(), by_disparity.y(), 0);
+  covariance += by_bias * by_bias.transpose() * kDisparityBias_px2;
   const double ego = params.ego_motion_sigma_m * params.ego_motion_sigma_m;
   covariance += ego * j * j.transpose();
   const double flow = params.flow_sigma_px * params.flow_sigma_px;
