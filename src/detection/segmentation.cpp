@@ -10,6 +10,7 @@ namespace {
 constexpr float kDecisive_grey = 2.0f;  // difference of mismatches that is no noise
 constexpr float kContradiction_grey = 0.7f;
 constexpr int kFewestCells = 24;
+constexpr int kFewestVotes = 3;
 // How far the comparison's windows (twice 2), the smoothing (2) and the opening (1) look.
 constexpr int kReachOfWindows = 8;
 
@@ -143,9 +144,17 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
     if (area.contains(seed)) ++votes[static_cast<size_t>(labels(seed - area.tl()))];
   votes[0] = 0;
   const auto best = std::max_element(votes.begin(), votes.end());
+  const int best_label = static_cast<int>(best - votes.begin());
   if (*best * 3 < static_cast<int>(hypothesis.seeds.size())) return std::nullopt;
   cv::Mat1b mask = work.mask.map(area.size());
-  cv::compare(labels, static_cast<int>(best - votes.begin()), mask, cv::CMP_EQ);
+  // Parts on both sides of something nearer, as a pole, are one object.
+  const int least_votes = std::max(kFewestVotes, static_cast<int>(hypothesis.seeds.size() / 4));
+  for (int v = 0; v < area.height; ++v)
+    for (int u = 0; u < area.width; ++u) {
+      const int label = labels(v, u);
+      mask(v, u) =
+          label == best_label || votes[static_cast<size_t>(label)] >= least_votes ? 255 : 0;
+    }
   trim(mask, true, reachable.width);
   trim(mask, false, reachable.height);
   const cv::Rect box = cv::boundingRect(mask);
