@@ -133,9 +133,9 @@ std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetec
   cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       SuspectGroup group = groups[static_cast<size_t>(i)];
-      for (size_t k = 0; k * step < group.points_px.size(); ++k)
-        group.points_px[k] = group.points_px[k * step];
-      group.points_px.resize((group.points_px.size() + step - 1) / step);
+      const size_t count = group.points_px.size() / step;
+      for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
+      group.points_px.resize(count);
       std::vector<PointTrack>& tracks = followed[static_cast<size_t>(i)];
       tracks = followPoints(view, params, group.points_px, group.shift_px);
       complete(view, params, group, tracks);

@@ -1,0 +1,81 @@
+/// segment on a wall that the camera passes.
+#include "detection/segmentation.h"
+
+#include <gtest/gtest.h>
+
+#include "passing_scene.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr float kMover_px = 15, kPole_px = 30, kFlow_px = 14;
+const cv::Rect kPole(200, 0, 8, kHeight), kBothParts(168, 56, 80, 48);
+
+float staticShift(float disparity_px) { return kShiftPerDisparity * disparity_px; }
+
+/// Something moves before the wall, and behind a pole.
+struct BehindAPole : Passing {
+  BehindAPole() {
+    disparity(kMover).setTo(kMover_px);
+    disparity(kPole).setTo(kPole_px);
+    shiftInto(kMover, staticShift(kMover_px) + kFlow_px);
+    shiftInto(kPole, staticShift(kPole_px));
+    previous.disparity_px(kMover + cv::Point(26, 0)).setTo(kMover_px);
+    previous.disparity_px(kPole + cv::Point(24, 0)).setTo(kPole_px);
+  }
+  std::optional<Segment> find(const std::vector<cv::Point>& points_px) {
+    view();
+    Comparison static_world;
+    compareFrames(current, disparity, range, previous.pyramid,
+                  SourceOf(disparityMotion(rig, T_prev_cam)),
+                  cv::Rect(cv::Point(), current.level(1).size()), static_world);
+    const cv::Mat1f no_residual(current.level(1).size(), -1e6f);
+    LevelGround ground;
+    ground.setFrame(rig, range, disparity);
+    Hypothesis hypothesis;
+    for (cv::Point p : points_px) hypothesis.seeds.push_back(p / 2);
+    hypothesis.disparity_px = kMover_px;
+    hypothesis.nearest_px = kMover_px + 2;
+    hypothesis.farthest_px = kMover_px - 2;
+    const double depth_m = rig.disparityTimesDepth() / kMover_px;
+    hypothesis.moved_m.x() = -kFlow_px * depth_m / rig.fx_px;
+    SegmentationWork work;
+    return segment({rig, range, current, previous.pyramid, disparity, T_prev_cam,
+                    previous.disparity_px, kSeconds, static_world.mismatch, no_residual, ground},
+                   params, hypothesis, work);
+  }
+};
+
+double overlap(const Segment& segment, const cv::Rect& truth) {
+  const cv::Rect box(2 * segment.area.x, 2 * segment.area.y, 2 * segment.area.width,
+                     2 * segment.area.height);
+  return static_cast<double>((box & truth).area()) / (box | truth).area();
+}
+
+TEST(Segmentation, KeepsThePartsOnBothSidesOfAPole) {
+  BehindAPole scene;
+  const auto found = scene.find(pointsIn(kBothParts));
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->explained, 0.9);
+  EXPECT_GT(overlap(*found, kMover), 0.7) << 2 * found->area.x << " " << 2 * found->area.width;
+}
+
+TEST(Segmentation, WhatNoPointLiesOnIsNoPart) {
+  BehindAPole scene;
+  const cv::Rect right(216, 56, 32, 48);
+  const auto found = scene.find(pointsIn(right));
+  ASSERT_TRUE(found);
+  EXPECT_GE(2 * found->area.x, 200) << "the part to the left of the pole may be another object";
+}
+
+TEST(Segmentation, WhatWasHiddenIsNoEvidence) {
+  BehindAPole scene;
+  ASSERT_TRUE(scene.find(pointsIn(kBothParts)));
+  const int decisive = scene.find(pointsIn(kBothParts))->decisive;
+  scene.previous.disparity_px.setTo(60.0f);
+  const auto found = scene.find(pointsIn(kBothParts));
+  EXPECT_LT(found ? found->decisive : 0, decisive / 4);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
