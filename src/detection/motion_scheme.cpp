@@ -25,9 +25,9 @@ constexpr double kMostParallax_px = 16;
 // taken for that, in so many frames in a row; half of a view that moves for longer is believed.
 constexpr double kMostOfTheImage = 0.8, kSuddenShare = 0.2;
 constexpr int kMostOddFrames = 2;
-// Of a slow object: squared ratio of its way to its error, and of the errors by which the way to
-// the frame halfway may differ; 40 m/s.
-constexpr double kLeastSlowWay = 16, kMostSlowDeviation = 12, kLargestSpeed_mps = 40;
+// Of a slow object: how much better its motion explains the disparities of the past, what it leaves
+// unexplained, and the share of them that tells; see LayerMotion.
+constexpr double kLeastSlowGain = 1, kMostSlowCost = 4, kLeastKnown = 0.25;
 constexpr float kLeastSlowDisparity_px = 10;  // errors are too large a share of smaller ones
 constexpr int kLeastContrast_grey = 6;        // over 3x3 points that can be found again
 
@@ -204,7 +204,8 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& ba
                               baseline.past.seconds,
                               baseline.static_world.mismatch,
                               baseline.residual_px,
-                              ground_};
+                              ground_,
+                              &baseline == &long_ && history_ ? &*history_ : nullptr};
   const auto found = segment(view, params_, hypothesis, segmentation_);
   if (!found) return;
   const bool explained =
@@ -282,26 +283,6 @@ void MotionScheme::findAcross(const DetectionInput& input, const Baseline& basel
   }
 }
 
-// Whether what moved so since the far past did its share of it since the frame halfway, and whether
-// the way is longer than errors are.
-bool MotionScheme::goesOn(const DetectionInput& input, const std::vector<cv::Point>& points_px,
-                          cv::Point2f shift_px, const Displacement& fit) const {
-  const PastFrame &past = long_.past, &halfway = long_.halfway;
-  if (fit.moved_m.norm() > kLargestSpeed_mps * past.seconds) return false;
-  if (fit.moved_m.dot(fit.covariance.inverse() * fit.moved_m) < kLeastSlowWay) return false;
-  const double share = halfway.seconds / past.seconds;
-  const auto tracks = followPoints(trackingView(input, halfway), params_, points_px,
-                                   static_cast<float>(share) * shift_px);
-  if (static_cast<int>(tracks.size()) < params_.min_tracks) return false;
-  const Displacement half = fitDisplacement(input.rig, params_, tracks, allOf(tracks));
-  if (static_cast<int>(half.inliers.size()) < params_.min_tracks) return false;
-  const Eigen::Matrix3d R = (past.T_past_cam * halfway.T_past_cam.inverse()).linear();
-  const Eigen::Vector3d difference = R * half.moved_m - share * fit.moved_m;
-  const Eigen::Matrix3d covariance =
-      R * half.covariance * R.transpose() + share * share * fit.covariance;
-  return difference.dot(covariance.inverse() * difference) < kMostSlowDeviation;
-}
-
 void MotionScheme::findAlong(const DetectionInput& input, const Baseline& baseline,
                              std::vector<ObservedObject>& objects) {
   // So far away that such a residual would be faster than anything on a road.
@@ -320,15 +301,44 @@ void MotionScheme::findSlow(const DetectionInput& input, std::vector<ObservedObj
        dense_groups_.findSlow(long_.residual_px, pair_, input.measured_disparity_px, params_)) {
     if (group.disparity_px < kLeastSlowDisparity_px) continue;
     if (!hasTexture(frames_[0].pyramid.level(1), group.points)) continue;
-    // What comes towards the camera grows too much to be found again over the longest time.
-    const size_t before = objects.size();
-    for (size_t k = pair_(group.points.front()); k < pairs_.size() && objects.size() == before;
-         ++k) {
-      long_.past = pairs_[k].past;
-      long_.halfway = pairs_[k].halfway;
-      tryGroup(input, group, long_, objects);
-    }
+    Hypothesis hypothesis;
+    hypothesis.seeds = group.points;
+    if (!isFree(hypothesis)) continue;
+    setLayer(input, hypothesis);
+    trySlow(input, hypothesis, {}, objects);
   }
+}
+
+// What disparities of several frames say that it moves.
+bool MotionScheme::trySlow(const DetectionInput& input, Hypothesis hypothesis,
+                           const std::optional<Eigen::Vector3d>& expected_mps,
+                           std::vector<ObservedObject>& objects) {
+  std::vector<cv::Point> points = sampleOf(hypothesis.seeds);
+  points.erase(
+      std::remove_if(points.begin(), points.end(),
+                     [&](cv::Point p) {
+                       return std::abs(input.measured_disparity_px(p) - hypothesis.disparity_px) >
+                              1 + 0.05f * hypothesis.disparity_px;
+                     }),
+      points.end());
+  const auto motion = history_->fit(points, expected_mps);
+  if (!motion) return false;
+  // Images are compared over a short time: of where it was longer ago too little is known.
+  long_.past = pairs_.back().past;
+  const double seconds = long_.past.seconds;
+  if (motion->gain < kLeastSlowGain || motion->known < kLeastKnown ||
+      motion->cost > kMostSlowCost ||
+      motion->velocity_mps.norm() * seconds < params_.min_displacement_m)
+    return false;
+  const Eigen::Matrix3d R = long_.past.T_past_cam.linear();
+  hypothesis.velocity_mps = motion->velocity_mps;
+  hypothesis.moved_m = R * motion->velocity_mps * seconds;
+  compareLong(input, hypothesis);
+  const size_t before = objects.size();
+  tryHypothesis(input, long_, hypothesis,
+                R * motion->covariance * R.transpose() * seconds * seconds, Source::kDense,
+                objects);
+  return objects.size() > before;
 }
 
 // The static world against a frame further back, as far as a hypothesis needs it.
@@ -364,10 +374,6 @@ void MotionScheme::tryGroup(const DetectionInput& input, const DenseGroup& group
       fit.moved_m.norm() < params_.min_displacement_m)
     return;
   hypothesis.moved_m = fit.moved_m;
-  if (&baseline == &long_) {
-    if (!goesOn(input, sample, shift->shift_px, fit)) return;
-    compareLong(input, hypothesis);
-  }
   tryHypothesis(input, baseline, hypothesis, fit.covariance, Source::kDense, objects);
 }
 
@@ -390,7 +396,11 @@ void MotionScheme::findKnown(const DetectionInput& input, const ObjectTrack& tra
   if (hypothesis.seeds.size() < 8) return;
   setLayer(input, hypothesis);
   if (!isFree(hypothesis)) return;
-  if (&baseline == &long_) compareLong(input, hypothesis);
+  if (&baseline == &long_) {
+    hypothesis.velocity_mps = input.T_odom_cam.linear().transpose() * track.state.tail<3>();
+    if (trySlow(input, hypothesis, hypothesis.velocity_mps, objects)) return;
+    compareLong(input, hypothesis);
+  }
   tryHypothesis(input, baseline, hypothesis, {}, Source::kKnown, objects);
 }
 
@@ -408,6 +418,7 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
   pairs_.clear();
   for (size_t k : kFramesBack)
     if (k <= past.size()) pairs_.push_back({past[k - 1], past[k / 2 - 1]});
+  history_.emplace(input.rig, range_, input.measured_disparity_px, past);
 
   const SourceOf source_of(disparityMotion(input.rig, past[0].T_past_cam));
   short_.past = past[0];
@@ -432,7 +443,6 @@ void MotionScheme::observe(const DetectionInput& input, const ObjectTracker& kno
         input.rig, pairs_, input.rig.disparityFromPoint(track.last.centre_m), kMostParallax_px);
     if (pair < 0) continue;
     long_.past = pairs_[static_cast<size_t>(pair)].past;
-    long_.halfway = pairs_[static_cast<size_t>(pair)].halfway;
     findKnown(input, track, long_, objects);
   }
 }

@@ -7,6 +7,7 @@
 
 #include "detection/dense_channel.h"
 #include "detection/frame_comparison.h"
+#include "detection/layer_motion.h"
 #include "detection/long_residual.h"
 #include "detection/point_tracks.h"
 #include "detection/road_line.h"
@@ -41,7 +42,6 @@ class MotionScheme {
   /// The current frame against one of the past.
   struct Baseline {
     PastFrame past;
-    PastFrame halfway;  ///< where it is long: the motion has to be the same since then
     Comparison static_world;
     cv::Mat1f residual_px;
   };
@@ -61,11 +61,12 @@ class MotionScheme {
   void findAlong(const DetectionInput& input, const Baseline& baseline,
                  std::vector<ObservedObject>& objects);
   void compareLong(const DetectionInput& input, const Hypothesis& hypothesis);
-  bool goesOn(const DetectionInput& input, const std::vector<cv::Point>& points_px,
-              cv::Point2f shift_px, const Displacement& fit) const;
   void tryGroup(const DetectionInput& input, const DenseGroup& group, const Baseline& baseline,
                 std::vector<ObservedObject>& objects);
   void findSlow(const DetectionInput& input, std::vector<ObservedObject>& objects);
+  bool trySlow(const DetectionInput& input, Hypothesis hypothesis,
+               const std::optional<Eigen::Vector3d>& expected_mps,
+               std::vector<ObservedObject>& objects);
   void findKnown(const DetectionInput& input, const ObjectTrack& track, const Baseline& baseline,
                  std::vector<ObservedObject>& objects);
 
@@ -84,6 +85,7 @@ class MotionScheme {
   std::vector<PastPair> pairs_;  // frames further back, the farthest first
   cv::Mat1b pair_;               // of each lattice point, see longResidual
   Comparison compared_;
+  std::optional<DisparityHistory> history_;
   Suspicion suspicion_;
   std::vector<cv::Point> unexplained_px_;
   DenseGroups dense_groups_;

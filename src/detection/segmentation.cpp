@@ -11,6 +11,8 @@ constexpr float kDecisive_grey = 2.0f;  // difference of mismatches that is no n
 constexpr float kContradiction_grey = 0.7f;
 constexpr int kFewestCells = 24;
 constexpr int kFewestVotes = 3;
+// A disparity that contradicts one of two motions says as much as the largest mismatch.
+constexpr float kGreyPerCost = 15.0f / DisparityHistory::kMostCost;
 // How far the comparison's windows (twice 2), the smoothing (2) and the opening (1) look.
 constexpr int kReachOfWindows = 8;
 
@@ -117,6 +119,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
       if (support(v, u) > 0 && layer(v, u) && uncovered(pixel, view.disparity_px(pixel)))
         support(v, u) = 0;
     }
+  if (view.history) view.history->addGain(area, hypothesis.velocity_mps, kGreyPerCost, support);
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
   // What the object's motion explains better, and what lies close to it and does not object.
   cv::Mat1b core = work.core.map(area.size()), member = work.member.map(area.size());
