@@ -17,7 +17,7 @@ constexpr double kFirstLook_s = 0.4;  // back: where motion shows and the search
 constexpr int kHalvings = 2;
 constexpr size_t kCandidates = 16;  // of the first look, that all frames are asked for
 // Systematic errors of the place of a layer.
-constexpr double kSigmaAcross_m = 0.15, kSigmaLayer_px = 0.25;
+constexpr double kSigmaAcross_m = 0.25, kSigmaLayer_px = 0.25;
 // Where motions explain the past equally well the slower one is taken: cost per m/s.
 constexpr double kCostOfSpeed = 0.01;
 

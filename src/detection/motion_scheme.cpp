@@ -28,6 +28,10 @@ constexpr int kMostOddFrames = 2;
 // Of a slow object: how much better its motion explains the disparities of the past, what it leaves
 // unexplained, and the share of them that tells; see LayerMotion.
 constexpr double kLeastSlowGain = 1, kMostSlowCost = 4, kLeastKnown = 0.25;
+constexpr int kMostSlowFits = 6;  // a frame, of the largest groups: they take 0.3 ms each
+// Of one whose points are found again: squared ratio of its way to its error, and of the errors by
+// which the way to the frame halfway may differ; 40 m/s.
+constexpr double kLeastSlowWay = 16, kMostSlowDeviation = 12, kLargestSpeed_mps = 40;
 constexpr float kLeastSlowDisparity_px = 10;  // errors are too large a share of smaller ones
 constexpr int kLeastContrast_grey = 6;        // over 3x3 points that can be found again
 
@@ -189,6 +193,33 @@ bool MotionScheme::isFree(const Hypothesis& hypothesis) const {
   return 2 * free >= static_cast<int>(hypothesis.seeds.size());
 }
 
+// Whether it goes on where an object of the same velocity ends, as the side of a vehicle does whose
+// rear was found, or lies behind an object, where the past was hidden.
+bool MotionScheme::belongsToAny(const Observation& seen,
+                                const std::vector<ObservedObject>& objects) const {
+  constexpr double kSigma_mps = 2, kMostSigmas = 3;  // of a side that slides along itself
+  constexpr double kDepthGap_m = 2.5, kMostHidden = 0.3;
+  for (const ObservedObject& object : objects) {
+    const Observation& other = object.observation;
+    const int gap_px = static_cast<int>(params_.gap_m / other.size_m.x() * other.box_px.width) + 8;
+    const cv::Rect around(other.box_px.x - gap_px, other.box_px.y - gap_px,
+                          other.box_px.width + 2 * gap_px, other.box_px.height + 2 * gap_px);
+    if ((around & seen.box_px).empty()) continue;
+    const int common = (other.box_px & seen.box_px).area();
+    if (common > kMostHidden * seen.box_px.area() && other.distance_m < seen.distance_m)
+      return true;
+    const double depth_gap_m = std::max(seen.distance_m - (other.distance_m + other.size_m.z()),
+                                        other.distance_m - (seen.distance_m + seen.size_m.z()));
+    if (depth_gap_m > kDepthGap_m) continue;
+    if (!seen.has_velocity || !other.has_velocity) return true;
+    const Eigen::Matrix3d covariance = seen.velocity_covariance + other.velocity_covariance +
+                                       kSigma_mps * kSigma_mps * Eigen::Matrix3d::Identity();
+    const Eigen::Vector3d difference = seen.velocity_mps - other.velocity_mps;
+    if (difference.dot(covariance.inverse() * difference) < kMostSigmas * kMostSigmas) return true;
+  }
+  return false;
+}
+
 void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& baseline,
                                  const Hypothesis& hypothesis, const Eigen::Matrix3d& covariance,
                                  Source source, std::vector<ObservedObject>& objects) {
@@ -205,7 +236,7 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& ba
                               baseline.static_world.mismatch,
                               baseline.residual_px,
                               ground_,
-                              &baseline == &long_ && history_ ? &*history_ : nullptr};
+                              source == Source::kSlow ? &*history_ : nullptr};
   const auto found = segment(view, params_, hypothesis, segmentation_);
   if (!found) return;
   const bool explained =
@@ -254,6 +285,7 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& ba
     seen.velocity_mps = R * hypothesis.moved_m / seconds;
     seen.velocity_covariance = R * covariance * R.transpose() / (seconds * seconds);
   }
+  if ((source == Source::kKnown || source == Source::kSlow) && belongsToAny(seen, objects)) return;
   seen.score = std::clamp(explained ? found->explained : found->dense, 0.0, 1.0);
   for (int v = 0; v < found->area.height; ++v)
     for (int u = 0; u < found->area.width; ++u)
@@ -283,6 +315,26 @@ void MotionScheme::findAcross(const DetectionInput& input, const Baseline& basel
   }
 }
 
+// Whether what moved so since the far past did its share of it since the frame halfway, and whether
+// the way is longer than errors are.
+bool MotionScheme::goesOn(const DetectionInput& input, const std::vector<cv::Point>& points_px,
+                          cv::Point2f shift_px, const Displacement& fit) const {
+  const PastFrame &past = long_.past, &halfway = long_.halfway;
+  if (fit.moved_m.norm() > kLargestSpeed_mps * past.seconds) return false;
+  if (fit.moved_m.dot(fit.covariance.inverse() * fit.moved_m) < kLeastSlowWay) return false;
+  const double share = halfway.seconds / past.seconds;
+  const auto tracks = followPoints(trackingView(input, halfway), params_, points_px,
+                                   static_cast<float>(share) * shift_px);
+  if (static_cast<int>(tracks.size()) < params_.min_tracks) return false;
+  const Displacement half = fitDisplacement(input.rig, params_, tracks, allOf(tracks));
+  if (static_cast<int>(half.inliers.size()) < params_.min_tracks) return false;
+  const Eigen::Matrix3d R = (past.T_past_cam * halfway.T_past_cam.inverse()).linear();
+  const Eigen::Vector3d difference = R * half.moved_m - share * fit.moved_m;
+  const Eigen::Matrix3d covariance =
+      R * half.covariance * R.transpose() + share * share * fit.covariance;
+  return difference.dot(covariance.inverse() * difference) < kMostSlowDeviation;
+}
+
 void MotionScheme::findAlong(const DetectionInput& input, const Baseline& baseline,
                              std::vector<ObservedObject>& objects) {
   // So far away that such a residual would be faster than anything on a road.
@@ -297,14 +349,25 @@ void MotionScheme::findAlong(const DetectionInput& input, const Baseline& baseli
 void MotionScheme::findSlow(const DetectionInput& input, std::vector<ObservedObject>& objects) {
   longResidual(input.rig, input.measured_disparity_px, range_, pairs_, kMostParallax_px,
                frames_[0].pyramid.level(1).size(), long_.residual_px, pair_);
+  int fits = 0;
   for (const DenseGroup& group :
        dense_groups_.findSlow(long_.residual_px, pair_, input.measured_disparity_px, params_)) {
     if (group.disparity_px < kLeastSlowDisparity_px) continue;
     if (!hasTexture(frames_[0].pyramid.level(1), group.points)) continue;
+    // What comes towards the camera grows too much to be found again over the longest time.
+    const size_t before = objects.size();
+    for (size_t k = pair_(group.points.front()); k < pairs_.size() && objects.size() == before;
+         ++k) {
+      long_.past = pairs_[k].past;
+      long_.halfway = pairs_[k].halfway;
+      tryGroup(input, group, long_, objects);
+    }
+    if (objects.size() > before || fits == kMostSlowFits) continue;
     Hypothesis hypothesis;
     hypothesis.seeds = group.points;
     if (!isFree(hypothesis)) continue;
     setLayer(input, hypothesis);
+    ++fits;
     trySlow(input, hypothesis, {}, objects);
   }
 }
@@ -326,9 +389,11 @@ bool MotionScheme::trySlow(const DetectionInput& input, Hypothesis hypothesis,
   // Images are compared over a short time: of where it was longer ago too little is known.
   long_.past = pairs_.back().past;
   const double seconds = long_.past.seconds;
+  const Eigen::Vector3d& velocity = motion->velocity_mps;
   if (motion->gain < kLeastSlowGain || motion->known < kLeastKnown ||
       motion->cost > kMostSlowCost ||
-      motion->velocity_mps.norm() * seconds < params_.min_displacement_m)
+      velocity.dot(motion->covariance.inverse() * velocity) < kLeastSlowWay ||
+      velocity.norm() * seconds < params_.min_displacement_m)
     return false;
   const Eigen::Matrix3d R = long_.past.T_past_cam.linear();
   hypothesis.velocity_mps = motion->velocity_mps;
@@ -336,8 +401,7 @@ bool MotionScheme::trySlow(const DetectionInput& input, Hypothesis hypothesis,
   compareLong(input, hypothesis);
   const size_t before = objects.size();
   tryHypothesis(input, long_, hypothesis,
-                R * motion->covariance * R.transpose() * seconds * seconds, Source::kDense,
-                objects);
+                R * motion->covariance * R.transpose() * seconds * seconds, Source::kSlow, objects);
   return objects.size() > before;
 }
 
@@ -374,6 +438,10 @@ void MotionScheme::tryGroup(const DetectionInput& input, const DenseGroup& group
       fit.moved_m.norm() < params_.min_displacement_m)
     return;
   hypothesis.moved_m = fit.moved_m;
+  if (&baseline == &long_) {
+    if (!goesOn(input, sample, *shift, fit)) return;
+    compareLong(input, hypothesis);
+  }
   tryHypothesis(input, baseline, hypothesis, fit.covariance, Source::kDense, objects);
 }
 

@@ -42,16 +42,18 @@ class MotionScheme {
   /// The current frame against one of the past.
   struct Baseline {
     PastFrame past;
+    PastFrame halfway;  ///< where it is long: the motion has to be the same since then
     Comparison static_world;
     cv::Mat1f residual_px;
   };
-  enum class Source { kTracks, kDense, kKnown };
+  enum class Source { kTracks, kDense, kSlow, kKnown };
 
   std::vector<PastFrame> pastOf(const DetectionInput& input) const;
   void setLayer(const DetectionInput& input, Hypothesis& hypothesis) const;
   void remember(const DetectionInput& input);
   TrackingView trackingView(const DetectionInput& input, const PastFrame& past) const;
   bool isFree(const Hypothesis& hypothesis) const;
+  bool belongsToAny(const Observation& seen, const std::vector<ObservedObject>& objects) const;
   void tryHypothesis(const DetectionInput& input, const Baseline& baseline,
                      const Hypothesis& hypothesis, const Eigen::Matrix3d& covariance, Source source,
                      std::vector<ObservedObject>& objects);
@@ -61,6 +63,8 @@ class MotionScheme {
   void findAlong(const DetectionInput& input, const Baseline& baseline,
                  std::vector<ObservedObject>& objects);
   void compareLong(const DetectionInput& input, const Hypothesis& hypothesis);
+  bool goesOn(const DetectionInput& input, const std::vector<cv::Point>& points_px,
+              cv::Point2f shift_px, const Displacement& fit) const;
   void tryGroup(const DetectionInput& input, const DenseGroup& group, const Baseline& baseline,
                 std::vector<ObservedObject>& objects);
   void findSlow(const DetectionInput& input, std::vector<ObservedObject>& objects);
