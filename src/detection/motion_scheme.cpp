@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
@@ -34,6 +35,7 @@ constexpr int kMostSlowFits = 6;  // a frame, of the largest groups: they take 0
 constexpr double kLeastSlowWay = 16, kMostSlowDeviation = 12, kLargestSpeed_mps = 40;
 constexpr float kLeastSlowDisparity_px = 10;  // errors are too large a share of smaller ones
 constexpr int kLeastContrast_grey = 6;        // over 3x3 points that can be found again
+constexpr double kLargestPart = 0.25;         // of the area of the object that it is a part of
 
 // Full-resolution pixels of a segment: its lattice cells, cut to the layer of the disparities.
 ObservedObject observed(const DetectionInput& input, const Segment& segment, float nearest,
@@ -195,16 +197,18 @@ bool MotionScheme::isFree(const Hypothesis& hypothesis) const {
 
 // Whether it goes on where an object of the same velocity ends, as the side of a vehicle does whose
 // rear was found, or lies behind an object, where the past was hidden.
-bool MotionScheme::belongsToAny(const Observation& seen,
+bool MotionScheme::belongsToAny(const Observation& seen, double largest_share,
                                 const std::vector<ObservedObject>& objects) const {
   constexpr double kSigma_mps = 2, kMostSigmas = 3;  // of a side that slides along itself
-  constexpr double kDepthGap_m = 2.5, kMostHidden = 0.3;
+  constexpr double kDepthGap_m = 4.5, kMostHidden = 0.3;
   for (const ObservedObject& object : objects) {
     const Observation& other = object.observation;
     const int gap_px = static_cast<int>(params_.gap_m / other.size_m.x() * other.box_px.width) + 8;
     const cv::Rect around(other.box_px.x - gap_px, other.box_px.y - gap_px,
                           other.box_px.width + 2 * gap_px, other.box_px.height + 2 * gap_px);
     if ((around & seen.box_px).empty()) continue;
+    if (seen.size_m.x() * seen.size_m.y() > largest_share * other.size_m.x() * other.size_m.y())
+      continue;
     const int common = (other.box_px & seen.box_px).area();
     if (common > kMostHidden * seen.box_px.area() && other.distance_m < seen.distance_m)
       return true;
@@ -285,7 +289,10 @@ void MotionScheme::tryHypothesis(const DetectionInput& input, const Baseline& ba
     seen.velocity_mps = R * hypothesis.moved_m / seconds;
     seen.velocity_covariance = R * covariance * R.transpose() / (seconds * seconds);
   }
-  if ((source == Source::kKnown || source == Source::kSlow) && belongsToAny(seen, objects)) return;
+  // Points of one frame tell velocities well enough to keep neighbours apart, but not from a part.
+  const bool weak = source == Source::kKnown || source == Source::kSlow;
+  if (belongsToAny(seen, weak ? std::numeric_limits<double>::infinity() : kLargestPart, objects))
+    return;
   seen.score = std::clamp(explained ? found->explained : found->dense, 0.0, 1.0);
   for (int v = 0; v < found->area.height; ++v)
     for (int u = 0; u < found->area.width; ++u)
@@ -439,7 +446,7 @@ void MotionScheme::tryGroup(const DetectionInput& input, const DenseGroup& group
     return;
   hypothesis.moved_m = fit.moved_m;
   if (&baseline == &long_) {
-    if (!goesOn(input, sample, *shift, fit)) return;
+    if (!goesOn(input, sample, shift->shift_px, fit)) return;
     compareLong(input, hypothesis);
   }
   tryHypothesis(input, baseline, hypothesis, fit.covariance, Source::kDense, objects);

@@ -53,7 +53,8 @@ class MotionScheme {
   void remember(const DetectionInput& input);
   TrackingView trackingView(const DetectionInput& input, const PastFrame& past) const;
   bool isFree(const Hypothesis& hypothesis) const;
-  bool belongsToAny(const Observation& seen, const std::vector<ObservedObject>& objects) const;
+  bool belongsToAny(const Observation& seen, double largest_share,
+                    const std::vector<ObservedObject>& objects) const;
   void tryHypothesis(const DetectionInput& input, const Baseline& baseline,
                      const Hypothesis& hypothesis, const Eigen::Matrix3d& covariance, Source source,
                      std::vector<ObservedObject>& objects);
