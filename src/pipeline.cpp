@@ -90,12 +90,10 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   watch.lap("correction", times_);
 
   fillHoles(range, params_.max_hole_px, kHoleTolerancePx, state.disparity_px, filled_disparity_px_);
-  median3x3(range, filled_disparity_px_, output.disparity_px);
-  publishedVariance(output.disparity_px, state, prediction_, output.measured_disparity_px,
-                    output.measured_variance_px2, row_alignment_.rms_offset_px, range,
-                    params_.variance, output.disparity_variance_px2);
-  dropUncertain(range, params_.variance.max_sigma_px, output.disparity_px,
-                output.disparity_variance_px2);
+  median3x3(range, filled_disparity_px_, median_disparity_px_);
+  publish(median_disparity_px_, state, prediction_, output.measured_disparity_px,
+          output.measured_variance_px2, row_alignment_.rms_offset_px, range, params_.variance,
+          output.disparity_px, output.disparity_variance_px2);
   watch.lap("median", times_);
 
   output.predicted_disparity_px = prediction_.disparity_px;

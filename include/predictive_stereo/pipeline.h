@@ -124,7 +124,7 @@ class DisparityEstimator {
   Prediction prediction_;
   SearchRanges ranges_;
   Match match_;
-  cv::Mat1f corrected_disparity_px_, filled_disparity_px_;
+  cv::Mat1f corrected_disparity_px_, filled_disparity_px_, median_disparity_px_;
   StageTimes times_;
 
   DisparityState unlinked_;  // the filters of a frame that is not carried

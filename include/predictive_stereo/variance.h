@@ -61,16 +61,14 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
 void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& range,
                         cv::Mat1b& count);
 
-/// Variance [px^2] of the published disparities, 0 where unknown.
+/// The disparities that are certain enough to be published (params.max_sigma_px) and their variance
+/// [px^2], 0 where unknown.
 /// @param row_offset_px  root mean square over the image, see RowOffsetModel.
-void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityState& state,
-                       const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-                       const cv::Mat1f& measured_variance_px2, double row_offset_px,
-                       const DisparityRange& range, const VarianceParams& params,
-                       cv::Mat1f& variance_px2);
-
-/// Invalidates the disparities whose standard deviation is larger than `max_sigma_px`; 0: none.
-void dropUncertain(const DisparityRange& range, double max_sigma_px, cv::Mat1f& disparity_px,
-                   cv::Mat1f& variance_px2);
+/// @throws std::invalid_argument where disparity_px and published_px are the same memory.
+void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
+             const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
+             const cv::Mat1f& measured_variance_px2, double row_offset_px,
+             const DisparityRange& range, const VarianceParams& params, cv::Mat1f& published_px,
+             cv::Mat1f& variance_px2);
 
 }  // namespace predictive_stereo

@@ -1,7 +1,6 @@
 #include "filtering/correction_rows.h"
 
 #include <algorithm>
-#include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "filtering/correction_rows.cpp"
@@ -14,44 +13,52 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Arguments that are known not to overlap are passed one by one: only then do compilers vectorise.
-HWY_NOINLINE void correctPixels(const float* HWY_RESTRICT measured,
-                                const float* HWY_RESTRICT predicted,
-                                const float* HWY_RESTRICT predicted_variance,
-                                const uint8_t* HWY_RESTRICT predicted_missed, int width,
-                                CorrectionLimits limits, float* HWY_RESTRICT disparity,
-                                float* HWY_RESTRICT variance, uint8_t* HWY_RESTRICT missed) {
-  const float r = limits.r_px2, smallest = limits.smallest_valid;
-  for (int x = 0; x < width; ++x) {
-    const float z = measured[x], p = predicted_variance[x];
-    const float innovation = z - predicted[x];
-    const bool agree = (predicted[x] >= smallest) & (predicted_missed[x] != limits.moving) &
-                       (innovation * innovation <= limits.gate * (p + r));
-    const float kalman_gain = p / (p + r);
-    const float gain = agree ? kalman_gain : 1.0f;
-    const float rest = 1.0f - gain;
-    const bool alive =
-        (predicted[x] >= smallest) & (predicted_missed[x] < limits.max_missed_frames);
+// Pixels from x on, as long as vectors fit; returns the first that did not.
+template <class D>
+HWY_INLINE int correctPixels(D d, const CorrectionRow& row, int width,
+                             const CorrectionLimits& limits, int x) {
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<uint8_t, D> d8;
+  const auto one = hn::Set(d, 1.0f), r = hn::Set(d, limits.r_px2), gate = hn::Set(d, limits.gate);
+  const auto smallest = hn::Set(d, limits.smallest_valid), invalid = hn::Set(d, limits.invalid);
+  const auto most_missed = hn::Set(di, limits.max_missed_frames);
+  const auto moving = hn::Set(di, limits.moving);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (; x + lanes <= width; x += lanes) {
+    const auto z = hn::LoadU(d, row.measured_px + x);
+    const auto predicted = hn::LoadU(d, row.predicted_px + x);
+    const auto p = hn::LoadU(d, row.predicted_variance_px2 + x);
+    const auto missed = hn::PromoteTo(di, hn::LoadU(d8, row.predicted_missed_frames + x));
+    const auto is_measured = hn::Ge(z, smallest), is_predicted = hn::Ge(predicted, smallest);
+    const auto alive = hn::And(is_predicted, hn::RebindMask(d, hn::Lt(missed, most_missed)));
+    const auto still = hn::RebindMask(d, hn::Ne(missed, moving));
+
+    const auto innovation = hn::Sub(z, predicted), sum = hn::Add(p, r);
+    const auto expected = hn::Le(hn::Mul(innovation, innovation), hn::Mul(gate, sum));
+    const auto agree = hn::And(hn::And(is_predicted, still), expected);
     // eq. 5 and 6; with gain 1 they give the measurement and r.
-    const float fused = predicted[x] + gain * innovation;
-    const float corrected = agree ? fused : z;
-    const float corrected_variance = rest * rest * p + gain * gain * r;
-    const float kept = alive ? predicted[x] : limits.invalid;
-    const float kept_variance = alive ? p : 0.0f;
-    disparity[x] = z >= smallest ? corrected : kept;
-    variance[x] = z >= smallest ? corrected_variance : kept_variance;
+    const auto gain = hn::IfThenElse(agree, hn::Div(p, sum), one);
+    const auto rest = hn::Sub(one, gain);
+    const auto fused = hn::Add(predicted, hn::Mul(gain, innovation));
+    const auto corrected = hn::IfThenElse(agree, fused, z);
+    const auto corrected_variance =
+        hn::Add(hn::Mul(hn::Mul(rest, rest), p), hn::Mul(hn::Mul(gain, gain), r));
+
+    const auto kept = hn::IfThenElse(alive, predicted, invalid);
+    const auto kept_variance = hn::IfThenElseZero(alive, p);
+    hn::StoreU(hn::IfThenElse(is_measured, corrected, kept), d, row.disparity_px + x);
+    hn::StoreU(hn::IfThenElse(is_measured, corrected_variance, kept_variance), d,
+               row.variance_px2 + x);
+    const auto kept_on = hn::RebindMask(di, hn::AndNot(is_measured, alive));
+    const auto missed_again = hn::IfThenElseZero(kept_on, hn::Add(missed, hn::Set(di, 1)));
+    hn::StoreU(hn::DemoteTo(d8, missed_again), d8, row.missed_frames + x);
   }
-  for (int x = 0; x < width; ++x) {
-    const uint8_t kept = (measured[x] < smallest) & (predicted[x] >= smallest) ? 255 : 0;
-    const uint8_t alive = predicted_missed[x] < limits.max_missed_frames ? 255 : 0;
-    missed[x] = static_cast<uint8_t>((predicted_missed[x] + 1) & kept & alive);
-  }
+  return x;
 }
 
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits) {
-  correctPixels(row.measured_px, row.predicted_px, row.predicted_variance_px2,
-                row.predicted_missed_frames, width, limits, row.disparity_px, row.variance_px2,
-                row.missed_frames);
+  const int x = correctPixels(hn::ScalableTag<float>(), row, width, limits, 0);
+  correctPixels(hn::FixedTag<float, 1>(), row, width, limits, x);
 }
 
 // Columns of the right image that see the pixels from x on, if there were such disparities.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 #include <string>
@@ -33,19 +32,6 @@ void filterRows(const char* name, const cv::Mat1f& input, cv::Mat1f& output, con
   });
 }
 
-// First invalid pixel from x on, or `width`. Looks at many at once: most pixels are valid.
-int findInvalid(const float* row, int x, int width, float smallest_valid) {
-  constexpr int kBlock = 32;
-  while (x + kBlock <= width) {
-    int invalid = 0;
-    for (int i = 0; i < kBlock; ++i) invalid |= row[x + i] < smallest_valid;
-    if (invalid) break;
-    x += kBlock;
-  }
-  while (x < width && row[x] >= smallest_valid) ++x;
-  return x;
-}
-
 }  // namespace
 
 void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat1f& disparity_px,
@@ -68,26 +54,12 @@ void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::M
 void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
                const cv::Mat1f& disparity_px, cv::Mat1f& filled_px) {
   filled_px.create(disparity_px.size());
-  const auto smallest_valid = static_cast<float>(range.min_disparity);
+  const HoleLimits limits{max_width, tolerance_px, kHiddenSlack_px};
   cv::parallel_for_(cv::Range(0, disparity_px.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       float* row = filled_px[y];
       if (row != disparity_px[y]) std::copy_n(disparity_px[y], disparity_px.cols, row);
-      int end = 0;  // of the last run
-      while (true) {
-        const int first = findInvalid(row, end, disparity_px.cols, smallest_valid);
-        end = first;
-        while (end < disparity_px.cols && !(row[end] >= smallest_valid)) ++end;
-        if (end >= disparity_px.cols) break;
-        if (first == 0 || end - first > max_width) continue;
-        const float before = row[first - 1], after = row[end], rise = after - before;
-        const auto width = static_cast<float>(end - first);
-        const bool hidden = rise > tolerance_px && width <= rise + kHiddenSlack_px;
-        if (std::abs(rise) > tolerance_px && !hidden) continue;
-        const float step = hidden ? 0.0f : rise / (width + 1);
-        for (int x = first; x < end; ++x)
-          row[x] = before + step * static_cast<float>(x - first + 1);
-      }
+      fillHolesOfRow(disparity_px.cols, static_cast<float>(range.min_disparity), limits, row);
     }
   });
 }

@@ -13,4 +13,12 @@ void filterRowBySupport(const float* const rows[5], int width, float smallest_va
 void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
                  float* filtered);
 
+struct HoleLimits {
+  int max_width;
+  float tolerance_px;
+  float hidden_slack_px;  ///< by which what is hidden may be wider than the disparities' difference
+};
+/// fillHoles in one row, in place.
+void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row);
+
 }  // namespace predictive_stereo

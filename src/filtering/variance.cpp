@@ -1,19 +1,19 @@
 #include "predictive_stereo/variance.h"
 
 #include <algorithm>
+#include <limits>
 #include <opencv2/core/utility.hpp>
+#include <stdexcept>
 
 #include "filtering/variance_rows.h"
 
 namespace predictive_stereo {
 namespace {
 
-void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& range, int y,
-                        uchar* count) {
+DisagreementRows rowsAround(const cv::Mat1f& disparity_px, int y) {
   const int above = std::max(y - kDisagreementReachPx, 0);
   const int below = std::min(y + kDisagreementReachPx, disparity_px.rows - 1);
-  countDisagreementsOfRow(disparity_px[above], disparity_px[y], disparity_px[below],
-                          disparity_px.cols, static_cast<float>(range.min_disparity), count);
+  return {disparity_px[above], disparity_px[y], disparity_px[below]};
 }
 
 }  // namespace
@@ -42,18 +42,25 @@ void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& ran
   count.create(disparity_px.size());
   cv::parallel_for_(cv::Range(0, count.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
-      countDisagreements(disparity_px, range, y, count[y]);
+      countDisagreementsOfRow(rowsAround(disparity_px, y), count.cols,
+                              static_cast<float>(range.min_disparity), count[y]);
   });
 }
 
-void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityState& state,
-                       const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-                       const cv::Mat1f& measured_variance_px2, double row_offset_px,
-                       const DisparityRange& range, const VarianceParams& params,
-                       cv::Mat1f& variance_px2) {
+void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
+             const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
+             const cv::Mat1f& measured_variance_px2, double row_offset_px,
+             const DisparityRange& range, const VarianceParams& params, cv::Mat1f& published_px,
+             cv::Mat1f& variance_px2) {
+  published_px.create(disparity_px.size());
+  variance_px2.create(disparity_px.size());
+  if (published_px.datastart < disparity_px.dataend &&
+      disparity_px.datastart < published_px.dataend)
+    throw std::invalid_argument("publish: input and output share memory; give it another output");
   const auto squared = [](double value) { return static_cast<float>(value * value); };
   PublishedTerms terms;
   terms.smallest_valid = static_cast<float>(range.min_disparity);
+  terms.invalid = range.invalid();
   terms.unpredicted_px2 = squared(params.sigma_unpredicted_px);
   terms.kept_px2 = squared(params.sigma_kept_px);
   terms.filled_px2 = squared(params.sigma_filled_px);
@@ -61,27 +68,14 @@ void publishedVariance(const cv::Mat1f& published_disparity_px, const DisparityS
   terms.largest_innovation_px = static_cast<float>(params.max_innovation_px);
   terms.innovation_weight = static_cast<float>(params.innovation_weight);
   terms.per_squared_disparity = squared(params.sigma_per_row_offset * row_offset_px);
-  variance_px2.create(published_disparity_px.size());
+  terms.largest_variance_px2 = params.max_sigma_px > 0 ? squared(params.max_sigma_px)
+                                                       : std::numeric_limits<float>::infinity();
   cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
-    cv::AutoBuffer<uchar, 4096> disagreements(static_cast<size_t>(variance_px2.cols));
-    for (int y = part.start; y < part.end; ++y) {
-      countDisagreements(published_disparity_px, range, y, disagreements.data());
-      publishedVarianceRow({published_disparity_px[y], disagreements.data(), state.disparity_px[y],
-                            prediction.disparity_px[y], measured_disparity_px[y],
-                            measured_variance_px2[y], variance_px2[y]},
-                           variance_px2.cols, terms);
-    }
-  });
-}
-
-void dropUncertain(const DisparityRange& range, double max_sigma_px, cv::Mat1f& disparity_px,
-                   cv::Mat1f& variance_px2) {
-  if (max_sigma_px <= 0) return;
-  const auto largest_px2 = static_cast<float>(max_sigma_px * max_sigma_px);
-  cv::parallel_for_(cv::Range(0, disparity_px.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
-      dropUncertainInRow(disparity_px.cols, largest_px2, range.invalid(), disparity_px[y],
-                         variance_px2[y]);
+      publishRow(
+          {rowsAround(disparity_px, y), state.disparity_px[y], prediction.disparity_px[y],
+           measured_disparity_px[y], measured_variance_px2[y], published_px[y], variance_px2[y]},
+          variance_px2.cols, terms);
   });
 }
 

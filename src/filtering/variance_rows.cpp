@@ -1,7 +1,6 @@
 #include "filtering/variance_rows.h"
 
 #include <algorithm>
-#include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "filtering/variance_rows.cpp"
@@ -39,84 +38,91 @@ void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, 
                             variance_px2);
 }
 
-// Two opposite pixels around one of disparity d: how many of them do not continue its surface. They
-// do where they are about as near, or where the three lie on one plane, however steep.
-HWY_INLINE int disagreeing(float a, float b, float d, float smallest) {
-  constexpr float kSame_px = 2.5f, kPlane_px = 2.0f;
-  const int known_a = a >= smallest, known_b = b >= smallest;
-  const int same_a = known_a & (std::abs(a - d) <= kSame_px);
-  const int same_b = known_b & (std::abs(b - d) <= kSame_px);
-  const int plane = known_a & known_b & (std::abs((a - d) + (b - d)) <= kPlane_px);
-  return 2 - (same_a | plane) - (same_b | plane);
+// Unknown neighbours become NaN, which compares as false with everything.
+template <class D>
+HWY_INLINE hn::Vec<D> known(D d, hn::Vec<D> disparity, hn::Vec<D> smallest) {
+  return hn::Or(disparity, hn::VecFromMask(d, hn::Lt(disparity, smallest)));
 }
 
-HWY_INLINE int disagreeingAround(const float* above, const float* row, const float* below, int left,
-                                 int x, int right, float smallest) {
-  const float d = row[x];
-  return disagreeing(above[left], below[right], d, smallest) +
-         disagreeing(above[x], below[x], d, smallest) +
-         disagreeing(above[right], below[left], d, smallest) +
-         disagreeing(row[left], row[right], d, smallest);
+// How many of the eight pixels around x, as floats. Of two opposite ones, those continue the
+// surface that are about as near, or both where the three lie on one plane, however steep.
+template <class D>
+HWY_INLINE hn::Vec<D> disagreeing(D d, const DisagreementRows& rows, int left, int x, int right,
+                                  hn::Vec<D> smallest) {
+  const auto same_px = hn::Set(d, 2.5f), plane_px = hn::Set(d, 2.0f), one = hn::Set(d, 1.0f);
+  const auto disparity = hn::LoadU(d, rows.centre + x);
+  auto count = hn::Zero(d);
+  const auto addOpposite = [&](const float* a, const float* b) HWY_ATTR {
+    const auto rise_a = hn::Sub(known(d, hn::LoadU(d, a), smallest), disparity);
+    const auto rise_b = hn::Sub(known(d, hn::LoadU(d, b), smallest), disparity);
+    const auto plane = hn::Le(hn::Abs(hn::Add(rise_a, rise_b)), plane_px);
+    const auto agrees_a = hn::Or(hn::Le(hn::Abs(rise_a), same_px), plane);
+    const auto agrees_b = hn::Or(hn::Le(hn::Abs(rise_b), same_px), plane);
+    count = hn::Add(count,
+                    hn::Add(hn::IfThenZeroElse(agrees_a, one), hn::IfThenZeroElse(agrees_b, one)));
+  };
+  addOpposite(rows.above + left, rows.below + right);
+  addOpposite(rows.above + x, rows.below + x);
+  addOpposite(rows.above + right, rows.below + left);
+  addOpposite(rows.centre + left, rows.centre + right);
+  return count;
 }
 
-HWY_NOINLINE void countInside(const float* HWY_RESTRICT above, const float* HWY_RESTRICT row,
-                              const float* HWY_RESTRICT below, int first, int last, float smallest,
-                              uint8_t* HWY_RESTRICT count) {
-  for (int x = first; x < last; ++x)
-    count[x] = static_cast<uint8_t>(disagreeingAround(above, row, below, x - kDisagreementReachPx,
-                                                      x, x + kDisagreementReachPx, smallest));
+// Calls pixels(tag, x, neighbours left and right of x) for a whole row, in vectors where these and
+// their neighbours fit.
+template <class Pixels>
+HWY_INLINE void forPixelsWithNeighbours(int width, const Pixels& pixels) {
+  const hn::ScalableTag<float> vectors;
+  const hn::FixedTag<float, 1> one;
+  const int lanes = static_cast<int>(hn::Lanes(vectors)), reach = kDisagreementReachPx;
+  int x = 0;
+  for (; x < std::min(reach, width); ++x) pixels(one, 0, x, std::min(x + reach, width - 1));
+  for (; x + lanes + reach <= width; x += lanes) pixels(vectors, x - reach, x, x + reach);
+  for (; x < width; ++x) pixels(one, x - reach, x, std::min(x + reach, width - 1));
 }
 
-void countDisagreementsOfRow(const float* above, const float* row, const float* below, int width,
-                             float smallest_valid, uint8_t* count) {
-  const int first = std::min(kDisagreementReachPx, width);
-  const int last = std::max(width - kDisagreementReachPx, first);
-  countInside(above, row, below, first, last, smallest_valid, count);
-  for (int x = 0; x < width; x = x + 1 == first ? last : x + 1)
-    count[x] = static_cast<uint8_t>(
-        disagreeingAround(above, row, below, std::max(x - kDisagreementReachPx, 0), x,
-                          std::min(x + kDisagreementReachPx, width - 1), smallest_valid));
+void countDisagreementsOfRow(const DisagreementRows& rows, int width, float smallest_valid,
+                             uint8_t* count) {
+  forPixelsWithNeighbours(width, [&](auto d, int left, int x, int right) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const auto strangers = disagreeing(d, rows, left, x, right, hn::Set(d, smallest_valid));
+    hn::StoreU(hn::DemoteTo(d8, hn::ConvertTo(di, strangers)), d8, count + x);
+  });
 }
 
-// Arguments that are known not to overlap are passed one by one: only then do compilers vectorise.
-HWY_NOINLINE void publishedVariancePixels(const float* HWY_RESTRICT published,
-                                          const uint8_t* HWY_RESTRICT disagreements,
-                                          const float* HWY_RESTRICT filtered,
-                                          const float* HWY_RESTRICT predicted,
-                                          const float* HWY_RESTRICT measured,
-                                          const float* HWY_RESTRICT measured_variance, int width,
-                                          PublishedTerms terms, float* HWY_RESTRICT variance) {
-  const float smallest = terms.smallest_valid;
-  for (int x = 0; x < width; ++x) {
-    const float d = published[x], strangers = disagreements[x];
-    const float innovation =
-        std::min(std::abs(measured[x] - predicted[x]), terms.largest_innovation_px);
-    const float surprise = predicted[x] >= smallest
-                               ? terms.innovation_weight * innovation * innovation
-                               : terms.unpredicted_px2;
-    const float matched = measured_variance[x] + surprise;
-    const float known = measured[x] >= smallest ? matched : terms.kept_px2;
-    const float any = filtered[x] >= smallest ? known : terms.filled_px2;
-    const float all =
-        any + terms.disagreement_px2 * strangers * strangers + terms.per_squared_disparity * d * d;
-    variance[x] = d >= smallest ? all : 0.0f;
-  }
-}
+void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms) {
+  forPixelsWithNeighbours(width, [&](auto d, int left, int x, int right) HWY_ATTR {
+    const auto smallest = hn::Set(d, terms.smallest_valid);
+    const auto strangers = disagreeing(d, row.disparity_px, left, x, right, smallest);
+    const auto disparity = hn::LoadU(d, row.disparity_px.centre + x);
+    const auto filtered = hn::LoadU(d, row.filtered_px + x);
+    const auto predicted = hn::LoadU(d, row.predicted_px + x);
+    const auto measured = hn::LoadU(d, row.measured_px + x);
+    const auto of_match = hn::LoadU(d, row.measured_variance_px2 + x);
 
-void publishedVarianceRow(const PublishedRow& row, int width, const PublishedTerms& terms) {
-  publishedVariancePixels(row.published_px, row.disagreements, row.filtered_px, row.predicted_px,
-                          row.measured_px, row.measured_variance_px2, width, terms,
-                          row.variance_px2);
-}
+    const auto innovation =
+        hn::Min(hn::Abs(hn::Sub(measured, predicted)), hn::Set(d, terms.largest_innovation_px));
+    const auto surprise = hn::IfThenElse(
+        hn::Ge(predicted, smallest),
+        hn::Mul(hn::Mul(hn::Set(d, terms.innovation_weight), innovation), innovation),
+        hn::Set(d, terms.unpredicted_px2));
+    const auto of_filtered = hn::IfThenElse(hn::Ge(measured, smallest), hn::Add(of_match, surprise),
+                                            hn::Set(d, terms.kept_px2));
+    const auto of_any =
+        hn::IfThenElse(hn::Ge(filtered, smallest), of_filtered, hn::Set(d, terms.filled_px2));
+    const auto of_surroundings =
+        hn::Mul(hn::Mul(hn::Set(d, terms.disagreement_px2), strangers), strangers);
+    const auto of_rectification =
+        hn::Mul(hn::Mul(hn::Set(d, terms.per_squared_disparity), disparity), disparity);
+    const auto variance = hn::Add(hn::Add(of_any, of_surroundings), of_rectification);
 
-HWY_NOINLINE void dropUncertainInRow(int width, float largest_variance_px2, float invalid,
-                                     float* HWY_RESTRICT disparity_px,
-                                     float* HWY_RESTRICT variance_px2) {
-  for (int x = 0; x < width; ++x) {
-    const bool certain = variance_px2[x] <= largest_variance_px2;
-    disparity_px[x] = certain ? disparity_px[x] : invalid;
-    variance_px2[x] = certain ? variance_px2[x] : 0.0f;
-  }
+    const auto certain = hn::And(hn::Ge(disparity, smallest),
+                                 hn::Le(variance, hn::Set(d, terms.largest_variance_px2)));
+    hn::StoreU(hn::IfThenElse(certain, disparity, hn::Set(d, terms.invalid)), d,
+               row.published_px + x);
+    hn::StoreU(hn::IfThenElseZero(certain, variance), d, row.variance_px2 + x);
+  });
 }
 
 }  // namespace HWY_NAMESPACE
@@ -128,8 +134,7 @@ namespace predictive_stereo {
 
 HWY_EXPORT(measurementVarianceRow);
 HWY_EXPORT(countDisagreementsOfRow);
-HWY_EXPORT(publishedVarianceRow);
-HWY_EXPORT(dropUncertainInRow);
+HWY_EXPORT(publishRow);
 
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
                             const MeasurementTerms& terms, float* variance_px2) {
@@ -137,19 +142,13 @@ void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, 
   (measured_px, ambiguity, width, terms, variance_px2);
 }
 
-void countDisagreementsOfRow(const float* above, const float* row, const float* below, int width,
-                             float smallest_valid, uint8_t* count) {
-  HWY_DYNAMIC_DISPATCH(countDisagreementsOfRow)(above, row, below, width, smallest_valid, count);
+void countDisagreementsOfRow(const DisagreementRows& rows, int width, float smallest_valid,
+                             uint8_t* count) {
+  HWY_DYNAMIC_DISPATCH(countDisagreementsOfRow)(rows, width, smallest_valid, count);
 }
 
-void publishedVarianceRow(const PublishedRow& row, int width, const PublishedTerms& terms) {
-  HWY_DYNAMIC_DISPATCH(publishedVarianceRow)(row, width, terms);
-}
-
-void dropUncertainInRow(int width, float largest_variance_px2, float invalid, float* disparity_px,
-                        float* variance_px2) {
-  HWY_DYNAMIC_DISPATCH(dropUncertainInRow)
-  (width, largest_variance_px2, invalid, disparity_px, variance_px2);
+void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms) {
+  HWY_DYNAMIC_DISPATCH(publishRow)(row, width, terms);
 }
 
 }  // namespace predictive_stereo

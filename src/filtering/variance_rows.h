@@ -12,32 +12,36 @@ struct MeasurementTerms {
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
                             const MeasurementTerms& terms, float* variance_px2);
 
-/// See countDisagreements.
-/// @param above, below  the rows kDisagreementReachPx from `row`, those of the border beyond it.
+/// A row and those kDisagreementReachPx above and below it, or the image's first and last row where
+/// these lie beyond.
+struct DisagreementRows {
+  const float* above;
+  const float* centre;
+  const float* below;
+};
 constexpr int kDisagreementReachPx = 4;
-void countDisagreementsOfRow(const float* above, const float* row, const float* below, int width,
-                             float smallest_valid, uint8_t* count);
+/// See countDisagreements.
+void countDisagreementsOfRow(const DisagreementRows& rows, int width, float smallest_valid,
+                             uint8_t* count);
 
 struct PublishedRow {
-  const float* published_px;
-  const uint8_t* disagreements;
+  DisagreementRows disparity_px;
   const float* filtered_px;
   const float* predicted_px;
   const float* measured_px;
   const float* measured_variance_px2;
+  float* published_px;
   float* variance_px2;
 };
 struct PublishedTerms {
-  float smallest_valid;
+  float smallest_valid, invalid;
   float unpredicted_px2, kept_px2, filled_px2;
   float disagreement_px2;  ///< times the squared number of disagreements
   float largest_innovation_px, innovation_weight;
   float per_squared_disparity;
+  float largest_variance_px2;  ///< of what is published
 };
-void publishedVarianceRow(const PublishedRow& row, int width, const PublishedTerms& terms);
-
-/// Invalidates what is less certain than `largest_variance_px2`.
-void dropUncertainInRow(int width, float largest_variance_px2, float invalid, float* disparity_px,
-                        float* variance_px2);
+/// See publish.
+void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms);
 
 }  // namespace predictive_stereo

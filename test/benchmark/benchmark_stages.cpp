@@ -209,6 +209,17 @@ void variance(benchmark::State& state) {
   });
 }
 
+void publishing(benchmark::State& state) {
+  const Inputs& in = inputs();
+  const cv::Mat1f match_variance_px2(in.measured_px.size(), 0.1f);
+  cv::Mat1f published_px, variance_px2;
+  measure(state, [&] {
+    publish(in.measured_px, in.state, in.prediction, in.measured_px, match_variance_px2, 0.1,
+            in.params.disparity.matcher.range, in.params.disparity.variance, published_px,
+            variance_px2);
+  });
+}
+
 void correction(benchmark::State& state) {
   const Inputs& in = inputs();
   DisparityState filters;
@@ -357,6 +368,7 @@ STAGE(opencvFilterSpeckles);
 STAGE(medianFilter);
 STAGE(holeFilling);
 STAGE(variance);
+STAGE(publishing);
 STAGE(correction);
 STAGE(disparityLoop);
 STAGE(movingObjects);

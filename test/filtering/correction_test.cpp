@@ -194,7 +194,7 @@ bool seesThrough(const float* measured_px, int width, int x, float kept_px) {
   return kRange.isValid(nearest) && nearest < kept_px - 3;
 }
 
-TEST(Correction, DropsWhatTheNaiveSearchDropsOnEveryTarget) {
+TEST(Correction, IsTheNaiveOneOnEveryTarget) {
   CorrectionParams params;
   for (const int width : {1, 2, 3, 15, 64, 301}) {
     cv::RNG rng(width);
@@ -203,28 +203,48 @@ TEST(Correction, DropsWhatTheNaiveSearchDropsOnEveryTarget) {
     Prediction prediction;
     Predictor(kRange, PredictionParams()).predictNothing(size, prediction);
     prediction.disparity_px = surfaces(size, rng);
-    prediction.variance_px2.setTo(0.5f);
+    // Where both are known they agree more or less, or not at all.
+    for (int i = 0; i < size.area(); i += 3)
+      prediction.disparity_px(i / width, i % width) =
+          std::max(measured_px(i / width, i % width) + rng.uniform(-4.0f, 4.0f), 0.0f);
+    rng.fill(prediction.variance_px2, cv::RNG::UNIFORM, 0.1f, 2.0f);
+    prediction.variance_px2.setTo(0, prediction.disparity_px < 0);
     rng.fill(prediction.missed_frames, cv::RNG::UNIFORM, 0, 5);
+    prediction.missed_frames.setTo(kMovesByItself, prediction.missed_frames == 4);
     for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
       hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
       DisparityState state;
       correct(prediction, measured_px, kRange, params, state);
-      int dropped = 0;
+      int dropped = 0, fused = 0;
       for (int y = 0; y < size.height; ++y)
         for (int x = 0; x < width; ++x) {
-          if (kRange.isValid(measured_px(y, x))) continue;
           const float predicted = prediction.disparity_px(y, x);
+          const float p = prediction.variance_px2(y, x);
           const int missed = prediction.missed_frames(y, x);
+          if (kRange.isValid(measured_px(y, x))) {
+            const float innovation = measured_px(y, x) - predicted;
+            const bool agree = kRange.isValid(predicted) && missed != kMovesByItself &&
+                               innovation * innovation <= 9.0f * (p + kNoise);
+            const float gain = p / (p + kNoise), rest = 1 - gain;
+            ASSERT_EQ(state.disparity_px(y, x),
+                      agree ? predicted + gain * innovation : measured_px(y, x));
+            ASSERT_EQ(state.variance_px2(y, x),
+                      agree ? rest * rest * p + gain * gain * kNoise : kNoise);
+            ASSERT_EQ(state.missed_frames(y, x), 0);
+            fused += agree;
+            continue;
+          }
           const bool alive = kRange.isValid(predicted) && missed < params.max_missed_frames;
           const bool refuted = alive && seesThrough(measured_px[y], width, x, predicted);
           const bool kept = alive && !refuted;
           dropped += refuted;
           ASSERT_EQ(state.disparity_px(y, x), kept ? predicted : kRange.invalid()) << width << x;
-          ASSERT_EQ(state.variance_px2(y, x), kept ? 0.5f : 0.0f);
+          ASSERT_EQ(state.variance_px2(y, x), kept ? p : 0.0f);
           ASSERT_EQ(state.missed_frames(y, x), kept ? missed + 1 : 0);
         }
       if (width > 60) {
         EXPECT_GT(dropped, 10);
+        EXPECT_GT(fused, 100);
       }
     }
   }

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/utility.hpp>
+#include <stdexcept>
 #include <vector>
 
 namespace predictive_stereo {
@@ -139,9 +141,9 @@ class PublishedVarianceTest : public testing::Test {
       prediction.disparity_px(x) = predicted_[i];
       state.disparity_px(x) = filtered_[i];
     }
-    cv::Mat1f variance_px2, picked(1, static_cast<int>(published_.size()));
-    publishedVariance(published, state, prediction, measured, cv::Mat1f(1, width, 0.1f),
-                      row_offset_px, kRange, params_, variance_px2);
+    cv::Mat1f certain_px, variance_px2, picked(1, static_cast<int>(published_.size()));
+    publish(published, state, prediction, measured, cv::Mat1f(1, width, 0.1f), row_offset_px,
+            kRange, params_, certain_px, variance_px2);
     for (int i = 0; i < picked.cols; ++i) picked(i) = variance_px2(i * kApart);
     return picked;
   }
@@ -181,18 +183,90 @@ TEST_F(PublishedVarianceTest, GrowsWithRowOffsetTimesDisparity) {
   EXPECT_NEAR(more_px2(1), 0.02 * 0.02 * 0.49 * 2500, 1e-5);
 }
 
-TEST(Variance, DropsWhatIsLessCertainThanAsked) {
-  const cv::Mat1f before = (cv::Mat1f(1, 4) << 20, 21, 22, kRange.invalid());
-  const cv::Mat1f sigma2 = (cv::Mat1f(1, 4) << 4, 9.01f, 9, 0);
-  cv::Mat1f disparity_px = before.clone(), variance_px2 = sigma2.clone();
-  dropUncertain(kRange, 0, disparity_px, variance_px2);
-  EXPECT_EQ(cv::norm(disparity_px, before), 0);
-  EXPECT_EQ(cv::norm(variance_px2, sigma2), 0);
-  dropUncertain(kRange, 3, disparity_px, variance_px2);
-  const cv::Mat1f after = (cv::Mat1f(1, 4) << 20, kRange.invalid(), 22, kRange.invalid());
-  EXPECT_EQ(cv::norm(disparity_px, after), 0);
-  EXPECT_EQ(variance_px2(1), 0);
-  EXPECT_EQ(variance_px2(2), 9);
+/// Maps of random disparities, a fifth of them unknown.
+struct RandomFrame {
+  RandomFrame(cv::Size size, const DisparityRange& range, cv::RNG& rng)
+      : measured_variance_px2(size) {
+    for (cv::Mat1f* map :
+         {&disparity_px, &state.disparity_px, &prediction.disparity_px, &measured_px}) {
+      map->create(size);
+      const auto smallest = static_cast<float>(range.min_disparity);
+      rng.fill(*map, cv::RNG::UNIFORM, smallest - 2.0f, smallest + 8.0f);
+      map->setTo(range.invalid(), *map < smallest);
+    }
+    rng.fill(measured_variance_px2, cv::RNG::UNIFORM, 0.05f, 2.0f);
+  }
+  cv::Mat1f disparity_px, measured_px, measured_variance_px2;
+  DisparityState state;
+  Prediction prediction;
+};
+
+float varianceNaively(const RandomFrame& frame, double row_offset_px, const DisparityRange& range,
+                      const VarianceParams& params, int x, int y) {
+  const auto squared = [](double value) { return static_cast<float>(value * value); };
+  const float d = frame.disparity_px(y, x), measured = frame.measured_px(y, x);
+  const float predicted = frame.prediction.disparity_px(y, x);
+  const auto strangers = static_cast<float>(disagreementsNaively(frame.disparity_px, range, x, y));
+  float variance_px2;
+  if (!range.isValid(frame.state.disparity_px(y, x))) {
+    variance_px2 = squared(params.sigma_filled_px);
+  } else if (!range.isValid(measured)) {
+    variance_px2 = squared(params.sigma_kept_px);
+  } else if (!range.isValid(predicted)) {
+    variance_px2 = frame.measured_variance_px2(y, x) + squared(params.sigma_unpredicted_px);
+  } else {
+    const float innovation =
+        std::min(std::abs(measured - predicted), static_cast<float>(params.max_innovation_px));
+    variance_px2 = frame.measured_variance_px2(y, x) +
+                   static_cast<float>(params.innovation_weight) * innovation * innovation;
+  }
+  variance_px2 += squared(params.sigma_disagreement_px) * strangers * strangers;
+  return variance_px2 + squared(params.sigma_per_row_offset * row_offset_px) * d * d;
+}
+
+TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
+  constexpr double kRowOffset_px = 0.7;
+  const int threads_before = cv::getNumThreads();
+  cv::RNG rng(7);
+  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+    for (int min_disparity : {0, -16, 16})
+      for (double max_sigma_px : {0.0, 8.0})
+        for (int threads : {1, 3})
+          for (cv::Size size : {cv::Size(1, 1), cv::Size(3, 9), cv::Size(8, 4), cv::Size(9, 12),
+                                cv::Size(16, 3), cv::Size(130, 37)}) {
+            cv::setNumThreads(threads);
+            const DisparityRange range{min_disparity, 128};
+            const RandomFrame frame(size, range, rng);
+            VarianceParams params;
+            params.max_sigma_px = max_sigma_px;
+            cv::Mat1f published_px, variance_px2;
+            publish(frame.disparity_px, frame.state, frame.prediction, frame.measured_px,
+                    frame.measured_variance_px2, kRowOffset_px, range, params, published_px,
+                    variance_px2);
+            for (int y = 0; y < size.height; ++y)
+              for (int x = 0; x < size.width; ++x) {
+                const float d = frame.disparity_px(y, x);
+                const float v = varianceNaively(frame, kRowOffset_px, range, params, x, y);
+                const bool certain = range.isValid(d) && (max_sigma_px == 0 || v <= 64);
+                ASSERT_EQ(variance_px2(y, x), certain ? v : 0) << size << x << "," << y;
+                ASSERT_EQ(published_px(y, x), certain ? d : range.invalid())
+                    << size << x << "," << y;
+              }
+          }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  cv::setNumThreads(threads_before);
+}
+
+TEST(Variance, PublishesNothingInPlace) {
+  cv::RNG rng(9);
+  RandomFrame frame({20, 5}, kRange, rng);
+  cv::Mat1f variance_px2;
+  EXPECT_THROW(publish(frame.disparity_px, frame.state, frame.prediction, frame.measured_px,
+                       frame.measured_variance_px2, 0, kRange, VarianceParams(), frame.disparity_px,
+                       variance_px2),
+               std::invalid_argument);
 }
 
 }  // namespace
