@@ -15,18 +15,6 @@
 
 namespace predictive_stereo {
 
-/// What the detector keeps of a frame for the next one.
-struct RememberedFrame {
-  double stamp_s = 0;
-  bool has_pose = false;
-  bool follows = true;  ///< the pose goes on from that of the frame before, as the images do
-  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
-  ImagePyramid pyramid;
-  cv::Mat1f disparity_px;  ///< as measured
-
-  bool empty() const { return pyramid.empty(); }
-};
-
 /// Where a point (x, y, d) of the current frame was in the previous one; homogeneous, in pixels.
 /// See disparityMotion.
 class SourceOf {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "detection/frame_comparison.h"
-#include "detection/long_residual.h"
+#include "detection/frame_history.h"
 #include "predictive_stereo/disparity_range.h"
 
 namespace predictive_stereo {

@@ -3,17 +3,10 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "detection/frame_comparison.h"
+#include "detection/frame_history.h"
 #include "predictive_stereo/disparity_range.h"
 
 namespace predictive_stereo {
-
-/// A frame of the past, as seen from the current one.
-struct PastFrame {
-  const RememberedFrame* frame = nullptr;
-  Eigen::Isometry3d T_past_cam = Eigen::Isometry3d::Identity();
-  double seconds = 0;  ///< since then
-};
 
 /// A past frame and one in the middle between it and the current frame.
 struct PastPair {

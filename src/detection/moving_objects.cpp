@@ -102,7 +102,7 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
   if (state.params.scheme == DetectionScheme::kPaper)
     state.observeAsPaper(input);
   else
-    state.motion.observe(input, state.tracker, state.observed);
+    state.observed = state.motion.observe(input, state.tracker);
   std::vector<Observation> observations;
   for (const ObservedObject& object : state.observed) observations.push_back(object.observation);
   state.tracker.update(observations);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "detection/frame_comparison.h"
 #include "odometry/tracking.h"
 
 namespace predictive_stereo {
@@ -206,6 +208,13 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
   fit.covariance *= 4;
   fit.covariance.diagonal().array() += params.ego_motion_sigma_m * params.ego_motion_sigma_m;
   return fit;
+}
+
+Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
+                             const std::vector<PointTrack>& tracks) {
+  std::vector<size_t> all(tracks.size());
+  std::iota(all.begin(), all.end(), size_t{0});
+  return fitDisplacement(rig, params, tracks, all);
 }
 
 std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "detection/frame_comparison.h"
+#include "detection/frame_history.h"
 #include "predictive_stereo/moving_objects.h"
 
 namespace predictive_stereo {
@@ -62,6 +62,9 @@ struct Displacement {
 Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members);
+/// The same of all tracks.
+Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
+                             const std::vector<PointTrack>& tracks);
 
 /// Groups moving points that are near each other in space and move alike.
 std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,

@@ -7,20 +7,12 @@
 
 #include "detection/frame_comparison.h"
 #include "detection/ground.h"
+#include "detection/hypothesis.h"
 #include "detection/layer_motion.h"
 #include "detection/scratch.h"
 #include "predictive_stereo/moving_objects.h"
 
 namespace predictive_stereo {
-
-/// A guess that something at this depth moves like this.
-struct Hypothesis {
-  std::vector<cv::Point> seeds;                            ///< lattice points that belong to it
-  float disparity_px = 0;                                  ///< median of the seeds
-  float nearest_px = 0, farthest_px = 0;                   ///< disparities of its layer
-  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();       ///< in the previous camera's frame
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< the same, in this camera's axes
-};
 
 /// The part of the image that a hypothesis explains.
 struct Segment {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "detection/displacement_search.h"
+#include "detection/frame_comparison.h"
 
 namespace predictive_stereo {
 namespace {

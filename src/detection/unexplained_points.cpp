@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "detection/frame_comparison.h"
 #include "detection/suspicion.h"
 
 namespace predictive_stereo {

@@ -1,0 +1,87 @@
+#include "detection/hypothesis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "detection/displacement_search.h"
+
+namespace predictive_stereo {
+
+void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
+  std::vector<float> values;
+  for (cv::Point seed : hypothesis.seeds)
+    values.push_back(frame.input.measured_disparity_px(2 * seed.y, 2 * seed.x));
+  std::sort(values.begin(), values.end());
+  const auto quantile = [&](double share) {
+    return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
+  };
+  hypothesis.disparity_px = quantile(0.5);
+  const auto fB = static_cast<float>(frame.input.rig.disparityTimesDepth());
+  const auto margin_m = static_cast<float>(frame.params.layer_margin_m);
+  constexpr float kNoise_px = 1.0f;
+  hypothesis.nearest_px = fB / std::max(fB / quantile(0.9) - margin_m, 0.5f) + kNoise_px;
+  hypothesis.farthest_px = fB / (fB / quantile(0.1) + margin_m) - kNoise_px;
+}
+
+std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
+  constexpr size_t kMost = 40;
+  std::vector<cv::Point> pixels;
+  const size_t step = lattice_points.size() / (kMost + 1) + 1;
+  for (size_t i = 0; i < lattice_points.size(); i += step) pixels.push_back(2 * lattice_points[i]);
+  return pixels;
+}
+
+bool isLargeEnough(const FrameView& frame, const DenseGroup& group) {
+  const double pixels_per_m = group.disparity_px / frame.input.rig.baseline_m;
+  const double area_m2 =
+      static_cast<double>(group.points.size()) * 4 / (pixels_per_m * pixels_per_m);
+  return area_m2 >= frame.params.dense_min_area_m2;
+}
+
+std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& past,
+                                    const DenseGroup& group) {
+  const MotionDetectionParams& params = frame.params;
+  const auto shift =
+      searchShift(frame.current.pyramid, past.frame->pyramid, frame.staticSource(past),
+                  frame.input.measured_disparity_px, group.points);
+  if (!shift) return std::nullopt;
+  GroupMotion motion;
+  motion.shift_px = shift->shift_px;
+  motion.sample_px = sampleOf(group.points);
+  const std::vector<PointTrack> followed =
+      followPoints(frame.trackingInto(past), params, motion.sample_px, shift->shift_px);
+  if (static_cast<int>(followed.size()) < params.min_tracks) return std::nullopt;
+  motion.fit = fitDisplacement(frame.input.rig, params, followed);
+  if (static_cast<int>(motion.fit.inliers.size()) < params.min_tracks ||
+      motion.fit.moved_m.norm() < params.min_displacement_m)
+    return std::nullopt;
+  return motion;
+}
+
+std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& past,
+                                       const ObjectTrack& known) {
+  constexpr int kLeastArea_px = 100;
+  constexpr size_t kFewestSeeds = 8;
+  const DetectionInput& input = frame.input;
+  const cv::Rect box = known.last.box_px & cv::Rect(cv::Point(), input.rig.size);
+  if (box.area() < kLeastArea_px) return std::nullopt;
+  Hypothesis hypothesis;
+  hypothesis.source = Hypothesis::Source::kKnown;
+  hypothesis.disparity_px =
+      static_cast<float>(input.rig.disparityTimesDepth() / known.last.centre_m.z());
+  const Eigen::Vector3d velocity_mps = known.state.tail<3>();
+  hypothesis.moved_m = past.frame->T_odom_cam.linear().transpose() * velocity_mps * past.seconds;
+  hypothesis.velocity_mps = input.T_odom_cam.linear().transpose() * velocity_mps;
+  if (hypothesis.moved_m.norm() < frame.params.min_displacement_m) return std::nullopt;
+  const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
+  for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)
+    for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2)
+      if (std::abs(input.measured_disparity_px(2 * v, 2 * u) - hypothesis.disparity_px) < tolerance)
+        hypothesis.seeds.emplace_back(u, v);
+  if (hypothesis.seeds.size() < kFewestSeeds) return std::nullopt;
+  setLayer(frame, hypothesis);
+  return hypothesis;
+}
+
+}  // namespace predictive_stereo

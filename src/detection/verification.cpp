@@ -1,0 +1,166 @@
+#include "detection/verification.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "detection/object_shape.h"
+#include "detection/same_object.h"
+
+namespace predictive_stereo {
+namespace {
+
+using Source = Hypothesis::Source;
+
+constexpr double kFastest_mps = 55;
+// What moves stands on the road: its foot is not seen higher than this, uphill included.
+constexpr double kHighestFoot_m = 1.2, kRoadSlope = 0.03;
+constexpr double kLargestPart = 0.25;  // of the area of the object that it is a part of
+
+// Full-resolution pixels of a segment: its lattice cells, cut to the layer of the disparities.
+ObservedObject observed(const DetectionInput& input, const Segment& segment, float nearest,
+                        float farthest) {
+  ObservedObject object;
+  const cv::Rect image(cv::Point(), input.rig.size);
+  const cv::Rect box = cv::Rect(2 * segment.area.x, 2 * segment.area.y, 2 * segment.area.width,
+                                2 * segment.area.height) &
+                       image;
+  object.observation.box_px = box;
+  object.mask = cv::Mat1b::zeros(box.size());
+  for (int y = 0; y < box.height; ++y)
+    for (int x = 0; x < box.width; ++x) {
+      const float d = input.measured_disparity_px(box.y + y, box.x + x);
+      if (segment.mask(y / 2, x / 2) && d >= farthest && d <= nearest) object.mask(y, x) = 255;
+    }
+  return object;
+}
+
+// Whether its motion explains the images.
+bool explainsImages(const MotionDetectionParams& params, const Segment& segment) {
+  return segment.decisive >= params.min_decisive_cells && segment.explained >= params.min_explained;
+}
+
+// Whether residuals of the disparity show that it moves along, and the images do not refute it.
+bool showsInResiduals(const MotionDetectionParams& params, const Segment& segment) {
+  return segment.dense >= params.dense_min_share &&
+         (segment.explained >= 0.5 || segment.decisive < params.min_decisive_cells);
+}
+
+// Whether something nearer that is not the ground covers the lower end of what is seen in a box.
+bool hiddenBelow(const FrameView& frame, const LevelGround& ground, const Hypothesis& hypothesis,
+                 const cv::Rect& box) {
+  constexpr double kBelow_m = 0.3;
+  constexpr int kLeastBelow_px = 6;
+  const StereoRig& rig = frame.input.rig;
+  const int below = std::max(kLeastBelow_px,
+                             static_cast<int>(kBelow_m * hypothesis.disparity_px / rig.baseline_m));
+  const int end = std::min(box.br().y + below, rig.size.height - 1);
+  int nearer = 0;
+  for (int x = box.x / 2; x < box.br().x / 2; ++x)
+    for (int y = (box.br().y + 1) / 2; y <= end / 2; ++y) {
+      const float d = frame.input.measured_disparity_px(2 * y, 2 * x);
+      if (!frame.range.isValid(d) || d <= hypothesis.nearest_px || ground.isLevel({x, y})) continue;
+      ++nearer;
+      break;
+    }
+  return 4 * nearer > box.width;
+}
+
+}  // namespace
+
+void Verification::setFrame(const FrameView& frame) {
+  const DetectionInput& input = frame.input;
+  taken_.create(frame.lattice());
+  taken_.setTo(0);
+  objects_.clear();
+  if (const auto road = fitRoadLine(input.rig, frame.range, input.measured_disparity_px))
+    road_ = road;
+  ground_.setFrame(input.rig, frame.range, input.measured_disparity_px);
+}
+
+bool Verification::isFree(const Hypothesis& hypothesis) const {
+  int free = 0;
+  for (cv::Point p : hypothesis.seeds) free += !taken_(p);
+  return 2 * free >= static_cast<int>(hypothesis.seeds.size());
+}
+
+// Whether a road user may have this size, and stands on the road.
+bool Verification::hasPlausibleShape(const FrameView& frame, const Hypothesis& hypothesis,
+                                     const cv::Rect& box, double depth_m) const {
+  const MotionDetectionParams& params = frame.params;
+  const StereoRig& rig = frame.input.rig;
+  const double height = box.height * depth_m / rig.fy_px;
+  const double width = box.width * depth_m / rig.fx_px;
+  const bool cut_below = box.br().y >= rig.size.height - 4;
+  // Of what is half hidden its foot is not seen, and half of its height is enough.
+  const bool stands = !cut_below && !hiddenBelow(frame, ground_, hypothesis, box);
+  const double least_height = params.min_height_m * (cut_below ? 0 : stands ? 1 : 0.5);
+  if (height < least_height || height > params.max_height_m || width > params.max_width_m ||
+      width < params.min_width_m)
+    return false;
+  if (!stands || !road_) return true;
+  const double foot_m = road_->heightOf(box.br().y, hypothesis.disparity_px, rig.baseline_m);
+  const double layer_m = rig.disparityTimesDepth() / hypothesis.disparity_px;
+  return !(foot_m > kHighestFoot_m + kRoadSlope * layer_m);
+}
+
+bool Verification::add(const FrameView& frame, const Baseline& baseline,
+                       const Hypothesis& hypothesis, const DisparityHistory* history) {
+  const DetectionInput& input = frame.input;
+  const PastFrame& past = baseline.past;
+  if (hypothesis.moved_m.norm() > kFastest_mps * past.seconds) return false;
+  if (!isFree(hypothesis)) return false;
+  const SegmentationView view{input.rig,
+                              frame.range,
+                              frame.current.pyramid,
+                              past.frame->pyramid,
+                              input.measured_disparity_px,
+                              past.T_past_cam,
+                              past.frame->disparity_px,
+                              past.seconds,
+                              baseline.static_world.mismatch,
+                              baseline.residual_px,
+                              ground_,
+                              history};
+  const auto found = segment(view, frame.params, hypothesis, segmentation_);
+  if (!found) return false;
+  const bool by_images = explainsImages(frame.params, *found);
+  if (!by_images &&
+      (hypothesis.source == Source::kTracks || !showsInResiduals(frame.params, *found)))
+    return false;
+
+  ObservedObject object = observed(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
+  Observation& seen = object.observation;
+  const auto shape =
+      shapeOf(input.rig, frame.range, input.measured_disparity_px, seen.box_px, object.mask);
+  if (!shape || !hasPlausibleShape(frame, hypothesis, seen.box_px, shape->centre_m.z()))
+    return false;
+  seen.centre_m = shape->centre_m;
+  seen.size_m = shape->size_m;
+  seen.distance_m = shape->distance_m;
+  const double depth = input.rig.disparityTimesDepth() / hypothesis.disparity_px;
+  const double sigma_z = 0.3 + 0.3 * depth / hypothesis.disparity_px;
+  seen.centre_covariance = Eigen::Vector3d(0.04, 0.04, sigma_z * sigma_z).asDiagonal();
+  if (hypothesis.source != Source::kKnown) {
+    const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
+    seen.has_velocity = true;
+    seen.velocity_mps = R * hypothesis.moved_m / past.seconds;
+    seen.velocity_covariance =
+        R * hypothesis.covariance * R.transpose() / (past.seconds * past.seconds);
+  }
+  seen.score = std::clamp(by_images ? found->explained : found->dense, 0.0, 1.0);
+
+  // Points of one frame tell velocities well enough to keep neighbours apart, but not from a part.
+  const bool weak = hypothesis.source == Source::kKnown || hypothesis.source == Source::kSlow;
+  const double largest_part = weak ? std::numeric_limits<double>::infinity() : kLargestPart;
+  for (const ObservedObject& other : objects_)
+    if (overlaps(frame.params, seen, other.observation) ||
+        belongsTo(frame.params, seen, other.observation, largest_part))
+      return false;
+  for (int v = 0; v < found->area.height; ++v)
+    for (int u = 0; u < found->area.width; ++u)
+      if (found->mask(v, u)) taken_(found->area.y + v, found->area.x + u) = 255;
+  objects_.push_back(std::move(object));
+  return true;
+}
+
+}  // namespace predictive_stereo
