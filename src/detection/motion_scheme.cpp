@@ -34,6 +34,7 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   slow_.find(frame, verification_);
   for (const ObjectTrack& track : known.tracks())
     if (track.confirmed) findKnown(frame, track);
+  verification_.joinParts(frame);
   return verification_.objects();
 }
 

@@ -22,6 +22,12 @@ struct Observation {
   double score = 0;
 };
 
+/// An object of this frame with its pixels.
+struct ObservedObject {
+  Observation observation;
+  cv::Mat1b mask;  ///< 255 on its pixels; of the size of its box
+};
+
 /// An object followed over frames.
 struct ObjectTrack {
   int id = 0;

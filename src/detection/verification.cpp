@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "detection/joined_parts.h"
 #include "detection/object_shape.h"
 #include "detection/same_object.h"
 
@@ -75,6 +76,11 @@ void Verification::setFrame(const FrameView& frame) {
   if (const auto road = fitRoadLine(input.rig, frame.range, input.measured_disparity_px))
     road_ = road;
   ground_.setFrame(input.rig, frame.range, input.measured_disparity_px);
+}
+
+void Verification::joinParts(const FrameView& frame) {
+  predictive_stereo::joinParts(frame.input.rig, frame.range, frame.input.measured_disparity_px,
+                               frame.params.max_width_m, objects_);
 }
 
 bool Verification::isFree(const Hypothesis& hypothesis) const {

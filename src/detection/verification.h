@@ -14,12 +14,6 @@
 
 namespace predictive_stereo {
 
-/// An object of this frame with its pixels.
-struct ObservedObject {
-  Observation observation;
-  cv::Mat1b mask;  ///< 255 on its pixels; of the size of its box
-};
-
 /// Verifies hypotheses of a frame, and keeps what they turn out to be: objects with sizes that road
 /// users have and a foot on the road, each of them once.
 class Verification {
@@ -36,6 +30,8 @@ class Verification {
   /// @return whether there is one.
   bool add(const FrameView& frame, const Baseline& baseline, const Hypothesis& hypothesis,
            const DisparityHistory* history = nullptr);
+  /// After the last one of the frame: parts of one object become one.
+  void joinParts(const FrameView& frame);
   void forgetObjects() { objects_.clear(); }
   void reset() { road_.reset(); }
 
