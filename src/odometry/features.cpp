@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/features2d.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "odometry/corner_kernel.h"
 
 namespace predictive_stereo {
 namespace {
@@ -13,9 +15,9 @@ constexpr float kSmallestDistancePx = 8;
 // night whatever there is.
 constexpr int kThresholds[] = {20, 7};
 
-bool strongerFirst(const cv::KeyPoint& a, const cv::KeyPoint& b) {
-  if (a.response != b.response) return a.response > b.response;
-  return a.pt.y != b.pt.y ? a.pt.y < b.pt.y : a.pt.x < b.pt.x;
+bool strongerFirst(const FastCorner& a, const FastCorner& b) {
+  if (a.score != b.score) return a.score > b.score;
+  return a.position.y != b.position.y ? a.position.y < b.position.y : a.position.x < b.position.x;
 }
 
 bool farFromAll(cv::Point2f point, const std::vector<cv::Point2f>& others) {
@@ -57,7 +59,7 @@ void CornerDetector::detect(const cv::Mat1b& image, int count,
   // One strip of cells is one piece of work, so that nothing depends on the number of threads.
   std::vector<std::vector<cv::Point2f>> found(rows);
   cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
-    std::vector<cv::KeyPoint> candidates;
+    std::vector<FastCorner> candidates;
     for (int r = range.start; r < range.end; ++r) {
       const int top = area.y + (r * area.height + rows - 1) / rows;
       const int bottom = area.y + ((r + 1) * area.height + rows - 1) / rows;
@@ -65,28 +67,20 @@ void CornerDetector::detect(const cv::Mat1b& image, int count,
       int wanted = 0;
       for (int c = 0; c < columns; ++c) wanted += std::max(0, cells[c].vacant);
       if (wanted == 0) continue;
-      constexpr int kFastRadius = 3 + 1;  // of the circle, and one for the non-maximum suppression
-      const cv::Rect strip =
-          cv::Rect(area.x - kFastRadius, top - kFastRadius, area.width + 2 * kFastRadius,
-                   bottom - top + 2 * kFastRadius) &
-          cv::Rect(0, 0, image.cols, image.rows);
+      const cv::Rect strip(area.x, top, area.width, bottom - top);
       for (int threshold : kThresholds) {
         candidates.clear();
-        cv::FAST(image(strip), candidates, threshold, true);
-        for (cv::KeyPoint& candidate : candidates) candidate.pt += cv::Point2f(strip.tl());
+        findFastCorners(image, strip, threshold, candidates);
         candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
-                                        [&](const auto& candidate) {
-                                          const cv::Point2f point = candidate.pt;
-                                          if (point.y < top || point.y >= bottom ||
-                                              point.x < area.x || point.x >= area.x + area.width)
-                                            return true;
+                                        [&](const FastCorner& candidate) {
+                                          const cv::Point2f point = candidate.position;
                                           const Cell& cell = cells[column(point.x)];
                                           return cell.vacant <= 0 || !farFromAll(point, cell.taken);
                                         }),
                          candidates.end());
         std::sort(candidates.begin(), candidates.end(), strongerFirst);
-        for (const cv::KeyPoint& candidate : candidates) {
-          const cv::Point2f point = candidate.pt;
+        for (const FastCorner& candidate : candidates) {
+          const cv::Point2f point = candidate.position;
           Cell& cell = cells[column(point.x)];
           if (cell.vacant <= 0 || !farFromAll(point, cell.taken)) continue;
           --cell.vacant;

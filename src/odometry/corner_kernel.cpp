@@ -1,0 +1,170 @@
+#include "odometry/corner_kernel.h"
+
+#include <algorithm>
+#include <cstring>
+#include <opencv2/core/utility.hpp>
+
+#include "matching/simd_dispatch.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "odometry/corner_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#ifndef PREDICTIVE_STEREO_CORNER_ROWS
+#define PREDICTIVE_STEREO_CORNER_ROWS
+namespace predictive_stereo {
+
+constexpr int kCircle = 16;
+constexpr int kRadius = 3;
+
+}  // namespace predictive_stereo
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// By how much the pixels are darker, or brighter, than each of nine successive ones around them;
+// 0 where that is not more than the threshold. Nine of sixteen contain one of any two opposite
+// pixels: where those are not different enough, nothing else needs to be looked at.
+template <class D>
+HWY_INLINE hn::Vec<D> differences(D d, const uint8_t* pixel, const int (&circle)[kCircle],
+                                  hn::Vec<D> threshold) {
+  using V = hn::Vec<D>;
+  const V centre = hn::LoadU(d, pixel);
+  const auto around = [&](int k) HWY_ATTR { return hn::LoadU(d, pixel + circle[k % kCircle]); };
+  const auto difference = [&](V darkest_bright, V brightest_dark) HWY_ATTR {
+    const V larger =
+        hn::Max(hn::SaturatedSub(darkest_bright, centre), hn::SaturatedSub(centre, brightest_dark));
+    return hn::IfThenZeroElse(hn::Eq(hn::SaturatedSub(larger, threshold), hn::Zero(d)), larger);
+  };
+
+  V bright = hn::Set(d, 255), dark = hn::Zero(d);
+  for (int k = 0; k < kCircle / 2; k += 2) {
+    const V a = around(k), b = around(k + kCircle / 2);
+    bright = hn::Min(bright, hn::Max(a, b));
+    dark = hn::Max(dark, hn::Min(a, b));
+  }
+  if (hn::AllTrue(d, hn::Eq(difference(bright, dark), hn::Zero(d)))) return hn::Zero(d);
+
+  // Eight successive ones from every odd one on; each serves two runs of nine.
+  V low[kCircle / 2], high[kCircle / 2];
+  for (int i = 0; i < kCircle / 2; ++i) {
+    const V a = around(2 * i + 1), b = around(2 * i + 2);
+    low[i] = hn::Min(a, b);
+    high[i] = hn::Max(a, b);
+  }
+  V low4[kCircle / 2], high4[kCircle / 2];
+  for (int i = 0; i < kCircle / 2; ++i) {
+    low4[i] = hn::Min(low[i], low[(i + 1) % 8]);
+    high4[i] = hn::Max(high[i], high[(i + 1) % 8]);
+  }
+  bright = hn::Zero(d), dark = hn::Set(d, 255);
+  for (int i = 0; i < kCircle / 2; ++i) {
+    const V before = around(2 * i), after = around(2 * i + 9);
+    const V low8 = hn::Min(low4[i], low4[(i + 2) % 8]);
+    const V high8 = hn::Max(high4[i], high4[(i + 2) % 8]);
+    bright = hn::Max(bright, hn::Min(low8, hn::Max(before, after)));
+    dark = hn::Min(dark, hn::Max(high8, hn::Min(before, after)));
+  }
+  return difference(bright, dark);
+}
+
+// Calls pixels(tag, x) for all of a row, in vectors where it has room for one. The last may come to
+// pixels for the second time.
+template <class Pixels>
+HWY_INLINE void forRow(int width, const Pixels& pixels) {
+  const hn::ScalableTag<uint8_t> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  int x = 0;
+  for (; x + lanes <= width; x += lanes) pixels(d, x);
+  if (x == width) return;
+  if (width >= lanes)
+    pixels(d, width - lanes);
+  else
+    for (; x < width; ++x) pixels(hn::FixedTag<uint8_t, 1>(), x);
+}
+
+void differencesOfRow(const uint8_t* row, const int (&circle)[kCircle], int width, int threshold,
+                      uint8_t* difference) {
+  forRow(width, [&](auto d, int x) HWY_ATTR {
+    const auto at_least = hn::Set(d, static_cast<uint8_t>(threshold));
+    hn::StoreU(differences(d, row + x, circle, at_least), d, difference + x);
+  });
+}
+
+// 255 where a row has a larger difference than those beside it and in the rows around.
+void markPeaks(const uint8_t* above, const uint8_t* row, const uint8_t* below, int width,
+               uint8_t* peak) {
+  forRow(width, [&](auto d, int x) HWY_ATTR {
+    const auto centre = hn::LoadU(d, row + x);
+    auto other = hn::Max(hn::LoadU(d, row + x - 1), hn::LoadU(d, row + x + 1));
+    for (const uint8_t* beside : {above, below})
+      for (int dx : {-1, 0, 1}) other = hn::Max(other, hn::LoadU(d, beside + x + dx));
+    const auto is_peak = hn::Not(hn::Eq(hn::SaturatedSub(centre, other), hn::Zero(d)));
+    hn::StoreU(hn::VecFromMask(d, is_peak), d, peak + x);
+  });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(differencesOfRow);
+HWY_EXPORT(markPeaks);
+
+void findFastCorners(const cv::Mat1b& image, const cv::Rect& area, int threshold,
+                     std::vector<FastCorner>& corners) {
+  constexpr int kCircleXY[kCircle][2] = {{0, 3},  {1, 3},  {2, 2},  {3, 1},   {3, 0},   {3, -1},
+                                         {2, -2}, {1, -3}, {0, -3}, {-1, -3}, {-2, -2}, {-3, -1},
+                                         {-3, 0}, {-3, 1}, {-2, 2}, {-1, 3}};
+  int circle[kCircle];
+  for (int k = 0; k < kCircle; ++k)
+    circle[k] = kCircleXY[k][0] + kCircleXY[k][1] * static_cast<int>(image.step);
+
+  // Differences are needed one pixel around the area.
+  const cv::Rect inside(kRadius, kRadius, image.cols - 2 * kRadius, image.rows - 2 * kRadius);
+  const cv::Rect around =
+      cv::Rect(area.x - 1, area.y - 1, area.width + 2, area.height + 2) & inside;
+  const cv::Rect searched = area & inside;
+  if (searched.width <= 0 || searched.height <= 0) return;
+
+  // Three rows of differences, and which of the middle one are peaks; by the columns of the area.
+  const int width = area.width, stride = width + 2;
+  constexpr int kTogether = 8;  // are looked at
+  cv::AutoBuffer<uint8_t, 8192> memory(static_cast<size_t>(3 * stride + width + kTogether));
+  std::fill_n(memory.data(), memory.size(), uint8_t{0});
+  const auto differences = [&](int y) { return memory.data() + (y + 3) % 3 * stride + 1; };
+  uint8_t* const peak = memory.data() + 3 * stride;
+  const auto compare = [&](int y) {
+    if (y < around.y || y >= around.y + around.height)
+      std::fill_n(differences(y) - 1, stride, uint8_t{0});
+    else
+      HWY_DYNAMIC_DISPATCH(differencesOfRow)
+    (image[y] + around.x, circle, around.width, threshold, differences(y) + around.x - area.x);
+  };
+  compare(searched.y - 1);
+  compare(searched.y);
+  for (int y = searched.y; y < searched.y + searched.height; ++y) {
+    compare(y + 1);
+    HWY_DYNAMIC_DISPATCH(markPeaks)
+    (differences(y - 1), differences(y), differences(y + 1), width, peak);
+    for (int x = 0; x < width; x += kTogether) {
+      uint64_t some;
+      static_assert(sizeof some == kTogether);
+      std::memcpy(&some, peak + x, sizeof some);
+      if (some == 0) continue;
+      for (int i = x; i < std::min(x + kTogether, width); ++i)
+        if (peak[i] != 0) corners.push_back({{area.x + i, y}, differences(y)[i] - 1});
+    }
+  }
+}
+
+}  // namespace predictive_stereo
+#endif
