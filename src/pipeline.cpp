@@ -53,8 +53,8 @@ void DisparityEstimator::prepare(const cv::Mat1b& left, const cv::Mat1b& right,
 }
 
 // The block diagram of the paper. Prediction and match are written into the caller's memory.
-void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
-                                  DisparityOutput& output) {
+void DisparityEstimator::measure(const std::optional<CameraMotion>& motion,
+                                 DisparityOutput& output) {
   const DisparityRange& range = params_.matcher.range;
   prediction_.disparity_px = output.predicted_disparity_px;
   prediction_.variance_px2 = output.predicted_variance_px2;
@@ -89,17 +89,22 @@ void DisparityEstimator::estimate(const std::optional<CameraMotion>& motion,
   filterBySupport(range, params_.min_support, corrected_disparity_px_, state.disparity_px);
   watch.lap("correction", times_);
 
-  fillHoles(range, params_.max_hole_px, kHoleTolerancePx, state.disparity_px, filled_disparity_px_);
-  median3x3(range, filled_disparity_px_, median_disparity_px_);
-  publish(median_disparity_px_, state, prediction_, output.measured_disparity_px,
-          output.measured_variance_px2, row_alignment_.rms_offset_px, range, params_.variance,
-          output.disparity_px, output.disparity_variance_px2);
-  watch.lap("median", times_);
-
   output.predicted_disparity_px = prediction_.disparity_px;
   output.predicted_variance_px2 = prediction_.variance_px2;
   output.ambiguity = match_.ambiguity;
   output.row_alignment = row_alignment_;
+}
+
+void DisparityEstimator::publish(DisparityOutput& output) {
+  const DisparityRange& range = params_.matcher.range;
+  const DisparityState& state = output.carried ? past_ : unlinked_;
+  Stopwatch watch;
+  fillHolesAndMedian3x3(range, params_.max_hole_px, kHoleTolerancePx, state.disparity_px,
+                        median_disparity_px_);
+  predictive_stereo::publish(median_disparity_px_, state, prediction_, output.measured_disparity_px,
+                             output.measured_variance_px2, row_alignment_.rms_offset_px, range,
+                             params_.variance, output.disparity_px, output.disparity_variance_px2);
+  watch.lap("median", times_);
 }
 
 void DisparityEstimator::markMoving(const cv::Mat1b& mask) {
@@ -152,10 +157,12 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
   ++frames_since_past_;
   const bool from_past = output.ego_motion.frames == frames_since_past_;
   if (tracked && !from_past) disparity_.forgetPast();
-  disparity_.estimate(tracked && from_past ? std::optional(output.ego_motion.motion) : std::nullopt,
-                      output.disparity);
+  disparity_.measure(tracked && from_past ? std::optional(output.ego_motion.motion) : std::nullopt,
+                     output.disparity);
   if (output.disparity.carried) frames_since_past_ = 0;
-  times_.insert(times_.end(), disparity_.times().begin(), disparity_.times().end());
+
+  // What the detector does not need is finished beside it.
+  auto published = std::async(std::launch::async, [&] { disparity_.publish(output.disparity); });
   watch = Stopwatch();
 
   detector_.detect({stamp_s, rig, left, output.disparity.measured_disparity_px,
@@ -163,7 +170,11 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
                     output.disparity.predicted_variance_px2, known, output.T_odom_cam},
                    output.detections);
   disparity_.markMoving(output.detections.mask);
-  watch.lap("detection", times_);
+  StageTimes detection;
+  watch.lap("detection", detection);
+  published.get();
+  times_.insert(times_.end(), disparity_.times().begin(), disparity_.times().end());
+  times_.insert(times_.end(), detection.begin(), detection.end());
 }
 
 void Pipeline::reset() {

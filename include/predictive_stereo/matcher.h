@@ -57,10 +57,6 @@ struct Match {
   /// 255 * lowest aggregated cost / lowest one that is not next to it: 0 is certain, 255 is a tie.
   /// The best observable of error that a matcher has. 255 where there is no second.
   cv::Mat1b ambiguity;
-  cv::Mat1b cost;  ///< aggregated cost of the winner divided by the number of paths
-  /// 255 where the winner lies on the border of this pixel's search range and not on that of
-  /// `range`: the true disparity may lie outside. Always 0 after a full search.
-  cv::Mat1b at_range_border;
   /// Width of the window that was searched [px]: `count` after a full search, 0: not searched.
   cv::Mat1w search_width;
 };

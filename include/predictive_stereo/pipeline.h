@@ -66,8 +66,9 @@ struct DisparityOutput {
 
 /// Disparity with prediction: the closed loop of the paper's block diagram.
 ///
-/// A frame comes in two steps, so that the first can run while the ego-motion is still computed.
-/// The images must stay alive and unchanged from prepare() to the end of estimate().
+/// A frame comes in steps, so that the first can run while the ego-motion is still computed, and
+/// the last while moving objects are looked for. The images must stay alive and unchanged from
+/// prepare() to the end of estimate().
 class DisparityEstimator {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.
@@ -83,7 +84,14 @@ class DisparityEstimator {
   ///   it is not known, and the frame is matched without prediction. The past is then kept for the
   ///   frames after, so that one frame without motion costs no more than itself; after
   ///   correction/max_missed_frames of them this frame takes its place.
-  void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output);
+  void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output) {
+    measure(motion, output);
+    publish(output);
+  }
+  /// Step 2 in two: everything but `disparity_px` and its variance.
+  void measure(const std::optional<CameraMotion>& motion, DisparityOutput& output);
+  /// And those two, after measure(). May run beside markMoving().
+  void publish(DisparityOutput& output);
 
   /// Tells what moved by itself in the frame that was estimated last: where
   /// params().use_moving_mask, its disparities do not enter the next frame's ranges and filters.
@@ -124,7 +132,7 @@ class DisparityEstimator {
   Prediction prediction_;
   SearchRanges ranges_;
   Match match_;
-  cv::Mat1f corrected_disparity_px_, filled_disparity_px_, median_disparity_px_;
+  cv::Mat1f corrected_disparity_px_, median_disparity_px_;
   StageTimes times_;
 
   DisparityState unlinked_;  // the filters of a frame that is not carried

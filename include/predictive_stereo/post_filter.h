@@ -28,4 +28,9 @@ void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::M
 void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
                const cv::Mat1f& disparity_px, cv::Mat1f& filled_px);
 
+/// median3x3 of what fillHoles makes of a map, row by row while it is in the cache. Not in place.
+/// @throws std::invalid_argument where input and output are the same memory.
+void fillHolesAndMedian3x3(const DisparityRange& range, int max_width, float tolerance_px,
+                           const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);
+
 }  // namespace predictive_stereo

@@ -49,8 +49,6 @@ struct StereoMatcher::Workspace {
   void prepare(cv::Size size, Match& match) const {
     match.disparity_px.create(size);
     match.ambiguity.create(size);
-    match.cost.create(size);
-    match.at_range_border.create(size);
     match.search_width.create(size);
   }
 

@@ -151,15 +151,10 @@ class ReferenceSgm {
   void describe(int x, int y, const std::vector<int>& right_indices, Match& match) const {
     match.disparity_px(y, x) = params_.range.invalid();
     match.ambiguity(y, x) = 255;
-    match.cost(y, x) = 255;
-    match.at_range_border(y, x) = 0;
     if (windows_.width(y, x) == 0) return;
 
     const Winner winner = findWinner(x, y);
     match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
-    match.cost(y, x) = static_cast<uint8_t>(winner.cost >> kPathCostShift);
-    const bool at_interval_border = winner.index == 0 || winner.index == count_ - 1;
-    match.at_range_border(y, x) = !winner.inside && !at_interval_border ? 255 : 0;
 
     const int disparity = params_.range.min_disparity + winner.index;
     if (params_.left_right_tolerance_px >= 0) {
@@ -202,8 +197,6 @@ void matchReference(const cv::Mat1b& left, const cv::Mat1b& right, const Matcher
                     const SearchWindows& windows, Match& match) {
   match.disparity_px.create(left.size());
   match.ambiguity.create(left.size());
-  match.cost.create(left.size());
-  match.at_range_border.create(left.size());
   ReferenceSgm sgm(left, right, params, windows);
   sgm.aggregate();
   sgm.chooseWinners(match);

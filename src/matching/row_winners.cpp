@@ -1,7 +1,6 @@
 #include "matching/row_winners.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "matching/simd_dispatch.h"
 #include "matching/winner.h"
@@ -21,7 +20,7 @@ struct RowDescription {
   const uint8_t* first;   ///< nullptr: windows are the whole range
   const uint16_t* width;  ///< nullptr: windows are the whole range
   float* disparity_px;
-  uint8_t *ambiguity, *path_cost, *at_range_border;
+  uint8_t* ambiguity;
 };
 
 }  // namespace predictive_stereo
@@ -46,11 +45,7 @@ HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRa
   const auto load = [&](const uint8_t* values) {
     return hn::PromoteTo(di, hn::LoadU(d8, values + x));
   };
-  const auto store = [&](auto value, uint8_t* values) {
-    hn::StoreU(hn::DemoteTo(d8, value), d8, values + x);
-  };
   const auto zero = hn::Zero(di), one = hn::Set(di, 1), white = hn::Set(di, 255);
-  const auto last_index = hn::Set(di, range.count - 1);
   const int lanes = static_cast<int>(hn::Lanes(df));
   for (; x + lanes <= columns; x += lanes) {
     const auto index = load(row.index), cost = load(row.cost);
@@ -75,11 +70,7 @@ HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRa
     const auto ratio = hn::ConvertTo(di, hn::Div(hn::ConvertTo(df, hn::Mul(cost, white)),
                                                  hn::ConvertTo(df, hn::Max(runner_up, one))));
     const auto has_ratio = hn::And(searched, hn::Gt(runner_up, zero));
-    store(hn::IfThenElse(has_ratio, ratio, white), row.ambiguity);
-    store(hn::IfThenElse(searched, hn::ShiftRight<kPathCostShift>(cost), white), row.path_cost);
-    const auto inside_interval = hn::And(hn::Gt(index, zero), hn::Lt(index, last_index));
-    const auto at_border = hn::And(searched, hn::AndNot(inside, inside_interval));
-    store(hn::IfThenElseZero(at_border, white), row.at_range_border);
+    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElse(has_ratio, ratio, white)), d8, row.ambiguity + x);
   }
   return x;
 }
@@ -120,8 +111,9 @@ void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_
   const uint8_t* const indices = winners.index.data();
   uint8_t* const agrees = winners.agrees.data();
   for (int x = 0; x < columns; ++x) {
-    const int index = indices[x];
-    agrees[x] = std::abs(right[x - index] - index) <= tolerance;
+    const int index = indices[x], difference = right[x - index] - index;
+    // |difference| <= tolerance, by one comparison
+    agrees[x] = static_cast<unsigned>(difference + tolerance) <= 2U * tolerance;
   }
   if (tolerance < 0) std::fill_n(agrees, columns, uint8_t{1});
 
@@ -136,8 +128,6 @@ void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_
   row.width = width;
   row.disparity_px = match.disparity_px[y];
   row.ambiguity = match.ambiguity[y];
-  row.path_cost = match.cost[y];
-  row.at_range_border = match.at_range_border[y];
   PREDICTIVE_STEREO_DISPATCH(DescribePixels, simd_target)
   (row, params.range, columns);
 }

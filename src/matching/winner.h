@@ -6,10 +6,6 @@
 
 namespace predictive_stereo {
 
-/// Aggregated costs are the sum of 4 paths or half the sum of 8: shifted by this, those of one
-/// path.
-constexpr int kPathCostShift = 2;
-
 /// Equi-angular fit to the lowest aggregated cost and those beside it: both flanks have the steeper
 /// one's slope, as suits costs that grow linearly. Within [-0.5, 0.5] px. (Written without branches
 /// for the compiler to vectorise.)

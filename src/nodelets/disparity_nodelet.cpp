@@ -143,6 +143,8 @@ class DisparityNodelet : public nodelet::Nodelet {
     markMoving();
     watch.lap("waiting for moving objects", waiting);
     const DisparityMessages messages = processor_->estimate(camera_motion);
+    publishForDetection(messages);
+    processor_->finish();
     StageTimes times = processor_->times();
     times.insert(times.end(), waiting.begin(), waiting.end());
     publish(messages, job.frame);
@@ -193,13 +195,17 @@ class DisparityNodelet : public nodelet::Nodelet {
     return text.str();
   }
 
-  void publish(const DisparityMessages& messages, const StereoPair& pair) {
-    disparity_.publish(messages.disparity);
+  // What the MovingObjects nodelet waits for.
+  void publishForDetection(const DisparityMessages& messages) {
     measured_disparity_.publish(messages.measured_disparity);
     predicted_disparity_.publish(messages.predicted_disparity);
-    disparity_variance_.publish(messages.disparity_variance);
     measured_variance_.publish(messages.measured_variance);
     predicted_variance_.publish(messages.predicted_variance);
+  }
+
+  void publish(const DisparityMessages& messages, const StereoPair& pair) {
+    disparity_.publish(messages.disparity);
+    disparity_variance_.publish(messages.disparity_variance);
     row_alignment_.publish(messages.row_alignment);
     search_range_.publish(messages.search_range);
     if (disparity_image_.getNumSubscribers() > 0)

@@ -59,7 +59,7 @@ DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>
   result.predicted_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
   result.search_range = image(sensor_msgs::image_encodings::TYPE_16UC1);
 
-  DisparityOutput output;
+  DisparityOutput& output = output_;
   output.disparity_px = writableView<float>(result.disparity->image);
   output.measured_disparity_px = writableView<float>(result.measured_disparity->image);
   output.predicted_disparity_px = writableView<float>(result.predicted_disparity->image);
@@ -67,7 +67,7 @@ DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>
   output.measured_variance_px2 = writableView<float>(*result.measured_variance);
   output.predicted_variance_px2 = writableView<float>(*result.predicted_variance);
   output.search_width_px = writableView<uint16_t>(*result.search_range);
-  estimator_.estimate(motion, output);
+  estimator_.measure(motion, output);
 
   result.row_alignment = boost::make_shared<RowAlignment>();
   result.row_alignment->header = pair_.left->header;
@@ -83,6 +83,11 @@ DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>
   if (output.carried) previous_stamp_ = pair_.left->header.stamp;
   pair_ = StereoPair();
   return result;
+}
+
+void DisparityProcessor::finish() {
+  estimator_.publish(output_);
+  output_ = DisparityOutput();  // the messages' memory is theirs
 }
 
 void DisparityProcessor::markMoving(const sensor_msgs::Image& mask) {

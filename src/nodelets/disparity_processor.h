@@ -49,8 +49,12 @@ class DisparityProcessor {
   /// Stamp of the frame from which estimate() needs the camera's motion; none: it needs no motion.
   std::optional<ros::Time> previousStamp() const { return previous_stamp_; }
 
-  /// Step 2, for the prepared pair.
+  /// Step 2, for the prepared pair: all messages, of which `disparity` and `disparity_variance`
+  /// have no values before finish().
   DisparityMessages estimate(const std::optional<CameraMotion>& motion);
+
+  /// Step 3: may run beside the detection of moving objects and markMoving().
+  void finish();
 
   /// See DisparityEstimator::markMoving: of the frame that was estimated last.
   /// @throws std::invalid_argument for a mask of another encoding or size.
@@ -76,6 +80,7 @@ class DisparityProcessor {
   MessagePool<stereo_msgs::DisparityImage> disparities_;
 
   StereoPair pair_;  // in work
+  DisparityOutput output_;
   StereoRig rig_;
   std::optional<ros::Time> previous_stamp_;
 };

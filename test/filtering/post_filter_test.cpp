@@ -118,9 +118,11 @@ TEST(PostFilter, EqualNaiveReferences) {
           median3x3(range, map, filtered);
           expectEqual(filtered, medianNaively(range, map), "median");
           for (int max_width : {0, 2, 40}) {
-            filtered = map.clone();
-            fillHoles(range, max_width, 3, filtered, filtered);
-            expectEqual(filtered, fillNaively(range, max_width, 3, map), "holes", 1e-5);
+            cv::Mat1f filled = map.clone();
+            fillHoles(range, max_width, 3, filled, filled);
+            expectEqual(filled, fillNaively(range, max_width, 3, map), "holes", 1e-5);
+            fillHolesAndMedian3x3(range, max_width, 3, map, filtered);
+            expectEqual(filtered, medianNaively(range, filled), "median of what is filled");
           }
         }
   });
@@ -164,9 +166,11 @@ TEST(PostFilter, ReuseMemoryAndRefuseToWorkInPlace) {
   EXPECT_EQ(filtered.data, memory);
   EXPECT_THROW(filterBySupport(range, 10, map, map), std::invalid_argument);
   EXPECT_THROW(median3x3(range, map, map), std::invalid_argument);
+  EXPECT_THROW(fillHolesAndMedian3x3(range, 10, 3, map, map), std::invalid_argument);
   cv::Mat1f empty, nothing;
   filterBySupport(range, 10, empty, nothing);
   median3x3(range, empty, nothing);
+  fillHolesAndMedian3x3(range, 10, 3, empty, nothing);
   fillHoles(range, 10, 3, nothing, nothing);
   EXPECT_TRUE(nothing.empty());
 }
@@ -188,6 +192,8 @@ TEST(PostFilter, SameForEveryNumberOfThreads) {
     cv::Mat1f apart;
     fillHoles(range, 20, 3, map, apart);
     expectEqual(apart, filtered, "holes into another map");
+    fillHolesAndMedian3x3(range, 20, 3, map, filtered);
+    expectEqual(filtered, medianNaively(range, apart), "median of what is filled");
   }
   cv::setNumThreads(before);
 }

@@ -81,7 +81,9 @@ StereoPair rawPair(int index) {
 cv::Mat1f disparityOf(const StereoPair& pair) {
   DisparityProcessor processor{DisparityProcessorParams()};
   processor.prepare(pair);
-  return floatView(processor.estimate(std::nullopt).disparity->image, "disparity").clone();
+  const DisparityMessages messages = processor.estimate(std::nullopt);
+  processor.finish();
+  return floatView(messages.disparity->image, "disparity").clone();
 }
 
 /// Of the pixels that `truth` knows, the share that `map` knows to within 1 px.
