@@ -8,7 +8,6 @@
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
 #include <rosgraph_msgs/Log.h>
-#include <stereo_msgs/DisparityImage.h>
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <cmath>
@@ -30,8 +29,6 @@
 
 namespace predictive_stereo {
 namespace {
-
-using DisparityRecorder = Recorder<stereo_msgs::DisparityImage>;
 
 std::string param(const std::string& name, const std::string& otherwise = "") {
   return ros::param::param<std::string>("~" + name, otherwise);

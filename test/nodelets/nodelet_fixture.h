@@ -43,6 +43,12 @@ class NodeletTest : public testing::Test {
     return diagnostics_.value(ns_.substr(1) + "/" + nodelet, key);
   }
 
+  /// Publishes the pair and waits for its disparity.
+  bool comesOut(const StereoPair& pair, const DisparityRecorder& disparity) {
+    player_.publish(pair);
+    return eventually([&] { return disparity.at(pair.left->header.stamp) != nullptr; }, 10);
+  }
+
   static const StreetCamera& street() {
     static const StreetCamera street(6);
     return street;

@@ -2,6 +2,7 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/ros.h>
+#include <stereo_msgs/DisparityImage.h>
 
 #include <chrono>
 #include <functional>
@@ -65,6 +66,8 @@ class Recorder {
   std::vector<ConstPtr> messages_;
   ros::Subscriber subscriber_;
 };
+
+using DisparityRecorder = Recorder<stereo_msgs::DisparityImage>;
 
 /// What the nodelets say of themselves.
 class DiagnosticsRecorder {

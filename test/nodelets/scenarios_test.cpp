@@ -1,9 +1,8 @@
-/// How the nodelets take what goes wrong on robots.
+/// What happens to the nodelets on robots.
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
 #include <ros/network.h>
 #include <ros/xmlrpc_manager.h>
-#include <stereo_msgs/DisparityImage.h>
 
 #include <algorithm>
 #include <atomic>
@@ -17,8 +16,6 @@
 
 namespace predictive_stereo {
 namespace {
-
-using DisparityRecorder = Recorder<stereo_msgs::DisparityImage>;
 
 size_t validPixels(const stereo_msgs::DisparityImage& disparity) {
   size_t valid = 0;
@@ -47,12 +44,6 @@ class Scenarios : public NodeletTest {
     pair.left = left;
     return pair;
   }
-
-  /// Publishes the pair and waits for its disparity.
-  bool comesOut(const StereoPair& pair, const DisparityRecorder& disparity) {
-    player_.publish(pair);
-    return eventually([&] { return disparity.at(pair.left->header.stamp) != nullptr; }, 10);
-  }
 };
 
 TEST_F(Scenarios, without_tf_disparity_comes_without_prediction) {
@@ -66,51 +57,6 @@ TEST_F(Scenarios, without_tf_disparity_comes_without_prediction) {
   EXPECT_TRUE(says("Disparity", "against odom_frame 'odom'"));
   EXPECT_TRUE(says("Disparity", "within transform_timeout = 0.2 s: matched without prediction"));
   EXPECT_TRUE(says("Disparity", "Run the EgoMotion nodelet with publish_tf, or set odom_frame"));
-}
-
-TEST_F(Scenarios, a_topic_that_nobody_publishes_is_named) {
-  setParam("Disparity", "queue_size", 5);
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity");
-  player_.shutDownRight();
-  EXPECT_TRUE(says("Disparity", "nobody publishes " + ns_ + "/right/image_rect"));
-  EXPECT_TRUE(says("Disparity", "camera:="));
-}
-
-TEST_F(Scenarios, a_topic_that_is_advertised_but_silent_is_named) {
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  StereoPair pair = street().pair(0);
-  for (int round = 0; round < 40; ++round) {
-    auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
-    left->header.stamp += ros::Duration(0.1 * round);
-    player_.publishLeft(left);
-    ros::WallDuration(0.1).sleep();
-  }
-  EXPECT_TRUE(says("Disparity", "nothing comes on " + ns_ + "/left/camera_info, " + ns_ +
-                                    "/right/image_rect, " + ns_ + "/right/camera_info"));
-  EXPECT_TRUE(says("Disparity", "is the camera running, or is the bag paused?"));
-}
-
-TEST_F(Scenarios, moving_objects_names_the_nodelet_that_it_waits_for) {
-  load("MovingObjects");
-  Recorder<MovingObjectArray> objects(node_, "moving_objects");
-  EXPECT_TRUE(says("MovingObjects", "nobody publishes " + ns_ + "/measured_disparity, " + ns_ +
-                                        "/measured_variance, " + ns_ + "/predicted_disparity, " +
-                                        ns_ + "/predicted_variance"));
-  EXPECT_TRUE(says("MovingObjects", "run the Disparity nodelet in the same namespace"));
-}
-
-TEST_F(Scenarios, moving_objects_tells_that_the_camera_has_stopped) {
-  load("Disparity");
-  load("MovingObjects");
-  DisparityRecorder disparity(node_, "disparity");
-  Recorder<MovingObjectArray> objects(node_, "moving_objects");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  ASSERT_TRUE(comesOut(street().pair(0), disparity));
-  EXPECT_TRUE(says("MovingObjects", "nothing comes on " + ns_ + "/left/image_rect although"));
-  EXPECT_TRUE(says("MovingObjects", "is the camera running, or is the bag paused?"));
 }
 
 TEST_F(Scenarios, nodelets_may_be_unloaded_while_frames_come) {
@@ -134,48 +80,6 @@ TEST_F(Scenarios, nodelets_may_be_unloaded_while_frames_come) {
   camera.join();
 }
 
-TEST_F(Scenarios, moving_objects_without_tf_come_without_velocities) {
-  setParam("MovingObjects", "odom_frame", "nowhere");
-  load("Disparity");
-  load("MovingObjects");
-  Recorder<MovingObjectArray> objects(node_, "moving_objects");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  ASSERT_TRUE(eventually([&] { return objects.connected(); }));
-  // What is published before the two nodelets know of each other is lost.
-  int index = 0;
-  ASSERT_TRUE(eventually([&] {
-    player_.publish(street().pair(index++ % 6));
-    return eventually([&] { return objects.count() > 0; }, 1);
-  }));
-  EXPECT_TRUE(says("MovingObjects", "in odom_frame 'nowhere' at the image's stamp: no velocities"));
-  EXPECT_TRUE(
-      says("MovingObjects", "Run the EgoMotion nodelet with publish_tf, or set odom_frame"));
-}
-
-TEST_F(Scenarios, stamps_that_differ_are_told_with_the_cure) {
-  setParam("Disparity", "approximate_sync", false);
-  setParam("EgoMotion", "sync_tolerance", 0.001);
-  load("Disparity");
-  load("EgoMotion");
-  DisparityRecorder disparity(node_, "disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  for (int round = 0; round < 40; ++round) {
-    StereoPair pair = street().pair(0);
-    auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
-    auto left_info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.left_info);
-    auto right = boost::make_shared<sensor_msgs::Image>(*pair.right);
-    auto right_info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.right_info);
-    left->header.stamp = left_info->header.stamp = street().stamp(0) + ros::Duration(0.1 * round);
-    right->header.stamp = right_info->header.stamp = left->header.stamp + ros::Duration(0.004);
-    player_.publish({left, right, left_info, right_info});
-    ros::WallDuration(0.1).sleep();
-  }
-  EXPECT_TRUE(says("Disparity", "by 4 ms or more"));
-  EXPECT_TRUE(says("Disparity", "set approximate_sync to true"));
-  EXPECT_TRUE(says("EgoMotion", "sync_tolerance allows 1 ms: set sync_tolerance above it"));
-  EXPECT_EQ(disparity.count(), 0u);
-}
-
 TEST_F(Scenarios, stamps_that_differ_a_little_make_pairs_at_once) {
   load("Disparity");
   DisparityRecorder disparity(node_, "disparity");
@@ -187,34 +91,6 @@ TEST_F(Scenarios, stamps_that_differ_a_little_make_pairs_at_once) {
   pair.right = right;
   pair.right_info = right_info;
   EXPECT_TRUE(comesOut(pair, disparity)) << "a frame late?";
-}
-
-TEST_F(Scenarios, a_missing_extrinsic_is_waited_for) {
-  load("EgoMotion");
-  Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  StereoPair pair = street().pair(0);
-  // A frame of its own: other tests' extrinsics are in tf.
-  const auto withFrame = [](const auto& message) {
-    auto copy = boost::make_shared<std::decay_t<decltype(*message)>>(*message);
-    copy->header.frame_id = "unmounted_camera";
-    return copy;
-  };
-  const auto unmounted = [&](int index) {
-    const StereoPair pair = street().pair(index);
-    return StereoPair{withFrame(pair.left), withFrame(pair.right), withFrame(pair.left_info),
-                      withFrame(pair.right_info)};
-  };
-  player_.publish(unmounted(0));
-  EXPECT_TRUE(says("EgoMotion", "no transform from base_frame 'base_link'"));
-  EXPECT_TRUE(says("EgoMotion", "set base_frame to 'unmounted_camera'"));
-  EXPECT_EQ(odometry.count(), 0u);
-
-  geometry_msgs::TransformStamped extrinsic = street().extrinsic();
-  extrinsic.child_frame_id = "unmounted_camera";
-  StaticTransform mounted(extrinsic);
-  player_.publish(unmounted(1));
-  EXPECT_TRUE(eventually([&] { return odometry.count() > 0; }, 10));
 }
 
 TEST_F(Scenarios, the_camera_may_be_its_own_base) {
@@ -234,67 +110,6 @@ TEST_F(Scenarios, the_camera_may_be_its_own_base) {
               0.05 * truth.translation().norm() + 0.02);
   // The twist is in the child frame: a camera looks along z.
   EXPECT_GT(odometry.last()->twist.twist.linear.z, 1.0);
-}
-
-TEST_F(Scenarios, refused_parameters_are_told_and_the_manager_lives) {
-  setParam("Disparity", "matcher/p1", 500);
-  load("Disparity");
-  EXPECT_TRUE(says("Disparity", ns_ + "/Disparity/matcher/p1 = 500: must be within [1, 200]"));
-  setParam("EgoMotion", "features", "many");
-  load("EgoMotion");
-  EXPECT_TRUE(says("EgoMotion", "features = many"));
-  setParam("MovingObjects", "queue_size", 0);
-  load("MovingObjects");
-  EXPECT_TRUE(says("MovingObjects", "queue_size = 0"));
-}
-
-TEST_F(Scenarios, bad_pairs_are_told_and_good_ones_go_on) {
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-
-  StereoPair deep = street().pair(0);
-  auto mono16 = boost::make_shared<sensor_msgs::Image>(*deep.left);
-  mono16->encoding = "mono16";
-  deep.left = mono16;
-  player_.publish(deep);
-  EXPECT_TRUE(says("Disparity", "left image has encoding 'mono16'"));
-
-  StereoPair swapped = street().pair(1);
-  std::swap(swapped.left_info, swapped.right_info);
-  player_.publish(swapped);
-  EXPECT_TRUE(says("Disparity", "are left and right swapped"));
-  EXPECT_TRUE(says("Disparity", "P_right"));
-
-  StereoPair uncalibrated = street().pair(1);
-  for (auto* camera : {&uncalibrated.left_info, &uncalibrated.right_info}) {
-    auto empty = boost::make_shared<sensor_msgs::CameraInfo>(**camera);
-    empty->P.fill(0);
-    *camera = empty;
-  }
-  player_.publish(uncalibrated);
-  EXPECT_TRUE(says("Disparity", "px is not positive; is the camera calibrated?"));
-
-  StereoPair narrow = street().pair(2);
-  auto cropped = boost::make_shared<sensor_msgs::Image>(*narrow.right);
-  cropped->width -= 16;
-  narrow.right = cropped;
-  player_.publish(narrow);
-  EXPECT_TRUE(says("Disparity", "the right one is 400x128"));
-
-  StereoPair short_data = street().pair(3);
-  auto truncated = boost::make_shared<sensor_msgs::Image>(*short_data.left);
-  truncated->data.resize(100);
-  short_data.left = truncated;
-  player_.publish(short_data);
-  EXPECT_TRUE(says("Disparity", "left image is broken"));
-
-  EXPECT_EQ(disparity.count(), 0u);
-  EXPECT_TRUE(comesOut(street().pair(4), disparity));
-  EXPECT_TRUE(eventually([&] {
-    return diagnostics_.of(ns_.substr(1) + "/Disparity").level ==
-           diagnostic_msgs::DiagnosticStatus::OK;
-  }));
 }
 
 TEST_F(Scenarios, colour_images_are_taken_as_grey) {
