@@ -39,7 +39,7 @@ not depend on the number of threads.
   --output OUT          bag to write; appears only when it is complete
   --camera NS           topics NS/{left,right}/{image_rect,camera_info}; outputs go to NS as well
   --left T --right T    image topics, their camera_info beside them; outputs go to /
-                        (neither: the only camera with a known layout is taken)
+                        (neither: the only camera with a known layout is taken; outputs go to /)
   --rectify             the images are not rectified (NS/{left,right}/image_raw): that is done first,
                         by what their camera_info say
   --config YAML         parameters: sections ego_motion, disparity, moving_objects

@@ -1,13 +1,8 @@
 /// Runs the tool on small streets and on what is wrong.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
-#include "evaluation/kitti_fixture.h"
+#include "tool_fixture.h"
 
 namespace predictive_stereo {
 namespace {
@@ -15,18 +10,8 @@ namespace {
 constexpr char kHeader[] =
     "frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard\n";
 
-class EvaluateDetection : public testing::Test {
+class EvaluateDetection : public ToolTest {
  protected:
-  struct Result {
-    int status;
-    std::string out, errors;
-  };
-
-  Result run(const std::string& command) const {
-    const int status = std::system(
-        (command + " > " + files_.path("stdout") + " 2> " + files_.path("stderr")).c_str());
-    return {WEXITSTATUS(status), text("stdout"), text("stderr")};
-  }
   Result evaluate(const std::string& arguments) const {
     return run(std::string(EVALUATE_DETECTION) + " " + arguments);
   }
@@ -35,12 +20,6 @@ class EvaluateDetection : public testing::Test {
     EXPECT_NE(result.status, 0) << arguments;
     EXPECT_NE(result.errors.find(message), std::string::npos) << arguments << "\n" << result.errors;
     EXPECT_EQ(result.out, "") << arguments;
-  }
-  std::string text(const std::string& name) const {
-    std::ifstream file(files_.path(name));
-    std::ostringstream content;
-    content << file.rdbuf();
-    return content.str();
   }
   // Five frames of a car ahead.
   std::string bag() const {
@@ -51,8 +30,6 @@ class EvaluateDetection : public testing::Test {
     }
     return path;
   }
-
-  TemporaryDirectory files_;
 };
 
 // The lines of the first table after its title, which has a name and a time.

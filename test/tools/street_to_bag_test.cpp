@@ -1,62 +1,36 @@
 /// Runs the tool and reads its bag.
-#include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <stereo_msgs/DisparityImage.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <map>
 
 #include "simulation/street.h"
+#include "tool_fixture.h"
 
 namespace predictive_stereo {
 namespace {
 
-class StreetToBag : public testing::Test {
+class StreetToBag : public ToolTest {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "street_to_bag_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
+  int streetToBag(const std::string& arguments) const {
+    return run(std::string(STREET_TO_BAG) + " " + arguments).status;
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  int run(const std::string& arguments) const {
-    const std::string command =
-        std::string(STREET_TO_BAG) + " " + arguments + " 2> " + (folder_ / "stderr").string();
-    return std::system(command.c_str());
-  }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return files_.path(name); }
   size_t bags() const {
     size_t count = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_))
-      count += entry.path().filename() != "stderr";
+    for (const auto& entry : std::filesystem::directory_iterator(files_.path("")))
+      count += entry.path().filename() != "stderr" && entry.path().filename() != "stdout";
     return count;
   }
-
-  std::filesystem::path folder_;
 };
 
-// All messages of one type by topic, in order.
-template <class Message>
-std::map<std::string, std::vector<typename Message::ConstPtr>> messagesIn(const std::string& path) {
-  std::map<std::string, std::vector<typename Message::ConstPtr>> result;
-  rosbag::Bag bag(path);
-  for (const rosbag::MessageInstance& instance : rosbag::View(bag))
-    if (const auto message = instance.instantiate<Message>())
-      result[instance.getTopic()].push_back(message);
-  return result;
-}
-
 TEST_F(StreetToBag, HoldsTheStreetAndItsTruth) {
-  ASSERT_EQ(run(path("a.bag") + " --scene turn --frames 6 --size 320x96 --seed 4"), 0);
+  ASSERT_EQ(streetToBag(path("a.bag") + " --scene turn --frames 6 --size 320x96 --seed 4"), 0);
   EXPECT_EQ(bags(), 1u);
   StreetParams params;
   params.scene = "turn";
@@ -144,8 +118,8 @@ TEST_F(StreetToBag, HoldsTheStreetAndItsTruth) {
 
 TEST_F(StreetToBag, SameOptionsGiveTheSameBag) {
   const std::string options = " --frames 2 --size 160x64 --namespace cam";
-  ASSERT_EQ(run(path("a.bag") + options), 0);
-  ASSERT_EQ(run(path("b.bag") + options + " --compress"), 0);
+  ASSERT_EQ(streetToBag(path("a.bag") + options), 0);
+  ASSERT_EQ(streetToBag(path("b.bag") + options + " --compress"), 0);
   const auto a = messagesIn<sensor_msgs::Image>(path("a.bag"));
   const auto b = messagesIn<sensor_msgs::Image>(path("b.bag"));
   ASSERT_EQ(a.at("/cam/left/image_rect").size(), 2u);
@@ -154,14 +128,14 @@ TEST_F(StreetToBag, SameOptionsGiveTheSameBag) {
 }
 
 TEST_F(StreetToBag, MistakesLeaveNothingBehind) {
-  EXPECT_NE(run(path("a.bag") + " --scene moon"), 0);
-  EXPECT_NE(run(path("a.bag") + " --frames 0"), 0);
-  EXPECT_NE(run(path("a.bag") + " --size 8x8"), 0);
-  EXPECT_NE(run(path("no/such/folder/a.bag") + " --frames 1"), 0);
-  EXPECT_NE(run(path("a.bag") + " " + path("b.bag")), 0);
-  EXPECT_NE(run(""), 0);
+  EXPECT_NE(streetToBag(path("a.bag") + " --scene moon"), 0);
+  EXPECT_NE(streetToBag(path("a.bag") + " --frames 0"), 0);
+  EXPECT_NE(streetToBag(path("a.bag") + " --size 8x8"), 0);
+  EXPECT_NE(streetToBag(path("no/such/folder/a.bag") + " --frames 1"), 0);
+  EXPECT_NE(streetToBag(path("a.bag") + " " + path("b.bag")), 0);
+  EXPECT_NE(streetToBag(""), 0);
   EXPECT_EQ(bags(), 0u);
-  EXPECT_EQ(run("--help > " + path("stderr")), 0);
+  EXPECT_EQ(streetToBag("--help"), 0);
 }
 
 }  // namespace

@@ -1,0 +1,133 @@
+/// Runs the tool on small streets and on what is wrong.
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <stereo_msgs/DisparityImage.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <opencv2/core.hpp>
+
+#include "tool_fixture.h"
+
+namespace predictive_stereo {
+namespace {
+
+// A camera that gives raw images: they are off by so much, and camera_info says so.
+constexpr int kLeftOff_px = 4, kRightDown_px = 3;
+
+cv::Mat1b pixelsOf(const sensor_msgs::Image& image) {
+  return cv::Mat1b(static_cast<int>(image.height), static_cast<int>(image.width),
+                   const_cast<uint8_t*>(image.data.data()), image.step);
+}
+
+sensor_msgs::Image shifted(const sensor_msgs::Image& rectified, int x, int y) {
+  sensor_msgs::Image raw = rectified;
+  std::fill(raw.data.begin(), raw.data.end(), uint8_t{0});
+  const cv::Size size(static_cast<int>(raw.width) - x, static_cast<int>(raw.height) - y);
+  pixelsOf(rectified)(cv::Rect(cv::Point(), size))
+      .copyTo(pixelsOf(raw)(cv::Rect(cv::Point(x, y), size)));
+  return raw;
+}
+
+sensor_msgs::CameraInfo calibrationOf(const sensor_msgs::CameraInfo& rectified, int x, int y) {
+  sensor_msgs::CameraInfo raw = rectified;
+  const auto& P = rectified.P;
+  raw.K = {P[0], 0, P[2] + x, 0, P[5], P[6] + y, 0, 0, 1};
+  raw.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  raw.D.assign(5, 0.0);
+  raw.distortion_model = "plumb_bob";
+  return raw;
+}
+
+void makeRaw(const std::string& from, const std::string& to) {
+  rosbag::Bag out(to, rosbag::bagmode::Write);
+  rosbag::Bag in(from);
+  for (const rosbag::MessageInstance& message : rosbag::View(in)) {
+    const std::string& topic = message.getTopic();
+    const bool left = topic.find("/left/") != std::string::npos;
+    const int x = left ? kLeftOff_px : 0, y = left ? 0 : kRightDown_px;
+    if (const auto image = message.instantiate<sensor_msgs::Image>())
+      out.write(left ? "/street/left/image_raw" : "/street/right/image_raw", message.getTime(),
+                shifted(*image, x, y));
+    else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>())
+      out.write(topic, message.getTime(), calibrationOf(*info, x, y));
+    else if (topic == "/tf_static")
+      out.write(topic, message.getTime(), message);
+  }
+}
+
+cv::Mat1f disparityOf(const stereo_msgs::DisparityImage& message) {
+  cv::Mat1f map(static_cast<int>(message.image.height), static_cast<int>(message.image.width));
+  std::memcpy(map.data, message.image.data.data(), message.image.data.size());
+  return map;
+}
+
+class Replay : public ToolTest {
+ protected:
+  Result replay(const std::string& arguments) const {
+    return run(std::string(REPLAY) + " " + arguments);
+  }
+  std::string street() const {
+    const std::string path = files_.path("street.bag");
+    if (!std::filesystem::exists(path)) {
+      const std::string options = " --scene straight --frames 4 --size 496x160";
+      EXPECT_EQ(run(std::string(STREET_TO_BAG) + " " + path + options).status, 0);
+    }
+    return path;
+  }
+  void expectRefused(const std::string& arguments, const std::string& message) const {
+    const std::string out = files_.path("refused.bag");
+    const Result result = replay(arguments + " --output " + out);
+    EXPECT_NE(result.status, 0) << arguments;
+    EXPECT_NE(result.errors.find(message), std::string::npos) << arguments << "\n" << result.errors;
+    EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
+  }
+};
+
+TEST_F(Replay, WritesWhatIsAskedForOfEveryPair) {
+  const std::string out = files_.path("out.bag");
+  const Result result = replay("--bag " + street() + " --output " + out +
+                               " --camera street --topics disparity,search_range");
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_EQ(messagesIn<stereo_msgs::DisparityImage>(out).at("/street/disparity").size(), 4u);
+  const auto images = messagesIn<sensor_msgs::Image>(out);
+  ASSERT_EQ(images.size(), 1u);
+  EXPECT_EQ(images.at("/street/search_range").size(), 4u);
+}
+
+TEST_F(Replay, RectifiesRawImages) {
+  makeRaw(street(), files_.path("raw.bag"));
+  const std::string rectified = files_.path("rectified.bag"), raw = files_.path("from_raw.bag");
+  const std::string options = " --topics disparity --camera /street --output ";
+  ASSERT_EQ(replay("--bag " + street() + options + rectified).status, 0);
+  const Result result = replay("--bag " + files_.path("raw.bag") + options + raw + " --rectify");
+  ASSERT_EQ(result.status, 0) << result.errors;
+  const auto expected = messagesIn<stereo_msgs::DisparityImage>(rectified).at("/street/disparity");
+  const auto found = messagesIn<stereo_msgs::DisparityImage>(raw).at("/street/disparity");
+  ASSERT_EQ(found.size(), expected.size());
+  for (size_t k = 0; k < found.size(); ++k) {
+    const cv::Mat1f a = disparityOf(*expected[k]), b = disparityOf(*found[k]);
+    int known = 0, equal = 0;
+    for (int y = 0; y < a.rows - 16; ++y)  // the last rows and columns were cut off
+      for (int x = 0; x < a.cols - 16; ++x) {
+        if (a(y, x) < expected[k]->min_disparity) continue;
+        ++known;
+        equal += std::abs(a(y, x) - b(y, x)) < 0.5f;
+      }
+    EXPECT_GT(known, a.size().area() / 2) << "frame " << k;
+    EXPECT_GT(equal, 0.95 * known) << "frame " << k;
+  }
+}
+
+TEST_F(Replay, MistakesAreNamedAndLeaveNothingBehind) {
+  expectRefused("--bag " + files_.path("none.bag"), "none.bag");
+  expectRefused("--bag " + street() + " --topics depth", "there is no output 'depth'");
+  expectRefused("--bag " + street() + " --camera /front", "/front/left/image_rect");
+  expectRefused("--bag " + street() + " --rectify --camera /street", "/street/left/image_raw");
+  expectRefused("--bag " + street() + " --set disparity/matcher/p1=500", "p1");
+  expectRefused("--bag " + street() + " --config " + files_.path("none.yaml"), "none.yaml");
+}
+
+}  // namespace
+}  // namespace predictive_stereo
