@@ -5,21 +5,25 @@
 #include <cstddef>
 #include <limits>
 
+#include "detection/shift_rows.h"
+
 namespace predictive_stereo {
 namespace {
 
 constexpr size_t kMostPoints = 160;
-constexpr int kMostCoarsePoints = 48;
+constexpr int kMostCoarsePoints = kMostShiftedSamples;
 constexpr int kReachY = 6;  // lattice points
 constexpr int kCoarse = 2;  // lattice points between coarse trials
-constexpr int kMostTrialsX = 2 * kSearchReach / kCoarse + 1, kTrialsY = 2 * kReachY / kCoarse + 1;
+constexpr int kTrialsY = 2 * kReachY / kCoarse + 1;
+constexpr int kMostTrialsX =  // whole blocks
+    (2 * kSearchReach / kCoarse + kShiftBlock) / kShiftBlock * kShiftBlock;
 constexpr size_t kFewestPoints = 12;
 constexpr float kLeastMismatch_grey = 0.5f;  // smaller ones are noise
 
 // Points now, and where the static world has them in the previous image.
 struct Samples {
   int count = 0;
-  int32_t grey[kMostPoints + 1];
+  uint8_t grey[kMostPoints + 1];
   cv::Point at[kMostPoints + 1];           // lattice
   std::ptrdiff_t offset[kMostPoints + 1];  // of that in memory
   cv::Rect around;                         // all of them
@@ -54,6 +58,35 @@ float mismatchAt(const cv::Mat1b& previous, const Samples& samples, int step, cv
   return static_cast<float>(total) / static_cast<float>(n * n);
 }
 
+// The same of trials along a row, `first` and every kCoarse columns from there on.
+void mismatchesAlong(const cv::Mat1b& previous, const Samples& samples, int step, cv::Point first,
+                     int trials, float* mismatch) {
+  const cv::Rect image(cv::Point(), previous.size());
+  const cv::Point last = first + cv::Point(kCoarse * (trials - 1), 0);
+  const cv::Rect swept = (samples.around + first) | (samples.around + last);
+  // Whole blocks are read, over the end of a row, but not of the image.
+  const auto row = static_cast<std::ptrdiff_t>(previous.step);
+  const std::ptrdiff_t end = (swept.br().y - 1) * row + (samples.around + first).br().x +
+                             kCoarse * static_cast<std::ptrdiff_t>(kMostTrialsX);
+  if ((swept & image) != swept || end > image.height * row) {
+    for (int k = 0; k < trials; ++k)
+      mismatch[k] = mismatchAt(previous, samples, step, first + cv::Point(kCoarse * k, 0));
+    return;
+  }
+  static_assert(kCoarse == 2, "see totalsOfShifts");
+  uint8_t grey[kMostCoarsePoints];
+  const uint8_t* before[kMostCoarsePoints];
+  int n = 0;
+  for (int i = 0; i < samples.count; i += step) {
+    grey[n] = samples.grey[i];
+    before[n++] = previous.data + samples.offset[i] + first.y * row + first.x;
+  }
+  int32_t total[kMostTrialsX];
+  totalsOfShifts(grey, before, n, trials, total);
+  for (int k = 0; k < trials; ++k)
+    mismatch[k] = static_cast<float>(total[k]) / static_cast<float>(n * n);
+}
+
 }  // namespace
 
 std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
@@ -85,11 +118,8 @@ std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePy
   };
   const int step_of_coarse = (samples.count + kMostCoarsePoints - 1) / kMostCoarsePoints;
   float mismatch[kTrialsY][kMostTrialsX];
-  cv::parallel_for_(cv::Range(0, kTrialsY), [&](const cv::Range& rows) {
-    for (int row = rows.start; row < rows.end; ++row)
-      for (int column = 0; column < trials; ++column)
-        mismatch[row][column] = mismatchAt(image, samples, step_of_coarse, coarse(row, column));
-  });
+  for (int row = 0; row < kTrialsY; ++row)
+    mismatchesAlong(image, samples, step_of_coarse, coarse(row, 0), trials, mismatch[row]);
   float best = std::numeric_limits<float>::infinity(), sum = 0;
   int tried = 0;
   cv::Point at;
