@@ -48,11 +48,12 @@ void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
 void LevelGround::find(const cv::Rect& area, cv::Mat1b& ground) {
   ground.create(area.size());
   of_area_m_.resize(static_cast<size_t>(area.area()));
+  float* const values = of_area_m_.data();
   size_t count = 0;
   for (int v = 0; v < area.height; ++v) {
     const float* row = below_m_[area.y + v] + area.x;
     for (int u = 0; u < area.width; ++u) {
-      of_area_m_[count] = row[u];
+      values[count] = row[u];
       count += row[u] > 0;
     }
   }

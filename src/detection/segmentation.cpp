@@ -4,15 +4,18 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/segmentation_rows.h"
+
 namespace predictive_stereo {
 namespace {
 
 constexpr float kDecisive_grey = 2.0f;  // difference of mismatches that is no noise
 constexpr float kContradiction_grey = 0.7f;
+constexpr float kMostSupport_grey = 15.0f;
 constexpr int kFewestCells = 24;
 constexpr int kFewestVotes = 3;
 // A disparity that contradicts one of two motions says as much as the largest mismatch.
-constexpr float kGreyPerCost = 15.0f / DisparityHistory::kMostCost;
+constexpr float kGreyPerCost = kMostSupport_grey / DisparityHistory::kMostCost;
 // How far the comparison's windows (twice 2), the smoothing (2) and the opening (1) look.
 constexpr int kReachOfWindows = 8;
 
@@ -21,9 +24,14 @@ constexpr int kReachOfWindows = 8;
 void trim(cv::Mat1b& mask, bool columns, int of) {
   const int n = columns ? mask.cols : mask.rows;
   std::vector<int> sizes(static_cast<size_t>(n));
-  for (int y = 0; y < mask.rows; ++y)
-    for (int x = 0; x < mask.cols; ++x)
-      sizes[static_cast<size_t>(columns ? x : y)] += mask(y, x) != 0;
+  for (int y = 0; y < mask.rows; ++y) {
+    const uchar* row = mask[y];
+    if (columns)
+      for (int x = 0; x < mask.cols; ++x) sizes[static_cast<size_t>(x)] += row[x] != 0;
+    else
+      sizes[static_cast<size_t>(y)] =
+          static_cast<int>(mask.cols - std::count(row, row + mask.cols, uchar{0}));
+  }
   std::vector<int> sorted = sizes;
   const int rank = static_cast<int>(0.8 * (of - 1)) - (of - n);
   int high = 0;
@@ -32,9 +40,9 @@ void trim(cv::Mat1b& mask, bool columns, int of) {
     high = sorted[static_cast<size_t>(rank)];
   }
   const int least = std::max(1, static_cast<int>((columns ? 0.3 : 0.2) * high));
-  for (int y = 0; y < mask.rows; ++y)
-    for (int x = 0; x < mask.cols; ++x)
-      if (sizes[static_cast<size_t>(columns ? x : y)] < least) mask(y, x) = 0;
+  for (int i = 0; i < n; ++i)
+    if (const int size = sizes[static_cast<size_t>(i)]; size > 0 && size < least)
+      (columns ? mask.col(i) : mask.row(i)).setTo(0);
 }
 
 // The smallest box around all of the layer that is connected to a seed; empty where no seed lies in
@@ -76,16 +84,11 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   cv::Mat1b ground = work.ground.map(reachable.size());
   view.ground.find(reachable, ground);
   cv::Mat1b whole_layer = work.layer.map(reachable.size());
-  for (int v = 0; v < reachable.height; ++v) {
-    const float* disparity = view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x;
-    for (int u = 0; u < reachable.width; ++u) {
-      const float d = disparity[2 * u];
-      whole_layer(v, u) = view.range.isValid(d) && d >= hypothesis.farthest_px &&
-                                  d <= hypothesis.nearest_px && !ground(v, u)
-                              ? 255
-                              : 0;
-    }
-  }
+  const float farthest =
+      std::max(hypothesis.farthest_px, static_cast<float>(view.range.min_disparity));
+  for (int v = 0; v < reachable.height; ++v)
+    layerRow(view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x, ground[v], reachable.width,
+             farthest, hypothesis.nearest_px, whole_layer[v]);
   // What is not connected to a seed does not matter, but for what is near.
   const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
   const int extent = cv::boundingRect(hypothesis.seeds).width;
@@ -108,24 +111,24 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   cv::Mat1f support = work.support.map(area.size()), smooth = work.smooth.map(area.size());
   const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
   const Uncovered uncovered(view.rig, static_source, view.previous_disparity_px, view.seconds);
-  for (int v = 0; v < area.height; ++v)
-    for (int u = 0; u < area.width; ++u) {
-      const float by_static = view.static_mismatch(area.y + v, area.x + u);
-      const float by_object = comparison.mismatch(v, u);
-      support(v, u) =
-          by_static < 0 || by_object < 0 ? 0.0f : std::clamp(by_static - by_object, -15.0f, 15.0f);
-      // What the static world could not show is no argument against it.
-      const cv::Point pixel = 2 * (area.tl() + cv::Point(u, v));
-      if (support(v, u) > 0 && layer(v, u) && uncovered(pixel, view.disparity_px(pixel)))
-        support(v, u) = 0;
-    }
+  for (int v = 0; v < area.height; ++v) {
+    float* of_row = support[v];
+    supportRow(view.static_mismatch[area.y + v] + area.x, comparison.mismatch[v], area.width,
+               kMostSupport_grey, of_row);
+    // What the static world could not show is no argument against it.
+    const uchar* in_layer = layer[v];
+    const int y = 2 * (area.y + v);
+    const float* disparity = view.disparity_px[y] + 2 * area.x;
+    for (int u = 0; u < area.width; ++u)
+      if (of_row[u] > 0 && in_layer[u] && uncovered({2 * (area.x + u), y}, disparity[2 * u]))
+        of_row[u] = 0;
+  }
   if (view.history) view.history->addGain(area, hypothesis.velocity_mps, kGreyPerCost, support);
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
   // What the object's motion explains better, and what lies close to it and does not object.
   cv::Mat1b core = work.core.map(area.size()), member = work.member.map(area.size());
   for (int v = 0; v < area.height; ++v)
-    for (int u = 0; u < area.width; ++u)
-      core(v, u) = layer(v, u) && smooth(v, u) > kContradiction_grey ? 255 : 0;
+    supportedRow(layer[v], smooth[v], area.width, kContradiction_grey, core[v]);
   cv::morphologyEx(core, core, cv::MORPH_OPEN, cv::Mat1b::ones(2, 2));
   // Seeds were followed; where texture is weak, little else shows the object.
   for (cv::Point seed : hypothesis.seeds) {
@@ -136,8 +139,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   }
   cv::dilate(core, member, cv::Mat1b::ones(2 * gap + 1, 2 * gap + 1));
   for (int v = 0; v < area.height; ++v)
-    for (int u = 0; u < area.width; ++u)
-      if (!layer(v, u) || smooth(v, u) < -kContradiction_grey) member(v, u) = 0;
+    dropRefutedRow(layer[v], smooth[v], area.width, -kContradiction_grey, member[v]);
   cv::erode(member, member, cv::Mat1b::ones(2, 2));
 
   cv::Mat1i labels = work.labels.map(area.size());
@@ -152,12 +154,11 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   cv::Mat1b mask = work.mask.map(area.size());
   // Parts on both sides of something nearer, as a pole, are one object.
   const int least_votes = std::max(kFewestVotes, static_cast<int>(hypothesis.seeds.size() / 4));
+  std::vector<uchar> value(votes.size());
+  for (size_t label = 0; label < votes.size(); ++label)
+    value[label] = static_cast<int>(label) == best_label || votes[label] >= least_votes ? 255 : 0;
   for (int v = 0; v < area.height; ++v)
-    for (int u = 0; u < area.width; ++u) {
-      const int label = labels(v, u);
-      mask(v, u) =
-          label == best_label || votes[static_cast<size_t>(label)] >= least_votes ? 255 : 0;
-    }
+    for (int u = 0; u < area.width; ++u) mask[v][u] = value[static_cast<size_t>(labels[v][u])];
   trim(mask, true, reachable.width);
   trim(mask, false, reachable.height);
   const cv::Rect box = cv::boundingRect(mask);
@@ -167,21 +168,22 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   result.area = box + area.tl();
   result.mask = mask(box).clone();
   int better = 0, worse = 0, positive = 0, negative = 0, known = 0;
-  for (int v = box.y; v < box.br().y; ++v)
+  const float least_residual = 0.5f * static_cast<float>(params.dense_min_residual_px);
+  for (int v = box.y; v < box.br().y; ++v) {
+    const float *of_row = support[v], *residual = view.dense_residual_px[area.y + v] + area.x;
+    const uchar *in_layer = layer[v], *in_mask = mask[v];
     for (int u = box.x; u < box.br().x; ++u) {
       // What contradicts inside the layer counts, although it is left out of the mask.
-      if (layer(v, u)) {
-        better += support(v, u) > kDecisive_grey;
-        worse += support(v, u) < -kDecisive_grey;
-      }
-      if (!mask(v, u)) continue;
+      better += in_layer[u] && of_row[u] > kDecisive_grey;
+      worse += in_layer[u] && of_row[u] < -kDecisive_grey;
+      if (!in_mask[u]) continue;
       ++result.cells;
-      const float r = view.dense_residual_px(area.y + v, area.x + u);
-      if (r < -1e5f) continue;
+      if (residual[u] < -1e5f) continue;
       ++known;
-      positive += r > 0.5f * static_cast<float>(params.dense_min_residual_px);
-      negative += r < -0.5f * static_cast<float>(params.dense_min_residual_px);
+      positive += residual[u] > least_residual;
+      negative += residual[u] < -least_residual;
     }
+  }
   if (result.cells < kFewestCells) return std::nullopt;
   result.decisive = better + worse;
   result.explained = result.decisive ? static_cast<double>(better) / result.decisive : 0;

@@ -27,11 +27,14 @@ ObservedObject observed(const DetectionInput& input, const Segment& segment, flo
                        image;
   object.observation.box_px = box;
   object.mask = cv::Mat1b::zeros(box.size());
-  for (int y = 0; y < box.height; ++y)
-    for (int x = 0; x < box.width; ++x) {
-      const float d = input.measured_disparity_px(box.y + y, box.x + x);
-      if (segment.mask(y / 2, x / 2) && d >= farthest && d <= nearest) object.mask(y, x) = 255;
-    }
+  for (int y = 0; y < box.height; ++y) {
+    const float* disparity = input.measured_disparity_px[box.y + y] + box.x;
+    const uchar* cell = segment.mask[y / 2];
+    uchar* pixel = object.mask[y];
+    for (int x = 0; x < box.width; ++x)
+      pixel[x] =
+          cell[x / 2] & -static_cast<int>((disparity[x] >= farthest) & (disparity[x] <= nearest));
+  }
   return object;
 }
 

@@ -1,0 +1,86 @@
+#include "detection/segmentation_rows.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/segmentation_rows.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+// Loops are short, plain and without branches, so that compilers turn them into vector code.
+
+HWY_NOINLINE void layerRow(const float* HWY_RESTRICT disparity_px,
+                           const uint8_t* HWY_RESTRICT ground, int width, float farthest_px,
+                           float nearest_px, uint8_t* HWY_RESTRICT layer) {
+  for (int u = 0; u < width; ++u) {
+    const float d = disparity_px[2 * u];
+    const int32_t inside = (d >= farthest_px) & (d <= nearest_px);
+    layer[u] = static_cast<uint8_t>(-(inside & (ground[u] == 0)));
+  }
+}
+
+HWY_NOINLINE void supportRow(const float* HWY_RESTRICT by_static,
+                             const float* HWY_RESTRICT by_object, int width, float most,
+                             float* HWY_RESTRICT support) {
+  for (int u = 0; u < width; ++u) {
+    const float difference = by_static[u] - by_object[u];
+    const float lower = difference < most ? difference : most;
+    const float clamped = lower > -most ? lower : -most;
+    support[u] = (by_static[u] < 0) | (by_object[u] < 0) ? 0.0f : clamped;
+  }
+}
+
+HWY_NOINLINE void supportedRow(const uint8_t* HWY_RESTRICT layer, const float* HWY_RESTRICT support,
+                               int width, float above, uint8_t* HWY_RESTRICT supported) {
+  for (int u = 0; u < width; ++u) {
+    const int32_t inside = support[u] > above;
+    supported[u] = static_cast<uint8_t>(-(inside & (layer[u] != 0)));
+  }
+}
+
+HWY_NOINLINE void dropRefutedRow(const uint8_t* HWY_RESTRICT layer,
+                                 const float* HWY_RESTRICT support, int width, float least,
+                                 uint8_t* HWY_RESTRICT members) {
+  for (int u = 0; u < width; ++u) {
+    const int32_t refuted = support[u] < least;
+    members[u] =
+        static_cast<uint8_t>(members[u] & (-static_cast<int>((layer[u] != 0)) & ~-refuted));
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(layerRow);
+HWY_EXPORT(supportRow);
+HWY_EXPORT(supportedRow);
+HWY_EXPORT(dropRefutedRow);
+
+void layerRow(const float* disparity_px, const uint8_t* ground, int width, float farthest_px,
+              float nearest_px, uint8_t* layer) {
+  HWY_DYNAMIC_DISPATCH(layerRow)(disparity_px, ground, width, farthest_px, nearest_px, layer);
+}
+
+void supportRow(const float* by_static, const float* by_object, int width, float most,
+                float* support) {
+  HWY_DYNAMIC_DISPATCH(supportRow)(by_static, by_object, width, most, support);
+}
+
+void supportedRow(const uint8_t* layer, const float* support, int width, float above,
+                  uint8_t* supported) {
+  HWY_DYNAMIC_DISPATCH(supportedRow)(layer, support, width, above, supported);
+}
+
+void dropRefutedRow(const uint8_t* layer, const float* support, int width, float least,
+                    uint8_t* members) {
+  HWY_DYNAMIC_DISPATCH(dropRefutedRow)(layer, support, width, least, members);
+}
+
+}  // namespace predictive_stereo
+#endif
