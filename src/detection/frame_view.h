@@ -32,9 +32,9 @@ struct FrameView {
 
 /// The current frame against one of the past.
 struct Baseline {
-  PastFrame past;
-  Comparison static_world;  ///< of the whole lattice, or as far as a hypothesis needs it
-  cv::Mat1f residual_px;    ///< see denseResidual, longResidual
+  const PastFrame& past;
+  const Comparison& static_world;  ///< of the whole lattice, or as far as a hypothesis reaches
+  const cv::Mat1f& residual_px;    ///< see denseResidual, longResidual
 };
 
 }  // namespace predictive_stereo

@@ -1,6 +1,7 @@
 #include "detection/ground.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "detection/ground_rows.h"
 
@@ -45,32 +46,22 @@ void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
   });
 }
 
-void LevelGround::find(const cv::Rect& area, cv::Mat1b& ground) {
-  ground.create(area.size());
-  of_area_m_.resize(static_cast<size_t>(area.area()));
-  float* const values = of_area_m_.data();
+float LevelGround::lowestIn(const cv::Rect& area, Scratch<float>& work) const {
+  if (area.empty()) return std::numeric_limits<float>::infinity();
+  cv::Mat1f values = work.map(area.size());
+  float* const first = values[0];
   size_t count = 0;
   for (int v = 0; v < area.height; ++v) {
     const float* row = below_m_[area.y + v] + area.x;
     for (int u = 0; u < area.width; ++u) {
-      values[count] = row[u];
+      first[count] = row[u];
       count += row[u] > 0;
     }
   }
-  if (count < kFewest) {
-    ground.setTo(0);
-    return;
-  }
-  const auto share = static_cast<std::ptrdiff_t>(0.8 * static_cast<double>(count - 1));
-  const auto low = of_area_m_.begin() + share;
-  std::nth_element(of_area_m_.begin(), low,
-                   of_area_m_.begin() + static_cast<std::ptrdiff_t>(count));
-  const float least = std::max(*low - static_cast<float>(kThickness_m), 1e-6f);
-  for (int v = 0; v < area.height; ++v) {
-    const float* row = below_m_[area.y + v] + area.x;
-    uchar* out = ground[v];
-    for (int u = 0; u < area.width; ++u) out[u] = row[u] >= least ? 255 : 0;
-  }
+  if (count < kFewest) return std::numeric_limits<float>::infinity();
+  float* const low = first + static_cast<std::ptrdiff_t>(0.8 * static_cast<double>(count - 1));
+  std::nth_element(first, low, first + count);
+  return std::max(*low - static_cast<float>(kThickness_m), 1e-6f);
 }
 
 }  // namespace predictive_stereo

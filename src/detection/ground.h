@@ -3,6 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "detection/scratch.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/stereo_rig.h"
 
@@ -18,13 +19,14 @@ class LevelGround {
   /// Whether a lattice point lies on a level surface of any height: the road and its shadows, but
   /// hardly anything of what moves on it. False before the first frame.
   bool isLevel(cv::Point point) const { return !below_m_.empty() && below_m_(point) > 0; }
-  /// Of the lowest ones among those in `area` of the lattice.
-  /// @param ground  255 on them; of the area's size.
-  void find(const cv::Rect& area, cv::Mat1b& ground);
+  /// How far below the camera the lowest surfaces are among those in `area` of the lattice, at
+  /// least [m]; infinite where there are none.
+  float lowestIn(const cv::Rect& area, Scratch<float>& work) const;
+  /// How far below the camera the points of a lattice row are [m]; 0: not on a level surface.
+  const float* below_m(int row) const { return below_m_[row]; }
 
  private:
   cv::Mat1f below_m_;  // the camera; 0: not level
-  std::vector<float> of_area_m_;
 };
 
 }  // namespace predictive_stereo

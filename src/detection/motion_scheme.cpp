@@ -24,16 +24,16 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   verification_.setFrame(frame);
   slow_.setFrame(frame, past);
 
-  const std::vector<cv::Point>& suspects_px = compare(frame, past[0]);
+  past_ = past[0];
+  const std::vector<cv::Point>& suspects_px = compare(frame);
   frames_.setFollows(pose_check_.follows(suspicion_.share()));
   if (!frames_.current().follows) return verification_.objects();
-  denseResidual(input, range_, frame.staticSource(past[0]), past[0].frame->disparity_px,
-                frame.lattice(), baseline_.residual_px);
+  denseResidual(input, range_, frame.staticSource(past_), past_.frame->disparity_px,
+                frame.lattice(), residual_px_);
   findAcross(frame, suspects_px);
   findAlong(frame);
   slow_.find(frame, verification_);
-  for (const ObjectTrack& track : known.tracks())
-    if (track.confirmed) findKnown(frame, track);
+  findKnown(frame, known);
   verification_.joinParts(frame);
   return verification_.objects();
 }
@@ -46,23 +46,22 @@ void MotionScheme::reset() {
 
 // The frame before against what the static world makes of it.
 /// @return pixels that contradict.
-const std::vector<cv::Point>& MotionScheme::compare(const FrameView& frame, const PastFrame& past) {
-  baseline_.past = past;
+const std::vector<cv::Point>& MotionScheme::compare(const FrameView& frame) {
   compareFrames(frame.current.pyramid, frame.input.measured_disparity_px, range_,
-                past.frame->pyramid, frame.staticSource(past),
-                cv::Rect(cv::Point(), frame.lattice()), baseline_.static_world);
-  return suspicion_.find(frame.current.pyramid.level(1), baseline_.static_world.mismatch,
+                past_.frame->pyramid, frame.staticSource(past_),
+                cv::Rect(cv::Point(), frame.lattice()), static_world_);
+  return suspicion_.find(frame.current.pyramid.level(1), static_world_.mismatch,
                          frame.input.measured_disparity_px, verification_.ground(), params_);
 }
 
 // What moves across the line of sight, or fast: the image contradicts.
 void MotionScheme::findAcross(const FrameView& frame, const std::vector<cv::Point>& suspects_px) {
   const StereoRig& rig = frame.input.rig;
-  const double seconds = baseline_.past.seconds;
-  const TrackingView view = frame.trackingInto(baseline_.past);
-  unexplainedPoints(view, params_, seconds, suspects_px, unexplained_px_);
+  const TrackingView view = frame.trackingInto(past_);
+  unexplainedPoints(view, params_, past_.seconds, suspects_px, unexplained_px_);
   const std::vector<PointTrack> tracks =
-      followGroups(view, params_, groupSuspects(view, params_, unexplained_px_, seconds));
+      followGroups(view, params_, groupSuspects(view, params_, unexplained_px_, past_.seconds));
+  std::vector<Hypothesis> hypotheses;
   for (const auto& members : clusterTracks(rig, params_, tracks)) {
     const Displacement fit = fitDisplacement(rig, params_, tracks, members);
     if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
@@ -76,40 +75,56 @@ void MotionScheme::findAcross(const FrameView& frame, const std::vector<cv::Poin
       hypothesis.seeds.emplace_back(static_cast<int>(tracks[i].position.x) / 2,
                                     static_cast<int>(tracks[i].position.y) / 2);
     setLayer(frame, hypothesis);
-    verification_.add(frame, baseline_, hypothesis);
+    hypotheses.push_back(std::move(hypothesis));
   }
+  verification_.addAll(frame, static_cast<int>(hypotheses.size()),
+                       [&](int i, VerificationWork& work) {
+                         return verification_.verify(
+                             frame, baseline(), hypotheses[static_cast<size_t>(i)], nullptr, work);
+                       });
 }
 
 // What moves along the line of sight: the disparity contradicts.
 void MotionScheme::findAlong(const FrameView& frame) {
-  const PastFrame& past = baseline_.past;
   // So far away that such a residual would be faster than anything on a road.
   const double farthest_px =
       std::sqrt(frame.input.rig.disparityTimesDepth() * params_.dense_min_residual_px /
-                (kLargestSpeed_mps * past.seconds));
+                (kLargestSpeed_mps * past_.seconds));
+  std::vector<const DenseGroup*> groups;
   for (const DenseGroup& group :
-       along_groups_.find(baseline_.residual_px, frame.input.measured_disparity_px, params_)) {
-    if (group.disparity_px < farthest_px || !isLargeEnough(frame, group)) continue;
+       along_groups_.find(residual_px_, frame.input.measured_disparity_px, params_))
+    if (group.disparity_px >= farthest_px && isLargeEnough(frame, group)) groups.push_back(&group);
+  const auto find = [&](int i, VerificationWork& work) -> std::optional<VerifiedObject> {
+    const DenseGroup& group = *groups[static_cast<size_t>(i)];
     Hypothesis hypothesis;
     hypothesis.source = Source::kDense;
     hypothesis.seeds = group.points;
-    if (!verification_.isFree(hypothesis)) continue;
-    const auto motion = motionOf(frame, past, group);
-    if (!motion) continue;
+    if (!verification_.isFree(hypothesis)) return std::nullopt;
+    const auto motion = motionOf(frame, past_, group);
+    if (!motion) return std::nullopt;
     setLayer(frame, hypothesis);
     hypothesis.moved_m = motion->fit.moved_m;
     hypothesis.covariance = motion->fit.covariance;
-    verification_.add(frame, baseline_, hypothesis);
-  }
+    return verification_.verify(frame, baseline(), hypothesis, nullptr, work);
+  };
+  verification_.addAll(frame, static_cast<int>(groups.size()), find);
 }
 
-// A known object is looked for where it should be.
-void MotionScheme::findKnown(const FrameView& frame, const ObjectTrack& known) {
-  const auto hypothesis = hypothesisOf(frame, baseline_.past, known);
-  if (hypothesis && verification_.isFree(*hypothesis) &&
-      verification_.add(frame, baseline_, *hypothesis))
-    return;
-  slow_.findKnown(frame, known, verification_);
+// Known objects are looked for where they should be.
+void MotionScheme::findKnown(const FrameView& frame, const ObjectTracker& known) {
+  std::vector<const ObjectTrack*> tracks;
+  for (const ObjectTrack& track : known.tracks())
+    if (track.confirmed) tracks.push_back(&track);
+  const auto find = [&](int i, VerificationWork& work) -> std::optional<VerifiedObject> {
+    const auto hypothesis = hypothesisOf(frame, past_, *tracks[static_cast<size_t>(i)]);
+    if (!hypothesis || !verification_.isFree(*hypothesis)) return std::nullopt;
+    return verification_.verify(frame, baseline(), *hypothesis, nullptr, work);
+  };
+  const auto added = verification_.addAll(frame, static_cast<int>(tracks.size()), find);
+  std::vector<const ObjectTrack*> missing;
+  for (size_t i = 0; i < tracks.size(); ++i)
+    if (!added[i]) missing.push_back(tracks[i]);
+  slow_.findKnown(frame, missing, verification_);
 }
 
 }  // namespace predictive_stereo

@@ -28,10 +28,11 @@ class MotionScheme {
   void reset();
 
  private:
-  const std::vector<cv::Point>& compare(const FrameView& frame, const PastFrame& past);
+  Baseline baseline() const { return {past_, static_world_, residual_px_}; }
+  const std::vector<cv::Point>& compare(const FrameView& frame);
   void findAcross(const FrameView& frame, const std::vector<cv::Point>& suspects_px);
   void findAlong(const FrameView& frame);
-  void findKnown(const FrameView& frame, const ObjectTrack& known);
+  void findKnown(const FrameView& frame, const ObjectTracker& known);
 
   DisparityRange range_;
   MotionDetectionParams params_;
@@ -39,7 +40,9 @@ class MotionScheme {
   PoseCheck pose_check_;
 
   // The frame in work.
-  Baseline baseline_;
+  PastFrame past_;  // the last one
+  Comparison static_world_;
+  cv::Mat1f residual_px_;
   Suspicion suspicion_;
   std::vector<cv::Point> unexplained_px_;
   DenseGroups along_groups_;

@@ -80,15 +80,15 @@ cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
 std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
                                const Hypothesis& hypothesis, SegmentationWork& work) {
   if (hypothesis.seeds.empty()) return std::nullopt;
-  const cv::Rect reachable = reachOf(view.rig, params, hypothesis, view.static_mismatch.size());
-  cv::Mat1b ground = work.ground.map(reachable.size());
-  view.ground.find(reachable, ground);
+  const cv::Rect reachable = reachOf(view.rig, params, hypothesis, view.dense_residual_px.size());
+  const float lowest_m = view.ground.lowestIn(reachable, work.heights);
   cv::Mat1b whole_layer = work.layer.map(reachable.size());
   const float farthest =
       std::max(hypothesis.farthest_px, static_cast<float>(view.range.min_disparity));
   for (int v = 0; v < reachable.height; ++v)
-    layerRow(view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x, ground[v], reachable.width,
-             farthest, hypothesis.nearest_px, whole_layer[v]);
+    layerRow(view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x,
+             view.ground.below_m(reachable.y + v) + reachable.x, reachable.width, farthest,
+             hypothesis.nearest_px, lowest_m, whole_layer[v]);
   // What is not connected to a seed does not matter, but for what is near.
   const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
   const int extent = cv::boundingRect(hypothesis.seeds).width;
@@ -113,8 +113,9 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   const Uncovered uncovered(view.rig, static_source, view.previous_disparity_px, view.seconds);
   for (int v = 0; v < area.height; ++v) {
     float* of_row = support[v];
-    supportRow(view.static_mismatch[area.y + v] + area.x, comparison.mismatch[v], area.width,
-               kMostSupport_grey, of_row);
+    const cv::Point first = area.tl() - view.static_world.area.tl();
+    supportRow(view.static_world.mismatch[first.y + v] + first.x, comparison.mismatch[v],
+               area.width, kMostSupport_grey, of_row);
     // What the static world could not show is no argument against it.
     const uchar* in_layer = layer[v];
     const int y = 2 * (area.y + v);

@@ -33,10 +33,10 @@ struct SegmentationView {
   const cv::Mat1f& disparity_px;
   const Eigen::Isometry3d& T_prev_cam;
   const cv::Mat1f& previous_disparity_px;
-  double seconds;                    ///< between both frames
-  const cv::Mat1f& static_mismatch;  ///< on the whole lattice; known within reachOf the hypothesis
+  double seconds;                  ///< between both frames
+  const Comparison& static_world;  ///< at least as far as reachOf the hypothesis
   const cv::Mat1f& dense_residual_px;
-  LevelGround& ground;
+  const LevelGround& ground;
   /// Disparities of the past, to be asked beside the images; null: not asked.
   const DisparityHistory* history = nullptr;
 };
@@ -44,8 +44,8 @@ struct SegmentationView {
 /// Memory that is used again from hypothesis to hypothesis.
 struct SegmentationWork {
   Comparison comparison;
-  Scratch<uchar> ground, layer, core, member, mask;
-  Scratch<float> support, smooth;
+  Scratch<uchar> layer, core, member, mask;
+  Scratch<float> heights, support, smooth;
   Scratch<int> labels;
 };
 

@@ -12,12 +12,12 @@ namespace HWY_NAMESPACE {
 // Loops are short, plain and without branches, so that compilers turn them into vector code.
 
 HWY_NOINLINE void layerRow(const float* HWY_RESTRICT disparity_px,
-                           const uint8_t* HWY_RESTRICT ground, int width, float farthest_px,
-                           float nearest_px, uint8_t* HWY_RESTRICT layer) {
+                           const float* HWY_RESTRICT below_m, int width, float farthest_px,
+                           float nearest_px, float lowest_m, uint8_t* HWY_RESTRICT layer) {
   for (int u = 0; u < width; ++u) {
     const float d = disparity_px[2 * u];
-    const int32_t inside = (d >= farthest_px) & (d <= nearest_px);
-    layer[u] = static_cast<uint8_t>(-(inside & (ground[u] == 0)));
+    const int32_t inside = (d >= farthest_px) & (d <= nearest_px) & (below_m[u] < lowest_m);
+    layer[u] = static_cast<uint8_t>(-inside);
   }
 }
 
@@ -62,9 +62,10 @@ HWY_EXPORT(supportRow);
 HWY_EXPORT(supportedRow);
 HWY_EXPORT(dropRefutedRow);
 
-void layerRow(const float* disparity_px, const uint8_t* ground, int width, float farthest_px,
-              float nearest_px, uint8_t* layer) {
-  HWY_DYNAMIC_DISPATCH(layerRow)(disparity_px, ground, width, farthest_px, nearest_px, layer);
+void layerRow(const float* disparity_px, const float* below_m, int width, float farthest_px,
+              float nearest_px, float lowest_m, uint8_t* layer) {
+  HWY_DYNAMIC_DISPATCH(layerRow)
+  (disparity_px, below_m, width, farthest_px, nearest_px, lowest_m, layer);
 }
 
 void supportRow(const float* by_static, const float* by_object, int width, float most,

@@ -9,9 +9,10 @@ namespace predictive_stereo {
 /// 255 on points whose disparity lies within the layer, and that are no ground.
 /// @param disparity_px  of every pixel from the first point on: point u is pixel 2u.
 /// @param farthest_px, nearest_px  both included.
-/// @param ground  not 0 on it.
-void layerRow(const float* disparity_px, const uint8_t* ground, int width, float farthest_px,
-              float nearest_px, uint8_t* layer);
+/// @param below_m, lowest_m  see LevelGround: what is at least `lowest_m` below the camera is
+/// ground.
+void layerRow(const float* disparity_px, const float* below_m, int width, float farthest_px,
+              float nearest_px, float lowest_m, uint8_t* layer);
 
 /// By how much an object's motion explains the images better than the static world: the difference
 /// of mismatches, at most `most` either way; 0 where one is negative (unknown).

@@ -15,7 +15,7 @@ constexpr double kMostParallax_px = 16;
 // Of what is told by disparities: how much better its motion explains those of the past, what it
 // leaves unexplained, and the share of them that tells; see LayerMotion.
 constexpr double kLeastGain = 1, kMostCost = 4, kLeastKnown = 0.25;
-constexpr int kMostFits = 6;  // a frame, of the largest groups: they take 0.3 ms each
+constexpr size_t kMostFits = 6;  // a frame, of the largest groups: they take 0.3 ms each
 // Squared ratio of its way to its error, and of the errors by which the way to the frame halfway
 // may differ; 40 m/s.
 constexpr double kLeastWay = 16, kMostDeviation = 12, kLargestSpeed_mps = 40;
@@ -71,46 +71,58 @@ void SlowChannel::setFrame(const FrameView& frame, const std::vector<PastFrame>&
 void SlowChannel::find(const FrameView& frame, Verification& verification) {
   if (pairs_.empty()) return;
   longResidual(frame.input.rig, frame.input.measured_disparity_px, frame.range, pairs_,
-               kMostParallax_px, frame.lattice(), baseline_.residual_px, pair_);
-  int fits = 0;
-  for (const DenseGroup& group : groups_.findSlow(
-           baseline_.residual_px, pair_, frame.input.measured_disparity_px, frame.params)) {
-    if (group.disparity_px < kLeastDisparity_px) continue;
-    if (!hasTexture(frame.current.pyramid.level(1), group.points)) continue;
-    // What comes towards the camera grows too much to be found again over the longest time.
-    bool found = false;
-    for (size_t k = pair_(group.points.front()); k < pairs_.size() && !found; ++k)
-      found = tryTracks(frame, group, pairs_[k], verification);
-    if (found || fits == kMostFits) continue;
+               kMostParallax_px, frame.lattice(), residual_px_, pair_);
+  std::vector<const DenseGroup*> groups;
+  for (const DenseGroup& group :
+       groups_.findSlow(residual_px_, pair_, frame.input.measured_disparity_px, frame.params))
+    if (group.disparity_px >= kLeastDisparity_px &&
+        hasTexture(frame.current.pyramid.level(1), group.points))
+      groups.push_back(&group);
+  const auto added = verification.addAll(
+      frame, static_cast<int>(groups.size()), [&](int i, VerificationWork& work) {
+        return byTracks(frame, *groups[static_cast<size_t>(i)], verification, work);
+      });
+
+  std::vector<Hypothesis> others;
+  for (size_t i = 0; i < groups.size() && others.size() < kMostFits; ++i) {
     Hypothesis hypothesis;
-    hypothesis.seeds = group.points;
-    if (!verification.isFree(hypothesis)) continue;
+    hypothesis.seeds = groups[i]->points;
+    if (added[i] || !verification.isFree(hypothesis)) continue;
     setLayer(frame, hypothesis);
-    ++fits;
-    tryDisparities(frame, hypothesis, {}, verification);
+    others.push_back(std::move(hypothesis));
   }
+  verification.addAll(frame, static_cast<int>(others.size()), [&](int i, VerificationWork& work) {
+    return byDisparities(frame, others[static_cast<size_t>(i)], {}, verification, work);
+  });
 }
 
 // What its points say, followed into both frames of a pair.
-bool SlowChannel::tryTracks(const FrameView& frame, const DenseGroup& group, const PastPair& pair,
-                            Verification& verification) {
-  if (!isLargeEnough(frame, group)) return false;
+std::optional<VerifiedObject> SlowChannel::byTracks(const FrameView& frame, const DenseGroup& group,
+                                                    const Verification& verification,
+                                                    VerificationWork& work) const {
+  if (!isLargeEnough(frame, group)) return std::nullopt;
   Hypothesis hypothesis;
   hypothesis.source = Source::kDense;
   hypothesis.seeds = group.points;
-  if (!verification.isFree(hypothesis)) return false;
-  const auto motion = motionOf(frame, pair.past, group);
-  if (!motion || !goesOn(frame, pair, *motion)) return false;
+  if (!verification.isFree(hypothesis)) return std::nullopt;
   setLayer(frame, hypothesis);
-  hypothesis.moved_m = motion->fit.moved_m;
-  hypothesis.covariance = motion->fit.covariance;
-  return add(frame, pair.past, hypothesis, nullptr, verification);
+  // What comes towards the camera grows too much to be found again over the longest time.
+  for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
+    const auto motion = motionOf(frame, pairs_[k].past, group);
+    if (!motion || !goesOn(frame, pairs_[k], *motion)) continue;
+    hypothesis.moved_m = motion->fit.moved_m;
+    hypothesis.covariance = motion->fit.covariance;
+    if (auto found = verify(frame, pairs_[k].past, hypothesis, nullptr, verification, work))
+      return found;
+  }
+  return std::nullopt;
 }
 
 // What disparities of several frames say.
-bool SlowChannel::tryDisparities(const FrameView& frame, Hypothesis hypothesis,
-                                 const std::optional<Eigen::Vector3d>& expected_mps,
-                                 Verification& verification) {
+std::optional<VerifiedObject> SlowChannel::byDisparities(
+    const FrameView& frame, Hypothesis hypothesis,
+    const std::optional<Eigen::Vector3d>& expected_mps, const Verification& verification,
+    VerificationWork& work) const {
   const cv::Mat1f& disparity_px = frame.input.measured_disparity_px;
   std::vector<cv::Point> points = sampleOf(hypothesis.seeds);
   points.erase(std::remove_if(points.begin(), points.end(),
@@ -120,46 +132,50 @@ bool SlowChannel::tryDisparities(const FrameView& frame, Hypothesis hypothesis,
                               }),
                points.end());
   const auto motion = history_->fit(points, expected_mps);
-  if (!motion) return false;
+  if (!motion) return std::nullopt;
   // Images are compared over a short time: of where it was longer ago too little is known.
   const PastFrame& past = pairs_.back().past;
   const Eigen::Vector3d& velocity = motion->velocity_mps;
   if (motion->gain < kLeastGain || motion->known < kLeastKnown || motion->cost > kMostCost ||
       velocity.dot(motion->covariance.inverse() * velocity) < kLeastWay ||
       velocity.norm() * past.seconds < frame.params.min_displacement_m)
-    return false;
+    return std::nullopt;
   const Eigen::Matrix3d R = past.T_past_cam.linear();
   hypothesis.source = Source::kSlow;
   hypothesis.velocity_mps = velocity;
   hypothesis.moved_m = R * velocity * past.seconds;
   hypothesis.covariance = R * motion->covariance * R.transpose() * past.seconds * past.seconds;
-  return add(frame, past, hypothesis, &*history_, verification);
+  return verify(frame, past, hypothesis, &*history_, verification, work);
 }
 
-void SlowChannel::findKnown(const FrameView& frame, const ObjectTrack& known,
-                            Verification& verification) {
+void SlowChannel::findKnown(const FrameView& frame, const std::vector<const ObjectTrack*>& known,
+                            Verification& verification) const {
   const StereoRig& rig = frame.input.rig;
-  if (!(known.last.centre_m.z() > 0.5)) return;
-  const int pair =
-      pairWithin(rig, pairs_, rig.disparityFromPoint(known.last.centre_m), kMostParallax_px);
-  if (pair < 0) return;
-  const PastFrame& past = pairs_[static_cast<size_t>(pair)].past;
-  const auto hypothesis = hypothesisOf(frame, past, known);
-  if (hypothesis && verification.isFree(*hypothesis))
-    tryDisparities(frame, *hypothesis, hypothesis->velocity_mps, verification);
+  const auto find = [&](int i, VerificationWork& work) -> std::optional<VerifiedObject> {
+    const ObjectTrack& track = *known[static_cast<size_t>(i)];
+    if (!(track.last.centre_m.z() > 0.5)) return std::nullopt;
+    const int pair =
+        pairWithin(rig, pairs_, rig.disparityFromPoint(track.last.centre_m), kMostParallax_px);
+    if (pair < 0) return std::nullopt;
+    const auto hypothesis = hypothesisOf(frame, pairs_[static_cast<size_t>(pair)].past, track);
+    if (!hypothesis || !verification.isFree(*hypothesis)) return std::nullopt;
+    return byDisparities(frame, *hypothesis, hypothesis->velocity_mps, verification, work);
+  };
+  verification.addAll(frame, static_cast<int>(known.size()), find);
 }
 
-// Verifies it against a frame farther back, with the static world as far as it needs it.
-bool SlowChannel::add(const FrameView& frame, const PastFrame& past, const Hypothesis& hypothesis,
-                      const DisparityHistory* history, Verification& verification) {
-  const cv::Size lattice = frame.lattice();
-  const cv::Rect area = reachOf(frame.input.rig, frame.params, hypothesis, lattice);
+// Against a frame farther back, with the static world as far as the hypothesis needs it.
+std::optional<VerifiedObject> SlowChannel::verify(const FrameView& frame, const PastFrame& past,
+                                                  const Hypothesis& hypothesis,
+                                                  const DisparityHistory* history,
+                                                  const Verification& verification,
+                                                  VerificationWork& work) const {
   compareFrames(frame.current.pyramid, frame.input.measured_disparity_px, frame.range,
-                past.frame->pyramid, frame.staticSource(past), area, compared_);
-  baseline_.past = past;
-  baseline_.static_world.mismatch.create(lattice);
-  if (!area.empty()) compared_.mismatch.copyTo(baseline_.static_world.mismatch(area));
-  return verification.add(frame, baseline_, hypothesis, history);
+                past.frame->pyramid, frame.staticSource(past),
+                reachOf(frame.input.rig, frame.params, hypothesis, frame.lattice()),
+                work.static_world);
+  return verification.verify(frame, {past, work.static_world, residual_px_}, hypothesis, history,
+                             work);
 }
 
 }  // namespace predictive_stereo

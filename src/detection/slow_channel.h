@@ -23,23 +23,28 @@ class SlowChannel {
   void setFrame(const FrameView& frame, const std::vector<PastFrame>& past);
   /// Adds what it finds.
   void find(const FrameView& frame, Verification& verification);
-  /// Adds a known object, if it is where it should be. After find().
-  void findKnown(const FrameView& frame, const ObjectTrack& known, Verification& verification);
+  /// Adds known objects that are where they should be. After find().
+  void findKnown(const FrameView& frame, const std::vector<const ObjectTrack*>& known,
+                 Verification& verification) const;
 
  private:
-  bool tryTracks(const FrameView& frame, const DenseGroup& group, const PastPair& pair,
-                 Verification& verification);
-  bool tryDisparities(const FrameView& frame, Hypothesis hypothesis,
-                      const std::optional<Eigen::Vector3d>& expected_mps,
-                      Verification& verification);
-  bool add(const FrameView& frame, const PastFrame& past, const Hypothesis& hypothesis,
-           const DisparityHistory* history, Verification& verification);
+  std::optional<VerifiedObject> byTracks(const FrameView& frame, const DenseGroup& group,
+                                         const Verification& verification,
+                                         VerificationWork& work) const;
+  std::optional<VerifiedObject> byDisparities(const FrameView& frame, Hypothesis hypothesis,
+                                              const std::optional<Eigen::Vector3d>& expected_mps,
+                                              const Verification& verification,
+                                              VerificationWork& work) const;
+  std::optional<VerifiedObject> verify(const FrameView& frame, const PastFrame& past,
+                                       const Hypothesis& hypothesis,
+                                       const DisparityHistory* history,
+                                       const Verification& verification,
+                                       VerificationWork& work) const;
 
   std::vector<PastPair> pairs_;  // the farthest first
   std::optional<DisparityHistory> history_;
-  cv::Mat1b pair_;     // of each lattice point, see longResidual
-  Baseline baseline_;  // static world of one hypothesis, as far as that reaches
-  Comparison compared_;
+  cv::Mat1f residual_px_;
+  cv::Mat1b pair_;  // of each lattice point, see longResidual
   DenseGroups groups_;
 };
 

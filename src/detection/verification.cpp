@@ -112,12 +112,14 @@ bool Verification::hasPlausibleShape(const FrameView& frame, const Hypothesis& h
   return !(foot_m > kHighestFoot_m + kRoadSlope * layer_m);
 }
 
-bool Verification::add(const FrameView& frame, const Baseline& baseline,
-                       const Hypothesis& hypothesis, const DisparityHistory* history) {
+std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const Baseline& baseline,
+                                                   const Hypothesis& hypothesis,
+                                                   const DisparityHistory* history,
+                                                   VerificationWork& work) const {
   const DetectionInput& input = frame.input;
   const PastFrame& past = baseline.past;
-  if (hypothesis.moved_m.norm() > kFastest_mps * past.seconds) return false;
-  if (!isFree(hypothesis)) return false;
+  if (hypothesis.moved_m.norm() > kFastest_mps * past.seconds) return std::nullopt;
+  if (!isFree(hypothesis)) return std::nullopt;
   const SegmentationView view{input.rig,
                               frame.range,
                               frame.current.pyramid,
@@ -126,23 +128,23 @@ bool Verification::add(const FrameView& frame, const Baseline& baseline,
                               past.T_past_cam,
                               past.frame->disparity_px,
                               past.seconds,
-                              baseline.static_world.mismatch,
+                              baseline.static_world,
                               baseline.residual_px,
                               ground_,
                               history};
-  const auto found = segment(view, frame.params, hypothesis, segmentation_);
-  if (!found) return false;
+  auto found = segment(view, frame.params, hypothesis, work.segmentation);
+  if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
   if (!by_images &&
       (hypothesis.source == Source::kTracks || !showsInResiduals(frame.params, *found)))
-    return false;
+    return std::nullopt;
 
   ObservedObject object = observed(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
   Observation& seen = object.observation;
   const auto shape =
       shapeOf(input.rig, frame.range, input.measured_disparity_px, seen.box_px, object.mask);
   if (!shape || !hasPlausibleShape(frame, hypothesis, seen.box_px, shape->centre_m.z()))
-    return false;
+    return std::nullopt;
   seen.centre_m = shape->centre_m;
   seen.size_m = shape->size_m;
   seen.distance_m = shape->distance_m;
@@ -157,7 +159,24 @@ bool Verification::add(const FrameView& frame, const Baseline& baseline,
         R * hypothesis.covariance * R.transpose() / (past.seconds * past.seconds);
   }
   seen.score = std::clamp(by_images ? found->explained : found->dense, 0.0, 1.0);
+  return VerifiedObject{std::move(object), hypothesis, std::move(*found)};
+}
 
+std::vector<bool> Verification::addAll(const FrameView& frame, int count, const Finder& find) {
+  std::vector<std::optional<VerifiedObject>> verified(static_cast<size_t>(count));
+  works_.forEach(count, [&](int i, VerificationWork& work) {
+    verified[static_cast<size_t>(i)] = find(i, work);
+  });
+  std::vector<bool> added;
+  for (auto& object : verified) added.push_back(object && add(frame, std::move(*object)));
+  return added;
+}
+
+// Unless it is one of those that were found already, or a part of it.
+bool Verification::add(const FrameView& frame, VerifiedObject&& verified) {
+  const Hypothesis& hypothesis = verified.hypothesis;
+  const Observation& seen = verified.object.observation;
+  if (!isFree(hypothesis)) return false;
   // Points of one frame tell velocities well enough to keep neighbours apart, but not from a part.
   const bool weak = hypothesis.source == Source::kKnown || hypothesis.source == Source::kSlow;
   const double largest_part = weak ? std::numeric_limits<double>::infinity() : kLargestPart;
@@ -165,10 +184,8 @@ bool Verification::add(const FrameView& frame, const Baseline& baseline,
     if (overlaps(frame.params, seen, other.observation) ||
         belongsTo(frame.params, seen, other.observation, largest_part))
       return false;
-  for (int v = 0; v < found->area.height; ++v)
-    for (int u = 0; u < found->area.width; ++u)
-      if (found->mask(v, u)) taken_(found->area.y + v, found->area.x + u) = 255;
-  objects_.push_back(std::move(object));
+  taken_(verified.segment.area).setTo(255, verified.segment.mask);
+  objects_.push_back(std::move(verified.object));
   return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -11,8 +12,22 @@
 #include "detection/road_line.h"
 #include "detection/segmentation.h"
 #include "detection/tracker.h"
+#include "detection/work_pool.h"
 
 namespace predictive_stereo {
+
+/// What a hypothesis turned out to be.
+struct VerifiedObject {
+  ObservedObject object;
+  Hypothesis hypothesis;
+  Segment segment;
+};
+
+/// Memory that is used again from hypothesis to hypothesis.
+struct VerificationWork {
+  SegmentationWork segmentation;
+  Comparison static_world;  // of one hypothesis, for those who need it
+};
 
 /// Verifies hypotheses of a frame, and keeps what they turn out to be: objects with sizes that road
 /// users have and a foot on the road, each of them once.
@@ -25,11 +40,18 @@ class Verification {
 
   /// Whether most of it is no part of an object that was found already.
   bool isFree(const Hypothesis& hypothesis) const;
-  /// Adds the object that it turns out to be, if there is one and it is new.
+  /// The object that it turns out to be, if it is one.
   /// @param history  disparities of the past, to be asked beside the images; null: not asked.
-  /// @return whether there is one.
-  bool add(const FrameView& frame, const Baseline& baseline, const Hypothesis& hypothesis,
-           const DisparityHistory* history = nullptr);
+  std::optional<VerifiedObject> verify(const FrameView& frame, const Baseline& baseline,
+                                       const Hypothesis& hypothesis,
+                                       const DisparityHistory* history,
+                                       VerificationWork& work) const;
+
+  using Finder = std::function<std::optional<VerifiedObject>(int, VerificationWork&)>;
+  /// Asks for candidates 0 ... count - 1, in parallel, and then adds those that are new in this
+  /// order, so that earlier ones are preferred.
+  /// @return of each candidate whether it was added.
+  std::vector<bool> addAll(const FrameView& frame, int count, const Finder& find);
   /// After the last one of the frame: parts of one object become one.
   void joinParts(const FrameView& frame);
   void forgetObjects() { objects_.clear(); }
@@ -38,10 +60,11 @@ class Verification {
  private:
   bool hasPlausibleShape(const FrameView& frame, const Hypothesis& hypothesis, const cv::Rect& box,
                          double depth_m) const;
+  bool add(const FrameView& frame, VerifiedObject&& verified);
 
   LevelGround ground_;
   std::optional<RoadLine> road_;  // the last one that was found
-  SegmentationWork segmentation_;
+  WorkPool<VerificationWork> works_;
   std::vector<ObservedObject> objects_;
   cv::Mat1b taken_;  // lattice points of objects_
 };

@@ -41,10 +41,15 @@ cv::Rect putBoard(const StereoRig& rig, double depth_m, double width_m, double h
 }
 
 cv::Mat1b groundOf(const cv::Mat1f& disparity, const StereoRig& rig) {
-  cv::Mat1b ground;
   LevelGround level;
   level.setFrame(rig, DisparityRange(), disparity);
-  level.find({0, 0, rig.size.width / 2, rig.size.height / 2}, ground);
+  const cv::Rect lattice(0, 0, rig.size.width / 2, rig.size.height / 2);
+  Scratch<float> work;
+  const float lowest_m = level.lowestIn(lattice, work);
+  cv::Mat1b ground(lattice.size());
+  for (int v = 0; v < lattice.height; ++v)
+    for (int u = 0; u < lattice.width; ++u)
+      ground(v, u) = level.below_m(v)[u] >= lowest_m ? 255 : 0;
   return ground;
 }
 

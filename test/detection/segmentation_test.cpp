@@ -41,7 +41,7 @@ struct BehindAPole : Passing {
     hypothesis.moved_m.x() = -kFlow_px * depth_m / rig.fx_px;
     SegmentationWork work;
     return segment({rig, range, current, previous.pyramid, disparity, T_prev_cam,
-                    previous.disparity_px, kSeconds, static_world.mismatch, no_residual, ground},
+                    previous.disparity_px, kSeconds, static_world, no_residual, ground},
                    params, hypothesis, work);
   }
 };
