@@ -11,6 +11,9 @@ namespace {
 using Source = Hypothesis::Source;
 
 constexpr double kLargestSpeed_mps = 40;  // along the line of sight
+// Candidates that are looked at in a frame, the largest ones, so that its time is bounded. Crowds
+// and foliage have 5 and 12 of them.
+constexpr size_t kMostAcross = 8, kMostAlong = 12;
 
 }  // namespace
 
@@ -63,6 +66,7 @@ void MotionScheme::findAcross(const FrameView& frame, const std::vector<cv::Poin
       followGroups(view, params_, groupSuspects(view, params_, unexplained_px_, past_.seconds));
   std::vector<Hypothesis> hypotheses;
   for (const auto& members : clusterTracks(rig, params_, tracks)) {
+    if (hypotheses.size() == kMostAcross) break;
     const Displacement fit = fitDisplacement(rig, params_, tracks, members);
     if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
         fit.moved_m.norm() < params_.min_displacement_m)
@@ -93,7 +97,9 @@ void MotionScheme::findAlong(const FrameView& frame) {
   std::vector<const DenseGroup*> groups;
   for (const DenseGroup& group :
        along_groups_.find(residual_px_, frame.input.measured_disparity_px, params_))
-    if (group.disparity_px >= farthest_px && isLargeEnough(frame, group)) groups.push_back(&group);
+    if (groups.size() < kMostAlong && group.disparity_px >= farthest_px &&
+        isLargeEnough(frame, group))
+      groups.push_back(&group);
   const auto find = [&](int i, VerificationWork& work) -> std::optional<VerifiedObject> {
     const DenseGroup& group = *groups[static_cast<size_t>(i)];
     Hypothesis hypothesis;

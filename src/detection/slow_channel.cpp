@@ -15,7 +15,8 @@ constexpr double kMostParallax_px = 16;
 // Of what is told by disparities: how much better its motion explains those of the past, what it
 // leaves unexplained, and the share of them that tells; see LayerMotion.
 constexpr double kLeastGain = 1, kMostCost = 4, kLeastKnown = 0.25;
-constexpr size_t kMostFits = 6;  // a frame, of the largest groups: they take 0.3 ms each
+// A frame, the largest ones, so that its time is bounded; fits take 0.3 ms each.
+constexpr size_t kMostGroups = 12, kMostFits = 6;
 // Squared ratio of its way to its error, and of the errors by which the way to the frame halfway
 // may differ; 40 m/s.
 constexpr double kLeastWay = 16, kMostDeviation = 12, kLargestSpeed_mps = 40;
@@ -75,7 +76,7 @@ void SlowChannel::find(const FrameView& frame, Verification& verification) {
   std::vector<const DenseGroup*> groups;
   for (const DenseGroup& group :
        groups_.findSlow(residual_px_, pair_, frame.input.measured_disparity_px, frame.params))
-    if (group.disparity_px >= kLeastDisparity_px &&
+    if (groups.size() < kMostGroups && group.disparity_px >= kLeastDisparity_px &&
         hasTexture(frame.current.pyramid.level(1), group.points))
       groups.push_back(&group);
   const auto added = verification.addAll(
