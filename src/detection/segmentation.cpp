@@ -20,6 +20,8 @@ constexpr float kGreyPerCost = kMostSupport_grey / DisparityHistory::kMostCost;
 constexpr int kReachOfWindows = 8;
 
 // Columns and rows that hardly belong to the object: ground beside wheels, branches.
+// Counted among all that could be reached, so that objects that fill little of it stay as they are:
+// cutting those by their own columns and rows loses far ones, see docs/benchmarks.md.
 /// @param of  how many columns or rows there are with those outside of `mask`, which are empty.
 void trim(cv::Mat1b& mask, bool columns, int of) {
   const int n = columns ? mask.cols : mask.rows;
