@@ -23,6 +23,8 @@ struct MatcherParams {
   PathSet paths = PathSet::kStraight4;
   int p1 = 10;                       ///< penalty of a disparity change by 1 (eq. 1)
   int p2 = 70;                       ///< penalty of a larger change, > p1 (eq. 1)
+  int p2_edge = 15;                  ///< instead of p2 across a lasting step of grey, if lower
+  int edge_step = 0;                 ///< grey levels of such a step; 0: p2 is the same everywhere
   int left_right_tolerance_px = 2;   ///< larger left-right differences are invalid; -1: no check
   std::string simd_target = "auto";  ///< see chooseSimdTarget (simd_target.h)
 
@@ -39,6 +41,8 @@ struct MatcherParams {
                        {"all_8", PathSet::kAll8}});
     v("p1", p1, 1, 200);
     v("p2", p2, 2, 220);
+    v("p2_edge", p2_edge, 1, 220);
+    v("edge_step", edge_step, 0, 255);
     v("left_right_tolerance_px", left_right_tolerance_px, -1, 256);
     v("simd_target", simd_target);
   }

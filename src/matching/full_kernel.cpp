@@ -57,14 +57,16 @@ class RowAggregation {
     for (int i = 0; i < row_.width; ++i, x += step) {
       Pixel costs, sums;
       matchingCosts(x, costs);
+      const uint8_t down = row_.floors_down[x];
+      const uint8_t across = row_.floors_across[row_.upward ? x + 1 : x];
       if constexpr (kStraight) {
-        follow(horizontal, costs, horizontal);
+        follow(horizontal, costs, across, horizontal);
         horizontal.most = hn::Add(lowestLane(d_, lowest<0, kK>(horizontal.costs)), p2_);
         sums = horizontal.costs;
 
         Path vertical;
         load(row_.straight, x, vertical);
-        follow(vertical, costs, vertical);
+        follow(vertical, costs, down, vertical);
         store(vertical, row_.straight, x);
         add(vertical.costs, sums);
       }
@@ -73,7 +75,7 @@ class RowAggregation {
         // at x, the next row wants at x + step (from_behind) or x - step (from_ahead).
         Path path = behind;
         load(row_.from_behind, x, behind);
-        follow(path, costs, path);
+        follow(path, costs, std::max(across, down), path);
         store(path, row_.from_behind, x);
         if constexpr (kStraight)
           add(path.costs, sums);
@@ -83,7 +85,8 @@ class RowAggregation {
           start(path);
         else
           load(row_.from_ahead, x + step, path);
-        follow(path, costs, path);
+        const uint8_t across_ahead = row_.floors_across[row_.upward ? x : x + 1];
+        follow(path, costs, std::max(across_ahead, down), path);
         store(path, row_.from_ahead, x);
         add(path.costs, sums);
       }
@@ -147,17 +150,19 @@ class RowAggregation {
 
   /// Eq. 1, one pixel on: C + min(L(d), L(d +- 1) + P1, min L + P2) - min L. All but the very last
   /// term is known before min L is, which takes longest.
-  HWY_INLINE void follow(const Path& previous, const Pixel& costs_and_p2, Path& next) const {
+  HWY_INLINE void follow(const Path& previous, const Pixel& costs_and_p2, uint8_t floor,
+                         Path& next) const {
     constexpr int kLast = kK - 1;
     const Pixel from = previous.costs;
-    const V none = hn::Set(d_, 255);
+    const V none = hn::Set(d_, 255), floors = hn::Set(d_, floor);
     const V below_first = lanesUp(d_, from.v[kLast], none);
     const V above_last = lanesDown(d_, from.v[0], none);
     for (int k = 0; k < kK; ++k) {
       const V below = k == 0 ? below_first : from.v[k - 1];
       const V above = k == kLast ? above_last : from.v[k + 1];
       const V carried = hn::Min(from.v[k], hn::SaturatedAdd(hn::Min(below, above), p1_));
-      next.costs.v[k] = hn::Sub(costs_and_p2.v[k], hn::SaturatedSub(previous.most, carried));
+      const V goodness = hn::Max(hn::SaturatedSub(previous.most, carried), floors);
+      next.costs.v[k] = hn::Sub(costs_and_p2.v[k], goodness);
     }
     if (row_.dead)
       for (int k = 0; k < kK; ++k)

@@ -44,7 +44,9 @@ struct FullSearchRow {
   const uint8_t* right_planes;  ///< CensusPlanes::buildRight of this row, with K phases
   size_t right_stride;
   const uint32_t* entry_offsets;
-  const uint8_t* dead;  ///< 255 at dead indices, 0 at others; nullptr: none is dead
+  const uint8_t* floors_across;  ///< JumpFloors of this row
+  const uint8_t* floors_down;    ///< JumpFloors between this row and the row before
+  const uint8_t* dead;           ///< 255 at dead indices, 0 at others; nullptr: none is dead
   /// Paths at the previous row, replaced by those at this one: the one that comes straight, and
   /// those along both diagonals.
   PathRow straight;

@@ -23,7 +23,7 @@ FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
 }
 
 void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
-                       AlignedBuffer& volume, Match& match) {
+                       const JumpFloors& floors, AlignedBuffer& volume, Match& match) {
   const int width = left_words.cols, height = left_words.rows;
   const size_t row_bytes = static_cast<size_t>(width) * layout_.size();
   left_planes_.buildLeft(left_words);
@@ -36,8 +36,8 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
   visitRowsTwice(height, height / 2, [&](int y, bool upward, bool is_first_visit) {
     Pass& pass = upward ? upward_ : downward_;
     uint8_t* const sums = all_sums + y * row_bytes;
-    if (is_first_visit) return aggregateRow(pass, width, y, nullptr, sums);
-    aggregateRow(pass, width, y, sums, pass.row_sums.data());
+    if (is_first_visit) return aggregateRow(pass, floors, width, y, nullptr, sums);
+    aggregateRow(pass, floors, width, y, sums, pass.row_sums.data());
     stripedWinners(simd_target_)({width, params_.range, layout_, pass.row_sums.data()},
                                  pass.winners);
     describeRow(pass.winners, params_, simd_target_, y, nullptr, nullptr, match);
@@ -61,8 +61,8 @@ void FullSearch::start(Pass& pass, int width) {
   pass.winners.resize(width, params_.range);
 }
 
-void FullSearch::aggregateRow(Pass& pass, int width, int y, const uint8_t* sums_before,
-                              uint8_t* sums) {
+void FullSearch::aggregateRow(Pass& pass, const JumpFloors& floors, int width, int y,
+                              const uint8_t* sums_before, uint8_t* sums) {
   FullSearchRow row;
   row.width = width;
   row.layout = layout_;
@@ -77,6 +77,8 @@ void FullSearch::aggregateRow(Pass& pass, int width, int y, const uint8_t* sums_
   row.right_planes = right_planes_.row(y);
   row.entry_offsets = right_planes_.entry_offsets();
   row.right_stride = right_planes_.plane_stride();
+  row.floors_across = floors.across(y);
+  row.floors_down = floors.down(pass.upward ? y + 1 : y);
   row.dead = layout_.size() > params_.range.count ? dead_.data() : nullptr;
   row.straight = pass.straight;
   row.from_behind = pass.from_behind;

@@ -7,6 +7,7 @@
 #include "matching/census_planes.h"
 #include "matching/cost_tables.h"
 #include "matching/full_kernel.h"
+#include "matching/jump_floors.h"
 #include "matching/row_winners.h"
 #include "predictive_stereo/matcher.h"
 
@@ -21,8 +22,8 @@ class FullSearch {
 
   /// Fills every member of `match` except search_width; all have their sizes already.
   /// @param volume  memory for the sums of all disparities; may be shared with other searches.
-  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, AlignedBuffer& volume,
-             Match& match);
+  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, const JumpFloors& floors,
+             AlignedBuffer& volume, Match& match);
 
  private:
   struct Pass {
@@ -34,7 +35,8 @@ class FullSearch {
   };
 
   void start(Pass& pass, int width);
-  void aggregateRow(Pass& pass, int width, int y, const uint8_t* sums_before, uint8_t* sums);
+  void aggregateRow(Pass& pass, const JumpFloors& floors, int width, int y,
+                    const uint8_t* sums_before, uint8_t* sums);
 
   const MatcherParams params_;
   const int64_t simd_target_;

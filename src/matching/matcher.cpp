@@ -6,6 +6,7 @@
 
 #include "matching/census_kernel.h"
 #include "matching/full_search.h"
+#include "matching/jump_floors.h"
 #include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
@@ -60,7 +61,8 @@ struct StereoMatcher::Workspace {
     } else {
       census.transform(left, left_words);
       census.transform(right, right_words);
-      full_search.match(left_words, right_words, volume, match);
+      floors.build(left, params);
+      full_search.match(left_words, right_words, floors, volume, match);
     }
     for (int y = 0; y < left.rows; ++y)  // cv::Mat::setTo would allocate
       std::fill_n(match.search_width[y], left.cols, static_cast<uint16_t>(params.range.count));
@@ -77,7 +79,8 @@ struct StereoMatcher::Workspace {
     } else {
       census.transform(left, left_words);
       census.transform(right, right_words);
-      reduced_search.match(left_words, right_words, windows, volume, match);
+      floors.build(left, params);
+      reduced_search.match(left_words, right_words, floors, windows, volume, match);
     }
   }
 
@@ -88,6 +91,7 @@ struct StereoMatcher::Workspace {
   AlignedBuffer volume;
   FullSearch full_search;
   ReducedSearch reduced_search;
+  JumpFloors floors;
   SearchWindows windows;
   cv::Mat1i left_words, right_words;
 };

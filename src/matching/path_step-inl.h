@@ -113,12 +113,12 @@ HWY_INLINE V lanesDown(D d, V v, V fill) {
   return hn::CombineShiftRightBytes<1>(d, blocksDown(d, v, fill), v);
 }
 
-/// C + P2 - max(G(d), G(d +- 1) - P1): what a path pays at disparities that have `goodness` at the
-/// previous pixel, and `below` and `above` one disparity beside.
+/// C + P2 - max(G(d), G(d +- 1) - P1, floor): what a path pays at disparities that have `goodness`
+/// at the previous pixel, and `below` and `above` one disparity beside. See JumpFloors.
 template <class V>
-HWY_INLINE V pathCost(V cost_and_p2, V goodness, V below, V above, V p1) {
+HWY_INLINE V pathCost(V cost_and_p2, V goodness, V below, V above, V p1, V floor) {
   const V stepped = hn::SaturatedSub(hn::Max(below, above), p1);
-  return hn::Sub(cost_and_p2, hn::Max(goodness, stepped));
+  return hn::Sub(cost_and_p2, hn::Max(hn::Max(goodness, floor), stepped));
 }
 
 /// Sums of both passes together. Those of 8 paths are halved, as they would not fit into a byte:

@@ -48,8 +48,8 @@ struct VerticalStep {
   uint8_t *goodness, *sums;
 
   template <class D, class V = hn::Vec<D>>
-  HWY_INLINE void take(D d, int at, const Carried<V>& carried, V p1, V p2) const {
-    const V path = pathCost(hn::LoadU(d, costs + at), carried, p1);
+  HWY_INLINE void take(D d, int at, const Carried<V>& carried, V p1, V p2, V floor) const {
+    const V path = pathCost(hn::LoadU(d, costs + at), carried, p1, floor);
     hn::StoreU(goodnessOf(d, path, p2), d, goodness + at);
     hn::StoreU(hn::SaturatedAdd(hn::LoadU(d, sums_before + at), path), d, sums + at);
   }
@@ -139,12 +139,14 @@ class RowAggregation {
         const int at_one = one.position + k * kLanes;
         const int at_other = other.position + (kWindowRun - 1 - k) * kLanes;
         const Pair costs = loadPair(d, row.costs + at_one, row.costs + at_other);
+        const Pair floors = setPair(d, row.floors_across[a * kWindowRun + k],
+                                    row.floors_across[b * kWindowRun + kWindowRun - k]);
         Pair total;
         if constexpr (!kComeFirst) total = loadPair(d, sums + at_one, sums + at_other);
         for (int part = 0; part < kPairParts; ++part) {
           PairVector& passed_on = goodness.parts[part];
           const auto carried = k == 0 ? shift(part, passed_on) : unshifted(d, passed_on);
-          const PairVector path = pathCost(costs.parts[part], carried, p1);
+          const PairVector path = pathCost(costs.parts[part], carried, p1, floors.parts[part]);
           passed_on = goodnessOf(d, path, p2);
           total.parts[part] = kComeFirst ? path : hn::SaturatedAdd(total.parts[part], path);
         }
@@ -204,15 +206,18 @@ class RowAggregation {
     if (HWY_LIKELY(above && above[run].width == kLanes)) {
       const uint8_t* const goodness = row.previous.straight + above[run].position;
       const Shift shift(run_d_, window.first - above[run].first);
+      const auto floors = hn::LoadDup128(run_d_, row.floors_down + run * kWindowRun);
       for (int at = 0; at < kWindowRun * kLanes; at += kPixelsOfVector * kLanes)
-        step.take(run_d_, at, shift(hn::LoadU(run_d_, goodness + at)), p1_, p2_);
+        step.take(run_d_, at, shift(hn::LoadU(run_d_, goodness + at)), p1_, p2_,
+                  hn::TableLookupBytes(floors, hn::Load(run_d_, kPixel.pixel + at)));
     } else {
       const WindowPaths<Bytes16, 1> paths(window, row.p1, row.p2);
       const V16 p1 = lowLanes(d_, run_d_, p1_), p2 = lowLanes(d_, run_d_, p2_);
       for (int k = 0; k < kWindowRun; ++k) {
         WindowPaths<Bytes16, 1>::Passed carried;
         paths.carry(inPreviousRow(row, run * kWindowRun + k, row.previous.straight), carried);
-        step.take(d_, k * kLanes, carried[0], p1, p2);
+        step.take(d_, k * kLanes, carried[0], p1, p2,
+                  hn::Set(d_, row.floors_down[run * kWindowRun + k]));
       }
     }
   }
@@ -266,23 +271,28 @@ class RowAggregation {
         sums[v] = hn::Zero(d);
       }
       if (visit.walker) {
-        paths.step(costs, along, sums, goodness);
+        paths.step(costs, along, row.floors_across[backward ? x + 1 : x], sums, goodness);
         paths.carryOn(goodness, along);
         if (i == pixels - 1) paths.store(goodness, visit.walker->goodness);
       }
-      const auto follow = [&](const Neighbour& neighbour, uint8_t* next) HWY_ATTR {
+      const auto follow = [&](const Neighbour& neighbour, uint8_t floor, uint8_t* next) HWY_ATTR {
         typename Window::Vectors passed_on;
         paths.carry(neighbour, carried);
-        paths.step(costs, carried, sums, passed_on);
+        paths.step(costs, carried, floor, sums, passed_on);
         paths.store(passed_on, next + at);
       };
       if (visit.from_previous_row) {
         const int step = row.upward ? -1 : 1;
+        const uint8_t down = row.floors_down[x];
         if constexpr (kStraight)
-          follow(inPreviousRow(row, x, row.previous.straight), row.next.straight);
+          follow(inPreviousRow(row, x, row.previous.straight), down, row.next.straight);
         if constexpr (kDiagonal) {
-          follow(inPreviousRow(row, x - step, row.previous.from_behind), row.next.from_behind);
-          follow(inPreviousRow(row, x + step, row.previous.from_ahead), row.next.from_ahead);
+          const uint8_t behind = row.floors_across[row.upward ? x + 1 : x];
+          const uint8_t ahead = row.floors_across[row.upward ? x : x + 1];
+          follow(inPreviousRow(row, x - step, row.previous.from_behind), std::max(behind, down),
+                 row.next.from_behind);
+          follow(inPreviousRow(row, x + step, row.previous.from_ahead), std::max(ahead, down),
+                 row.next.from_ahead);
         }
       }
       for (int v = 0; v < paths.vectors(); ++v) {

@@ -43,6 +43,8 @@ struct ReducedSearchRow {
   const int* left_words;
   const uint8_t* right_bytes;  ///< CensusBytes of this row
   size_t right_stride;
+  const uint8_t* floors_across;  ///< JumpFloors of this row
+  const uint8_t* floors_down;    ///< JumpFloors between this row and the row before
   const WindowRun* windows;
   const WindowRun* previous_windows;  ///< of the row before; nullptr: there is none
   PathStates previous, next;

@@ -24,7 +24,8 @@ ReducedSearch::ReducedSearch(const MatcherParams& params, int64_t simd_target)
 }
 
 void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
-                          const SearchWindows& windows, AlignedBuffer& volume, Match& match) {
+                          const JumpFloors& floors, const SearchWindows& windows,
+                          AlignedBuffer& volume, Match& match) {
   const int height = left_words.rows;
   right_bytes_.build(right_words, params_.range);
   // Room for the widest windows: pages that are never touched cost nothing, and no frame with wider
@@ -38,8 +39,9 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
   visitRowsTwice(height, rowInTheMiddle(windows), [&](int y, bool upward, bool is_first_visit) {
     Pass& pass = upward ? upward_ : downward_;
     uint8_t* const sums = all_sums + windows.row_begins[y];
-    if (is_first_visit) return aggregateRow(pass, left_words[y], windows, y, nullptr, sums);
-    aggregateRow(pass, left_words[y], windows, y, sums, pass.row_sums.data() + kRowSumsMargin);
+    if (is_first_visit) return aggregateRow(pass, left_words[y], floors, windows, y, nullptr, sums);
+    aggregateRow(pass, left_words[y], floors, windows, y, sums,
+                 pass.row_sums.data() + kRowSumsMargin);
     chooseWinners(pass, windows, y, match);
   });
 }
@@ -54,8 +56,9 @@ void ReducedSearch::reserve(Pass& pass, int columns) {
   pass.winners.resize(columns, params_.range);
 }
 
-void ReducedSearch::aggregateRow(Pass& pass, const int* left_words, const SearchWindows& windows,
-                                 int y, const uint8_t* sums_before, uint8_t* sums) {
+void ReducedSearch::aggregateRow(Pass& pass, const int* left_words, const JumpFloors& floors,
+                                 const SearchWindows& windows, int y, const uint8_t* sums_before,
+                                 uint8_t* sums) {
   ReducedSearchRow row;
   row.columns = windows.width.cols;
   row.p1 = params_.p1;
@@ -68,6 +71,8 @@ void ReducedSearch::aggregateRow(Pass& pass, const int* left_words, const Search
   row.right_stride = right_bytes_.plane_stride();
   const int previous_y = pass.upward ? y + 1 : y - 1;
   const bool has_previous = previous_y >= 0 && previous_y < windows.width.rows;
+  row.floors_across = floors.across(y);
+  row.floors_down = floors.down(pass.upward ? y + 1 : y);
   row.windows = windows.row(y);
   row.previous_windows = has_previous ? windows.row(previous_y) : nullptr;
   row.previous = pass.pathStates(y & 1);

@@ -5,6 +5,7 @@
 
 #include "matching/aligned_buffer.h"
 #include "matching/census_bytes.h"
+#include "matching/jump_floors.h"
 #include "matching/reduced_kernel.h"
 #include "matching/row_winners.h"
 #include "matching/search_windows.h"
@@ -19,7 +20,7 @@ class ReducedSearch {
 
   /// Fills every member of `match` except search_width; all have their sizes already.
   /// @param volume  memory for the sums of all windows; may be shared with other searches.
-  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
+  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, const JumpFloors& floors,
              const SearchWindows& windows, AlignedBuffer& volume, Match& match);
 
  private:
@@ -39,8 +40,8 @@ class ReducedSearch {
   };
 
   void reserve(Pass& pass, int columns);
-  void aggregateRow(Pass& pass, const int* left_words, const SearchWindows& windows, int y,
-                    const uint8_t* sums_before, uint8_t* sums);
+  void aggregateRow(Pass& pass, const int* left_words, const JumpFloors& floors,
+                    const SearchWindows& windows, int y, const uint8_t* sums_before, uint8_t* sums);
   void chooseWinners(Pass& pass, const SearchWindows& windows, int y, Match& match);
 
   const MatcherParams params_;

@@ -35,6 +35,7 @@ class ReferenceSgm {
         windows_(windows),
         size_(left.size()),
         count_(params.range.count),
+        left_(left),
         sums_(left.total() * params.range.count, 0),
         upward_sums_(sums_) {
     censusReference(left, params.census, left_census_);
@@ -85,13 +86,25 @@ class ReferenceSgm {
         const bool starts = !hasWindow(x - dx, y - dy);
         const uint8_t* neighbour = starts ? nullptr : &neighbours[(x - dx) * stride + 1];
         auto& sums = dx + 2 * dy > 0 ? sums_ : upward_sums_;
-        step(x, y, neighbour, &current[x * stride + 1], &sums[offsetOf(x, y)]);
+        const int floor = std::max(floorTo(x, y, -dx, 0), floorTo(x, y, 0, -dy));
+        step(x, y, neighbour, floor, &current[x * stride + 1], &sums[offsetOf(x, y)]);
       }
     }
   }
 
+  /// See JumpFloors: between a pixel and the one beside it in the direction (dx, dy).
+  int floorTo(int x, int y, int dx, int dy) const {
+    const auto grey = [&](int steps) -> int {
+      return left_(std::clamp(y + steps * dy, 0, size_.height - 1),
+                   std::clamp(x + steps * dx, 0, size_.width - 1));
+    };
+    const int step = std::min(std::abs(grey(0) - grey(1)), std::abs(grey(-2) - grey(3)));
+    const bool is_edge = params_.edge_step > 0 && step >= params_.edge_step;
+    return is_edge ? std::max(params_.p2 - params_.p2_edge, 0) : 0;
+  }
+
   /// One pixel of a path; no neighbour: the path starts here.
-  void step(int x, int y, const uint8_t* neighbour, uint8_t* goodness, uint8_t* sums) {
+  void step(int x, int y, const uint8_t* neighbour, int floor, uint8_t* goodness, uint8_t* sums) {
     const WindowRun& window = windowOf(x, y);
     const int first = window.first, end = first + window.width;
     int path_costs[256], lowest = 255;
@@ -100,7 +113,7 @@ class ReferenceSgm {
       if (neighbour)
         carried =
             std::max<int>(neighbour[i], std::max(neighbour[i - 1], neighbour[i + 1]) - params_.p1);
-      path_costs[i] = cost(x, y, i) + params_.p2 - std::max(carried, 0);
+      path_costs[i] = cost(x, y, i) + params_.p2 - std::max(carried, floor);
       lowest = std::min(lowest, path_costs[i]);
     }
     std::fill(goodness, goodness + count_, uint8_t{0});
@@ -185,6 +198,7 @@ class ReferenceSgm {
   const SearchWindows& windows_;
   const cv::Size size_;
   const int count_;
+  const cv::Mat1b left_;
   cv::Mat1i left_census_, right_census_;
   /// Saturating sums over the paths of the downward pass (in the end those of both passes), and
   /// over those of the upward pass: [y][x][index].

@@ -56,8 +56,8 @@ struct Carried {
 
 /// One step of a path (path_step-inl.h).
 template <class V>
-HWY_INLINE V pathCost(V cost_and_p2, const Carried<V>& carried, V p1) {
-  return pathCost(cost_and_p2, carried.same, carried.below, carried.above, p1);
+HWY_INLINE V pathCost(V cost_and_p2, const Carried<V>& carried, V p1, V floor) {
+  return pathCost(cost_and_p2, carried.same, carried.below, carried.above, p1, floor);
 }
 
 /// What windows of 16 pass on.
@@ -148,6 +148,15 @@ struct SpreadTable {
   alignas(64) uint8_t of_byte[4][kWindowRun * kLanes] = {};
 };
 constexpr SpreadTable kSpread;
+
+/// Shuffles that take a byte of each of a run's pixels to all of its lanes.
+struct PixelTable {
+  constexpr PixelTable() {
+    for (int i = 0; i < kWindowRun * kLanes; ++i) pixel[i] = static_cast<uint8_t>(i / kLanes);
+  }
+  alignas(64) uint8_t pixel[kWindowRun * kLanes] = {};
+};
+constexpr PixelTable kPixel;
 
 /// 16 bytes from `source` on, then 16 bytes from source - 1 on, ...
 template <class D>
@@ -254,13 +263,14 @@ class WindowPaths {
   }
 
   /// Adds the path's costs to `sums`, and gives what it passes on.
-  HWY_INLINE void step(const Vectors& costs, const Passed& carried, Vectors& sums,
+  HWY_INLINE void step(const Vectors& costs, const Passed& carried, uint8_t floor, Vectors& sums,
                        Vectors& goodness) const {
     const D d;
+    const V floors = hn::Set(d, floor);
     Vectors path;
     V lowest = hn::Set(d, 255);
     for (int v = 0; v < vectors(); ++v) {
-      path[v] = pathCost(costs[v], carried[v], p1_);
+      path[v] = pathCost(costs[v], carried[v], p1_, floors);
       lowest = v == 0 ? path[v] : hn::Min(lowest, path[v]);
       sums[v] = hn::SaturatedAdd(sums[v], path[v]);
     }
@@ -304,6 +314,20 @@ HWY_INLINE Pair loadPair(D d, const uint8_t* one, const uint8_t* other) {
   } else {
     pair.parts[0] = hn::LoadU(d, one);
     pair.parts[kPairParts - 1] = hn::LoadU(d, other);
+  }
+  return pair;
+}
+
+/// A value for each of the two windows, in all of its lanes.
+template <class D>
+HWY_INLINE Pair setPair(D d, uint8_t one, uint8_t other) {
+  Pair pair;
+  if constexpr (hn::MaxLanes(D()) > kLanes) {
+    const hn::Half<D> half;
+    pair.parts[0] = hn::Combine(d, hn::Set(half, other), hn::Set(half, one));
+  } else {
+    pair.parts[0] = hn::Set(d, one);
+    pair.parts[kPairParts - 1] = hn::Set(d, other);
   }
   return pair;
 }

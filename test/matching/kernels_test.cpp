@@ -238,6 +238,21 @@ TEST(Kernels, ReducedSearchOfEveryPenalty) {
     }
 }
 
+TEST(Kernels, SearchesOfEveryEdgePenalty) {
+  const TestPair pair = makeTestPair({90, 30}, 0, 30, 10);
+  for (const auto& [edge_step, p2_edge] : {std::pair(0, 18), {1, 1}, {8, 30}, {40, 20}, {12, 200}})
+    for (const PathSet paths : kPathSets) {
+      MatcherParams params;
+      params.range.count = 96;
+      params.paths = paths;
+      params.edge_step = edge_step;
+      params.p2_edge = p2_edge;
+      expectFullSearchEqualsReference(pair, params);
+      expectReducedSearchEqualsReference(pair, params,
+                                         randomRanges(pair.left.size(), params.range, 11));
+    }
+}
+
 /// By the reduced search itself: StereoMatcher would take the full search.
 Match searchEverythingReduced(const TestPair& pair, const MatcherParams& params) {
   const int64_t target = simdTargetBit(params.simd_target);
@@ -250,7 +265,9 @@ Match searchEverythingReduced(const TestPair& pair, const MatcherParams& params)
   const cv::Size size = pair.left.size();
   Match match{cv::Mat1f(size), cv::Mat1b(size), windows.width};
   AlignedBuffer volume;
-  ReducedSearch(params, target).match(left_words, right_words, windows, volume, match);
+  JumpFloors floors;
+  floors.build(pair.left, params);
+  ReducedSearch(params, target).match(left_words, right_words, floors, windows, volume, match);
   return match;
 }
 

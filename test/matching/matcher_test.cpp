@@ -70,6 +70,7 @@ TEST(Matcher, EightPathsFindNoLessThanFourInNoise) {
   params.census = CensusForm::kCentreSymmetric9x7;
   params.p1 = 20;
   params.p2 = 120;
+  params.edge_step = 0;  // noise steps everywhere
   const auto scoreOf = [&](PathSet paths, const SearchRanges* ranges) {
     params.paths = paths;
     StereoMatcher matcher(params);

@@ -1,0 +1,67 @@
+#include "matching/jump_floors.h"
+
+#include <algorithm>
+#include <cstring>
+#include <opencv2/core/utility.hpp>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kReach = 2;  // of a step that lasts: pixels beyond the two between which it lies
+
+/// Arguments that are known not to overlap are passed one by one: only then do compilers vectorise.
+void floorsBetween(const uint8_t* near_before, const uint8_t* near_after, const uint8_t* far_before,
+                   const uint8_t* far_after, int count, uint8_t least_step, uint8_t floor,
+                   uint8_t* __restrict floors) {
+  for (int x = 0; x < count; ++x) {
+    const uint8_t a = near_before[x], b = near_after[x], c = far_before[x], d = far_after[x];
+    const auto near_step = static_cast<uint8_t>(std::max(a, b) - std::min(a, b));
+    const auto far_step = static_cast<uint8_t>(std::max(c, d) - std::min(c, d));
+    floors[x] = std::min(near_step, far_step) >= least_step ? floor : uint8_t{0};
+  }
+}
+
+uint8_t floorBetween(const uint8_t* row, int width, int x, int least_step, uint8_t floor) {
+  const auto step = [&](int before, int after) {
+    return std::abs(row[std::clamp(before, 0, width - 1)] - row[std::clamp(after, 0, width - 1)]);
+  };
+  return std::min(step(x - 1, x), step(x - 1 - kReach, x + kReach)) >= least_step ? floor
+                                                                                  : uint8_t{0};
+}
+
+}  // namespace
+
+void JumpFloors::build(const cv::Mat1b& left, const MatcherParams& params) {
+  constexpr int kMargin = 16;
+  const int width = left.cols, height = left.rows;
+  stride_ = static_cast<size_t>(width) + 1 + kMargin;
+  const size_t bytes = stride_ * (static_cast<size_t>(height) + 1);
+  across_.reserve(bytes);
+  down_.reserve(bytes);
+  const int lowered = params.edge_step > 0 ? std::max(params.p2 - params.p2_edge, 0) : 0;
+  if (lowered == 0) {
+    std::memset(across_.data(), 0, bytes);
+    std::memset(down_.data(), 0, bytes);
+    return;
+  }
+  const auto floor = static_cast<uint8_t>(lowered);
+  const auto least_step = static_cast<uint8_t>(params.edge_step);
+  const auto row = [&](int y) { return left[std::clamp(y, 0, height - 1)]; };
+  cv::parallel_for_(cv::Range(0, height + 1), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      floorsBetween(row(y - 1), row(y), row(y - 1 - kReach), row(y + kReach), width, least_step,
+                    floor, down_.data() + offsetOf(y));
+      if (y == height) break;
+      const uint8_t* const here = left[y];
+      uint8_t* const floors = across_.data() + offsetOf(y);
+      const int first = std::min(kReach + 1, width + 1);
+      const int last = std::max(width - kReach, first);
+      for (int x = 0; x <= width; x = x + 1 == first ? last : x + 1)
+        floors[x] = floorBetween(here, width, x, least_step, floor);
+      floorsBetween(here + first - 1, here + first, here + first - 1 - kReach,
+                    here + first + kReach, last - first, least_step, floor, floors + first);
+    }
+  });
+}
+
+}  // namespace predictive_stereo
