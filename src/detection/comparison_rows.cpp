@@ -50,8 +50,13 @@ HWY_INLINE void project(const LatticeRow& row, int first, int n, Sources& source
   }
 }
 
-HWY_NOINLINE void compareRow(const LatticeRow& row, const uint8_t* grey, const uint8_t* before,
-                             float* HWY_RESTRICT difference, float* HWY_RESTRICT known) {
+HWY_INLINE float greyOf(uint32_t lowest_byte) {
+  return static_cast<float>(static_cast<int32_t>(lowest_byte & 255u));
+}
+
+HWY_NOINLINE void compareRow(const LatticeRow& row, const uint8_t* HWY_RESTRICT grey,
+                             const uint8_t* HWY_RESTRICT before, float* HWY_RESTRICT difference,
+                             float* HWY_RESTRICT known) {
   if (row.columns < 2 || row.rows < 2) {
     std::fill_n(difference, row.width, 0.0f);
     std::fill_n(known, row.width, 0.0f);
@@ -79,15 +84,13 @@ HWY_NOINLINE void compareRow(const LatticeRow& row, const uint8_t* grey, const u
       corners[i] = static_cast<uint32_t>(upper) | static_cast<uint32_t>(lower) << 16;
     }
     for (int i = 0; i < n; ++i) {
-      const auto corner = [&](int k) {
-        return static_cast<float>(static_cast<int32_t>(corners[i] >> (8 * k) & 255u));
-      };
-      const float top = corner(0) + fx[i] * (corner(1) - corner(0));
-      const float bottom = corner(2) + fx[i] * (corner(3) - corner(2));
+      const float a = greyOf(corners[i]), b = greyOf(corners[i] >> 8), c = greyOf(corners[i] >> 16),
+                  d = greyOf(corners[i] >> 24);
+      const float top = a + fx[i] * (b - a), bottom = c + fx[i] * (d - c);
       const float then = top + fy[i] * (bottom - top);
-      const float now = static_cast<float>(static_cast<int32_t>(grey[first + i]));
-      difference[first + i] = sources.seen[i] ? now - then : 0.0f;
-      known[first + i] = sources.seen[i] ? 1.0f : 0.0f;
+      const float seen = static_cast<float>(sources.seen[i]);
+      difference[first + i] = seen * (greyOf(grey[first + i]) - then);
+      known[first + i] = seen;
     }
   }
 }

@@ -12,66 +12,78 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
-constexpr int kChunk = 64;
-constexpr int kColumns = kChunk + 2 * kDenseReach;
+// Points at a time, so that the columns of their squares are whole vectors.
+constexpr int kColumns = 64;
+constexpr int kChunk = kColumns - 2 * kDenseReach;
 
 // Known points count 1, and 256 more for a positive and less for a negative residual: one sum for
 // both. A square has no more than 49.
 constexpr int kSignUnit = 256;
 
-HWY_INLINE void add(float residual, float unknown, float& value, int32_t& tally) {
-  const bool known = residual != unknown;
-  const float usable = known ? residual : 0.0f;
-  value += usable;
-  tally += (known ? 1 : 0) + (usable > 0 ? kSignUnit : 0) - (usable < 0 ? kSignUnit : 0);
+HWY_INLINE float usable(float residual, float unknown) {
+  return residual != unknown ? residual : 0.0f;
+}
+
+HWY_INLINE int32_t tallyOf(float residual, float unknown) {
+  const float value = usable(residual, unknown);
+  return (residual != unknown ? 1 : 0) + (value > 0 ? kSignUnit : 0) - (value < 0 ? kSignUnit : 0);
+}
+
+// Sums over squares of kDenseSide columns.
+template <class T>
+HWY_INLINE T alongRow(const T* columns) {
+  static_assert(kDenseSide == 7, "written out");
+  return columns[0] + columns[1] + columns[2] + columns[3] + columns[4] + columns[5] + columns[6];
 }
 
 HWY_NOINLINE int seedRow(const float* const residuals[kDenseSide], int width,
                          const SeedLimits& limits, uint8_t* HWY_RESTRICT seeds) {
   static_assert(kDenseSide == 7, "sums are written out");
   // Sums of a square's columns, around the points of a chunk; 0 outside of the map.
-  float value[kColumns];
-  int32_t tally[kColumns];
+  float value[kColumns + 2 * kDenseReach] = {}, sum[kColumns];
+  int32_t tally[kColumns + 2 * kDenseReach] = {};
   const float unknown = limits.unknown, least_mean = limits.least_mean,
               least_sign = limits.least_sign;
   const int32_t fewest = limits.fewest_known;
+  const float least_sum = least_mean * static_cast<float>(fewest);
   int32_t count = 0;
   for (int u = 0; u < width; u += kChunk) {
     const int n = std::min(kChunk, width - u);
     const int first = std::max(u - kDenseReach, 0), end = std::min(u + n + kDenseReach, width);
     const int before = first - (u - kDenseReach), m = end - first;
     std::fill_n(value, before, 0.0f);
-    std::fill_n(tally, before, 0);
-    std::fill(value + before + m, value + n + 2 * kDenseReach, 0.0f);
-    std::fill(tally + before + m, tally + n + 2 * kDenseReach, 0);
+    std::fill(value + before + m, value + kColumns, 0.0f);
     const float *r0 = residuals[0] + first, *r1 = residuals[1] + first, *r2 = residuals[2] + first,
                 *r3 = residuals[3] + first, *r4 = residuals[4] + first, *r5 = residuals[5] + first,
                 *r6 = residuals[6] + first;
-    for (int i = 0; i < m; ++i) {
-      float sum = 0;
-      int32_t counts = 0;
-      add(r0[i], unknown, sum, counts);
-      add(r1[i], unknown, sum, counts);
-      add(r2[i], unknown, sum, counts);
-      add(r3[i], unknown, sum, counts);
-      add(r4[i], unknown, sum, counts);
-      add(r5[i], unknown, sum, counts);
-      add(r6[i], unknown, sum, counts);
-      value[before + i] = sum;
-      tally[before + i] = counts;
+    for (int i = 0; i < m; ++i)
+      value[before + i] = usable(r0[i], unknown) + usable(r1[i], unknown) + usable(r2[i], unknown) +
+                          usable(r3[i], unknown) + usable(r4[i], unknown) + usable(r5[i], unknown) +
+                          usable(r6[i], unknown);
+    // Most chunks end here.
+    int32_t any = 0;
+    for (int i = 0; i < kColumns; ++i) sum[i] = alongRow(value + i);
+    for (int i = 0; i < kColumns; ++i) any |= std::abs(sum[i]) >= least_sum ? 1 : 0;
+    if (any == 0) {
+      std::fill_n(seeds + u, n, uint8_t{kNoSeed});
+      continue;
     }
+    std::fill_n(tally, before, 0);
+    std::fill(tally + before + m, tally + n + 2 * kDenseReach, 0);
+    for (int i = 0; i < m; ++i)
+      tally[before + i] = tallyOf(r0[i], unknown) + tallyOf(r1[i], unknown) +
+                          tallyOf(r2[i], unknown) + tallyOf(r3[i], unknown) +
+                          tallyOf(r4[i], unknown) + tallyOf(r5[i], unknown) +
+                          tallyOf(r6[i], unknown);
     const float* HWY_RESTRICT centre = residuals[kDenseReach] + u;
     for (int i = 0; i < n; ++i) {
-      const float sum = value[i] + value[i + 1] + value[i + 2] + value[i + 3] + value[i + 4] +
-                        value[i + 5] + value[i + 6];
-      const int32_t both = tally[i] + tally[i + 1] + tally[i + 2] + tally[i + 3] + tally[i + 4] +
-                           tally[i + 5] + tally[i + 6];
+      const int32_t both = alongRow(tally + i);
       const int32_t known = both & (kSignUnit - 1);
       const auto weight = static_cast<float>(known);
       const auto sign = static_cast<float>((both - known) / kSignUnit);
-      const bool seed = (known >= fewest) & (std::abs(sum) >= least_mean * weight) &
+      const bool seed = (known >= fewest) & (std::abs(sum[i]) >= least_mean * weight) &
                         (std::abs(sign) >= least_sign * weight) & (centre[i] != unknown);
-      const int32_t kind = sum > 0 ? kPositiveSeed : kNegativeSeed;
+      const int32_t kind = sum[i] > 0 ? kPositiveSeed : kNegativeSeed;
       seeds[u + i] = static_cast<uint8_t>(seed ? kind : kNoSeed);
       count += seed ? 1 : 0;
     }

@@ -1,60 +1,90 @@
 #include "detection/road_line.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "detection/road_rows.h"
 
 namespace predictive_stereo {
 namespace {
 
 constexpr int kStep_px = 12;
 constexpr int kTrials = 80;
+constexpr int kBlock = 256;  // samples, after which a line is given up that cannot win
 constexpr double kFewestShare = 0.2;
 constexpr double kLowestCamera_m = 0.15, kHighestCamera_m = 4;
+
+struct Samples {
+  std::vector<double> row, disparity_px;
+
+  int count() const { return static_cast<int>(row.size()); }
+};
+
+Samples lowerHalf(const DisparityRange& range, const cv::Mat1f& disparity_px) {
+  Samples samples;
+  for (int y = disparity_px.rows / 2; y < disparity_px.rows; y += kStep_px / 2)
+    for (int x = kStep_px / 2; x < disparity_px.cols; x += kStep_px) {
+      const float d = disparity_px(y, x);
+      if (!range.isValid(d) || !(d > 0)) continue;
+      samples.row.push_back(y);
+      samples.disparity_px.push_back(d);
+    }
+  return samples;
+}
+
+// How many of them lie on the line, where these are more than `most`; otherwise `most` or less.
+int countIfMore(const Samples& samples, const RoadLine& line, int most) {
+  int on = 0;
+  for (int first = 0; first < samples.count(); first += kBlock) {
+    const int rest = samples.count() - first;
+    if (on + rest <= most) return most;
+    on += countOnLine(&samples.row[static_cast<size_t>(first)],
+                      &samples.disparity_px[static_cast<size_t>(first)], std::min(kBlock, rest),
+                      line.horizon_row_px, line.disparity_per_row);
+  }
+  return on;
+}
 
 }  // namespace
 
 std::optional<RoadLine> fitRoadLine(const StereoRig& rig, const DisparityRange& range,
                                     const cv::Mat1f& disparity_px) {
-  struct Sample {
-    double row, d;
-  };
-  std::vector<Sample> samples;
-  for (int y = disparity_px.rows / 2; y < disparity_px.rows; y += kStep_px / 2)
-    for (int x = kStep_px / 2; x < disparity_px.cols; x += kStep_px) {
-      const float d = disparity_px(y, x);
-      if (range.isValid(d) && d > 0) samples.push_back({double(y), d});
-    }
-  const auto count = static_cast<int>(samples.size());
+  const Samples samples = lowerHalf(range, disparity_px);
+  const int count = samples.count();
   if (count < 50) return std::nullopt;
-  const auto isOn = [](const RoadLine& line, const Sample& s) {
-    const double d = line.disparity_per_row * (s.row - line.horizon_row_px);
-    return std::abs(s.d - d) < 0.3 + 0.03 * s.d;
-  };
   cv::RNG random(1);
   RoadLine best;
   int most = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
-    const Sample &a = samples[random.uniform(0, count)], &b = samples[random.uniform(0, count)];
-    if (std::abs(a.row - b.row) < 2 * kStep_px) continue;
+    const auto a = static_cast<size_t>(random.uniform(0, count)),
+               b = static_cast<size_t>(random.uniform(0, count));
+    const double rows_apart = samples.row[a] - samples.row[b];
+    if (std::abs(rows_apart) < 2 * kStep_px) continue;
     RoadLine line;
-    line.disparity_per_row = (b.d - a.d) / (b.row - a.row);
+    line.disparity_per_row = (samples.disparity_px[a] - samples.disparity_px[b]) / rows_apart;
     if (line.disparity_per_row < rig.baseline_m / kHighestCamera_m ||
         line.disparity_per_row > rig.baseline_m / kLowestCamera_m)
       continue;
-    line.horizon_row_px = a.row - a.d / line.disparity_per_row;
-    int on = 0;
-    for (const Sample& s : samples) on += isOn(line, s);
+    line.horizon_row_px = samples.row[a] - samples.disparity_px[a] / line.disparity_per_row;
+    const int on = countIfMore(samples, line, most);
     if (on > most) most = on, best = line;
   }
   if (most < kFewestShare * count) return std::nullopt;
   // Least squares over what lies on it.
-  double rows = 0, ds = 0, n = 0, row_row = 0, row_d = 0;
-  for (const Sample& s : samples)
-    if (isOn(best, s)) rows += s.row, ds += s.d, ++n;
-  for (const Sample& s : samples)
-    if (isOn(best, s))
-      row_row += (s.row - rows / n) * (s.row - rows / n),
-          row_d += (s.row - rows / n) * (s.d - ds / n);
+  std::vector<size_t> on_line;
+  for (size_t i = 0; i < samples.row.size(); ++i)
+    if (countOnLine(&samples.row[i], &samples.disparity_px[i], 1, best.horizon_row_px,
+                    best.disparity_per_row) == 1)
+      on_line.push_back(i);
+  double rows = 0, ds = 0, row_row = 0, row_d = 0;
+  const auto n = static_cast<double>(on_line.size());
+  for (size_t i : on_line) rows += samples.row[i], ds += samples.disparity_px[i];
+  for (size_t i : on_line) {
+    const double row = samples.row[i] - rows / n;
+    row_row += row * row;
+    row_d += row * (samples.disparity_px[i] - ds / n);
+  }
   if (!(row_row > 0 && row_d > 0)) return std::nullopt;
   best.disparity_per_row = row_d / row_row;
   best.horizon_row_px = rows / n - ds / n / best.disparity_per_row;

@@ -61,12 +61,14 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
   deviation_.create(grey.size());
   suspicion_.create(grey.size());
   cells_.create(rows, columns);
-  cells_of_row_.resize(static_cast<size_t>(rows));
+  // Of a map without columns no row is looked at.
+  cells_of_row_.assign(static_cast<size_t>(columns > 0 ? rows : 0), 0);
+  suspects_of_row_.resize(cells_of_row_.size());
   forEachRow(kTextureReach, grey.rows - kTextureReach, [&](int v) {
     greyDeviationRow(rowsAround(grey, v).data(), grey.cols, deviation_[v]);
   });
   const auto least = static_cast<float>(params.min_mismatch);
-  forEachRow(0, columns > 0 ? rows : 0, [&](int r) {
+  forEachRow(0, static_cast<int>(cells_of_row_.size()), [&](int r) {
     const float* of_cells[kCell];
     for (int k = 0; k < kCell; ++k) {
       const int v = kMargin + r * kCell + k;
@@ -74,18 +76,22 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
                    suspicion_[v]);
       of_cells[k] = suspicion_[v] + kMargin;
     }
-    cells_of_row_[static_cast<size_t>(r)] = suspiciousCells(of_cells, columns, least, cells_[r]);
+    const int suspicious = suspiciousCells(of_cells, columns, least, cells_[r]);
+    cells_of_row_[static_cast<size_t>(r)] = suspicious;
+    std::vector<cv::Point>& kept = suspects_of_row_[static_cast<size_t>(r)];
+    kept.clear();
+    for (int k = 0; k < suspicious; ++k) {
+      const cv::Point worst =
+          mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell});
+      if (!ground.isLevel(worst) && isWithinSurface(disparity_px, 2 * worst))
+        kept.push_back(2 * worst);
+    }
   });
   const int suspicious = std::accumulate(cells_of_row_.begin(), cells_of_row_.end(), 0);
   share_ = static_cast<double>(suspicious) / std::max(rows * columns, 1);
   suspects_px_.clear();
-  for (int r = 0; columns > 0 && r < rows; ++r)
-    for (int k = 0; k < cells_of_row_[static_cast<size_t>(r)]; ++k) {
-      const cv::Point worst =
-          mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell});
-      if (!ground.isLevel(worst) && isWithinSurface(disparity_px, 2 * worst))
-        suspects_px_.push_back(2 * worst);
-    }
+  for (const auto& of_row : suspects_of_row_)
+    suspects_px_.insert(suspects_px_.end(), of_row.begin(), of_row.end());
   return suspects_px_;
 }
 

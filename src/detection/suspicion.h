@@ -37,6 +37,7 @@ class Suspicion {
   cv::Mat1f suspicion_;
   cv::Mat1i cells_;                // suspicious ones of each row of cells, ...
   std::vector<int> cells_of_row_;  // ... and how many
+  std::vector<std::vector<cv::Point>> suspects_of_row_;
   std::vector<cv::Point> suspects_px_;
 };
 

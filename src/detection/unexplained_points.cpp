@@ -1,84 +1,59 @@
 #include "detection/unexplained_points.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "detection/frame_comparison.h"
+#include "detection/patch_rows.h"
 #include "detection/suspicion.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr int kSide = 2 * kPatchReach + 1, kArea = kSide * kSide;
+static_assert(2 * kPatchReach + 1 == GreyPatch::kSide);
 constexpr int kAround_px = 4;               // how far away another disparity may be taken from
 constexpr float kDisparityError_px = 1.0f;  // of the point's own disparity
 constexpr float kSameDisparity_px = 0.5f;
 
-/// Grey values of lattice points after their mean is taken away.
-struct Patch {
-  std::array<float, kArea> grey;
+// Bytes of a patch between pixels, copied where more would be read than the image has.
+struct PatchBytes {
+  const uint8_t* upper_left;
+  std::ptrdiff_t stride;
+  uint8_t copy[kPatchRows * kPatchColumns];
 
-  void removeMean() {
-    float sum = 0;
-    for (float g : grey) sum += g;
-    for (float& g : grey) g -= sum / kArea;
+  PatchBytes(const cv::Mat1b& image, int column, int row)
+      : upper_left(image[row] + column), stride(static_cast<std::ptrdiff_t>(image.step)) {
+    if (column + kPatchColumns <= image.cols && row + kPatchRows <= image.rows) return;
+    for (int v = 0; v < kPatchRows; ++v)
+      for (int u = 0; u < kPatchColumns; ++u)
+        copy[kPatchColumns * v + u] =
+            image(std::min(row + v, image.rows - 1), std::min(column + u, image.cols - 1));
+    upper_left = copy;
+    stride = kPatchColumns;
   }
-  float texture() const {
-    float sum = 0;
-    for (float g : grey) sum += std::abs(g);
-    return sum / kArea;
-  }
+  PatchBytes(const PatchBytes&) = delete;
 };
-
-Patch patchAt(const cv::Mat1b& image, cv::Point at) {
-  Patch patch;
-  for (int dy = 0; dy < kSide; ++dy)
-    for (int dx = 0; dx < kSide; ++dx)
-      patch.grey[static_cast<size_t>(kSide * dy + dx)] =
-          image(at.y + dy - kPatchReach, at.x + dx - kPatchReach);
-  patch.removeMean();
-  return patch;
-}
-
-// Between four points; false where it is cut by the border.
-bool patchBetween(const cv::Mat1b& image, float x, float y, Patch& patch) {
-  const bool inside = x >= kPatchReach && y >= kPatchReach &&
-                      x < static_cast<float>(image.cols - kPatchReach - 1) &&
-                      y < static_cast<float>(image.rows - kPatchReach - 1);
-  if (!inside) return false;
-  const int column = static_cast<int>(x), line = static_cast<int>(y);
-  const float fx = x - static_cast<float>(column), fy = y - static_cast<float>(line);
-  for (int dy = 0; dy < kSide; ++dy) {
-    const uchar* upper = image[line + dy - kPatchReach] + column - kPatchReach;
-    const uchar* lower = image[line + dy - kPatchReach + 1] + column - kPatchReach;
-    for (int dx = 0; dx < kSide; ++dx) {
-      const float top = upper[dx] + fx * static_cast<float>(upper[dx + 1] - upper[dx]);
-      const float bottom = lower[dx] + fx * static_cast<float>(lower[dx + 1] - lower[dx]);
-      patch.grey[static_cast<size_t>(kSide * dy + dx)] = top + fy * (bottom - top);
-    }
-  }
-  patch.removeMean();
-  return true;
-}
-
-float meanDifference(const Patch& a, const Patch& b) {
-  float sum = 0;
-  for (size_t i = 0; i < kArea; ++i) sum += std::abs(a.grey[i] - b.grey[i]);
-  return sum / kArea;
-}
 
 bool isExplained(const TrackingView& view, const SourceOf& static_source, float min_mismatch,
                  cv::Point p) {
   const float own = view.disparity_px(p);
-  const Patch now = patchAt(view.current.level(1), p / 2);
-  const float most = min_mismatch * (now.texture() + Suspicion::kGreyNoise);
-  Patch before;
+  const PatchBytes here(view.current.level(1), p.x / 2 - kPatchReach, p.y / 2 - kPatchReach);
+  GreyPatch now;
+  patchBetween(here.upper_left, here.stride, 0, 0, now);
+  const float most = min_mismatch * (patchTexture(now) + Suspicion::kGreyNoise);
+  const cv::Mat1b& previous = view.previous.pyramid.level(1);
+  const auto end_x = static_cast<float>(previous.cols - kPatchReach - 1),
+             end_y = static_cast<float>(previous.rows - kPatchReach - 1);
   const auto explains = [&](float disparity) {
     const Eigen::Vector3f from =
         static_source(static_cast<float>(p.x), static_cast<float>(p.y), disparity);
-    return patchBetween(view.previous.pyramid.level(1), 0.5f * from.x(), 0.5f * from.y(), before) &&
-           meanDifference(now, before) < most;
+    const float x = 0.5f * from.x(), y = 0.5f * from.y();
+    if (!(x >= kPatchReach && y >= kPatchReach && x < end_x && y < end_y)) return false;
+    const int column = static_cast<int>(x), row = static_cast<int>(y);
+    const PatchBytes then(previous, column - kPatchReach, row - kPatchReach);
+    return patchDifference(now, then.upper_left, then.stride, x - static_cast<float>(column),
+                           y - static_cast<float>(row)) < most;
   };
   for (float error : {0.0f, kDisparityError_px, -kDisparityError_px})
     if (own + error > 0 && explains(own + error)) return true;

@@ -2,8 +2,11 @@
 #include "detection/road_line.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <cmath>
+
+#include "detection/road_rows.h"
 
 namespace predictive_stereo {
 namespace {
@@ -62,6 +65,31 @@ TEST(RoadLine, IsNoWall) {
   cv::Mat1f ceiling(rig.size);
   for (int y = 0; y < ceiling.rows; ++y) ceiling.row(y).setTo(0.3 * (420 - y));
   EXPECT_FALSE(fitRoadLine(rig, DisparityRange(), ceiling));
+}
+
+TEST(RoadRows, CountWhatLiesOnALine) {
+  constexpr double kHorizon = 180, kPerRow = 0.3;
+  std::vector<double> row, disparity;
+  cv::RNG rng(7);
+  for (int i = 0; i < 203; ++i) {
+    row.push_back(rng.uniform(200, 400));
+    disparity.push_back(kPerRow * (row.back() - kHorizon) + rng.uniform(-3.0, 3.0));
+  }
+  for (int count : {0, 1, 2, 3, 5, 64, 203}) {
+    int expected = 0;
+    for (size_t i = 0; i < static_cast<size_t>(count); ++i)
+      expected +=
+          std::abs(disparity[i] - kPerRow * (row[i] - kHorizon)) < 0.3 + 0.03 * disparity[i];
+    if (count > 100) {
+      EXPECT_GT(expected, 20);
+      EXPECT_LT(expected, count - 20);
+    }
+    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
+      hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+      EXPECT_EQ(countOnLine(row.data(), disparity.data(), count, kHorizon, kPerRow), expected);
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
 }
 
 }  // namespace

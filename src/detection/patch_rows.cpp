@@ -1,0 +1,116 @@
+#include "detection/patch_rows.h"
+
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/patch_rows.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr int kSide = GreyPatch::kSide, kStride = GreyPatch::kStride;
+
+// Rows are summed lane by lane, and then the lanes in their order, whatever the target's vectors.
+using D = hn::CappedTag<float, kStride>;
+using V = hn::Vec<D>;
+
+HWY_INLINE float meanOfLanes(const float* lanes) {
+  static_assert(kSide == 5, "written out");
+  return (lanes[0] + lanes[1] + lanes[2] + lanes[3] + lanes[4]) / GreyPatch::kArea;
+}
+
+HWY_INLINE V greyAt(D d, const uint8_t* HWY_RESTRICT bytes) {
+  const hn::Rebind<int32_t, D> d32;
+  const hn::Rebind<uint8_t, D> d8;
+  return hn::ConvertTo(d, hn::PromoteTo(d32, hn::LoadU(d8, bytes)));
+}
+
+HWY_INLINE V lineAt(D d, const uint8_t* HWY_RESTRICT bytes, V fx) {
+  const V left = greyAt(d, bytes), right = greyAt(d, bytes + 1);
+  return hn::Add(left, hn::Mul(fx, hn::Sub(right, left)));
+}
+
+// A patch of which the mean is to be taken away still.
+HWY_INLINE float between(const uint8_t* HWY_RESTRICT upper_left, std::ptrdiff_t stride, float fx,
+                         float fy, float* HWY_RESTRICT grey) {
+  const D d;
+  const V x = hn::Set(d, fx), y = hn::Set(d, fy);
+  HWY_ALIGN float columns[kStride];
+  for (int i = 0; i < kStride; i += static_cast<int>(hn::Lanes(d))) {
+    V upper = lineAt(d, upper_left + i, x), sum = hn::Zero(d);
+    for (int v = 0; v < kSide; ++v) {
+      const V lower = lineAt(d, upper_left + (v + 1) * stride + i, x);
+      const V value = hn::Add(upper, hn::Mul(y, hn::Sub(lower, upper)));
+      hn::StoreU(value, d, grey + kStride * v + i);
+      sum = hn::Add(sum, value);
+      upper = lower;
+    }
+    hn::Store(sum, d, columns + i);
+  }
+  return meanOfLanes(columns);
+}
+
+HWY_NOINLINE void patchBetween(const uint8_t* upper_left, std::ptrdiff_t stride, float fx, float fy,
+                               GreyPatch& patch) {
+  const float mean = between(upper_left, stride, fx, fy, patch.grey);
+  for (float& grey : patch.grey) grey -= mean;
+}
+
+// Of `grey`, after `mean` is taken away from it, and the patch.
+HWY_INLINE float meanDifference(const float* HWY_RESTRICT patch, const float* HWY_RESTRICT grey,
+                                float mean) {
+  const D d;
+  HWY_ALIGN float columns[kStride];
+  for (int i = 0; i < kStride; i += static_cast<int>(hn::Lanes(d))) {
+    V sum = hn::Zero(d);
+    for (int v = 0; v < kSide; ++v) {
+      const V other = hn::Sub(hn::LoadU(d, grey + kStride * v + i), hn::Set(d, mean));
+      sum = hn::Add(sum, hn::Abs(hn::Sub(hn::LoadU(d, patch + kStride * v + i), other)));
+    }
+    hn::Store(sum, d, columns + i);
+  }
+  return meanOfLanes(columns);
+}
+
+HWY_NOINLINE float patchDifference(const GreyPatch& patch, const uint8_t* upper_left,
+                                   std::ptrdiff_t stride, float fx, float fy) {
+  float grey[kSide * kStride];
+  const float mean = between(upper_left, stride, fx, fy, grey);
+  return meanDifference(patch.grey, grey, mean);
+}
+
+HWY_NOINLINE float patchTexture(const GreyPatch& patch) {
+  const float nothing[kSide * kStride] = {};
+  return meanDifference(patch.grey, nothing, 0);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(patchBetween);
+HWY_EXPORT(patchDifference);
+HWY_EXPORT(patchTexture);
+
+void patchBetween(const uint8_t* upper_left, std::ptrdiff_t stride, float fx, float fy,
+                  GreyPatch& patch) {
+  HWY_DYNAMIC_DISPATCH(patchBetween)(upper_left, stride, fx, fy, patch);
+}
+
+float patchDifference(const GreyPatch& patch, const uint8_t* upper_left, std::ptrdiff_t stride,
+                      float fx, float fy) {
+  return HWY_DYNAMIC_DISPATCH(patchDifference)(patch, upper_left, stride, fx, fy);
+}
+
+float patchTexture(const GreyPatch& patch) { return HWY_DYNAMIC_DISPATCH(patchTexture)(patch); }
+
+}  // namespace predictive_stereo
+#endif
