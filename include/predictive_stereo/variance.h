@@ -16,21 +16,23 @@ namespace predictive_stereo {
 /// ambiguity (lowest over second lowest aggregated cost) goes from `ambiguity_onset` to 1. What is
 /// published has a variance of its own. The filter's p is not used for it: p counts the errors of
 /// successive matches as independent, which they are not. What does tell is the innovation; whether
-/// the surroundings continue the surface, see countDisagreements; and how badly the pair is
-/// rectified: row offsets are measured and undone, but where rows are off columns are off as well,
-/// which changes disparities and which nothing undoes.
+/// the surroundings continue the surface, see countDisagreements; how far it is: of far surfaces
+/// one census window holds several, in every frame; and how badly the pair is rectified: row
+/// offsets are measured and undone, but where rows are off columns are off as well, which changes
+/// disparities and which nothing undoes.
 struct VarianceParams {
-  double sigma_floor_px = 0.28;
-  double sigma_ambiguous_px = 0.76;
-  double ambiguity_onset = 0.5;
-  double innovation_weight = 0.25;  ///< share of the squared innovation that adds to the variance
+  double sigma_floor_px = 0.14;
+  double sigma_ambiguous_px = 0.52;
+  double ambiguity_onset = 0.37;
+  double innovation_weight = 0.13;  ///< share of the squared innovation that adds to the variance
   double max_innovation_px = 4.0;   ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 0.57;   ///< adds to a match that nothing was predicted for
-  double sigma_kept_px = 0.98;          ///< of a prediction that was not measured
-  double sigma_filled_px = 1.4;         ///< of what was filled
-  double sigma_disagreement_px = 2.3;   ///< adds for each disagreement around
-  double sigma_per_row_offset = 0.013;  ///< adds this times the row offset [px] times the disparity
-  double max_sigma_px = 8.0;  ///< disparities less certain than this are not published; 0: all are
+  double sigma_unpredicted_px = 0.43;   ///< adds to a match that nothing was predicted for
+  double sigma_kept_px = 0.72;          ///< of a prediction that was not measured
+  double sigma_filled_px = 1.2;         ///< of what was filled
+  double sigma_disagreement_px = 1.3;   ///< adds for each disagreement around
+  double sigma_far_px = 0.67;           ///< adds at disparity 0, half of it at 10 px, a third at 20
+  double sigma_per_row_offset = 0.015;  ///< adds this times the row offset [px] times the disparity
+  double max_sigma_px = 4.5;  ///< disparities less certain than this are not published; 0: all are
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -43,16 +45,21 @@ struct VarianceParams {
     v("sigma_kept_px", sigma_kept_px, 0.01, 100.0);
     v("sigma_filled_px", sigma_filled_px, 0.01, 100.0);
     v("sigma_disagreement_px", sigma_disagreement_px, 0.0, 100.0);
+    v("sigma_far_px", sigma_far_px, 0.0, 100.0);
     v("sigma_per_row_offset", sigma_per_row_offset, 0.0, 1.0);
     v("max_sigma_px", max_sigma_px, 0.0, 1000.0);
   }
 };
 
 /// Variance [px^2] of each measured disparity from the shape of its aggregated cost; 0 where
-/// nothing was measured. What frames have in common is not in it: rectification.
+/// nothing was measured. What frames have in common is not in it: distance and rectification.
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const VarianceParams& params,
                          cv::Mat1f& variance_px2);
+
+/// The disparity at which VarianceParams::sigma_far_px has fallen to half: at d it adds
+/// sigma_far_px / (1 + d / kFarDisparityPx), and all of it where d is negative.
+constexpr float kFarDisparityPx = 10.0f;
 
 /// How many of the eight pixels around each one, 4 rows or columns or both away (at the border:
 /// nearer), do not continue its surface: 0..8. Those do that differ by at most 2.5 px, or that lie

@@ -104,8 +104,10 @@ double matchSigma(const VarianceSample& sample, const VarianceParams& params) {
 /// The part of the variance that does not depend on how the disparity came about.
 double commonVariance(const VarianceSample& sample, const VarianceParams& params) {
   const double around_px = params.sigma_disagreement_px * sample.disagreements;
+  const double far_px =
+      params.sigma_far_px / (1 + std::max(sample.disparity_px, 0.0f) / kFarDisparityPx);
   const double rig_px = params.sigma_per_row_offset * sample.row_offset_px * sample.disparity_px;
-  return around_px * around_px + rig_px * rig_px;
+  return around_px * around_px + far_px * far_px + rig_px * rig_px;
 }
 
 double surprise(const VarianceSample& sample, const VarianceParams& params) {
@@ -113,13 +115,16 @@ double surprise(const VarianceSample& sample, const VarianceParams& params) {
   return params.innovation_weight * innovation_px * innovation_px;
 }
 
-/// Quantile regression's loss of sigma as the 68.3 % and 2 sigma as the 95.4 % quantile of |error|.
+/// Quantile regression's loss of sigma as the 68.3 % and 2 sigma as the 95.4 % quantile of |error|,
+/// of logarithms: these have the same quantiles, and every pixel then counts the same, as it does
+/// for the shares of errors within 1 and 2 sigma. Otherwise those with large errors count most.
 double quantileLoss(double error_px, double sigma_px) {
-  const auto loss = [](double beyond_px, double share) {
-    return beyond_px > 0 ? share * beyond_px : (share - 1) * beyond_px;
+  constexpr double kFinestError_px = 0.01;
+  const double beyond = std::log(std::max(std::abs(error_px), kFinestError_px) / sigma_px);
+  const auto loss = [](double log_ratio, double share) {
+    return log_ratio > 0 ? share * log_ratio : (share - 1) * log_ratio;
   };
-  return loss(std::abs(error_px) - sigma_px, kOneSigma) +
-         loss(std::abs(error_px) - 2 * sigma_px, kTwoSigma);
+  return loss(beyond, kOneSigma) + loss(beyond - std::log(2.0), kTwoSigma);
 }
 
 /// An error and the part of its variance that is known.
@@ -165,12 +170,12 @@ std::vector<VarianceSample> choose(const std::vector<std::vector<VarianceSample>
 }
 
 /// Mean loss as a function of floor, ambiguous, onset, innovation_weight, disagreement,
-/// per_row_offset (times 100).
+/// per_row_offset (times 100), far.
 class MatchLoss : public cv::MinProblemSolver::Function {
  public:
   MatchLoss(std::vector<VarianceSample> samples, const VarianceParams& start)
       : samples_(std::move(samples)), start_(start) {}
-  int getDims() const override { return 6; }
+  int getDims() const override { return 7; }
   double calc(const double* x) const override {
     // The solver knows no limits: outside of them the loss rises.
     double penalty = 0;
@@ -186,6 +191,7 @@ class MatchLoss : public cv::MinProblemSolver::Function {
     params.innovation_weight = limited(x[3], 0, 1);
     params.sigma_disagreement_px = limited(x[4], 0, 100);
     params.sigma_per_row_offset = limited(x[5], 0, 100) / 100;
+    params.sigma_far_px = limited(x[6], 0, 100);
     double loss = 0;
     for (const VarianceSample& sample : samples_) {
       const double match_px = matchSigma(sample, params);
@@ -304,12 +310,12 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
   std::vector<VarianceSample> filtered = choose(sets, kSamples, isFiltered);
   if (filtered.size() >= kMinSamples) {
     const auto loss = cv::makePtr<MatchLoss>(std::move(filtered), start);
-    cv::Mat1d x =
-        (cv::Mat1d(1, 6) << start.sigma_floor_px, start.sigma_ambiguous_px, start.ambiguity_onset,
-         start.innovation_weight, start.sigma_disagreement_px, 100 * start.sigma_per_row_offset);
+    cv::Mat1d x = (cv::Mat1d(1, 7) << start.sigma_floor_px, start.sigma_ambiguous_px,
+                   start.ambiguity_onset, start.innovation_weight, start.sigma_disagreement_px,
+                   100 * start.sigma_per_row_offset, start.sigma_far_px);
     const auto solver = cv::DownhillSolver::create(
-        loss, cv::Mat1d((cv::Mat1d(1, 6) << 0.1, 0.3, 0.1, 0.1, 0.5, 0.5)),
-        cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 600, 1e-7));
+        loss, cv::Mat1d((cv::Mat1d(1, 7) << 0.1, 0.3, 0.1, 0.1, 0.5, 0.5, 0.2)),
+        cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 900, 1e-7));
     solver->minimize(x);
     fitted.sigma_floor_px = rounded(std::clamp(x(0), 0.05, 10.0));
     fitted.sigma_ambiguous_px = rounded(std::clamp(x(1), 0.0, 100.0));
@@ -317,6 +323,7 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
     fitted.innovation_weight = rounded(std::clamp(x(3), 0.0, 1.0));
     fitted.sigma_disagreement_px = rounded(std::clamp(x(4), 0.0, 100.0));
     fitted.sigma_per_row_offset = rounded(std::clamp(x(5), 0.0, 100.0) / 100);
+    fitted.sigma_far_px = rounded(std::clamp(x(6), 0.0, 100.0));
   }
   const auto beyond = [&](bool (*kind)(const VarianceSample&), auto known) {
     std::vector<KnownPart> parts;

@@ -115,7 +115,12 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
         hn::Mul(hn::Mul(hn::Set(d, terms.disagreement_px2), strangers), strangers);
     const auto of_rectification =
         hn::Mul(hn::Mul(hn::Set(d, terms.per_squared_disparity), disparity), disparity);
-    const auto variance = hn::Add(hn::Add(of_any, of_surroundings), of_rectification);
+    const auto nearness =
+        hn::Div(hn::Max(disparity, hn::Zero(d)), hn::Set(d, terms.far_disparity_px));
+    const auto far = hn::Div(hn::Set(d, terms.far_px), hn::Add(hn::Set(d, 1.0f), nearness));
+    const auto of_distance = hn::Mul(far, far);
+    const auto variance =
+        hn::Add(hn::Add(of_any, of_surroundings), hn::Add(of_distance, of_rectification));
 
     const auto certain = hn::And(hn::Ge(disparity, smallest),
                                  hn::Le(variance, hn::Set(d, terms.largest_variance_px2)));

@@ -124,12 +124,14 @@ TEST(FitVariance, FindsTheParametersThatMadeTheErrors) {
     if (!s.predicted) variance = sigmaOf(s) * sigmaOf(s) + 0.7f * 0.7f;
     if (!s.measured) variance = 0.9f * 0.9f;
     variance += std::pow(0.6f * s.disagreements, 2.0f);
+    variance += std::pow(0.8f / (1 + s.disparity_px / 10), 2.0f);
     variance += std::pow(0.015f * s.row_offset_px * s.disparity_px, 2.0f);
     s.error_px = std::sqrt(variance) * normal(random);
     sets[static_cast<size_t>(i % 2)].push_back(s);
   }
   const VarianceParams fitted = fitVariance(sets, VarianceParams{});
   EXPECT_NEAR(fitted.sigma_floor_px, 0.2, 0.03);
+  EXPECT_NEAR(fitted.sigma_far_px, 0.8, 0.08);
   EXPECT_NEAR(fitted.sigma_per_row_offset, 0.015, 0.0015);
   EXPECT_NEAR(fitted.sigma_disagreement_px, 0.6, 0.05);
   EXPECT_NEAR(fitted.innovation_weight, 0.3, 0.05);

@@ -117,6 +117,7 @@ class PublishedVarianceTest : public testing::Test {
     params_.sigma_kept_px = 1.5;
     params_.sigma_filled_px = 2.0;
     params_.sigma_disagreement_px = 0.1;
+    params_.sigma_far_px = 0;
     params_.sigma_per_row_offset = 0.02;
   }
   void add(float published, float measured, float predicted, bool filtered) {
@@ -183,6 +184,18 @@ TEST_F(PublishedVarianceTest, GrowsWithRowOffsetTimesDisparity) {
   EXPECT_NEAR(more_px2(1), 0.02 * 0.02 * 0.49 * 2500, 1e-5);
 }
 
+TEST_F(PublishedVarianceTest, FallsWithDisparity) {
+  add(0, 0, 0, true);
+  add(10, 10, 10, true);
+  add(90, 90, 90, true);
+  const cv::Mat1f near_px2 = run(0);
+  params_.sigma_far_px = 0.6;
+  const cv::Mat1f more_px2 = run(0) - near_px2;
+  EXPECT_NEAR(more_px2(0), 0.6 * 0.6, 1e-5);
+  EXPECT_NEAR(more_px2(1), 0.3 * 0.3, 1e-5);
+  EXPECT_NEAR(more_px2(2), 0.06 * 0.06, 1e-5);
+}
+
 /// Maps of random disparities, a fifth of them unknown.
 struct RandomFrame {
   RandomFrame(cv::Size size, const DisparityRange& range, cv::RNG& rng)
@@ -221,7 +234,11 @@ float varianceNaively(const RandomFrame& frame, double row_offset_px, const Disp
                    static_cast<float>(params.innovation_weight) * innovation * innovation;
   }
   variance_px2 += squared(params.sigma_disagreement_px) * strangers * strangers;
-  return variance_px2 + squared(params.sigma_per_row_offset * row_offset_px) * d * d;
+  const float far_px =
+      static_cast<float>(params.sigma_far_px) / (1 + std::max(d, 0.0f) / kFarDisparityPx);
+  const float common_px2 =
+      far_px * far_px + squared(params.sigma_per_row_offset * row_offset_px) * d * d;
+  return variance_px2 + common_px2;
 }
 
 TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
@@ -231,7 +248,7 @@ TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
   for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
     hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
     for (int min_disparity : {0, -16, 16})
-      for (double max_sigma_px : {0.0, 8.0})
+      for (double max_sigma_px : {0.0, 4.0})
         for (int threads : {1, 3})
           for (cv::Size size : {cv::Size(1, 1), cv::Size(3, 9), cv::Size(8, 4), cv::Size(9, 12),
                                 cv::Size(16, 3), cv::Size(130, 37)}) {
@@ -248,7 +265,7 @@ TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
               for (int x = 0; x < size.width; ++x) {
                 const float d = frame.disparity_px(y, x);
                 const float v = varianceNaively(frame, kRowOffset_px, range, params, x, y);
-                const bool certain = range.isValid(d) && (max_sigma_px == 0 || v <= 64);
+                const bool certain = range.isValid(d) && (max_sigma_px == 0 || v <= 16);
                 ASSERT_EQ(variance_px2(y, x), certain ? v : 0) << size << x << "," << y;
                 ASSERT_EQ(published_px(y, x), certain ? d : range.invalid())
                     << size << x << "," << y;
