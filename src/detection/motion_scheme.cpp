@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "detection/candidates.h"
 #include "detection/suspect_groups.h"
 #include "detection/unexplained_points.h"
 
@@ -11,10 +12,6 @@ namespace {
 using Source = Hypothesis::Source;
 
 constexpr double kLargestSpeed_mps = 40;  // along the line of sight
-// Candidates that are looked at in a frame, the largest ones, so that its time is bounded. Crowds
-// and foliage have 5 and 12 of them.
-constexpr size_t kMostAcross = 8, kMostAlong = 12;
-
 }  // namespace
 
 const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& input,
@@ -64,13 +61,11 @@ void MotionScheme::findAcross(const FrameView& frame, const std::vector<cv::Poin
   unexplainedPoints(view, params_, past_.seconds, suspects_px, unexplained_px_);
   const std::vector<PointTrack> tracks =
       followGroups(view, params_, groupSuspects(view, params_, unexplained_px_, past_.seconds));
-  std::vector<Hypothesis> hypotheses;
-  for (const auto& members : clusterTracks(rig, params_, tracks)) {
-    if (hypotheses.size() == kMostAcross) break;
+  const auto hypothesisOf = [&](const std::vector<size_t>& members) -> std::optional<Hypothesis> {
     const Displacement fit = fitDisplacement(rig, params_, tracks, members);
     if (static_cast<int>(fit.inliers.size()) < params_.min_tracks ||
         fit.moved_m.norm() < params_.min_displacement_m)
-      continue;
+      return std::nullopt;
     Hypothesis hypothesis;
     hypothesis.source = Source::kTracks;
     hypothesis.moved_m = fit.moved_m;
@@ -79,8 +74,10 @@ void MotionScheme::findAcross(const FrameView& frame, const std::vector<cv::Poin
       hypothesis.seeds.emplace_back(static_cast<int>(tracks[i].position.x) / 2,
                                     static_cast<int>(tracks[i].position.y) / 2);
     setLayer(frame, hypothesis);
-    hypotheses.push_back(std::move(hypothesis));
-  }
+    return hypothesis;
+  };
+  const std::vector<Hypothesis> hypotheses =
+      firstFew(kMostAcross, clusterTracks(rig, params_, tracks), hypothesisOf);
   verification_.addAll(frame, static_cast<int>(hypotheses.size()),
                        [&](int i, VerificationWork& work) {
                          return verification_.verify(
@@ -94,12 +91,13 @@ void MotionScheme::findAlong(const FrameView& frame) {
   const double farthest_px =
       std::sqrt(frame.input.rig.disparityTimesDepth() * params_.dense_min_residual_px /
                 (kLargestSpeed_mps * past_.seconds));
-  std::vector<const DenseGroup*> groups;
-  for (const DenseGroup& group :
-       along_groups_.find(residual_px_, frame.input.measured_disparity_px, params_))
-    if (groups.size() < kMostAlong && group.disparity_px >= farthest_px &&
-        isLargeEnough(frame, group))
-      groups.push_back(&group);
+  const auto groups = firstFew(
+      kMostAlong, along_groups_.find(residual_px_, frame.input.measured_disparity_px, params_),
+      [&](const DenseGroup& group) {
+        return group.disparity_px >= farthest_px && isLargeEnough(frame, group)
+                   ? std::optional(&group)
+                   : std::nullopt;
+      });
   const auto find = [&](int i, VerificationWork& work) -> std::optional<VerifiedObject> {
     const DenseGroup& group = *groups[static_cast<size_t>(i)];
     Hypothesis hypothesis;

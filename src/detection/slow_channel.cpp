@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detection/candidates.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -15,8 +17,6 @@ constexpr double kMostParallax_px = 16;
 // Of what is told by disparities: how much better its motion explains those of the past, what it
 // leaves unexplained, and the share of them that tells; see LayerMotion.
 constexpr double kLeastGain = 1, kMostCost = 4, kLeastKnown = 0.25;
-// A frame, the largest ones, so that its time is bounded; fits take 0.3 ms each.
-constexpr size_t kMostGroups = 12, kMostFits = 6;
 // Squared ratio of its way to its error, and of the errors by which the way to the frame halfway
 // may differ; 40 m/s.
 constexpr double kLeastWay = 16, kMostDeviation = 12, kLargestSpeed_mps = 40;
@@ -73,25 +73,30 @@ void SlowChannel::find(const FrameView& frame, Verification& verification) {
   if (pairs_.empty()) return;
   longResidual(frame.input.rig, frame.input.measured_disparity_px, frame.range, pairs_,
                kMostParallax_px, frame.lattice(), residual_px_, pair_);
-  std::vector<const DenseGroup*> groups;
-  for (const DenseGroup& group :
-       groups_.findSlow(residual_px_, pair_, frame.input.measured_disparity_px, frame.params))
-    if (groups.size() < kMostGroups && group.disparity_px >= kLeastDisparity_px &&
-        hasTexture(frame.current.pyramid.level(1), group.points))
-      groups.push_back(&group);
+  const auto groups = firstFew(
+      kMostSlow,
+      groups_.findSlow(residual_px_, pair_, frame.input.measured_disparity_px, frame.params),
+      [&](const DenseGroup& group) {
+        return group.disparity_px >= kLeastDisparity_px &&
+                       hasTexture(frame.current.pyramid.level(1), group.points)
+                   ? std::optional(&group)
+                   : std::nullopt;
+      });
   const auto added = verification.addAll(
       frame, static_cast<int>(groups.size()), [&](int i, VerificationWork& work) {
         return byTracks(frame, *groups[static_cast<size_t>(i)], verification, work);
       });
 
-  std::vector<Hypothesis> others;
-  for (size_t i = 0; i < groups.size() && others.size() < kMostFits; ++i) {
+  std::vector<size_t> rest;
+  for (size_t i = 0; i < groups.size(); ++i)
+    if (!added[i]) rest.push_back(i);
+  const auto others = firstFew(kMostFits, rest, [&](size_t i) -> std::optional<Hypothesis> {
     Hypothesis hypothesis;
     hypothesis.seeds = groups[i]->points;
-    if (added[i] || !verification.isFree(hypothesis)) continue;
+    if (!verification.isFree(hypothesis)) return std::nullopt;
     setLayer(frame, hypothesis);
-    others.push_back(std::move(hypothesis));
-  }
+    return hypothesis;
+  });
   verification.addAll(frame, static_cast<int>(others.size()), [&](int i, VerificationWork& work) {
     return byDisparities(frame, others[static_cast<size_t>(i)], {}, verification, work);
   });

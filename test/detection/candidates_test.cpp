@@ -1,0 +1,48 @@
+/// Limits of candidates: the first that are any good, in their order, and nothing beyond.
+#include "detection/candidates.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace predictive_stereo {
+namespace {
+
+std::vector<int> numbers(int count) {
+  std::vector<int> all(static_cast<size_t>(count));
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+TEST(FirstFew, TakesTheFirstThatAreAnyGood) {
+  int asked = 0;
+  const auto square_of_odd = [&](int i) {
+    ++asked;
+    return i % 2 ? std::optional<double>(i * i) : std::nullopt;
+  };
+  EXPECT_EQ(firstFew(3, numbers(100), square_of_odd), (std::vector<double>{1, 9, 25}));
+  EXPECT_EQ(asked, 6) << "what costs time is not done for the rest";
+  EXPECT_EQ(firstFew(3, numbers(4), square_of_odd), (std::vector<double>{1, 9}));
+  EXPECT_TRUE(firstFew(3, numbers(0), square_of_odd).empty());
+  EXPECT_TRUE(firstFew(0, numbers(9), square_of_odd).empty());
+}
+
+TEST(FirstFew, TakesExactlyAsManyAsAFrameMay) {
+  const auto any = [](int i) { return std::optional<int>(i); };
+  for (const size_t most : {kMostAcross, kMostAlong, kMostSlow, kMostFits}) {
+    const auto last = static_cast<int>(most);
+    EXPECT_EQ(firstFew(most, numbers(last - 1), any), numbers(last - 1));
+    EXPECT_EQ(firstFew(most, numbers(last), any), numbers(last));
+    EXPECT_EQ(firstFew(most, numbers(last + 1), any), numbers(last));
+  }
+}
+
+TEST(FirstFew, AsMeasured) {
+  EXPECT_EQ(kMostAcross, 8u);
+  EXPECT_EQ(kMostAlong, 12u);
+  EXPECT_EQ(kMostSlow, 12u);
+  EXPECT_EQ(kMostFits, 6u);
+}
+
+}  // namespace
+}  // namespace predictive_stereo

@@ -1,0 +1,113 @@
+/// Frames of the past against a plain list of what was remembered.
+#include "detection/frame_history.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kPeriod_s = 0.1;
+
+// Each frame is somewhere else, looks elsewhere, and has grey values and disparities of its own.
+DetectionInput frameOf(int k) {
+  DetectionInput input;
+  input.stamp_s = 5 + kPeriod_s * k;
+  input.rig.size = {40, 24};
+  input.left = cv::Mat1b(input.rig.size, static_cast<uchar>(10 + k));
+  input.measured_disparity_px = cv::Mat1f(input.rig.size, static_cast<float>(k) + 0.25f);
+  input.has_pose = true;
+  input.T_odom_cam = Eigen::Translation3d(0.1 * k, 0.02 * k, 1.5 * k) *
+                     Eigen::AngleAxisd(0.03 * k, Eigen::Vector3d(0.1, 1, 0.2).normalized());
+  return input;
+}
+
+void expectPast(const std::vector<PastFrame>& past, int current, const std::vector<int>& expected) {
+  ASSERT_EQ(past.size(), expected.size());
+  for (size_t i = 0; i < past.size(); ++i) {
+    SCOPED_TRACE(expected[i]);
+    const DetectionInput then = frameOf(expected[i]), now = frameOf(current);
+    EXPECT_EQ(past[i].frame->pyramid.level(0)(12, 20), 10 + expected[i]);
+    EXPECT_EQ(past[i].frame->pyramid.level(1).size(), cv::Size(20, 12));
+    EXPECT_EQ(past[i].frame->disparity_px(23, 39), static_cast<float>(expected[i]) + 0.25f);
+    EXPECT_NEAR(past[i].seconds, kPeriod_s * (current - expected[i]), 1e-9);
+    // A point of the current camera is the same one of the world, seen from then.
+    const Eigen::Vector3d point(1, -2, 12);
+    EXPECT_LT((then.T_odom_cam * (past[i].T_past_cam * point) - now.T_odom_cam * point).norm(),
+              1e-9);
+  }
+}
+
+TEST(FrameHistory, KeepsTheLastEight) {
+  FrameHistory history;
+  std::vector<int> expected;
+  for (int k = 0; k < 20; ++k) {
+    SCOPED_TRACE(k);
+    history.remember(frameOf(k));
+    EXPECT_EQ(history.current().disparity_px(0, 0), static_cast<float>(k) + 0.25f);
+    expectPast(history.past(), k, expected);
+    expected.insert(expected.begin(), k);
+    if (expected.size() > FrameHistory::kFarthest) expected.pop_back();
+  }
+  EXPECT_EQ(expected.size(), 8u);
+}
+
+TEST(FrameHistory, CopiesWhatItKeeps) {
+  FrameHistory history;
+  DetectionInput input = frameOf(0);
+  history.remember(input);
+  input.left.setTo(0);
+  input.measured_disparity_px.setTo(0);
+  history.remember(frameOf(1));
+  expectPast(history.past(), 1, {0});
+}
+
+TEST(FrameHistory, EndsWhereAPoseIsUnknown) {
+  FrameHistory history;
+  for (int k = 0; k < 3; ++k) history.remember(frameOf(k));
+  DetectionInput lost = frameOf(3);
+  lost.has_pose = false;
+  history.remember(lost);
+  EXPECT_TRUE(history.past().empty());
+  history.remember(frameOf(4));
+  EXPECT_TRUE(history.past().empty());
+  history.remember(frameOf(5));
+  expectPast(history.past(), 5, {4});
+}
+
+TEST(FrameHistory, EndsWhereThePoseDoesNotGoOn) {
+  FrameHistory history;
+  for (int k = 0; k < 4; ++k) {
+    history.remember(frameOf(k));
+    history.setFollows(k != 2);
+  }
+  // The pose of 2 does not go on from that of 1, but 3 does from 2.
+  expectPast(history.past(), 3, {2});
+  history.remember(frameOf(4));
+  history.setFollows(false);
+  EXPECT_TRUE(history.past().empty());
+}
+
+TEST(FrameHistory, EndsWhereTimeDoesNotGoOn) {
+  for (const double step_s : {0.0, -0.3}) {
+    FrameHistory history;
+    history.remember(frameOf(0));
+    history.remember(frameOf(1));
+    DetectionInput back = frameOf(2);
+    back.stamp_s = frameOf(1).stamp_s + step_s;
+    history.remember(back);
+    EXPECT_TRUE(history.past().empty());
+  }
+}
+
+TEST(FrameHistory, ForgetsOnReset) {
+  FrameHistory history;
+  for (int k = 0; k < 12; ++k) history.remember(frameOf(k));
+  history.reset();
+  history.remember(frameOf(12));
+  EXPECT_TRUE(history.past().empty());
+}
+
+}  // namespace
+}  // namespace predictive_stereo
