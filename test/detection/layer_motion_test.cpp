@@ -3,27 +3,18 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
 #include <random>
+
+#include "driving_scene.h"
 
 namespace predictive_stereo {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kAhead_mps = 8, kDepth_m = 20, kWall_m = 45;
+constexpr double kDepth_m = 20, kWall_m = 45;
 constexpr double kWidth_m = 0.6, kHeight_m = 1.6;
 const DisparityRange kRange{0, 64};
-
-StereoRig testRig() {
-  StereoRig rig;
-  rig.size = {320, 120};
-  rig.fx_px = rig.fy_px = 720;
-  rig.cx_left_px = rig.cx_right_px = 160;
-  rig.cy_px = 60;
-  rig.baseline_m = 0.54;
-  return rig;
-}
 
 /// A board as wide as a cyclist, 20 m away now, before a wall; the camera drives at 8 m/s.
 class Scene {
@@ -34,20 +25,17 @@ class Scene {
     std::mt19937 random(7);
     std::normal_distribution<float> noise(0, static_cast<float>(noise_px));
     for (int k = 0; k <= past_frames; ++k) {
-      cv::Mat1f& map = frames_[k].disparity_px;
-      map = trueDisparity(0.1 * k);
+      cv::Mat1f map = trueDisparity(0.1 * k);
       for (int y = 0; y < map.rows; y += 3)
         for (int x = 0; x < map.cols; x += 3)
           map(cv::Rect(x, y, 3, 3) & cv::Rect({}, map.size())) += noise(random);
-      if (k == 0) continue;
-      PastFrame past;
-      past.frame = &frames_.at(k);
-      past.T_past_cam.translation().z() = kAhead_mps * 0.1 * k;
-      past.seconds = 0.1 * k;
-      past_.push_back(past);
+      if (k == 0)
+        disparity_px_ = map;
+      else
+        way_.remember(0.1 * k, map);
     }
   }
-  DisparityHistory history() const { return {rig_, kRange, frames_.at(0).disparity_px, past_}; }
+  DisparityHistory history() const { return {rig_, kRange, disparity_px_, way_.all()}; }
   /// Where the board was, in the camera's frame of then.
   cv::Rect boardAt(double seconds) const {
     const Vector3d centre =
@@ -66,17 +54,16 @@ class Scene {
 
  private:
   cv::Mat1f trueDisparity(double seconds) const {
-    const double fB = rig_.disparityTimesDepth();
-    cv::Mat1f map(rig_.size, static_cast<float>(fB / (kWall_m + kAhead_mps * seconds)));
+    cv::Mat1f map(rig_.size, disparityOf(rig_, kWall_m + kAhead_mps * seconds));
     const double board_m = kDepth_m + (kAhead_mps - velocity_mps_.z()) * seconds;
-    map(boardAt(seconds) & cv::Rect({}, rig_.size)).setTo(fB / board_m);
+    map(boardAt(seconds) & cv::Rect({}, rig_.size)).setTo(disparityOf(rig_, board_m));
     return map;
   }
 
-  StereoRig rig_ = testRig();
+  StereoRig rig_ = drivingRig({320, 120});
   Vector3d velocity_mps_;
-  std::map<int, RememberedFrame> frames_;
-  std::vector<PastFrame> past_;
+  cv::Mat1f disparity_px_;
+  DrivenWay way_;
 };
 
 class MovingBoard : public testing::TestWithParam<Vector3d> {};

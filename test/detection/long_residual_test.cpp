@@ -5,66 +5,48 @@
 #include <hwy/targets.h>
 
 #include <algorithm>
-#include <map>
 
 #include "detection/dense_channel.h"
+#include "driving_scene.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr double kDepth_m = 30, kAhead_mps = 8;
+constexpr double kDepth_m = 30;
 
-StereoRig testRig() {
-  StereoRig rig;
-  rig.size = {160, 80};
-  rig.fx_px = rig.fy_px = 720;
-  rig.cx_left_px = rig.cx_right_px = 80;
-  rig.cy_px = 40;
-  rig.baseline_m = 0.54;
-  return rig;
-}
+StereoRig testRig() { return drivingRig({160, 80}); }
 
 /// A wall across the line of sight that drives ahead at `wall_mps`, kDepth_m away now; the camera
 /// drives at kAhead_mps.
 class Wall {
  public:
   explicit Wall(double wall_mps) : wall_mps_(wall_mps) {
-    for (double seconds : {0.8, 0.4, 0.2, 0.1}) {
-      RememberedFrame& frame = frames_[seconds];
-      frame.disparity_px = disparityAt(seconds);
-    }
+    for (double seconds : {0.8, 0.4, 0.2, 0.1}) way.remember(seconds, disparityAt(seconds));
   }
   cv::Mat1f disparityAt(double seconds) const {
     const double depth_m = kDepth_m + (kAhead_mps - wall_mps_) * seconds;
-    return cv::Mat1f(rig_.size, static_cast<float>(rig_.disparityTimesDepth() / depth_m));
-  }
-  PastFrame past(double seconds) const {
-    PastFrame past;
-    past.frame = &frames_.at(seconds);
-    past.T_past_cam.translation().z() = kAhead_mps * seconds;
-    past.seconds = seconds;
-    return past;
+    return cv::Mat1f(rig_.size, disparityOf(rig_, depth_m));
   }
   std::vector<PastPair> pairs() const {
-    return {{past(0.8), past(0.4)}, {past(0.4), past(0.2)}, {past(0.2), past(0.1)}};
+    return {{way.past(0.8), way.past(0.4)},
+            {way.past(0.4), way.past(0.2)},
+            {way.past(0.2), way.past(0.1)}};
   }
-  RememberedFrame& frame(double seconds) { return frames_.at(seconds); }
   void find(double most_px) {
     longResidual(rig_, disparityAt(0), {0, 64}, pairs(), most_px, {80, 40}, residual_px, pair);
   }
   /// Disparity of a static wall then, less that of this one.
   double expected(double seconds) const {
-    const double fB = rig_.disparityTimesDepth();
-    return fB / (kDepth_m + kAhead_mps * seconds) - disparityAt(seconds)(0, 0);
+    return disparityOf(rig_, kDepth_m + kAhead_mps * seconds) - disparityAt(seconds)(0, 0);
   }
 
+  DrivenWay way;
   cv::Mat1f residual_px;
   cv::Mat1b pair;
 
  private:
   StereoRig rig_ = testRig();
   double wall_mps_;
-  std::map<double, RememberedFrame> frames_;
 };
 
 TEST(LongResidual, IsZeroOnWhatStands) {
@@ -101,14 +83,15 @@ TEST(LongResidual, LooksLessFarBackWhereTheWorldHasMovedMore) {
 TEST(LongResidual, NeedsTheFrameHalfwayToAgree) {
   Wall wall(8);
   Wall standing(0);
-  wall.frame(0.4).disparity_px = standing.disparityAt(0.4);  // as a wrong match in one frame would
+  wall.way.frame(0.4).disparity_px =
+      standing.disparityAt(0.4);  // as a wrong match in one frame would
   wall.find(16);
   EXPECT_NEAR(wall.residual_px(20, 40), 0, 1e-3);
 }
 
 TEST(LongResidual, IsUnknownWithoutDisparities) {
   Wall wall(8);
-  wall.frame(0.8).disparity_px.setTo(-1);
+  wall.way.frame(0.8).disparity_px.setTo(-1);
   wall.find(16);
   EXPECT_EQ(wall.residual_px(20, 40), kUnknownResidual);
 }
