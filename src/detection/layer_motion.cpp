@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "detection/history_rows.h"
 
 namespace predictive_stereo {
 namespace {
 
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 
 constexpr float kSigma_px = 0.5f, kSigmaPerDisparity = 0.015f;  // of the difference of two
 // Of what is searched, and how far a step may carry points: across by this, along by one pixel of
@@ -23,22 +25,34 @@ constexpr double kCostOfSpeed = 0.01;
 
 constexpr float kUnknownCost = DisparityHistory::kMostCost / 2;
 
-// The disparity that was measured there; negative: none.
-float seenAt(const Vector3f& source, const cv::Mat1f& past_px, const DisparityRange& range) {
-  const float x = source.x() + 0.5f, y = source.y() + 0.5f;
-  if (!(source.z() > 0 && x >= 0 && y >= 0 && x < static_cast<float>(past_px.cols) &&
-        y < static_cast<float>(past_px.rows)))
-    return -1;
-  const float seen = past_px(static_cast<int>(y), static_cast<int>(x));
-  return range.isValid(seen) ? std::max(seen, 0.0f) : -1;
+CostLimits limitsOf(const DisparityRange& range) {
+  return {kSigma_px, kSigmaPerDisparity, DisparityHistory::kMostCost, kUnknownCost,
+          static_cast<float>(range.min_disparity)};
 }
 
-// In standard deviations; positive: something nearer was seen.
-float errorOf(float expected_px, float seen_px) {
-  return (seen_px - expected_px) / (kSigma_px + kSigmaPerDisparity * expected_px);
+PastDisparities disparitiesOf(const PastFrame& past, const SourceOf& source) {
+  const cv::Mat1f& map = past.frame->disparity_px;
+  return {source.H().data(), map[0], static_cast<int>(map.step1()), map.cols, map.rows};
 }
 
 }  // namespace
+
+// Points, and room for what is found of each of them.
+struct DisparityHistory::Points {
+  std::vector<float> x, y, d, result;
+  std::vector<uchar> known;
+
+  void add(int px, int py, float disparity_px) {
+    x.push_back(static_cast<float>(px));
+    y.push_back(static_cast<float>(py));
+    d.push_back(disparity_px);
+  }
+  void makeRoom() {
+    result.resize(x.size());
+    known.resize(x.size());
+  }
+  PointRow row() const { return {x.data(), y.data(), d.data(), static_cast<int>(x.size())}; }
+};
 
 DisparityHistory::DisparityHistory(const StereoRig& rig, const DisparityRange& range,
                                    const cv::Mat1f& disparity_px,
@@ -52,47 +66,22 @@ SourceOf DisparityHistory::sourceOf(const PastFrame& past, const Vector3d& veloc
   return SourceOf(disparityMotion(rig_, T));
 }
 
-float DisparityHistory::costAt(const Vector3f& source, const cv::Mat1f& past_px) const {
-  const float seen = seenAt(source, past_px, range_);
-  if (seen < 0) return kUnknownCost;
-  const float error = errorOf(source.z(), seen);
-  if (error * error < kMostCost) return error * error;
-  return error > 0 ? kUnknownCost : kMostCost;
-}
-
-// What hid the place of a static point was the object itself where it has its disparity.
-std::optional<float> DisparityHistory::gainAt(const Vector3f& static_source,
-                                              const Vector3f& moved_source,
-                                              const cv::Mat1f& past_px) const {
-  const float by_object = costAt(moved_source, past_px);
-  if (by_object == kUnknownCost) return std::nullopt;
-  const float seen = seenAt(static_source, past_px, range_);
-  if (seen < 0) return std::nullopt;
-  const float error = errorOf(static_source.z(), seen);
-  if (error * error < kMostCost) return error * error - by_object;
-  const float of_object = errorOf(moved_source.z(), seen);
-  if (error > 0 && of_object * of_object > kMostCost) return std::nullopt;
-  return kMostCost - by_object;
-}
-
 double DisparityHistory::meanCost(const PastFrame& past, const Vector3d& velocity_mps,
-                                  const std::vector<Vector3f>& points) const {
+                                  Points& points) const {
   const SourceOf source = sourceOf(past, velocity_mps);
-  float sum = 0;
-  for (const Vector3f& p : points)
-    sum += costAt(source(p.x(), p.y(), p.z()), past.frame->disparity_px);
-  return sum / static_cast<double>(points.size());
+  costRow(points.row(), disparitiesOf(past, source), limitsOf(range_), points.result.data());
+  return std::accumulate(points.result.begin(), points.result.end(), 0.0f) /
+         static_cast<double>(points.result.size());
 }
 
 std::optional<LayerMotion> DisparityHistory::fit(const std::vector<cv::Point>& points_px,
                                                  const std::optional<Vector3d>& expected) const {
-  std::vector<Vector3f> points;
-  for (cv::Point p : points_px)
-    points.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y), disparity_px_(p));
-  if (past_.empty() || points.empty()) return std::nullopt;
-  float sum = 0;
-  for (const Vector3f& p : points) sum += p.z();
-  const double depth_m = rig_.disparityTimesDepth() * static_cast<double>(points.size()) / sum;
+  Points points;
+  for (cv::Point p : points_px) points.add(p.x, p.y, disparity_px_(p));
+  if (past_.empty() || points_px.empty()) return std::nullopt;
+  points.makeRoom();
+  const float sum = std::accumulate(points.d.begin(), points.d.end(), 0.0f);
+  const double depth_m = rig_.disparityTimesDepth() * static_cast<double>(points.d.size()) / sum;
   const double along_m = depth_m * depth_m / rig_.disparityTimesDepth();
 
   // Every second frame is enough.
@@ -149,14 +138,15 @@ std::optional<LayerMotion> DisparityHistory::fit(const std::vector<cv::Point>& p
   int known = 0;
   for (const PastFrame* past : frames) {
     const SourceOf by_static = sourceOf(*past, Vector3d::Zero()), by_object = sourceOf(*past, best);
-    for (const Vector3f& p : points)
-      if (const auto gain = gainAt(by_static(p.x(), p.y(), p.z()), by_object(p.x(), p.y(), p.z()),
-                                   past->frame->disparity_px)) {
-        motion.gain += *gain;
-        ++known;
-      }
+    gainRow(points.row(), by_static.H().data(), disparitiesOf(*past, by_object), limitsOf(range_),
+            points.result.data(), points.known.data());
+    for (size_t i = 0; i < points.known.size(); ++i) {
+      if (!points.known[i]) continue;
+      motion.gain += points.result[i];
+      ++known;
+    }
   }
-  motion.known = static_cast<double>(known) / static_cast<double>(frames.size() * points.size());
+  motion.known = static_cast<double>(known) / static_cast<double>(frames.size() * points.d.size());
   motion.gain /= std::max(known, 1);
   const double seconds = frames.back()->seconds;
   const double across = kSigmaAcross_m / seconds, along = kSigmaLayer_px * along_m / seconds;
@@ -167,21 +157,27 @@ std::optional<LayerMotion> DisparityHistory::fit(const std::vector<cv::Point>& p
 void DisparityHistory::addGain(const cv::Rect& area, const Vector3d& velocity_mps, float weight,
                                cv::Mat1f& sum) const {
   CV_Assert(sum.size() == area.size());
+  const CostLimits limits = limitsOf(range_);
+  Points row;
+  for (int u = 0; u < area.width; ++u) row.add(2 * (area.x + u), 0, 0);
+  row.makeRoom();
   int frames = 0;
   for (size_t k = past_.size() % 2 ? 0 : 1; k < past_.size(); k += 2) ++frames;
   for (size_t k = past_.size() % 2 ? 0 : 1; k < past_.size(); k += 2) {
     const SourceOf by_static = sourceOf(past_[k], Vector3d::Zero());
     const SourceOf by_object = sourceOf(past_[k], velocity_mps);
-    const cv::Mat1f& past_px = past_[k].frame->disparity_px;
-    for (int v = 0; v < area.height; ++v)
-      for (int u = 0; u < area.width; ++u) {
-        const int x = 2 * (area.x + u), y = 2 * (area.y + v);
-        const float d = disparity_px_(y, x);
-        if (!range_.isValid(d)) continue;
-        const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
-        if (const auto gain = gainAt(by_static(fx, fy, d), by_object(fx, fy, d), past_px))
-          sum(v, u) += weight / static_cast<float>(frames) * *gain;
-      }
+    const PastDisparities then = disparitiesOf(past_[k], by_object);
+    const float of_frame = weight / static_cast<float>(frames);
+    for (int v = 0; v < area.height; ++v) {
+      const int y = 2 * (area.y + v);
+      const float* disparity = disparity_px_[y] + 2 * area.x;
+      for (size_t u = 0; u < row.d.size(); ++u) row.d[u] = disparity[2 * u];
+      std::fill(row.y.begin(), row.y.end(), static_cast<float>(y));
+      gainRow(row.row(), by_static.H().data(), then, limits, row.result.data(), row.known.data());
+      float* of_row = sum[v];
+      for (size_t u = 0; u < row.d.size(); ++u)
+        if (row.known[u] && range_.isValid(row.d[u])) of_row[u] += of_frame * row.result[u];
+    }
   }
 }
 

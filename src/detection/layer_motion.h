@@ -50,12 +50,9 @@ class DisparityHistory {
                cv::Mat1f& sum) const;
 
  private:
+  struct Points;
   SourceOf sourceOf(const PastFrame& past, const Eigen::Vector3d& velocity_mps) const;
-  float costAt(const Eigen::Vector3f& source, const cv::Mat1f& past_px) const;
-  std::optional<float> gainAt(const Eigen::Vector3f& static_source,
-                              const Eigen::Vector3f& moved_source, const cv::Mat1f& past_px) const;
-  double meanCost(const PastFrame& past, const Eigen::Vector3d& velocity_mps,
-                  const std::vector<Eigen::Vector3f>& points) const;
+  double meanCost(const PastFrame& past, const Eigen::Vector3d& velocity_mps, Points& points) const;
 
   const StereoRig& rig_;
   const DisparityRange& range_;
