@@ -1,4 +1,4 @@
-/// The loops of compareFrames and denseResidual over one row of the lattice, compiled for every
+/// The loops of compareFrames and denseResidualRow over one row of the lattice, compiled for every
 /// SIMD target and dispatched at run time. Every target gives the same results, bit by bit.
 #pragma once
 
@@ -47,7 +47,7 @@ struct DenseLimits {
   float largest_px;     ///< larger residuals are cut to it
   float unknown;        ///< in place of a residual
 };
-/// See denseResidual.
+/// See denseResidualRow.
 /// @param predicted_px, variance_px2  of the first point, as LatticeRow::disparity_px.
 /// @param before_px  the previous disparity map, `before_stride` floats from row to row.
 void residualRow(const LatticeRow& row, const float* predicted_px, const float* variance_px2,

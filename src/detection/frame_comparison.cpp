@@ -71,7 +71,8 @@ LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
 
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison) {
+                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison,
+                   const std::function<void(int)>& beside_row) {
   const cv::Mat1b& now = current.level(1);
   const cv::Mat1b& before = previous.level(1);
   CV_Assert(before.isContinuous());
@@ -84,6 +85,7 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
     const int y = area.y + v;
     compareRow(latticeRow(source_of, disparity_px, range, before.size(), area, y), now[y] + area.x,
                before.data, c.difference.row(v), c.known.row(v));
+    if (beside_row) beside_row(y);
   });
   forEachRow(area.height, [&](int v) {
     deviationRow(c.difference.around(v).data(), c.known.around(v).data(), area.width,

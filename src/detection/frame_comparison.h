@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -79,8 +80,11 @@ LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
 
 /// Compares the current image with the previous one as moved by H_prev_cam, through the measured
 /// disparities.
+/// @param beside_row  called for each lattice row of the area by the thread that compares it: for
+///   what reads the same disparities.
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison);
+                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison,
+                   const std::function<void(int)>& beside_row = {});
 
 }  // namespace predictive_stereo

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "detection/work_pool.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -9,21 +11,19 @@ constexpr int kPyramidLevels = 4;
 
 }  // namespace
 
-void FrameHistory::remember(const DetectionInput& input) {
+void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>& beside) {
   std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
   RememberedFrame& current = frames_[0];
   current.stamp_s = input.stamp_s;
   current.has_pose = input.has_pose;
   current.follows = true;
   current.T_odom_cam = input.T_odom_cam;
-  constexpr int kParts = 2;  // of about the same length
-  cv::parallel_for_(cv::Range(0, kParts), [&](const cv::Range& parts) {
-    for (int part = parts.start; part < parts.end; ++part)
-      if (part == 0)
-        current.pyramid.build(input.left, kPyramidLevels);
-      else
-        input.measured_disparity_px.copyTo(current.disparity_px);
-  });
+  // The longest first.
+  std::vector<Task> tasks = {[&] { current.pyramid.build(input.left, kPyramidLevels); },
+                             [&] { input.measured_disparity_px.copyTo(current.disparity_px); }};
+  tasks.insert(tasks.end(), beside.begin(), beside.end());
+  forEachInParallel(static_cast<int>(tasks.size()),
+                    [&](int i) { tasks[static_cast<size_t>(i)](); });
 }
 
 std::vector<PastFrame> FrameHistory::past() const {

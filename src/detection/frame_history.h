@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -34,8 +35,10 @@ class FrameHistory {
   /// Frames back that are kept.
   static constexpr int kFarthest = 8;
 
+  using Task = std::function<void()>;
   /// Makes it the current frame, and the one before it one of the past.
-  void remember(const DetectionInput& input);
+  /// @param beside  what is done at the same time, and needs nothing of this.
+  void remember(const DetectionInput& input, const std::vector<Task>& beside = {});
   const RememberedFrame& current() const { return frames_[0]; }
   void setFollows(bool follows) { frames_[0].follows = follows; }
   /// Frames before the current one, the last first, as far as poses and stamps go on. Valid until

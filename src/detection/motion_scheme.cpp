@@ -16,7 +16,8 @@ constexpr double kLargestSpeed_mps = 40;  // along the line of sight
 
 const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& input,
                                                          const ObjectTracker& known) {
-  frames_.remember(input);
+  frames_.remember(input, {[&] { verification_.findGround(input, range_); },
+                           [&] { verification_.findRoad(input, range_); }});
   verification_.forgetObjects();
   const std::vector<PastFrame> past = frames_.past();
   if (past.empty()) return verification_.objects();
@@ -28,8 +29,6 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   const std::vector<cv::Point>& suspects_px = compare(frame);
   frames_.setFollows(pose_check_.follows(suspicion_.share()));
   if (!frames_.current().follows) return verification_.objects();
-  denseResidual(input, range_, frame.staticSource(past_), past_.frame->disparity_px,
-                frame.lattice(), residual_px_);
   findAcross(frame, suspects_px);
   findAlong(frame);
   slow_.find(frame, verification_);
@@ -44,12 +43,17 @@ void MotionScheme::reset() {
   verification_.reset();
 }
 
-// The frame before against what the static world makes of it.
-/// @return pixels that contradict.
+// The frame before against what the static world makes of it: its image and its disparities.
+/// @return pixels whose images contradict.
 const std::vector<cv::Point>& MotionScheme::compare(const FrameView& frame) {
+  const SourceOf static_source = frame.staticSource(past_);
+  residual_px_.create(frame.lattice());
   compareFrames(frame.current.pyramid, frame.input.measured_disparity_px, range_,
-                past_.frame->pyramid, frame.staticSource(past_),
-                cv::Rect(cv::Point(), frame.lattice()), static_world_);
+                past_.frame->pyramid, static_source, cv::Rect(cv::Point(), frame.lattice()),
+                static_world_, [&](int v) {
+                  denseResidualRow(frame.input, range_, static_source, past_.frame->disparity_px, v,
+                                   residual_px_);
+                });
   return suspicion_.find(frame.current.pyramid.level(1), static_world_.mismatch,
                          frame.input.measured_disparity_px, verification_.ground(), params_);
 }

@@ -5,6 +5,7 @@
 
 #include "detection/displacement_search.h"
 #include "detection/frame_comparison.h"
+#include "detection/work_pool.h"
 
 namespace predictive_stereo {
 namespace {
@@ -26,11 +27,13 @@ double linkDisparity(const StereoRig& rig, const MotionDetectionParams& params, 
 std::vector<SuspectGroup> groupsInSpace(const TrackingView& view,
                                         const MotionDetectionParams& params,
                                         const std::vector<cv::Point>& points_px) {
+  std::vector<float> disparities;
+  for (cv::Point p : points_px) disparities.push_back(view.disparity_px(p));
   std::vector<SuspectGroup> groups;
-  std::vector<bool> used(points_px.size(), false);
+  std::vector<uchar> used(points_px.size(), 0);
   for (size_t first = 0; first < points_px.size(); ++first) {
     if (used[first]) continue;
-    const float d = view.disparity_px(points_px[first]);
+    const float d = disparities[first];
     const double radius_px = kGroupRadius_m * d / view.rig.baseline_m;
     const double link_px = linkDisparity(view.rig, params, d);
     SuspectGroup group;
@@ -38,9 +41,9 @@ std::vector<SuspectGroup> groupsInSpace(const TrackingView& view,
       const cv::Point apart = points_px[i] - points_px[first];
       if (apart.y > radius_px) break;
       if (used[i] || apart.ddot(apart) > radius_px * radius_px ||
-          std::abs(view.disparity_px(points_px[i]) - d) > link_px)
+          std::abs(disparities[i] - d) > link_px)
         continue;
-      used[i] = true;
+      used[i] = 1;
       group.points_px.push_back(points_px[i]);
     }
     if (static_cast<int>(group.points_px.size()) >= params.min_tracks)
@@ -55,6 +58,7 @@ std::vector<cv::Point> surroundings(const TrackingView& view, const MotionDetect
   const float d = view.disparity_px(group.points_px.front());
   const double link_px = linkDisparity(view.rig, params, d);
   std::vector<cv::Point> lattice;
+  lattice.reserve(9 * group.points_px.size());
   for (cv::Point p : group.points_px)
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx) {
@@ -115,9 +119,9 @@ std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
                                         const std::vector<cv::Point>& points_px, double seconds) {
   std::vector<SuspectGroup> groups = groupsInSpace(view, params, points_px);
   const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
-  cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i)
-      search(view, params, static_source, seconds, groups[static_cast<size_t>(i)]);
+  // Groups differ much in size: each thread takes the next one as soon as it can.
+  forEachInParallel(static_cast<int>(groups.size()), [&](int i) {
+    search(view, params, static_source, seconds, groups[static_cast<size_t>(i)]);
   });
   groups.erase(std::remove_if(groups.begin(), groups.end(),
                               [](const SuspectGroup& g) { return g.gain < kLeastGain; }),
@@ -131,16 +135,14 @@ std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetec
   for (const SuspectGroup& group : groups) points += group.points_px.size();
   const size_t step = points / (static_cast<size_t>(params.max_tracks) + 1) + 1;
   std::vector<std::vector<PointTrack>> followed(groups.size());
-  cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      SuspectGroup group = groups[static_cast<size_t>(i)];
-      const size_t count = group.points_px.size() / step;
-      for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
-      group.points_px.resize(count);
-      std::vector<PointTrack>& tracks = followed[static_cast<size_t>(i)];
-      tracks = followPoints(view, params, group.points_px, group.shift_px);
-      complete(view, params, group, tracks);
-    }
+  forEachInParallel(static_cast<int>(groups.size()), [&](int i) {
+    SuspectGroup group = groups[static_cast<size_t>(i)];
+    const size_t count = group.points_px.size() / step;
+    for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
+    group.points_px.resize(count);
+    std::vector<PointTrack>& tracks = followed[static_cast<size_t>(i)];
+    tracks = followPoints(view, params, group.points_px, group.shift_px);
+    complete(view, params, group, tracks);
   });
   std::vector<PointTrack> all;
   for (const auto& tracks : followed) all.insert(all.end(), tracks.begin(), tracks.end());

@@ -10,6 +10,7 @@
 namespace predictive_stereo {
 namespace {
 
+constexpr int kBand = 6;    // rows of cells that a thread takes at a time
 constexpr int kMargin = 5;  // lattice points along the border that are left out
 static_assert(kMargin >= 2 * kTextureReach, "texture is not known closer to the border");
 
@@ -18,13 +19,6 @@ auto rowsAround(const Map& map, int v) {
   std::array<const typename Map::value_type*, kTextureSide> rows;
   for (int k = 0; k < kTextureSide; ++k) rows[k] = map[v + k - kTextureReach];
   return rows;
-}
-
-template <class Work>
-void forEachRow(int first, int end, const Work& work) {
-  cv::parallel_for_(cv::Range(first, std::max(first, end)), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v) work(v);
-  });
 }
 
 // The first one of the largest, row by row.
@@ -58,33 +52,39 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
                                               const MotionDetectionParams& params) {
   const int rows = std::max(grey.rows - 2 * kMargin, 0) / kCell;
   const int columns = std::max(grey.cols - 2 * kMargin, 0) / kCell;
-  deviation_.create(grey.size());
   suspicion_.create(grey.size());
   cells_.create(rows, columns);
   // Of a map without columns no row is looked at.
   cells_of_row_.assign(static_cast<size_t>(columns > 0 ? rows : 0), 0);
   suspects_of_row_.resize(cells_of_row_.size());
-  forEachRow(kTextureReach, grey.rows - kTextureReach, [&](int v) {
-    greyDeviationRow(rowsAround(grey, v).data(), grey.cols, deviation_[v]);
-  });
   const auto least = static_cast<float>(params.min_mismatch);
-  forEachRow(0, static_cast<int>(cells_of_row_.size()), [&](int r) {
-    const float* of_cells[kCell];
-    for (int k = 0; k < kCell; ++k) {
-      const int v = kMargin + r * kCell + k;
-      suspicionRow(rowsAround(deviation_, v).data(), mismatch[v], grey.cols, kGreyNoise,
-                   suspicion_[v]);
-      of_cells[k] = suspicion_[v] + kMargin;
-    }
-    const int suspicious = suspiciousCells(of_cells, columns, least, cells_[r]);
-    cells_of_row_[static_cast<size_t>(r)] = suspicious;
-    std::vector<cv::Point>& kept = suspects_of_row_[static_cast<size_t>(r)];
-    kept.clear();
-    for (int k = 0; k < suspicious; ++k) {
-      const cv::Point worst =
-          mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell});
-      if (!ground.isLevel(worst) && isWithinSurface(disparity_px, 2 * worst))
-        kept.push_back(2 * worst);
+  const int rows_of_cells = static_cast<int>(cells_of_row_.size());
+  cv::parallel_for_(cv::Range(0, (rows_of_cells + kBand - 1) / kBand), [&](const cv::Range& range) {
+    cv::Mat1w deviation(kBand * kCell + 2 * kTextureReach, grey.cols);
+    for (int band = range.start; band < range.end; ++band) {
+      const int end = std::min(kBand * (band + 1), rows_of_cells);
+      const int above = kMargin + kBand * band * kCell - kTextureReach;  // the band's first row
+      for (int v = above; v < kMargin + end * kCell + kTextureReach; ++v)
+        greyDeviationRow(rowsAround(grey, v).data(), grey.cols, deviation[v - above]);
+      for (int r = kBand * band; r < end; ++r) {
+        const float* of_cells[kCell];
+        for (int k = 0; k < kCell; ++k) {
+          const int v = kMargin + r * kCell + k;
+          suspicionRow(rowsAround(deviation, v - above).data(), mismatch[v], grey.cols, kGreyNoise,
+                       suspicion_[v]);
+          of_cells[k] = suspicion_[v] + kMargin;
+        }
+        const int suspicious = suspiciousCells(of_cells, columns, least, cells_[r]);
+        cells_of_row_[static_cast<size_t>(r)] = suspicious;
+        std::vector<cv::Point>& kept = suspects_of_row_[static_cast<size_t>(r)];
+        kept.clear();
+        for (int k = 0; k < suspicious; ++k) {
+          const cv::Point worst =
+              mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell});
+          if (!ground.isLevel(worst) && isWithinSurface(disparity_px, 2 * worst))
+            kept.push_back(2 * worst);
+        }
+      }
     }
   });
   const int suspicious = std::accumulate(cells_of_row_.begin(), cells_of_row_.end(), 0);

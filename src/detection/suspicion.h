@@ -33,7 +33,6 @@ class Suspicion {
 
  private:
   double share_ = 0;
-  cv::Mat1w deviation_;
   cv::Mat1f suspicion_;
   cv::Mat1i cells_;                // suspicious ones of each row of cells, ...
   std::vector<int> cells_of_row_;  // ... and how many

@@ -71,14 +71,18 @@ bool hiddenBelow(const FrameView& frame, const LevelGround& ground, const Hypoth
 
 }  // namespace
 
+void Verification::findRoad(const DetectionInput& input, const DisparityRange& range) {
+  if (const auto road = fitRoadLine(input.rig, range, input.measured_disparity_px)) road_ = road;
+}
+
+void Verification::findGround(const DetectionInput& input, const DisparityRange& range) {
+  ground_.setFrame(input.rig, range, input.measured_disparity_px);
+}
+
 void Verification::setFrame(const FrameView& frame) {
-  const DetectionInput& input = frame.input;
   taken_.create(frame.lattice());
   taken_.setTo(0);
   objects_.clear();
-  if (const auto road = fitRoadLine(input.rig, frame.range, input.measured_disparity_px))
-    road_ = road;
-  ground_.setFrame(input.rig, frame.range, input.measured_disparity_px);
 }
 
 void Verification::joinParts(const FrameView& frame) {

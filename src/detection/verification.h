@@ -33,7 +33,10 @@ struct VerificationWork {
 /// users have and a foot on the road, each of them once.
 class Verification {
  public:
-  /// Finds the road. Objects of the frame before are forgotten.
+  /// What is seen of the road, and of level ground. They need nothing of each other.
+  void findRoad(const DetectionInput& input, const DisparityRange& range);
+  void findGround(const DetectionInput& input, const DisparityRange& range);
+  /// After both. Objects of the frame before are forgotten.
   void setFrame(const FrameView& frame);
   const LevelGround& ground() const { return ground_; }
   const std::vector<ObservedObject>& objects() const { return objects_; }

@@ -32,4 +32,11 @@ class WorkPool {
   std::vector<Work> works_;
 };
 
+/// The same for work that needs no memory: calls body(i).
+template <class Body>
+void forEachInParallel(int count, const Body& body) {
+  struct Nothing {};
+  WorkPool<Nothing>().forEach(count, [&](int i, Nothing&) { body(i); });
+}
+
 }  // namespace predictive_stereo

@@ -83,6 +83,12 @@ TEST_P(WorkPoolOn, WorksInsideAParallelLoop) {
   EXPECT_EQ(sums, (std::vector<int>{0, 1, 3, 6, 10, 15}));
 }
 
+TEST_P(WorkPoolOn, DoesWithoutMemory) {
+  std::vector<std::atomic<int>> times(33);
+  forEachInParallel(33, [&](int i) { ++times[static_cast<size_t>(i)]; });
+  for (const auto& t : times) EXPECT_EQ(t, 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(Threads, WorkPoolOn, testing::Values(1, 2, 3, 7));
 
 }  // namespace
