@@ -68,7 +68,7 @@ void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
   terms.largest_innovation_px = static_cast<float>(params.max_innovation_px);
   terms.innovation_weight = static_cast<float>(params.innovation_weight);
   terms.far_px = static_cast<float>(params.sigma_far_px);
-  terms.far_disparity_px = kFarDisparityPx;
+  terms.per_far_disparity = 1.0f / kFarDisparityPx;
   terms.per_squared_disparity = squared(params.sigma_per_row_offset * row_offset_px);
   terms.largest_variance_px2 = params.max_sigma_px > 0 ? squared(params.max_sigma_px)
                                                        : std::numeric_limits<float>::infinity();

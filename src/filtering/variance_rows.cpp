@@ -116,7 +116,7 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
     const auto of_rectification =
         hn::Mul(hn::Mul(hn::Set(d, terms.per_squared_disparity), disparity), disparity);
     const auto nearness =
-        hn::Div(hn::Max(disparity, hn::Zero(d)), hn::Set(d, terms.far_disparity_px));
+        hn::Mul(hn::Max(disparity, hn::Zero(d)), hn::Set(d, terms.per_far_disparity));
     const auto far = hn::Div(hn::Set(d, terms.far_px), hn::Add(hn::Set(d, 1.0f), nearness));
     const auto of_distance = hn::Mul(far, far);
     const auto variance =

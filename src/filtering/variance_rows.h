@@ -38,7 +38,7 @@ struct PublishedTerms {
   float unpredicted_px2, kept_px2, filled_px2;
   float disagreement_px2;  ///< times the squared number of disagreements
   float largest_innovation_px, innovation_weight;
-  float far_px, far_disparity_px;
+  float far_px, per_far_disparity;
   float per_squared_disparity;
   float largest_variance_px2;  ///< of what is published
 };

@@ -234,8 +234,8 @@ float varianceNaively(const RandomFrame& frame, double row_offset_px, const Disp
                    static_cast<float>(params.innovation_weight) * innovation * innovation;
   }
   variance_px2 += squared(params.sigma_disagreement_px) * strangers * strangers;
-  const float far_px =
-      static_cast<float>(params.sigma_far_px) / (1 + std::max(d, 0.0f) / kFarDisparityPx);
+  const float nearness = std::max(d, 0.0f) * (1.0f / kFarDisparityPx);
+  const float far_px = static_cast<float>(params.sigma_far_px) / (1 + nearness);
   const float common_px2 =
       far_px * far_px + squared(params.sigma_per_row_offset * row_offset_px) * d * d;
   return variance_px2 + common_px2;
