@@ -161,8 +161,9 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
                      output.disparity);
   if (output.disparity.carried) frames_since_past_ = 0;
 
-  // What the detector does not need is finished beside it.
-  auto published = std::async(std::launch::async, [&] { disparity_.publish(output.disparity); });
+  // The detector does not need it, but keeps all threads busy itself.
+  disparity_.publish(output.disparity);
+  times_.insert(times_.end(), disparity_.times().begin(), disparity_.times().end());
   watch = Stopwatch();
 
   detector_.detect({stamp_s, rig, left, output.disparity.measured_disparity_px,
@@ -170,11 +171,7 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
                     output.disparity.predicted_variance_px2, known, output.T_odom_cam},
                    output.detections);
   disparity_.markMoving(output.detections.mask);
-  StageTimes detection;
-  watch.lap("detection", detection);
-  published.get();
-  times_.insert(times_.end(), disparity_.times().begin(), disparity_.times().end());
-  times_.insert(times_.end(), detection.begin(), detection.end());
+  watch.lap("detection", times_);
 }
 
 void Pipeline::reset() {

@@ -45,8 +45,9 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   odometry_.add(output.ego_motion.odometry);
 
   output.disparity = disparity_.estimate(motion(header, output.event));
-  // What the detector does not need is finished beside it.
-  auto finished = std::async(std::launch::async, [&] { disparity_.finish(); });
+  // The detector does not need it, but keeps all threads busy itself.
+  disparity_.finish();
+  output.times.insert(output.times.end(), disparity_.times().begin(), disparity_.times().end());
   watch = Stopwatch();
   std::string no_pose;
   output.T_odom_cam =
@@ -60,11 +61,7 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   input.predicted_variance = output.disparity.predicted_variance;
   output.moving_objects = *moving_objects_.process(input, output.T_odom_cam).messages;
   disparity_.markMoving(*output.moving_objects.mask);
-  StageTimes detection;
-  watch.lap("detection", detection);
-  finished.get();
-  output.times.insert(output.times.end(), disparity_.times().begin(), disparity_.times().end());
-  output.times.insert(output.times.end(), detection.begin(), detection.end());
+  watch.lap("detection", output.times);
   total.lap("whole frame", output.times);
   return output;
 }
