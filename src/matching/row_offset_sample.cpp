@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 
 namespace predictive_stereo {
 namespace {
@@ -18,6 +19,8 @@ constexpr int kRowShifts = 2 * kRowReach + 1;
 constexpr double kSmallestCurvature = 40;  // per pixel, grey levels^2 per px^2
 constexpr double kLargestMisfit = 0.5;     // lowest score by the curvature
 constexpr double kUniqueness = 0.7;        // lowest score by the lowest that is no neighbour
+constexpr int kLineReach = 6;              // columns in which the rows beside may match as well
+constexpr double kLeastHold = 0.2;         // curvature with these columns free by that without
 
 // Zero-mean mean of squared differences of two patches, from exact sums.
 double dissimilarity(const cv::Mat1b& left, cv::Point l, const cv::Mat1b& right, cv::Point r) {
@@ -98,6 +101,24 @@ bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point c
   if (hxx <= 0 || hyy <= 0) return false;
   const double curvature = hyy - hxy * hxy / hxx;
   if (curvature < kSmallestCurvature || best > kLargestMisfit * curvature) return false;
+
+  // A line may run so flatly that no quadratic shows it: it fits every row, some columns further to
+  // one side, and row 0 best of all, as that was where the disparity was looked for.
+  const int aside = hxy < 0 ? 1 : -1;  // to the better columns of the row below
+  const auto lowestOfRow = [&](int row, int step) {
+    double lowest = std::numeric_limits<double>::max();
+    for (int i = 0; i <= kLineReach; ++i) {
+      const int column = best_column + i * step;
+      const int first = first_column + kColumnReach + column;
+      if (first < 0 || first + kPatchCols > right.cols) break;
+      lowest = std::min(lowest, score(column, row));
+    }
+    return lowest;
+  };
+  const double along_line =
+      lowestOfRow(best_row - 1, -aside) + lowestOfRow(best_row + 1, aside) - 2 * best;
+  if (along_line < kLeastHold * hyy) return false;
+
   const double fraction = -(gy - hxy * gx / hxx) / curvature;
   if (!(std::abs(fraction) <= 1)) return false;
   offset_px = best_row - kRowReach + fraction;

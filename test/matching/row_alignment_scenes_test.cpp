@@ -110,11 +110,13 @@ TEST(RowAlignmentOfScenes, Kitti) {
   const char* excerpts = std::getenv("KITTI_EXCERPTS");
   if (!excerpts) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
   const std::string date_dir = std::string(excerpts) + "/2011_09_26/";
+  double left_over_px = 0;
+  int pairs = 0;
   for (const char* drive : {"2011_09_26_drive_0002_sync", "2011_09_26_drive_0009_sync"}) {
     std::vector<cv::String> left_files, right_files;
     cv::glob(date_dir + drive + "/image_00/data/*.png", left_files);
     cv::glob(date_dir + drive + "/image_01/data/*.png", right_files);
-    for (size_t i = 0; i < left_files.size(); i += 9) {
+    for (size_t i = 0; i < left_files.size(); ++i) {
       SCOPED_TRACE(left_files[i]);
       const Alignments alignments = alignTwice(cv::imread(left_files[i], cv::IMREAD_GRAYSCALE),
                                                cv::imread(right_files[i], cv::IMREAD_GRAYSCALE));
@@ -122,9 +124,14 @@ TEST(RowAlignmentOfScenes, Kitti) {
       EXPECT_LT(alignments.first.residual_px, 0.2);
       EXPECT_GT(alignments.first.largest_offset_px, 1.5);
       EXPECT_LT(alignments.first.largest_offset_px, 2.8);
-      EXPECT_LT(alignments.second.largest_offset_px, 0.4);
+      // Of a single frame, in a corner that may have shown nothing.
+      EXPECT_LT(alignments.second.largest_offset_px, 0.8);
+      left_over_px += alignments.second.largest_offset_px;
+      ++pairs;
     }
   }
+  ASSERT_GT(pairs, 0);
+  EXPECT_LT(left_over_px / pairs, 0.25);
 }
 
 }  // namespace

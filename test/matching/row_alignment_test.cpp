@@ -5,6 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "matching/row_offset_sample.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -185,6 +187,45 @@ TEST(RowAligner, RemembersForAWhileAndForgetsOnReset) {
   estimate(aligner, pair);
   aligner.reset();
   EXPECT_TRUE(darkFrame().isIdentity());
+}
+
+// Rails and kerbs: the half-resolution match puts them where they fit without an offset.
+TEST(RowOffsetSample, LinesTellNothing) {
+  constexpr double kTrueOffsetPx = -1.1;
+  constexpr int kDisparityPx = 40;
+  const cv::Point centre(300, 60);
+  for (const double columns_per_row : {-5.0, -3.0, -1.5, 1.5, 3.0, 5.0}) {
+    SCOPED_TRACE(columns_per_row);
+    cv::Mat1b left(120, 600), right(120, 600);
+    cv::RNG rng(3);
+    const auto draw = [&](cv::Mat1b& image, double shift_px, double down_px) {
+      for (int y = 0; y < image.rows; ++y)
+        for (int x = 0; x < image.cols; ++x) {
+          const double row = y - down_px - centre.y - (x + shift_px - centre.x) / columns_per_row;
+          image(y, x) =
+              cv::saturate_cast<uchar>(60 + 90 * std::exp(-row * row / 2) + rng.gaussian(1.5));
+        }
+    };
+    draw(left, 0, 0);
+    draw(right, kDisparityPx, kTrueOffsetPx);
+    double offset_px;
+    EXPECT_FALSE(measureRowOffset(
+        left, right, centre, cvRound(kDisparityPx - kTrueOffsetPx * columns_per_row), offset_px));
+    // A spot beside the line tells.
+    for (cv::Mat1b* image : {&left, &right}) {
+      const bool is_left = image == &left;
+      const cv::Point2d spot(
+          centre.x + 3 - (is_left ? 0 : kDisparityPx),
+          centre.y + (columns_per_row > 0 ? -2 : 2) + (is_left ? 0 : kTrueOffsetPx));
+      for (int y = centre.y - 12; y <= centre.y + 12; ++y)
+        for (int x = cvRound(spot.x) - 8; x <= cvRound(spot.x) + 8; ++x) {
+          const double squared = (x - spot.x) * (x - spot.x) + (y - spot.y) * (y - spot.y);
+          (*image)(y, x) = cv::saturate_cast<uchar>((*image)(y, x) + 150 * std::exp(-squared / 3));
+        }
+    }
+    ASSERT_TRUE(measureRowOffset(left, right, centre, kDisparityPx, offset_px));
+    EXPECT_NEAR(offset_px, kTrueOffsetPx, 0.15);
+  }
 }
 
 TEST(RowAligner, SameForEveryNumberOfThreads) {
