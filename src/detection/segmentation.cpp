@@ -162,6 +162,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
     value[label] = static_cast<int>(label) == best_label || votes[label] >= least_votes ? 255 : 0;
   for (int v = 0; v < area.height; ++v)
     for (int u = 0; u < area.width; ++u) mask[v][u] = value[static_cast<size_t>(labels[v][u])];
+  growOverLayer(layer, support, smooth, -kContradiction_grey, kDecisive_grey, mask, work.growing);
   trim(mask, true, reachable.width);
   trim(mask, false, reachable.height);
   const cv::Rect box = cv::boundingRect(mask);

@@ -7,6 +7,7 @@
 
 #include "detection/frame_comparison.h"
 #include "detection/ground.h"
+#include "detection/grown_segment.h"
 #include "detection/hypothesis.h"
 #include "detection/layer_motion.h"
 #include "detection/scratch.h"
@@ -47,6 +48,7 @@ struct SegmentationWork {
   Scratch<uchar> layer, core, member, mask;
   Scratch<float> heights, support, smooth;
   Scratch<int> labels;
+  GrowingWork growing;
 };
 
 /// The part of the lattice that segment() looks at: as far as the largest object may reach from
@@ -55,7 +57,8 @@ cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
                  const Hypothesis& hypothesis, cv::Size lattice);
 
 /// The connected part of the hypothesis' disparity layer around its seeds which the object's motion
-/// explains no worse than the static world. None where there is no such part.
+/// explains no worse than the static world: what it explains better and what lies near that, or
+/// more, see growOverLayer. None where there is no such part.
 std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
                                const Hypothesis& hypothesis, SegmentationWork& work);
 
