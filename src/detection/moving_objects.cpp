@@ -9,6 +9,7 @@
 #include "detection/object_shape.h"
 #include "detection/paper_windows.h"
 #include "detection/tracker.h"
+#include "detection/unseen_object.h"
 #include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
@@ -41,6 +42,12 @@ TrackingParams trackingOf(const DetectionParams& params) {
   return tracking;
 }
 
+// Motion may not show in a single frame, as where the object was hidden in the one before.
+bool wasSteadilySeen(const ObjectTrack& track) {
+  constexpr unsigned kLastThreeFrames = 0b1110;
+  return (track.history & kLastThreeFrames) == kLastThreeFrames;
+}
+
 }  // namespace
 
 struct MovingObjectDetector::State {
@@ -50,6 +57,7 @@ struct MovingObjectDetector::State {
   StereoRig rig;
   cv::Mat1f difference_px;
   std::vector<ObservedObject> observed;
+  cv::Mat1b unseen_mask;
 
   explicit State(const DetectionParams& p)
       : params(p), tracker(trackingOf(p)), motion(p.range, p.motion) {}
@@ -110,11 +118,20 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
   detections.objects.clear();
   detections.mask.create(input.rig.size);
   detections.mask.setTo(0);
+  const cv::Rect image(cv::Point(), input.rig.size);
   for (const ObjectTrack& track : state.tracker.tracks()) {
-    if (!track.confirmed || track.observation < 0) continue;
+    if (!track.confirmed) continue;
+    if (track.observation >= 0) {
+      const ObservedObject& object = state.observed[static_cast<size_t>(track.observation)];
+      detections.mask(object.observation.box_px).setTo(255, object.mask);
+    } else if (wasSteadilySeen(track) &&
+               isStillThere(input.rig, state.params.range, input.measured_disparity_px, track.last,
+                            state.unseen_mask)) {
+      detections.mask(track.last.box_px & image).setTo(255, state.unseen_mask);
+    } else {
+      continue;
+    }
     detections.objects.push_back(state.tracker.describe(track));
-    const ObservedObject& object = state.observed[static_cast<size_t>(track.observation)];
-    detections.mask(object.observation.box_px).setTo(255, object.mask);
   }
 }
 
