@@ -29,9 +29,11 @@ bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::M
     const float* const disparity = disparity_px[box.y + y] + box.x;
     uchar* const of_row = mask[y];
     for (int x = 0; x < box.width; ++x) {
-      const bool is_inside = disparity[x] >= farthest_px && disparity[x] <= nearest_px;
+      const bool is_matched = range.isValid(disparity[x]);
+      const bool is_inside =
+          is_matched && disparity[x] >= farthest_px && disparity[x] <= nearest_px;
       of_row[x] = is_inside ? 255 : 0;
-      matched += range.isValid(disparity[x]);
+      matched += is_matched;
       inside += is_inside;
     }
   }

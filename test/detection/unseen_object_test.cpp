@@ -61,6 +61,17 @@ TEST(UnseenObject, IsUnknownWhereLittleIsMatched) {
   EXPECT_FALSE(scene.isThere());
 }
 
+// There what is invalid has a value close to the object's.
+TEST(UnseenObject, AtTheFarEndOfTheRange) {
+  Scene scene;
+  scene.range.min_disparity = 25;
+  scene.disparity_px.setTo(scene.range.invalid());
+  const cv::Rect shown(105, 100, 70, 60);
+  scene.disparity_px(shown) = kCar_px;
+  ASSERT_TRUE(scene.isThere());
+  EXPECT_EQ(cv::countNonZero(scene.mask), shown.area());
+}
+
 TEST(UnseenObject, CutByTheBorderOrOutsideOfTheImage) {
   Scene scene;
   scene.car.box_px = {-40, 100, 80, 60};
