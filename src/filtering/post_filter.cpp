@@ -21,16 +21,30 @@ void createApart(const char* name, const cv::Mat1f& input, cv::Mat1f& output) {
                                 ": input and output share memory; give it another output");
 }
 
-// Calls kernel(rows around y, output row) for every row; rows outside the image are null.
-template <int kReach, class Kernel>
-void filterRows(const char* name, const cv::Mat1f& input, cv::Mat1f& output, const Kernel& kernel) {
-  createApart(name, input, output);
-  cv::parallel_for_(cv::Range(0, input.rows), [&](const cv::Range& range) {
-    for (int y = range.start; y < range.end; ++y) {
-      std::array<const float*, 2 * kReach + 1> rows{};
-      for (int i = -kReach; i <= kReach; ++i)
-        if (y + i >= 0 && y + i < input.rows) rows[i + kReach] = input[y + i];
-      kernel(rows.data(), output[y]);
+// Calls prepare(y, row) for every row of an image, then kernel(y, rows) with those from kReach
+// above y to kReach below it while they are in the cache. Beyond the image, and beside it as far,
+// rows hold `outside`.
+template <int kReach, class T, class Prepare, class Kernel>
+void filterRows(cv::Size size, T outside, const Prepare& prepare, const Kernel& kernel) {
+  constexpr int kBandRows = 32, kRows = 2 * kReach + 1;
+  const int bands = (size.height + kBandRows - 1) / kBandRows;
+  const int step = size.width + 2 * kReach;
+  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+    cv::AutoBuffer<T, (kRows + 1) * 2048> memory(static_cast<size_t>((kRows + 1) * step));
+    std::fill_n(memory.data(), memory.size(), outside);
+    const auto row = [&](int y) {
+      const int place = y < 0 || y >= size.height ? kRows : y % kRows;
+      return memory.data() + place * step + kReach;
+    };
+    for (int band = part.start; band < part.end; ++band) {
+      const int begin = band * kBandRows, end = std::min(begin + kBandRows, size.height);
+      int next = std::max(begin - kReach, 0);  // the first row that is not prepared yet
+      for (int y = begin; y < end; ++y) {
+        for (; next <= std::min(y + kReach, size.height - 1); ++next) prepare(next, row(next));
+        std::array<const T*, kRows> rows;
+        for (int i = 0; i < kRows; ++i) rows[i] = row(y + i - kReach);
+        kernel(y, rows.data());
+      }
     }
   });
 }
@@ -39,19 +53,22 @@ void filterRows(const char* name, const cv::Mat1f& input, cv::Mat1f& output, con
 
 void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat1f& disparity_px,
                      cv::Mat1f& filtered_px) {
+  createApart("filterBySupport", disparity_px, filtered_px);
+  const cv::Size size = disparity_px.size();
+  const auto smallest_valid = static_cast<float>(range.min_disparity);
   filterRows<2>(
-      "filterBySupport", disparity_px, filtered_px, [&](const float* const* rows, float* filtered) {
-        filterRowBySupport(rows, disparity_px.cols, static_cast<float>(range.min_disparity),
-                           range.invalid(), min_support, filtered);
+      size, kNoSupportKey,
+      [&](int y, int32_t* keys) {
+        supportKeysOfRow(disparity_px[y], size.width, smallest_valid, keys);
+      },
+      [&](int y, const int32_t* const* keys) {
+        filterRowBySupport(disparity_px[y], keys, size.width, smallest_valid, range.invalid(),
+                           min_support, filtered_px[y]);
       });
 }
 
 void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {
-  filterRows<1>("median3x3", disparity_px, filtered_px,
-                [&](const float* const* rows, float* filtered) {
-                  medianOfRow(rows, disparity_px.cols, static_cast<float>(range.min_disparity),
-                              range.invalid(), filtered);
-                });
+  fillHolesAndMedian3x3(range, 0, 0, disparity_px, filtered_px);
 }
 
 void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
@@ -70,28 +87,18 @@ void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
 void fillHolesAndMedian3x3(const DisparityRange& range, int max_width, float tolerance_px,
                            const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {
   createApart("fillHolesAndMedian3x3", disparity_px, filtered_px);
+  const cv::Size size = disparity_px.size();
   const auto smallest_valid = static_cast<float>(range.min_disparity);
   const HoleLimits limits{max_width, tolerance_px, kHiddenSlack_px};
-  const cv::Size size = disparity_px.size();
-  constexpr int kBandRows = 32;
-  const int bands = (size.height + kBandRows - 1) / kBandRows;
-  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
-    cv::AutoBuffer<float, 3 * 2048> memory(static_cast<size_t>(3 * size.width));
-    const auto filled = [&](int y) { return memory.data() + y % 3 * size.width; };
-    for (int band = part.start; band < part.end; ++band) {
-      const int begin = band * kBandRows, end = std::min(begin + kBandRows, size.height);
-      int next = std::max(begin - 1, 0);  // the first row that is not filled yet
-      for (int y = begin; y < end; ++y) {
-        for (; next <= std::min(y + 1, size.height - 1); ++next) {
-          std::copy_n(disparity_px[next], size.width, filled(next));
-          fillHolesOfRow(size.width, smallest_valid, limits, filled(next));
-        }
-        const float* const rows[3] = {y > 0 ? filled(y - 1) : nullptr, filled(y),
-                                      y + 1 < size.height ? filled(y + 1) : nullptr};
+  filterRows<1>(
+      size, range.invalid(),
+      [&](int y, float* filled) {
+        std::copy_n(disparity_px[y], size.width, filled);
+        fillHolesOfRow(size.width, smallest_valid, limits, filled);
+      },
+      [&](int y, const float* const* rows) {
         medianOfRow(rows, size.width, smallest_valid, range.invalid(), filtered_px[y]);
-      }
-    }
-  });
+      });
 }
 
 }  // namespace predictive_stereo

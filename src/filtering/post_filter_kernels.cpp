@@ -17,89 +17,73 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The borders, and images that are narrower than a vector.
-float filterPixelBySupport(const float* const rows[5], int x, int width, float smallest_valid,
-                           float invalid, int min_support) {
-  const float centre = rows[2][x];
-  if (!(centre >= smallest_valid)) return invalid;
-  const float lowest = std::max(centre - 1, smallest_valid), highest = centre + 1;
-  int support = 0;
-  for (int i = 0; i < 5; ++i)
-    if (rows[i])
-      for (int column = std::max(0, x - 2); column <= std::min(width - 1, x + 2); ++column)
-        support += rows[i][column] >= lowest && rows[i][column] <= highest;
-  return support >= min_support ? centre : invalid;
+// Floats as integers of the same order; 0 and -0 become two of them.
+template <class D>
+HWY_INLINE hn::Vec<hn::RebindToSigned<D>> orderedKeys(D, hn::Vec<D> value) {
+  const hn::RebindToSigned<D> di;
+  const hn::RebindToUnsigned<D> du;
+  const auto bits = hn::BitCast(di, value);
+  const auto sign = hn::BitCast(du, hn::BroadcastSignBit(bits));
+  return hn::Xor(bits, hn::BitCast(di, hn::ShiftRight<1>(sign)));
 }
 
-void filterRowBySupport(const float* const rows[5], int width, float smallest_valid, float invalid,
-                        int min_support, float* filtered) {
-  const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
+// Pixels from x on, as long as vectors fit; returns the first that did not.
+template <class D>
+HWY_INLINE int keyPixels(D d, const float* disparity_px, int width, float smallest_valid, int x,
+                         int32_t* keys) {
+  const hn::RebindToSigned<D> di;
+  const auto smallest = hn::Set(d, smallest_valid), zero = hn::Zero(d);
+  const auto none = hn::Set(di, kNoSupportKey);
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto scalar = [&](int x) {
-    filtered[x] = filterPixelBySupport(rows, x, width, smallest_valid, invalid, min_support);
-  };
-  if (width < lanes + 4) {
-    for (int x = 0; x < width; ++x) scalar(x);
-    return;
+  for (; x + lanes <= width; x += lanes) {
+    const auto value = hn::LoadU(d, disparity_px + x);
+    const auto valid = hn::RebindMask(di, hn::Ge(value, smallest));
+    const auto key = orderedKeys(d, hn::Add(value, zero));  // of -0, that of 0
+    hn::StoreU(hn::IfThenElse(valid, key, none), di, keys + x);
   }
-  for (int x : {0, 1, width - 2, width - 1}) scalar(x);
+  return x;
+}
 
+void supportKeysOfRow(const float* disparity_px, int width, float smallest_valid, int32_t* keys) {
+  const int x = keyPixels(hn::ScalableTag<float>(), disparity_px, width, smallest_valid, 0, keys);
+  keyPixels(hn::FixedTag<float, 1>(), disparity_px, width, smallest_valid, x, keys);
+}
+
+// Pixels from x on, as long as vectors fit; returns the first that did not.
+template <class D>
+HWY_INLINE int filterPixelsBySupport(D d, const float* disparity_px, const int32_t* const keys[5],
+                                     int width, float smallest_valid, float invalid,
+                                     int min_support, int x, float* filtered) {
+  const hn::RebindToSigned<D> di;
   const auto smallest = hn::Set(d, smallest_valid), one = hn::Set(d, 1.f);
-  const auto too_few = hn::Set(di, min_support - 1);
-  const int last = width - 2 - lanes;  // the last vector may overlap the one before
-  for (int x = 2; x < width - 2; x += lanes) {
-    x = std::min(x, last);
-    const auto centre = hn::LoadU(d, rows[2] + x);
-    const auto lowest = hn::Max(hn::Sub(centre, one), smallest), highest = hn::Add(centre, one);
+  const auto sign = hn::Set(di, INT32_MIN), too_many = hn::Set(di, min_support - 26);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (; x + lanes <= width; x += lanes) {
+    const auto centre = hn::LoadU(d, disparity_px + x);
     const auto valid = hn::Ge(centre, smallest);
-    auto support = hn::Zero(di);
-    const auto addRow = [&](const float* row) {
-      if (!row) return;
-      const auto addPixel = [&](const float* neighbours) {
-        const auto value = hn::LoadU(d, neighbours);
-        const auto near = hn::Eq(value, hn::Max(hn::Min(value, highest), lowest));
-        support = hn::Sub(support, hn::VecFromMask(di, hn::RebindMask(di, near)));
-      };
-      addPixel(row + x - 2);
-      addPixel(row + x - 1);
-      addPixel(row + x);
-      addPixel(row + x + 1);
-      addPixel(row + x + 2);
-    };
-    const auto supported = [&] {
-      return hn::And(valid, hn::RebindMask(d, hn::Gt(support, too_few)));
-    };
-    // After three rows most pixels have support enough.
-    addRow(rows[2]);
-    addRow(rows[1]);
-    addRow(rows[3]);
-    auto kept = supported();
-    if (!hn::AllTrue(d, hn::Or(kept, hn::Not(valid)))) {
-      addRow(rows[0]);
-      addRow(rows[4]);
-      kept = supported();
-    }
+    // Keys from lowest to highest are those that highest exceeds by no more than lowest, as
+    // unsigned numbers. Comparisons are signed: so both sides are moved by half of all numbers.
+    const auto lowest = orderedKeys(d, hn::Sub(centre, one));
+    const auto highest = orderedKeys(d, hn::Add(centre, one));
+    const auto most = hn::Xor(hn::Sub(highest, lowest), sign), from = hn::Xor(highest, sign);
+    auto strangers = hn::Zero(di);  // negative
+    for (int i = 0; i < 5; ++i)
+      for (int j = -2; j <= 2; ++j) {
+        const auto distance = hn::Sub(from, hn::LoadU(di, keys[i] + x + j));
+        strangers = hn::Add(strangers, hn::VecFromMask(di, hn::Gt(distance, most)));
+      }
+    const auto kept = hn::And(valid, hn::RebindMask(d, hn::Gt(strangers, too_many)));
     hn::StoreU(hn::IfThenElse(kept, centre, hn::Set(d, invalid)), d, filtered + x);
   }
+  return x;
 }
 
-float medianOfPixel(const float* const rows[3], int x, int width, float smallest_valid,
-                    float invalid) {
-  float values[9];  // sorted
-  int count = 0;
-  for (int i = 0; i < 3; ++i) {
-    if (!rows[i]) continue;
-    for (int column = std::max(0, x - 1); column <= std::min(width - 1, x + 1); ++column) {
-      const float value = rows[i][column];
-      if (!(value >= smallest_valid)) continue;
-      int place = count++;
-      for (; place > 0 && values[place - 1] > value; --place) values[place] = values[place - 1];
-      values[place] = value;
-    }
-  }
-  if (!(rows[1][x] >= smallest_valid) && count < 5) return invalid;
-  return values[(count - 1) / 2];
+void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5], int width,
+                        float smallest_valid, float invalid, int min_support, float* filtered) {
+  const int x = filterPixelsBySupport(hn::ScalableTag<float>(), disparity_px, keys, width,
+                                      smallest_valid, invalid, min_support, 0, filtered);
+  filterPixelsBySupport(hn::FixedTag<float, 1>(), disparity_px, keys, width, smallest_valid,
+                        invalid, min_support, x, filtered);
 }
 
 template <class V>
@@ -127,30 +111,20 @@ HWY_INLINE V medianOfNine(V (&v)[3][3]) {
   return median(low, median(v[1][0], v[1][1], v[1][2]), high);
 }
 
-void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
-                 float* filtered) {
-  const hn::ScalableTag<float> d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto scalar = [&](int x) {
-    filtered[x] = medianOfPixel(rows, x, width, smallest_valid, invalid);
-  };
-  if (width < lanes + 2) {
-    for (int x = 0; x < width; ++x) scalar(x);
-    return;
-  }
-  for (int x : {0, width - 1}) scalar(x);
-
-  using V = hn::Vec<decltype(d)>;
+// Pixels from x on, as long as vectors fit; returns the first that did not.
+template <class D>
+HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float smallest_valid,
+                              float invalid, int x, float* filtered) {
+  using V = hn::Vec<D>;
   const V smallest = hn::Set(d, smallest_valid), none = hn::Set(d, invalid);
-  const int last = width - 1 - lanes;
-  for (int x = 1; x < width - 1; x += lanes) {
-    x = std::min(x, last);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (; x + lanes <= width; x += lanes) {
     V v[3][3];
     V lowest = hn::LoadU(d, rows[1] + x);
     const auto centre_valid = hn::Ge(lowest, smallest);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
-        v[i][j] = rows[i] ? hn::LoadU(d, rows[i] + x + j - 1) : none;
+        v[i][j] = hn::LoadU(d, rows[i] + x + j - 1);
         lowest = hn::Min(lowest, v[i][j]);
       }
     if (HWY_LIKELY(hn::AllTrue(d, hn::Ge(lowest, smallest)))) {
@@ -171,6 +145,14 @@ void medianOfRow(const float* const rows[3], int width, float smallest_valid, fl
     const auto known = hn::Or(centre_valid, hn::Ge(valid_count, hn::Set(d, 5.f)));
     hn::StoreU(hn::IfThenElse(known, medianOfNine(v), none), d, filtered + x);
   }
+  return x;
+}
+
+void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
+                 float* filtered) {
+  const int x =
+      medianOfPixels(hn::ScalableTag<float>(), rows, width, smallest_valid, invalid, 0, filtered);
+  medianOfPixels(hn::FixedTag<float, 1>(), rows, width, smallest_valid, invalid, x, filtered);
 }
 
 // The first pixel from x on that is valid or, as asked, is not; `width` where there is none.
@@ -221,14 +203,19 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace predictive_stereo {
 
+HWY_EXPORT(supportKeysOfRow);
 HWY_EXPORT(filterRowBySupport);
 HWY_EXPORT(medianOfRow);
 HWY_EXPORT(fillHolesOfRow);
 
-void filterRowBySupport(const float* const rows[5], int width, float smallest_valid, float invalid,
-                        int min_support, float* filtered) {
+void supportKeysOfRow(const float* disparity_px, int width, float smallest_valid, int32_t* keys) {
+  HWY_DYNAMIC_DISPATCH(supportKeysOfRow)(disparity_px, width, smallest_valid, keys);
+}
+
+void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5], int width,
+                        float smallest_valid, float invalid, int min_support, float* filtered) {
   HWY_DYNAMIC_DISPATCH(filterRowBySupport)
-  (rows, width, smallest_valid, invalid, min_support, filtered);
+  (disparity_px, keys, width, smallest_valid, invalid, min_support, filtered);
 }
 
 void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,

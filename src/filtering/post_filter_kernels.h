@@ -1,15 +1,24 @@
 /// One row of the post-filters, in SIMD, dispatched at run time.
 #pragma once
 
+#include <cstdint>
+
 namespace predictive_stereo {
 
-/// One output row of filterBySupport. `rows` are the input rows from two above to two below, null
-/// where these lie outside the image.
-void filterRowBySupport(const float* const rows[5], int width, float smallest_valid, float invalid,
-                        int min_support, float* filtered);
+/// What a pixel is asked for when others ask whether it supports them: integers in the order of the
+/// disparities, so that one subtraction and one comparison tell whether one lies between two
+/// others.
+void supportKeysOfRow(const float* disparity_px, int width, float smallest_valid, int32_t* keys);
+/// Of unknown pixels, which lie between no others, and of those beyond the image.
+constexpr int32_t kNoSupportKey = INT32_MIN;
 
-/// One output row of median3x3. `rows` are the input rows from one above to one below, null where
-/// these lie outside the image.
+/// One output row of filterBySupport. `keys` are those of the rows from two above to two below,
+/// with two more on both sides.
+void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5], int width,
+                        float smallest_valid, float invalid, int min_support, float* filtered);
+
+/// One output row of median3x3. `rows` are the input rows from one above to one below, with one
+/// more pixel on both sides; pixels beyond the image are invalid.
 void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
                  float* filtered);
 
