@@ -41,6 +41,8 @@ struct RowOffsetModel {
 
   bool isIdentity() const { return samples == 0; }
   double offset(double x_right_px, double y_px, cv::Size size) const;
+  /// The offsets of a row, c0 + c1 x + c2 x^2 at column x.
+  Eigen::Vector3d alongRow(double y_px, cv::Size size) const;
 };
 
 /// One measurement of the offset, at column x of the right image and row y of the left one.

@@ -64,6 +64,13 @@ double RowOffsetModel::offset(double x_right_px, double y_px, cv::Size size) con
   return coefficients_px.dot(terms(2 * x_right_px / size.width - 1, 2 * y_px / size.height - 1));
 }
 
+Eigen::Vector3d RowOffsetModel::alongRow(double y_px, cv::Size size) const {
+  const Vector6& c = coefficients_px;
+  const double v = 2 * y_px / size.height - 1, u_per_px = 2.0 / size.width;
+  const double c0 = c[0] + c[2] * v + c[5] * v * v, c1 = c[1] + c[4] * v, c2 = c[3];
+  return {c0 - c1 + c2, u_per_px * (c1 - 2 * c2), u_per_px * u_per_px * c2};
+}
+
 RowOffsetFilter::RowOffsetFilter(const RowAlignmentParams& params) : params_(params) {
   validate(params, "row_alignment/");
 }

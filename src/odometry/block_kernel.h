@@ -1,4 +1,5 @@
-/// The inner loop of the block search, for every SIMD target and as a plain reference.
+/// The inner loop of the stereo search: one block against all of a row, for every SIMD target and as
+/// a plain reference. All give the same results, bit by bit: sums are integers.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +10,15 @@ namespace predictive_stereo {
 constexpr int kBlockSize = 8;  ///< side [px]
 constexpr int kBlockArea = kBlockSize * kBlockSize;
 
-/// Sums over a block: of the grey values, of their squares, and of their products with another one.
-/// Integers below 2^24: exact in whatever order.
-struct BlockProducts {
-  int32_t *grey, *grey_grey, *products;
+/// A block of kBlockSize rows and columns in an image's memory, by its upper left pixel.
+struct BlockAt {
+  const uint8_t* corner;
+  size_t step;
 };
 
-/// For the blocks whose upper left pixels are row[0] .. row[positions - 1].
-/// @param block  the other one, row by row: whole numbers from 0 to 255.
-using BlockKernel = void (*)(const float (&block)[kBlockArea], const uint8_t* row, size_t step,
-                             int positions, const BlockProducts& sums);
+/// Zero-mean normalised correlation of `block` with `first` and with those that follow it along the
+/// row, `positions` in all.
+using BlockKernel = void (*)(BlockAt block, BlockAt first, int positions, float* correlation);
 
 /// Of a target (see simdTargetBit).
 BlockKernel blockKernel(int64_t target_bit);

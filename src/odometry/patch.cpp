@@ -1,5 +1,7 @@
 #include "odometry/patch.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,6 +55,17 @@ void spread(float first, float distance, int (&pixel)[kPatchStride],
 }
 
 }  // namespace
+
+void Patch::prefetch(const cv::Mat1b& image, cv::Point2f centre) {
+  constexpr int kHalf = kFramedSize / 2 + 1;
+  const int x = std::clamp(static_cast<int>(centre.x) - kHalf, 0, image.cols - 1);
+  const int last = std::min(x + 2 * kHalf, image.cols - 1);
+  const int y = static_cast<int>(centre.y);
+  for (int v = std::max(y - kHalf, 0); v <= std::min(y + kHalf, image.rows - 1); ++v) {
+    hwy::Prefetch(image[v] + x);
+    hwy::Prefetch(image[v] + last);
+  }
+}
 
 bool Patch::sample(const cv::Mat1b& image, cv::Point2f centre, float scale) {
   FramedPatch framed;

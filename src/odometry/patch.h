@@ -22,6 +22,9 @@ class Patch {
     bool converged = false;
   };
 
+  /// Asks for the memory around `centre` ahead of time.
+  static void prefetch(const cv::Mat1b& image, cv::Point2f centre);
+
   /// Samples the patch around `centre`; the patch then covers kSize * `scale` pixels of `image`, so
   /// that it looks like the same surface in an image where it appears 1 / scale times as large.
   /// False where it leaves the image or has no texture in some direction.

@@ -62,7 +62,7 @@ struct PatchKernel {
 
 /// Vectors read beyond the patch: where the image ends before, the reference has to do.
 constexpr int kReadColumns = 17;
-constexpr int kReadGridColumns = 32;
+constexpr int kReadGridColumns = 33;
 
 /// Of a target (see simdTargetBit).
 PatchKernel patchKernel(int64_t target_bit);

@@ -23,45 +23,6 @@ struct Coarse {
   bool found = false;
 };
 
-// Correlation of one block with those of a row.
-class RowCorrelation {
- public:
-  void setBlock(const cv::Mat1b& image, cv::Point corner) {
-    grey_ = grey_grey_ = 0;
-    for (int y = 0; y < kBlock; ++y)
-      for (int x = 0; x < kBlock; ++x) {
-        const int g = image(corner.y + y, corner.x + x);
-        grey_ += g;
-        grey_grey_ += g * g;
-        block_[y * kBlock + x] = static_cast<float>(g);
-      }
-  }
-
-  /// With the blocks whose upper left pixels are in columns `first` to `last`.
-  const std::vector<float>& with(const cv::Mat1b& image, int row, int first, int last) {
-    const int positions = last - first + 1;
-    const auto size = static_cast<size_t>(positions);
-    sums_.resize(3 * size);
-    correlation_.resize(size);
-    const BlockProducts sums{sums_.data(), sums_.data() + size, sums_.data() + 2 * size};
-    bestBlockKernel()(block_, image.ptr<uchar>(row) + first, image.step, positions, sums);
-    const auto variance = static_cast<float>(kBlockArea * grey_grey_ - grey_ * grey_);
-    for (int i = 0; i < positions; ++i) {
-      const auto product = static_cast<float>(kBlockArea * sums.products[i] - grey_ * sums.grey[i]);
-      const auto other =
-          static_cast<float>(kBlockArea * sums.grey_grey[i] - sums.grey[i] * sums.grey[i]);
-      correlation_[static_cast<size_t>(i)] = product / std::sqrt(std::max(variance * other, 1.f));
-    }
-    return correlation_;
-  }
-
- private:
-  float block_[kBlockArea];
-  int grey_, grey_grey_;
-  std::vector<int32_t> sums_;
-  std::vector<float> correlation_;
-};
-
 // `row_of_shift` tells the row offset to search around, for a shift [px at half resolution].
 template <class RowOfShift>
 Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f point,
@@ -78,20 +39,20 @@ Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f p
 
   float best = -1;
   // The best of all rows for every shift, to see whether another shift does as well.
-  thread_local std::vector<float> of_shift;
-  of_shift.assign(last - first + 1, -1.f);
-  thread_local RowCorrelation block;
-  block.setBlock(left, corner);
+  thread_local std::vector<float> of_shift, correlation;
+  of_shift.assign(static_cast<size_t>(last - first + 1), -1.f);
+  correlation.resize(of_shift.size());
+  const BlockAt block{left[corner.y] + corner.x, left.step};
   // Shifts that look along the same row are compared together.
   for (int begin = first; begin <= last;) {
-    const int middle = cvRound(row_of_shift(begin));
+    const int middle = row_of_shift(begin);
     int end = begin + 1;
-    while (end <= last && cvRound(row_of_shift(end)) == middle) ++end;
+    while (end <= last && row_of_shift(end) == middle) ++end;
     for (int offset = middle - row_radius; offset <= middle + row_radius; ++offset) {
       const int row = corner.y + offset;
       if (row < 0 || row + kBlock > right.rows) continue;
-      const std::vector<float>& correlation =
-          block.with(right, row, corner.x - end + 1, corner.x - begin);
+      bestBlockKernel()(block, {right[row] + corner.x - end + 1, right.step}, end - begin,
+                        correlation.data());
       for (int shift = begin; shift < end; ++shift) {
         const float c = correlation[end - 1 - shift];
         of_shift[shift - first] = std::max(of_shift[shift - first], c);
@@ -138,9 +99,13 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right,
   if (match.expected && refine({point.x - match.shift_px, point.y + rowOffset(match.shift_px)},
                                kLargestSurprisePx, kExpectedCorrelation))
     return;
-  const Coarse coarse = searchCoarse(
-      left.level(1), right.level(1), point * 0.5f,
-      [&](int shift) { return 0.5f * rowOffset(2.f * shift); }, search);
+  const Eigen::Vector3d along = alignment.alongRow(point.y, right.level(0).size());
+  const auto coarseRow = [&](int shift) {
+    const double x = point.x - 2.0 * shift;
+    return cvRound(0.5 * (along[0] + x * (along[1] + x * along[2])));
+  };
+  const Coarse coarse =
+      searchCoarse(left.level(1), right.level(1), point * 0.5f, coarseRow, search);
   if (!coarse.found) return;
   const float row =
       search.row_radius_px > 0 ? 2.f * coarse.row_offset : rowOffset(2.f * coarse.shift);

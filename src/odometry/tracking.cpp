@@ -26,11 +26,23 @@ void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) 
   track.found = match.converged && match.correlation > kSmallestCorrelation;
 }
 
+// Most points lie where nobody has looked for long.
+void prefetch(const ImagePyramid& from, const ImagePyramid& to, const Track& track) {
+  for (int k = 0; k < from.levels(); ++k) {
+    const float shrink = 1.f / static_cast<float>(1 << k);
+    Patch::prefetch(from.level(k), track.origin * shrink);
+    Patch::prefetch(to.level(k), track.position * shrink);
+  }
+}
+
 }  // namespace
 
 void trackPoints(const ImagePyramid& from, const ImagePyramid& to, std::vector<Track>& tracks) {
   cv::parallel_for_(cv::Range(0, static_cast<int>(tracks.size())), [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) trackPoint(from, to, tracks[i]);
+    for (int i = range.start; i < range.end; ++i) {
+      if (i + 1 < range.end) prefetch(from, to, tracks[i + 1]);
+      trackPoint(from, to, tracks[i]);
+    }
   });
 }
 

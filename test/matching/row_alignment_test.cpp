@@ -98,6 +98,13 @@ TEST(RowAlignment, OffsetOfKnownTerms) {
   EXPECT_DOUBLE_EQ(alignment.offset(0, 375, kSize), 1 - 2 + 3 + 4 - 5 + 6);
 }
 
+TEST(RowAlignment, OffsetsAlongARow) {
+  const RowOffsetModel alignment = alignmentOf(coefficients(1, 2, 3, 4, 5, 6));
+  const Eigen::Vector3d c = alignment.alongRow(100, kSize);
+  for (double x : {-40.0, 0.0, 300.5, 1241.0})
+    EXPECT_NEAR(c[0] + c[1] * x + c[2] * x * x, alignment.offset(x, 100, kSize), 1e-12) << x;
+}
+
 TEST(RowAligner, FindsTheOffsetOfARealRig) {
   RowAligner aligner({});
   const RowOffsetModel alignment = estimate(aligner, makePair(kittiOffset()));
