@@ -96,17 +96,36 @@ void differencesOfRow(const uint8_t* row, const int (&circle)[kCircle], int widt
   });
 }
 
-// 255 where a row has a larger difference than those beside it and in the rows around.
-void markPeaks(const uint8_t* above, const uint8_t* row, const uint8_t* below, int width,
-               uint8_t* peak) {
+// Keeps where a row has a larger difference than those beside it and in the rows around.
+void peaksOfRow(const uint8_t* above, const uint8_t* row, const uint8_t* below, int width,
+                uint8_t* peaks) {
   forRow(width, [&](auto d, int x) HWY_ATTR {
     const auto centre = hn::LoadU(d, row + x);
     auto other = hn::Max(hn::LoadU(d, row + x - 1), hn::LoadU(d, row + x + 1));
     for (const uint8_t* beside : {above, below})
       for (int dx : {-1, 0, 1}) other = hn::Max(other, hn::LoadU(d, beside + x + dx));
-    const auto is_peak = hn::Not(hn::Eq(hn::SaturatedSub(centre, other), hn::Zero(d)));
-    hn::StoreU(hn::VecFromMask(d, is_peak), d, peak + x);
+    const auto is_none = hn::Eq(hn::SaturatedSub(centre, other), hn::Zero(d));
+    hn::StoreU(hn::IfThenZeroElse(is_none, centre), d, peaks + x);
   });
+}
+
+// Appends the columns with more than the threshold.
+void columnsAbove(const uint8_t* row, int width, int threshold, std::vector<int>& columns) {
+  const hn::ScalableTag<uint8_t> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto most = hn::Set(d, static_cast<uint8_t>(threshold));
+  int x = 0;
+  for (; x + lanes <= width; x += lanes) {
+    const auto above = hn::Ne(hn::SaturatedSub(hn::LoadU(d, row + x), most), hn::Zero(d));
+    if (hn::AllFalse(d, above)) continue;
+    uint64_t bits = 0;
+    static_assert(hn::MaxLanes(hn::ScalableTag<uint8_t>()) <= 64, "one word of bits");
+    hn::StoreMaskBits(d, above, reinterpret_cast<uint8_t*>(&bits));
+    for (; bits != 0; bits &= bits - 1)
+      columns.push_back(x + static_cast<int>(hwy::Num0BitsBelowLS1Bit_Nonzero64(bits)));
+  }
+  for (; x < width; ++x)
+    if (row[x] > threshold) columns.push_back(x);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -117,10 +136,10 @@ HWY_AFTER_NAMESPACE();
 namespace predictive_stereo {
 
 HWY_EXPORT(differencesOfRow);
-HWY_EXPORT(markPeaks);
+HWY_EXPORT(peaksOfRow);
+HWY_EXPORT(columnsAbove);
 
-void findFastCorners(const cv::Mat1b& image, const cv::Rect& area, int threshold,
-                     std::vector<FastCorner>& corners) {
+void FastCorners::find(const cv::Mat1b& image, const cv::Rect& area, int least_score) {
   constexpr int kCircleXY[kCircle][2] = {{0, 3},  {1, 3},  {2, 2},  {3, 1},   {3, 0},   {3, -1},
                                          {2, -2}, {1, -3}, {0, -3}, {-1, -3}, {-2, -2}, {-3, -1},
                                          {-3, 0}, {-3, 1}, {-2, 2}, {-1, 3}};
@@ -132,37 +151,39 @@ void findFastCorners(const cv::Mat1b& image, const cv::Rect& area, int threshold
   const cv::Rect inside(kRadius, kRadius, image.cols - 2 * kRadius, image.rows - 2 * kRadius);
   const cv::Rect around =
       cv::Rect(area.x - 1, area.y - 1, area.width + 2, area.height + 2) & inside;
-  const cv::Rect searched = area & inside;
-  if (searched.width <= 0 || searched.height <= 0) return;
+  area_ = area & inside;
+  peaks_.resize(static_cast<size_t>(area_.area()));
+  if (area_.empty()) return;
 
-  // Three rows of differences, and which of the middle one are peaks; by the columns of the area.
-  const int width = area.width, stride = width + 2;
-  constexpr int kTogether = 8;  // are looked at
-  cv::AutoBuffer<uint8_t, 8192> memory(static_cast<size_t>(3 * stride + width + kTogether));
+  // Three rows of differences, by the columns of the area.
+  const int stride = area_.width + 2;
+  cv::AutoBuffer<uint8_t, 8192> memory(static_cast<size_t>(3 * stride));
   std::fill_n(memory.data(), memory.size(), uint8_t{0});
   const auto differences = [&](int y) { return memory.data() + (y + 3) % 3 * stride + 1; };
-  uint8_t* const peak = memory.data() + 3 * stride;
   const auto compare = [&](int y) {
-    if (y < around.y || y >= around.y + around.height)
+    if (y < around.y || y >= around.br().y)
       std::fill_n(differences(y) - 1, stride, uint8_t{0});
     else
       HWY_DYNAMIC_DISPATCH(differencesOfRow)
-    (image[y] + around.x, circle, around.width, threshold, differences(y) + around.x - area.x);
+    (image[y] + around.x, circle, around.width, least_score, differences(y) + around.x - area_.x);
   };
-  compare(searched.y - 1);
-  compare(searched.y);
-  for (int y = searched.y; y < searched.y + searched.height; ++y) {
+  compare(area_.y - 1);
+  compare(area_.y);
+  for (int y = area_.y; y < area_.br().y; ++y) {
     compare(y + 1);
-    HWY_DYNAMIC_DISPATCH(markPeaks)
-    (differences(y - 1), differences(y), differences(y + 1), width, peak);
-    for (int x = 0; x < width; x += kTogether) {
-      uint64_t some;
-      static_assert(sizeof some == kTogether);
-      std::memcpy(&some, peak + x, sizeof some);
-      if (some == 0) continue;
-      for (int i = x; i < std::min(x + kTogether, width); ++i)
-        if (peak[i] != 0) corners.push_back({{area.x + i, y}, differences(y)[i] - 1});
-    }
+    HWY_DYNAMIC_DISPATCH(peaksOfRow)
+    (differences(y - 1), differences(y), differences(y + 1), area_.width,
+     &peaks_[static_cast<size_t>((y - area_.y) * area_.width)]);
+  }
+}
+
+void FastCorners::append(int least_score, std::vector<FastCorner>& corners) const {
+  std::vector<int> columns;
+  for (int y = 0; y < area_.height; ++y) {
+    const uint8_t* peaks = &peaks_[static_cast<size_t>(y * area_.width)];
+    columns.clear();
+    HWY_DYNAMIC_DISPATCH(columnsAbove)(peaks, area_.width, least_score, columns);
+    for (int x : columns) corners.push_back({{area_.x + x, area_.y + y}, peaks[x] - 1});
   }
 }
 

@@ -1,6 +1,7 @@
 #include "odometry/features.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
@@ -11,9 +12,9 @@ namespace {
 
 constexpr int kPerCell = 3;
 constexpr float kSmallestDistancePx = 8;
-// Tried one after the other until a row of cells has enough corners: strong ones first, and at
-// night whatever there is.
-constexpr int kThresholds[] = {20, 7};
+// Least scores, tried one after the other until a row of cells has enough corners: strong ones
+// first, and at night whatever there is.
+constexpr std::array<int, 2> kScores = {20, 7};
 
 bool strongerFirst(const FastCorner& a, const FastCorner& b) {
   if (a.score != b.score) return a.score > b.score;
@@ -59,6 +60,7 @@ void CornerDetector::detect(const cv::Mat1b& image, int count,
   // One strip of cells is one piece of work, so that nothing depends on the number of threads.
   std::vector<std::vector<cv::Point2f>> found(rows);
   cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
+    FastCorners fast;
     std::vector<FastCorner> candidates;
     for (int r = range.start; r < range.end; ++r) {
       const int top = area.y + (r * area.height + rows - 1) / rows;
@@ -68,9 +70,10 @@ void CornerDetector::detect(const cv::Mat1b& image, int count,
       for (int c = 0; c < columns; ++c) wanted += std::max(0, cells[c].vacant);
       if (wanted == 0) continue;
       const cv::Rect strip(area.x, top, area.width, bottom - top);
-      for (int threshold : kThresholds) {
+      fast.find(image, strip, kScores.back());
+      for (int score : kScores) {
         candidates.clear();
-        findFastCorners(image, strip, threshold, candidates);
+        fast.append(score, candidates);
         candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
                                         [&](const FastCorner& candidate) {
                                           const cv::Point2f point = candidate.position;

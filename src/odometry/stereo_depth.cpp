@@ -77,7 +77,6 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right,
   const cv::Point2f point = match.point;
   match.found = false;
   Patch patch;
-  if (!patch.sample(left.level(0), point)) return;
   // The alignment's columns are the right image's.
   const auto rowOffset = [&](float shift_px) {
     return static_cast<float>(alignment.offset(point.x - shift_px, point.y, right.level(0).size()));
@@ -96,9 +95,12 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right,
     return true;
   };
 
-  if (match.expected && refine({point.x - match.shift_px, point.y + rowOffset(match.shift_px)},
-                               kLargestSurprisePx, kExpectedCorrelation))
-    return;
+  if (match.expected) {
+    if (!patch.sample(left.level(0), point)) return;
+    if (refine({point.x - match.shift_px, point.y + rowOffset(match.shift_px)}, kLargestSurprisePx,
+               kExpectedCorrelation))
+      return;
+  }
   const Eigen::Vector3d along = alignment.alongRow(point.y, right.level(0).size());
   const auto coarseRow = [&](int shift) {
     const double x = point.x - 2.0 * shift;
@@ -107,6 +109,7 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right,
   const Coarse coarse =
       searchCoarse(left.level(1), right.level(1), point * 0.5f, coarseRow, search);
   if (!coarse.found) return;
+  if (!match.expected && !patch.sample(left.level(0), point)) return;
   const float row =
       search.row_radius_px > 0 ? 2.f * coarse.row_offset : rowOffset(2.f * coarse.shift);
   refine({point.x - 2.f * coarse.shift, point.y + row}, kFarthestPx, kSmallestCorrelation);

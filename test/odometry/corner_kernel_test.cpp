@@ -25,8 +25,10 @@ Corners byOpenCv(const cv::Mat1b& image, const cv::Rect& area, int threshold) {
 }
 
 Corners byUs(const cv::Mat1b& image, const cv::Rect& area, int threshold) {
+  FastCorners fast;
   std::vector<FastCorner> points;
-  findFastCorners(image, area, threshold, points);
+  fast.find(image, area, threshold / 2);
+  fast.append(threshold, points);
   Corners corners;
   for (const FastCorner& point : points)
     corners.emplace_back(point.position.y, point.position.x, point.score);
