@@ -17,13 +17,9 @@ namespace HWY_NAMESPACE {
 // passes from one to the next stays in the first cache.
 constexpr int kChunk = 64;
 
-/// Where some points come from; where unseen, pixel (0, 0).
-struct Sources {
-  float x[kChunk], y[kChunk], d[kChunk];
-  int32_t seen[kChunk];
-};
-
-HWY_INLINE void project(const LatticeRow& row, int first, int n, Sources& sources) {
+HWY_NOINLINE void projectRow(const LatticeRow& row, float* HWY_RESTRICT source_x,
+                             float* HWY_RESTRICT source_y, float* HWY_RESTRICT source_d,
+                             float* HWY_RESTRICT is_seen) {
   const float h0 = row.H[0], h1 = row.H[1], h2 = row.H[2], h3 = row.H[3];
   const float h8 = row.H[8], h9 = row.H[9], h10 = row.H[10], h11 = row.H[11];
   const float h12 = row.H[12], h13 = row.H[13], h14 = row.H[14], h15 = row.H[15];
@@ -32,9 +28,9 @@ HWY_INLINE void project(const LatticeRow& row, int first, int n, Sources& source
   const auto end_x = static_cast<float>(2 * (row.columns - 1)),
              end_y = static_cast<float>(2 * (row.rows - 1));
   const float smallest = row.smallest_px;
-  const int x0 = row.x + 2 * first;
-  const float* HWY_RESTRICT disparity = row.disparity_px + 2 * first;
-  for (int i = 0; i < n; ++i) {
+  const float* HWY_RESTRICT disparity = row.disparity_px;
+  const int x0 = row.x, width = row.width;
+  for (int i = 0; i < width; ++i) {
     const auto x = static_cast<float>(x0 + 2 * i);
     const float d = disparity[2 * i];
     const float w = h3 * x + y3 + h11 * d + h15;
@@ -43,10 +39,10 @@ HWY_INLINE void project(const LatticeRow& row, int first, int n, Sources& source
     const float sd = (h2 * x + y2 + h10 * d + h14) / w;
     const bool seen =
         (d >= smallest) & (sx >= 0) & (sy >= 0) & (sx < end_x) & (sy < end_y) & (sd > 0);
-    sources.x[i] = seen ? sx : 0.0f;
-    sources.y[i] = seen ? sy : 0.0f;
-    sources.d[i] = sd;
-    sources.seen[i] = seen ? 1 : 0;
+    source_x[i] = seen ? sx : 0.0f;
+    source_y[i] = seen ? sy : 0.0f;
+    source_d[i] = sd;
+    is_seen[i] = seen ? 1.0f : 0.0f;
   }
 }
 
@@ -54,24 +50,25 @@ HWY_INLINE float greyOf(uint32_t lowest_byte) {
   return static_cast<float>(static_cast<int32_t>(lowest_byte & 255u));
 }
 
-HWY_NOINLINE void compareRow(const LatticeRow& row, const uint8_t* HWY_RESTRICT grey,
-                             const uint8_t* HWY_RESTRICT before, float* HWY_RESTRICT difference,
-                             float* HWY_RESTRICT known) {
+HWY_NOINLINE void compareRow(const LatticeRow& row, const RowSources& sources,
+                             const uint8_t* HWY_RESTRICT grey, const uint8_t* HWY_RESTRICT before,
+                             float* HWY_RESTRICT difference, float* HWY_RESTRICT known) {
   if (row.columns < 2 || row.rows < 2) {
     std::fill_n(difference, row.width, 0.0f);
     std::fill_n(known, row.width, 0.0f);
     return;
   }
   const int step = row.columns;
-  Sources sources;
   float fx[kChunk], fy[kChunk];
   int32_t offset[kChunk];
   uint32_t corners[kChunk];  // upper left, upper right, lower left, lower right
   for (int first = 0; first < row.width; first += kChunk) {
     const int n = std::min(kChunk, row.width - first);
-    project(row, first, n, sources);
+    const float *HWY_RESTRICT source_x = sources.x() + first,
+                              *HWY_RESTRICT source_y = sources.y() + first,
+                              *HWY_RESTRICT is_seen = sources.seen() + first;
     for (int i = 0; i < n; ++i) {
-      const float x = 0.5f * sources.x[i], y = 0.5f * sources.y[i];
+      const float x = 0.5f * source_x[i], y = 0.5f * source_y[i];
       const auto column = static_cast<int32_t>(x), line = static_cast<int32_t>(y);
       fx[i] = x - static_cast<float>(column);
       fy[i] = y - static_cast<float>(line);
@@ -88,9 +85,8 @@ HWY_NOINLINE void compareRow(const LatticeRow& row, const uint8_t* HWY_RESTRICT 
                   d = greyOf(corners[i] >> 24);
       const float top = a + fx[i] * (b - a), bottom = c + fx[i] * (d - c);
       const float then = top + fy[i] * (bottom - top);
-      const float seen = static_cast<float>(sources.seen[i]);
-      difference[first + i] = seen * (greyOf(grey[first + i]) - then);
-      known[first + i] = seen;
+      difference[first + i] = is_seen[i] * (greyOf(grey[first + i]) - then);
+      known[first + i] = is_seen[i];
     }
   }
 }
@@ -141,12 +137,12 @@ HWY_INLINE float rounded(float value) {
   return (value + kShift) - kShift;
 }
 
-HWY_NOINLINE void residualRow(const LatticeRow& row, const float* HWY_RESTRICT predicted_px,
+HWY_NOINLINE void residualRow(const LatticeRow& row, const RowSources& sources,
+                              const float* HWY_RESTRICT predicted_px,
                               const float* HWY_RESTRICT variance_px2,
                               const float* HWY_RESTRICT before_px, int before_stride,
                               int before_columns, int before_rows, const DenseLimits& limits,
                               float* HWY_RESTRICT residual_px) {
-  Sources sources;
   float forward[kChunk], before[kChunk];
   int32_t offset[kChunk], usable[kChunk];
   const float smallest = limits.smallest_px, most = limits.most_variance,
@@ -155,14 +151,17 @@ HWY_NOINLINE void residualRow(const LatticeRow& row, const float* HWY_RESTRICT p
              last_y = static_cast<float>(before_rows - 1);
   for (int first = 0; first < row.width; first += kChunk) {
     const int n = std::min(kChunk, row.width - first);
-    project(row, first, n, sources);
+    const float *HWY_RESTRICT source_x = sources.x() + first,
+                              *HWY_RESTRICT source_y = sources.y() + first,
+                              *HWY_RESTRICT source_d = sources.disparity() + first,
+                              *HWY_RESTRICT is_seen = sources.seen() + first;
     const float* HWY_RESTRICT of_chunk = row.disparity_px + 2 * first;
     const float* HWY_RESTRICT prediction = predicted_px + 2 * first;
     const float* HWY_RESTRICT variance = variance_px2 + 2 * first;
     for (int i = 0; i < n; ++i) {
-      const float x = rounded(sources.x[i]), y = rounded(sources.y[i]);
+      const float x = rounded(source_x[i]), y = rounded(source_y[i]);
       const float p = prediction[2 * i];
-      const bool use = (sources.seen[i] != 0) & (p >= smallest) & (variance[2 * i] <= most) &
+      const bool use = (is_seen[i] != 0) & (p >= smallest) & (variance[2 * i] <= most) &
                        (x <= last_x) & (y <= last_y);
       usable[i] = use ? 1 : 0;
       offset[i] = use ? static_cast<int32_t>(y) * before_stride + static_cast<int32_t>(x) : 0;
@@ -171,7 +170,7 @@ HWY_NOINLINE void residualRow(const LatticeRow& row, const float* HWY_RESTRICT p
     for (int i = 0; i < n; ++i) before[i] = before_px[offset[i]];
     for (int i = 0; i < n; ++i) {
       const float f = forward[i];
-      const float b = std::min(std::max(sources.d[i] - before[i], -largest), largest);
+      const float b = std::min(std::max(source_d[i] - before[i], -largest), largest);
       const float smaller = std::abs(f) < std::abs(b) ? f : b;
       const float both = f * b <= 0 ? 0.0f : smaller;
       residual_px[first + i] = (usable[i] != 0) & (before[i] >= smallest) ? both : unknown;
@@ -186,14 +185,20 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace predictive_stereo {
 
+HWY_EXPORT(projectRow);
 HWY_EXPORT(compareRow);
 HWY_EXPORT(deviationRow);
 HWY_EXPORT(mismatchRow);
 HWY_EXPORT(residualRow);
 
-void compareRow(const LatticeRow& row, const uint8_t* grey, const uint8_t* before,
-                float* difference, float* known) {
-  HWY_DYNAMIC_DISPATCH(compareRow)(row, grey, before, difference, known);
+void projectRow(const LatticeRow& row, RowSources& sources) {
+  HWY_DYNAMIC_DISPATCH(projectRow)
+  (row, sources.x(), sources.y(), sources.disparity(), sources.seen());
+}
+
+void compareRow(const LatticeRow& row, const RowSources& sources, const uint8_t* grey,
+                const uint8_t* before, float* difference, float* known) {
+  HWY_DYNAMIC_DISPATCH(compareRow)(row, sources, grey, before, difference, known);
 }
 
 void deviationRow(SurroundingRows difference, SurroundingRows known, int width, float* deviation,
@@ -206,12 +211,13 @@ void mismatchRow(SurroundingRows deviation, const float* known, const float* cou
   HWY_DYNAMIC_DISPATCH(mismatchRow)(deviation, known, count, width, fewest, unknown, mismatch);
 }
 
-void residualRow(const LatticeRow& row, const float* predicted_px, const float* variance_px2,
-                 const float* before_px, int before_stride, int before_columns, int before_rows,
-                 const DenseLimits& limits, float* residual_px) {
+void residualRow(const LatticeRow& row, const RowSources& sources, const float* predicted_px,
+                 const float* variance_px2, const float* before_px, int before_stride,
+                 int before_columns, int before_rows, const DenseLimits& limits,
+                 float* residual_px) {
   HWY_DYNAMIC_DISPATCH(residualRow)
-  (row, predicted_px, variance_px2, before_px, before_stride, before_columns, before_rows, limits,
-   residual_px);
+  (row, sources, predicted_px, variance_px2, before_px, before_stride, before_columns, before_rows,
+   limits, residual_px);
 }
 
 }  // namespace predictive_stereo

@@ -3,10 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core/utility.hpp>
 
 namespace predictive_stereo {
 
-/// Lattice points of one row, and where they come from.
+/// Lattice points of one row, and how they are seen in a previous frame.
 struct LatticeRow {
   const float* H;             ///< 4x4, column by column: (x, y, d, 1) in the previous frame
   const float* disparity_px;  ///< of the first point; the next one's is two floats further
@@ -16,13 +17,35 @@ struct LatticeRow {
   int columns, rows;          ///< of the previous image at half resolution
 };
 
+/// Where the points of a row were in the previous frame.
+class RowSources {
+ public:
+  explicit RowSources(int width) : width_(width), memory_(4 * static_cast<size_t>(width)) {}
+
+  /// [px]; (0, 0) of those that are not seen.
+  float* x() { return memory_.data(); }
+  float* y() { return x() + width_; }
+  float* disparity() { return y() + width_; }
+  /// 1, or 0 for points without a disparity and those outside of the previous image.
+  float* seen() { return disparity() + width_; }
+  const float* x() const { return memory_.data(); }
+  const float* y() const { return x() + width_; }
+  const float* disparity() const { return y() + width_; }
+  const float* seen() const { return disparity() + width_; }
+
+ private:
+  int width_;
+  cv::AutoBuffer<float, 4096> memory_;
+};
+void projectRow(const LatticeRow& row, RowSources& sources);
+
 /// Grey now - grey before.
 /// @param grey  now, of the row's points.
 /// @param before  the previous image at half resolution, one row after the other in memory.
 /// @param difference  0 where unknown.
 /// @param known  1, or 0 where unknown.
-void compareRow(const LatticeRow& row, const uint8_t* grey, const uint8_t* before,
-                float* difference, float* known);
+void compareRow(const LatticeRow& row, const RowSources& sources, const uint8_t* grey,
+                const uint8_t* before, float* difference, float* known);
 
 /// Side of the squares over which comparisons are summed, and how far these reach.
 constexpr int kComparedSide = 5, kComparedReach = kComparedSide / 2;
@@ -50,8 +73,9 @@ struct DenseLimits {
 /// See denseResidualRow.
 /// @param predicted_px, variance_px2  of the first point, as LatticeRow::disparity_px.
 /// @param before_px  the previous disparity map, `before_stride` floats from row to row.
-void residualRow(const LatticeRow& row, const float* predicted_px, const float* variance_px2,
-                 const float* before_px, int before_stride, int before_columns, int before_rows,
-                 const DenseLimits& limits, float* residual_px);
+void residualRow(const LatticeRow& row, const RowSources& sources, const float* predicted_px,
+                 const float* variance_px2, const float* before_px, int before_stride,
+                 int before_columns, int before_rows, const DenseLimits& limits,
+                 float* residual_px);
 
 }  // namespace predictive_stereo

@@ -34,18 +34,16 @@ int nextSeed(const uchar* seeds, int u, int columns) {
 }  // namespace
 
 void denseResidualRow(const DetectionInput& input, const DisparityRange& range,
-                      const SourceOf& static_source, const cv::Mat1f& previous_disparity_px, int v,
-                      cv::Mat1f& residual_px) {
+                      const LatticeRow& row, const RowSources& sources,
+                      const cv::Mat1f& previous_disparity_px, cv::Mat1f& residual_px) {
   // Near discontinuities the prediction's variance is that of no prediction.
   const auto count = static_cast<float>(range.count);
   const DenseLimits limits{static_cast<float>(range.min_disparity), 0.5f * count * count / 12,
                            kLargestPx, kUnknownResidual};
   const cv::Mat1f& before = previous_disparity_px;
-  const cv::Size lattice = residual_px.size();
-  residualRow(latticeRow(static_source, input.measured_disparity_px, range, lattice,
-                         cv::Rect(cv::Point(), lattice), v),
-              input.predicted_disparity_px[2 * v], input.predicted_variance_px2[2 * v], before[0],
-              static_cast<int>(before.step1()), before.cols, before.rows, limits, residual_px[v]);
+  residualRow(row, sources, input.predicted_disparity_px[row.y],
+              input.predicted_variance_px2[row.y], before[0], static_cast<int>(before.step1()),
+              before.cols, before.rows, limits, residual_px[row.y / 2]);
 }
 
 const std::vector<DenseGroup>& DenseGroups::find(const cv::Mat1f& residual_px,

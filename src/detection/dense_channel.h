@@ -11,11 +11,12 @@ namespace predictive_stereo {
 /// Signed evidence of motion along the line of sight, on the lattice of compareFrames [px]: where
 /// the prediction forward (measured - predicted) and the one backward (static source - previous
 /// measurement) agree in sign, the smaller of both; kUnknownResidual where one is unknown.
-/// @param v  the row of `residual_px`, which has the lattice's size, that is written.
+/// @param row  of the whole lattice; its row of `residual_px`, which has the lattice's size, is
+///   written.
 constexpr float kUnknownResidual = -1e6f;
 void denseResidualRow(const DetectionInput& input, const DisparityRange& range,
-                      const SourceOf& static_source, const cv::Mat1f& previous_disparity_px, int v,
-                      cv::Mat1f& residual_px);
+                      const LatticeRow& row, const RowSources& sources,
+                      const cv::Mat1f& previous_disparity_px, cv::Mat1f& residual_px);
 
 /// Connected groups of lattice points around which the residual's 7x7 mean is large and nearly
 /// all of one sign.

@@ -17,6 +17,21 @@ void forEachRow(int rows, const Work& work) {
   });
 }
 
+// The points of `area` in lattice row `v`.
+LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
+                      const DisparityRange& range, const cv::Size& lattice, const cv::Rect& area,
+                      int v) {
+  const int x = 2 * area.x, y = 2 * v;
+  return {source_of.H().data(),
+          disparity_px[y] + x,
+          x,
+          y,
+          area.width,
+          std::max(static_cast<float>(range.min_disparity), kNearestDisparity),
+          lattice.width,
+          lattice.height};
+}
+
 }  // namespace
 
 Uncovered::Uncovered(const StereoRig& rig, const SourceOf& static_source,
@@ -55,24 +70,10 @@ std::array<const float*, kComparedSide> BorderedMap::around(int v) {
   return rows;
 }
 
-LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
-                      const DisparityRange& range, const cv::Size& lattice, const cv::Rect& area,
-                      int v) {
-  const int x = 2 * area.x, y = 2 * v;
-  return {source_of.H().data(),
-          disparity_px[y] + x,
-          x,
-          y,
-          area.width,
-          std::max(static_cast<float>(range.min_disparity), kNearestDisparity),
-          lattice.width,
-          lattice.height};
-}
-
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
                    const SourceOf& source_of, const cv::Rect& area, Comparison& comparison,
-                   const std::function<void(int)>& beside_row) {
+                   const std::function<void(const LatticeRow&, const RowSources&)>& beside_row) {
   const cv::Mat1b& now = current.level(1);
   const cv::Mat1b& before = previous.level(1);
   CV_Assert(before.isContinuous());
@@ -83,9 +84,11 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
     map->create(area.size());
   forEachRow(area.height, [&](int v) {
     const int y = area.y + v;
-    compareRow(latticeRow(source_of, disparity_px, range, before.size(), area, y), now[y] + area.x,
-               before.data, c.difference.row(v), c.known.row(v));
-    if (beside_row) beside_row(y);
+    const LatticeRow row = latticeRow(source_of, disparity_px, range, before.size(), area, y);
+    RowSources sources(area.width);
+    projectRow(row, sources);
+    compareRow(row, sources, now[y] + area.x, before.data, c.difference.row(v), c.known.row(v));
+    if (beside_row) beside_row(row, sources);
   });
   forEachRow(area.height, [&](int v) {
     deviationRow(c.difference.around(v).data(), c.known.around(v).data(), area.width,

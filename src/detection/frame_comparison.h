@@ -73,18 +73,13 @@ struct Comparison {
   BorderedMap difference, known, deviation, count;
 };
 
-/// The points of `area` in lattice row `v`, for the loops over rows.
-LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
-                      const DisparityRange& range, const cv::Size& lattice, const cv::Rect& area,
-                      int v);
-
 /// Compares the current image with the previous one as moved by H_prev_cam, through the measured
 /// disparities.
-/// @param beside_row  called for each lattice row of the area by the thread that compares it: for
-///   what reads the same disparities.
-void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
-                   const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison,
-                   const std::function<void(int)>& beside_row = {});
+/// @param beside_row  called for each lattice row of the area by the thread that compares it.
+void compareFrames(
+    const ImagePyramid& current, const cv::Mat1f& disparity_px, const DisparityRange& range,
+    const ImagePyramid& previous, const SourceOf& source_of, const cv::Rect& area,
+    Comparison& comparison,
+    const std::function<void(const LatticeRow&, const RowSources&)>& beside_row = {});
 
 }  // namespace predictive_stereo

@@ -50,8 +50,8 @@ const std::vector<cv::Point>& MotionScheme::compare(const FrameView& frame) {
   residual_px_.create(frame.lattice());
   compareFrames(frame.current.pyramid, frame.input.measured_disparity_px, range_,
                 past_.frame->pyramid, static_source, cv::Rect(cv::Point(), frame.lattice()),
-                static_world_, [&](int v) {
-                  denseResidualRow(frame.input, range_, static_source, past_.frame->disparity_px, v,
+                static_world_, [&](const LatticeRow& row, const RowSources& sources) {
+                  denseResidualRow(frame.input, range_, row, sources, past_.frame->disparity_px,
                                    residual_px_);
                 });
   return suspicion_.find(frame.current.pyramid.level(1), static_world_.mismatch,

@@ -211,8 +211,12 @@ TEST(FrameComparison, DenseResidualIsThatOfTheReference) {
     forEveryTarget([&] {
       cv::Mat1f found;
       found.create(expected.size());
-      for (int v = 0; v < found.rows; ++v)
-        denseResidualRow(input, frames.range, source_of, frames.before_px, v, found);
+      Comparison comparison;
+      compareFrames(frames.current, frames.disparity_px, frames.range, frames.previous, source_of,
+                    cv::Rect(cv::Point(), found.size()), comparison,
+                    [&](const LatticeRow& row, const RowSources& sources) {
+                      denseResidualRow(input, frames.range, row, sources, frames.before_px, found);
+                    });
       expectEqual(found, expected);
     });
   }
