@@ -1,5 +1,5 @@
-/// The inner loop of the stereo search: one block against all of a row, for every SIMD target and as
-/// a plain reference. All give the same results, bit by bit: sums are integers.
+/// The inner loop of the stereo search: one block against all of a row, for every SIMD target and
+/// as a plain reference. All give the same results, bit by bit: sums are integers.
 #pragma once
 
 #include <cstddef>
