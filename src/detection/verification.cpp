@@ -110,10 +110,11 @@ bool Verification::hasPlausibleShape(const FrameView& frame, const Hypothesis& h
   if (height < least_height || height > params.max_height_m || width > params.max_width_m ||
       width < params.min_width_m)
     return false;
-  if (!stands || !road_) return true;
+  if (cut_below || !road_) return true;
   const double foot_m = road_->heightOf(box.br().y, hypothesis.disparity_px, rig.baseline_m);
   const double layer_m = rig.disparityTimesDepth() / hypothesis.disparity_px;
-  return !(foot_m > kHighestFoot_m + kRoadSlope * layer_m);
+  const double hidden_m = stands ? 0 : 0.5 * params.max_height_m;
+  return !(foot_m > hidden_m + kHighestFoot_m + kRoadSlope * layer_m);
 }
 
 std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const Baseline& baseline,
