@@ -21,16 +21,18 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+constexpr WindowRun kNoWindow{0, 0, 0};
+
 /// A horizontal path, at the pixel that it has come to.
 struct Walker {
-  int first = 0, width = 0;
-  bool backward;  ///< from right to left
+  const WindowRun* window = &kNoWindow;  ///< where it is; none: the path starts anew
+  bool backward;                         ///< from right to left
   /// With room for reading beyond both ends of the window.
   HWY_ALIGN uint8_t memory[kBeyond + 256 + kBeyond];
   uint8_t* const goodness = memory + kBeyond;
 
   explicit Walker(bool walks_backward) : backward(walks_backward) {}
-  Neighbour here() const { return {goodness, first, width}; }
+  Neighbour here() const { return {goodness, window->first, window->width}; }
 };
 
 /// What happens to the pixels of a run.
@@ -89,7 +91,7 @@ class RowAggregation {
   HWY_INLINE void walkFromBothEnds() {
     int i = 0, j = runs_ - 1;  // where the paths come next
     const auto isReady = [this](int run, const Walker& walker) {
-      return isNarrow(row_, run) && walker.width == kLanes;
+      return isNarrow(row_, run) && walker.window->width == kLanes;
     };
     while (i < runs_ || j >= 0) {
       if (i < runs_ && j >= 0 && i != j && isReady(i, forward_) && isReady(j, backward_)) {
@@ -122,7 +124,7 @@ class RowAggregation {
     const BitCounter<RunBytes, kBytes> counter(row.p2);
     uint8_t* const sums = kComeFirst ? row.half_sums : row.sums;
     Pair goodness = loadPair(d, forward_.goodness, backward_.goodness);
-    int forward_first = forward_.first, backward_first = backward_.first;
+    int forward_first = forward_.window->first, backward_first = backward_.window->first;
     int a = i, b = j;
     do {
       const WindowRun one = row.windows[a], other = row.windows[b];
@@ -162,8 +164,8 @@ class RowAggregation {
       --b;
     } while ((kComeFirst ? a < b : a < runs && b >= 0) && isNarrow(row, a) && isNarrow(row, b));
     storePair(d, goodness, forward_.goodness, backward_.goodness);
-    forward_.first = forward_first;
-    backward_.first = backward_first;
+    forward_.window = row.windows + a - 1;
+    backward_.window = row.windows + b + 1;
     i = a;
     j = b;
   }
@@ -239,7 +241,7 @@ class RowAggregation {
     else if (window.width > 0)
       visitRun<0>(d_, run, window, visit);
     else if (visit.walker)
-      visit.walker->width = 0;
+      visit.walker->window = &kNoWindow;
   }
 
   /// kVectors: number of vectors of a window, 0: as many as it takes.
@@ -303,10 +305,7 @@ class RowAggregation {
         hn::StoreU(sums[v], d, visit.sums + bytes);
       }
     }
-    if (visit.walker) {
-      visit.walker->first = window.first;
-      visit.walker->width = window.width;
-    }
+    if (visit.walker) visit.walker->window = row.windows + run;
   }
 
   static HWY_INLINE Neighbour inPreviousRow(const ReducedSearchRow& row, int x,
