@@ -64,7 +64,7 @@ std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& 
   constexpr int kLeastArea_px = 100;
   constexpr size_t kFewestSeeds = 8;
   const DetectionInput& input = frame.input;
-  const cv::Rect box = known.last.box_px & cv::Rect(cv::Point(), input.rig.size);
+  const cv::Rect box = known.reach_px & cv::Rect(cv::Point(), input.rig.size);
   if (box.area() < kLeastArea_px) return std::nullopt;
   Hypothesis hypothesis;
   hypothesis.source = Hypothesis::Source::kKnown;

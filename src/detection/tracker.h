@@ -36,6 +36,8 @@ struct ObjectTrack {
   bool confirmed = false;
   int observation = -1;               ///< of this frame; -1: not seen
   Observation last;                   ///< with the box moved along where not seen
+  /// Where to look for it: a frame may show a part only, which does not make the object smaller.
+  cv::Rect reach_px;
   Eigen::Matrix<double, 6, 1> state;  ///< position [m], velocity [m/s] in the odom frame
   Eigen::Matrix<double, 6, 6> covariance;
 };
