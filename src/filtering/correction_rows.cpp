@@ -84,11 +84,23 @@ HWY_INLINE int rightView(D d, const float* measured, int width, float smallest_v
     const auto in_row = hn::And(hn::Gt(column, hn::Set(di, -1)), hn::Lt(column, outside));
     const auto valid = hn::RebindMask(di, hn::Ge(disparity, smallest));
     hn::Store(hn::IfThenElse(hn::And(valid, in_row), column, outside), di, columns);
-    for (int i = 0; i < lanes; ++i) nearest[columns[i]] = measured[x + i];
+    for (int i = 0; i < lanes; ++i) nearest[static_cast<uint32_t>(columns[i])] = measured[x + i];
   }
   return x;
 }
 
+// In place: the largest of each and the two after it.
+template <class D>
+HWY_INLINE int largestOfThree(D d, int width, int x, float* nearest) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (; x + lanes <= width; x += lanes) {
+    const auto two = hn::Max(hn::LoadU(d, nearest + x), hn::LoadU(d, nearest + x + 1));
+    hn::StoreU(hn::Max(two, hn::LoadU(d, nearest + x + 2)), d, nearest + x);
+  }
+  return x;
+}
+
+// @param nearest  of the columns from one left to one right of each.
 template <class D>
 HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width, float smallest_valid,
                                  float invalid, int x, const float* nearest) {
@@ -100,15 +112,13 @@ HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width, float
   for (; x + lanes <= width; x += lanes) {
     const auto kept = hn::LoadU(d, row.disparity_px + x);
     const auto unmeasured = hn::Lt(hn::LoadU(d, row.measured_px + x), smallest);
+    const auto unfounded = hn::And(unmeasured, hn::Ge(kept, smallest));
+    if (hn::AllFalse(d, unfounded)) continue;
     const auto column = rightColumns(d, x, kept);
     const auto in_row = hn::And(hn::Gt(column, hn::Zero(di)), hn::Lt(column, last));
-    const auto doubted =
-        hn::And(hn::And(unmeasured, hn::Ge(kept, smallest)), hn::RebindMask(d, in_row));
-    if (hn::AllFalse(d, doubted)) continue;
+    const auto doubted = hn::And(unfounded, hn::RebindMask(d, in_row));
     const auto at = hn::IfThenElseZero(hn::RebindMask(di, doubted), hn::Sub(column, one));
-    const auto seen =
-        hn::Max(hn::Max(hn::GatherIndex(d, nearest, at), hn::GatherIndex(d, nearest + 1, at)),
-                hn::GatherIndex(d, nearest + 2, at));
+    const auto seen = hn::GatherIndex(d, nearest, at);
     const auto farther = hn::And(hn::Ge(seen, smallest), hn::Lt(seen, hn::Sub(kept, step)));
     const auto refuted = hn::And(doubted, farther);
     if (hn::AllFalse(d, refuted)) continue;
@@ -130,6 +140,8 @@ void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& li
   std::fill_n(nearest, width + kBesideNearest, invalid);
   int x = rightView(vectors, row.measured_px, width, smallest, 0, nearest);
   rightView(pixels, row.measured_px, width, smallest, x, nearest);
+  x = largestOfThree(vectors, width, 0, nearest);
+  largestOfThree(pixels, width, x, nearest);
   x = dropRefutedPixels(vectors, row, width, smallest, invalid, 0, nearest);
   dropRefutedPixels(pixels, row, width, smallest, invalid, x, nearest);
 }
