@@ -69,6 +69,7 @@ HWY_INLINE int filterPixelsBySupport(D d, const float* disparity_px, const int32
     auto strangers = hn::Zero(di);  // negative
     for (int i = 0; i < 5; ++i)
       for (int j = -2; j <= 2; ++j) {
+        if (i == 2 && j == 0) continue;
         const auto distance = hn::Sub(from, hn::LoadU(di, keys[i] + x + j));
         strangers = hn::Add(strangers, hn::VecFromMask(di, hn::Gt(distance, most)));
       }

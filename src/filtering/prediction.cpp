@@ -37,7 +37,7 @@ RowNoise rowNoise(const StereoRig& rig, const Eigen::Matrix3d& sigma, double flo
 }
 
 // Work is shared out by bands of rows.
-constexpr int kBandRows = 32;
+constexpr int kBandRows = 48;
 int bandCount(cv::Size size) { return (size.height + kBandRows - 1) / kBandRows; }
 cv::Range bandRows(int band, cv::Size size) {
   return {band * kBandRows, std::min((band + 1) * kBandRows, size.height)};

@@ -49,23 +49,24 @@ HWY_INLINE hn::Vec<D> known(D d, hn::Vec<D> disparity, hn::Vec<D> smallest) {
 template <class D>
 HWY_INLINE hn::Vec<D> disagreeing(D d, const DisagreementRows& rows, int left, int x, int right,
                                   hn::Vec<D> smallest) {
-  const auto same_px = hn::Set(d, 2.5f), plane_px = hn::Set(d, 2.0f), one = hn::Set(d, 1.0f);
+  const hn::RebindToSigned<D> di;
+  const auto same_px = hn::Set(d, 2.5f), plane_px = hn::Set(d, 2.0f);
   const auto disparity = hn::LoadU(d, rows.centre + x);
-  auto count = hn::Zero(d);
+  auto count = hn::Set(di, 8);
   const auto addOpposite = [&](const float* a, const float* b) HWY_ATTR {
     const auto rise_a = hn::Sub(known(d, hn::LoadU(d, a), smallest), disparity);
     const auto rise_b = hn::Sub(known(d, hn::LoadU(d, b), smallest), disparity);
     const auto plane = hn::Le(hn::Abs(hn::Add(rise_a, rise_b)), plane_px);
     const auto agrees_a = hn::Or(hn::Le(hn::Abs(rise_a), same_px), plane);
     const auto agrees_b = hn::Or(hn::Le(hn::Abs(rise_b), same_px), plane);
-    count = hn::Add(count,
-                    hn::Add(hn::IfThenZeroElse(agrees_a, one), hn::IfThenZeroElse(agrees_b, one)));
+    count = hn::Add(count, hn::VecFromMask(di, hn::RebindMask(di, agrees_a)));
+    count = hn::Add(count, hn::VecFromMask(di, hn::RebindMask(di, agrees_b)));
   };
   addOpposite(rows.above + left, rows.below + right);
   addOpposite(rows.above + x, rows.below + x);
   addOpposite(rows.above + right, rows.below + left);
   addOpposite(rows.centre + left, rows.centre + right);
-  return count;
+  return hn::ConvertTo(d, count);
 }
 
 // Calls pixels(tag, x, neighbours left and right of x) for a whole row, in vectors where these and
