@@ -4,6 +4,7 @@
 #include <hwy/targets.h>
 
 #include <algorithm>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -101,6 +102,25 @@ void forEveryTarget(const Body& body) {
     body();
   }
   hwy::SetSupportedTargetsForTest(0);
+}
+
+// Differences of exactly 1 px across 0, where floats change their sign, and to -0 and the smallest
+// floats beside them.
+TEST(PostFilter, CountsSupportAcrossZero) {
+  const float tiny = std::numeric_limits<float>::denorm_min();
+  const std::vector<float> values = {-1.0f, -0.5f, -0.0f, 0.0f, tiny,
+                                     -tiny, 0.5f,  1.0f,  1.5f, -2.0f};
+  const DisparityRange range = rangeFrom(-1);
+  cv::Mat1f map(40, 50);
+  cv::RNG rng(3);
+  for (float& value : map) value = values[rng.uniform(0, static_cast<int>(values.size()))];
+  forEveryTarget([&] {
+    for (int min_support : {1, 8, 16, 25}) {
+      cv::Mat1f filtered;
+      filterBySupport(range, min_support, map, filtered);
+      expectEqual(filtered, supportNaively(range, min_support, map), "support");
+    }
+  });
 }
 
 TEST(PostFilter, EqualNaiveReferences) {
