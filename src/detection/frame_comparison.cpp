@@ -10,12 +10,27 @@ constexpr double kFastestAway_mps = 30;  // that something which moves along may
 constexpr float kHidingMargin_px = 1.0f;
 constexpr float kNearestDisparity = 0.5f;  // farther points tell nothing of motion
 
-template <class Work>
-void forEachRow(int rows, const Work& work) {
-  cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
-    for (int v = range.start; v < range.end; ++v) work(v);
-  });
-}
+// The last kComparedSide rows of a map, with a border of kComparedReach zeros on both sides.
+class LastRows {
+ public:
+  explicit LastRows(int width)
+      : stride_(static_cast<size_t>(width + 2 * kComparedReach)),
+        values_(kComparedSide * stride_) {}
+  float* row(int v) { return withBorder(v) + kComparedReach; }
+  void clear(int v) { std::fill_n(withBorder(v), stride_, 0.0f); }
+  /// From v - kComparedReach to v + kComparedReach, with their borders.
+  std::array<const float*, kComparedSide> around(int v) {
+    std::array<const float*, kComparedSide> rows;
+    for (int k = 0; k < kComparedSide; ++k) rows[k] = withBorder(v + k - kComparedReach);
+    return rows;
+  }
+
+ private:
+  float* withBorder(int v) { return &values_[stride_ * ((v + 2 * kComparedSide) % kComparedSide)]; }
+
+  size_t stride_;
+  std::vector<float> values_;
+};
 
 // The points of `area` in lattice row `v`.
 LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
@@ -52,24 +67,6 @@ bool Uncovered::operator()(cv::Point pixel, float disparity_px) const {
   return before > from.z() + kHidingMargin_px && before * hiding_m > disparity_times_depth_;
 }
 
-void BorderedMap::create(cv::Size size) {
-  stride_ = static_cast<size_t>(size.width + 2 * kComparedReach);
-  const size_t needed = stride_ * static_cast<size_t>(size.height + 2 * kComparedReach);
-  if (values_.size() < needed) values_.resize(needed);
-  std::fill_n(withBorder(-kComparedReach), kComparedReach * stride_, 0.0f);
-  std::fill_n(withBorder(size.height), kComparedReach * stride_, 0.0f);
-  for (int v = 0; v < size.height; ++v) {
-    std::fill_n(withBorder(v), kComparedReach, 0.0f);
-    std::fill_n(row(v) + size.width, kComparedReach, 0.0f);
-  }
-}
-
-std::array<const float*, kComparedSide> BorderedMap::around(int v) {
-  std::array<const float*, kComparedSide> rows;
-  for (int k = 0; k < kComparedSide; ++k) rows[k] = withBorder(v + k - kComparedReach);
-  return rows;
-}
-
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
                    const SourceOf& source_of, const cv::Rect& area, Comparison& comparison,
@@ -79,25 +76,37 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
   CV_Assert(before.isContinuous());
   comparison.area = area;
   comparison.mismatch = comparison.memory.map(area.size());
-  Comparison& c = comparison;
-  for (BorderedMap* map : {&c.difference, &c.known, &c.deviation, &c.count})
-    map->create(area.size());
-  forEachRow(area.height, [&](int v) {
-    const int y = area.y + v;
-    const LatticeRow row = latticeRow(source_of, disparity_px, range, before.size(), area, y);
-    RowSources sources(area.width);
-    projectRow(row, sources);
-    compareRow(row, sources, now[y] + area.x, before.data, c.difference.row(v), c.known.row(v));
-    if (beside_row) beside_row(row, sources);
-  });
-  forEachRow(area.height, [&](int v) {
-    deviationRow(c.difference.around(v).data(), c.known.around(v).data(), area.width,
-                 c.deviation.row(v), c.count.row(v));
-  });
-  forEachRow(area.height, [&](int v) {
-    mismatchRow(c.deviation.around(v).data(), c.known.row(v), c.count.row(v), area.width,
-                kFewestKnown, Comparison::kUnknown, c.mismatch[v]);
-  });
+  const int rows = area.height;
+  const auto exists = [rows](int v) { return v >= 0 && v < rows; };
+  // A thread goes through its rows once and keeps those that are looked at again.
+  const auto compareBand = [&](const cv::Range& band) {
+    LastRows difference(area.width), known(area.width), deviation(area.width), count(area.width);
+    const auto compare = [&](int v) {
+      if (!exists(v)) return difference.clear(v), known.clear(v);
+      const int y = area.y + v;
+      const LatticeRow row = latticeRow(source_of, disparity_px, range, before.size(), area, y);
+      RowSources sources(area.width);
+      projectRow(row, sources);
+      compareRow(row, sources, now[y] + area.x, before.data, difference.row(v), known.row(v));
+      if (beside_row && v >= band.start && v < band.end) beside_row(row, sources);
+    };
+    const auto deviate = [&](int v) {
+      if (!exists(v)) return deviation.clear(v);
+      deviationRow(difference.around(v).data(), known.around(v).data(), area.width,
+                   deviation.row(v), count.row(v));
+    };
+    for (int v = band.start - 2 * kComparedReach; v < band.start + 2 * kComparedReach; ++v) {
+      compare(v);
+      if (v >= band.start) deviate(v - kComparedReach);
+    }
+    for (int v = band.start; v < band.end; ++v) {
+      compare(v + 2 * kComparedReach);
+      deviate(v + kComparedReach);
+      mismatchRow(deviation.around(v).data(), known.row(v), count.row(v), area.width, kFewestKnown,
+                  Comparison::kUnknown, comparison.mismatch[v]);
+    }
+  };
+  cv::parallel_for_(cv::Range(0, rows), compareBand, cv::getNumThreads());
 }
 
 }  // namespace predictive_stereo

@@ -45,21 +45,6 @@ class Uncovered {
   float disparity_times_depth_, nearer_m_;
 };
 
-/// A map with a border of kComparedReach zeros on every side. Its memory only grows.
-class BorderedMap {
- public:
-  void create(cv::Size size);
-  /// From the first point on, or from the border before it.
-  float* row(int v) { return withBorder(v) + kComparedReach; }
-  float* withBorder(int v) { return &values_[stride_ * static_cast<size_t>(v + kComparedReach)]; }
-  /// From v - kComparedReach to v + kComparedReach, with their borders.
-  std::array<const float*, kComparedSide> around(int v);
-
- private:
-  std::vector<float> values_;
-  size_t stride_ = 0;
-};
-
 /// How well an assumed motion explains the image, on a lattice of every second pixel and row:
 /// lattice point (u, v) is pixel (2u, 2v).
 struct Comparison {
@@ -67,10 +52,7 @@ struct Comparison {
   cv::Mat1f mismatch;  ///< mean |difference| over 5x5 lattice points after the mean difference is
                        ///< taken away [grey values]; kUnknown where too little is known
   static constexpr float kUnknown = -1.0f;
-
-  // Work space.
-  Scratch<float> memory;  // of mismatch
-  BorderedMap difference, known, deviation, count;
+  Scratch<float> memory;  ///< of mismatch
 };
 
 /// Compares the current image with the previous one as moved by H_prev_cam, through the measured
