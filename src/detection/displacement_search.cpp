@@ -97,6 +97,7 @@ std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePy
              bottom = static_cast<float>(image.rows - 1);
   Samples samples;
   const size_t step = points.size() / (kMostPoints + 1) + 1;
+  cv::Point first(image.cols, image.rows), last;
   for (size_t i = 0; i < points.size(); i += step) {
     const cv::Point pixel = 2 * points[i];
     const Eigen::Vector3f at = static_source(static_cast<float>(pixel.x),
@@ -107,9 +108,11 @@ std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePy
     const cv::Point before(cvRound(x), cvRound(y));
     samples.at[samples.count] = before;
     samples.offset[samples.count++] = before.y * static_cast<std::ptrdiff_t>(image.step) + before.x;
-    samples.around |= cv::Rect(before, cv::Size(1, 1));
+    first = {std::min(first.x, before.x), std::min(first.y, before.y)};
+    last = {std::max(last.x, before.x), std::max(last.y, before.y)};
   }
   if (samples.count < static_cast<int>(kFewestPoints)) return std::nullopt;
+  samples.around = cv::Rect(first, last + cv::Point(1, 1));
 
   const int side = std::clamp(reach, kCoarse, kSearchReach) / kCoarse;
   const int trials = 2 * side + 1;

@@ -21,17 +21,6 @@ auto rowsAround(const Map& map, int v) {
   return rows;
 }
 
-// The first one of the largest, row by row.
-cv::Point mostSuspicious(const cv::Mat1f& suspicion, cv::Point cell) {
-  cv::Point worst = cell;
-  for (int j = 0; j < kCell; ++j)
-    for (int i = 0; i < kCell; ++i) {
-      const cv::Point p = cell + cv::Point(i, j);
-      if (suspicion(p) > suspicion(worst)) worst = p;
-    }
-  return worst;
-}
-
 // Whether most of what surrounds a pixel has its disparity.
 bool isWithinSurface(const cv::Mat1f& disparity_px, cv::Point p) {
   constexpr int kReach_px = 4;
@@ -54,6 +43,7 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
   const int columns = std::max(grey.cols - 2 * kMargin, 0) / kCell;
   suspicion_.create(grey.size());
   cells_.create(rows, columns);
+  worst_.create(rows, columns);
   // Of a map without columns no row is looked at.
   cells_of_row_.assign(static_cast<size_t>(columns > 0 ? rows : 0), 0);
   suspects_of_row_.resize(cells_of_row_.size());
@@ -74,13 +64,14 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
                        suspicion_[v]);
           of_cells[k] = suspicion_[v] + kMargin;
         }
-        const int suspicious = suspiciousCells(of_cells, columns, least, cells_[r]);
+        const int suspicious = suspiciousCells(of_cells, columns, least, cells_[r], worst_[r]);
         cells_of_row_[static_cast<size_t>(r)] = suspicious;
         std::vector<cv::Point>& kept = suspects_of_row_[static_cast<size_t>(r)];
         kept.clear();
         for (int k = 0; k < suspicious; ++k) {
-          const cv::Point worst =
-              mostSuspicious(suspicion_, {kMargin + cells_(r, k) * kCell, kMargin + r * kCell});
+          const int place = worst_(r, k);
+          const cv::Point worst(kMargin + cells_(r, k) * kCell + place % kCell,
+                                kMargin + r * kCell + place / kCell);
           if (!ground.isLevel(worst) && isWithinSurface(disparity_px, 2 * worst))
             kept.push_back(2 * worst);
         }

@@ -34,7 +34,7 @@ class Suspicion {
  private:
   double share_ = 0;
   cv::Mat1f suspicion_;
-  cv::Mat1i cells_;                // suspicious ones of each row of cells, ...
+  cv::Mat1i cells_, worst_;        // suspicious ones of each row of cells, their worst points, ...
   std::vector<int> cells_of_row_;  // ... and how many
   std::vector<std::vector<cv::Point>> suspects_of_row_;
   std::vector<cv::Point> suspects_px_;

@@ -61,8 +61,20 @@ HWY_NOINLINE void suspicionRow(const uint16_t* const deviations[kTextureSide],
   }
 }
 
+// The first of the largest points of a cell, without branches: none of them could be predicted.
+HWY_INLINE int32_t placeOfLargest(const float* const rows[kCell], int first) {
+  float largest = rows[0][first];
+  for (int k = 0; k < kCell; ++k)
+    for (int i = 0; i < kCell; ++i) largest = std::max(largest, rows[k][first + i]);
+  uint32_t places = 0;
+  for (int k = 0; k < kCell; ++k)
+    for (int i = 0; i < kCell; ++i)
+      places |= (rows[k][first + i] == largest ? 1u : 0u) << (kCell * k + i);
+  return static_cast<int32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(places));
+}
+
 HWY_NOINLINE int suspiciousCells(const float* const rows[kCell], int cells, float least,
-                                 int32_t* HWY_RESTRICT found) {
+                                 int32_t* HWY_RESTRICT found, int32_t* HWY_RESTRICT worst) {
   static_assert(kCell == 4, "written out");
   int count = 0;
   float largest[kChunk];
@@ -81,6 +93,7 @@ HWY_NOINLINE int suspiciousCells(const float* const rows[kCell], int cells, floa
                (of_cell[3] >= least);
     }
   }
+  for (int k = 0; k < count; ++k) worst[k] = placeOfLargest(rows, kCell * found[k]);
   return count;
 }
 
@@ -104,8 +117,9 @@ void suspicionRow(const uint16_t* const deviations[kTextureSide], const float* m
   HWY_DYNAMIC_DISPATCH(suspicionRow)(deviations, mismatch, width, noise, suspicion);
 }
 
-int suspiciousCells(const float* const rows[kCell], int cells, float least, int32_t* found) {
-  return HWY_DYNAMIC_DISPATCH(suspiciousCells)(rows, cells, least, found);
+int suspiciousCells(const float* const rows[kCell], int cells, float least, int32_t* found,
+                    int32_t* worst) {
+  return HWY_DYNAMIC_DISPATCH(suspiciousCells)(rows, cells, least, found, worst);
 }
 
 }  // namespace predictive_stereo

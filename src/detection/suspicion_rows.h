@@ -18,10 +18,13 @@ void greyDeviationRow(const uint8_t* const rows[kTextureSide], int width, uint16
 void suspicionRow(const uint16_t* const deviations[kTextureSide], const float* mismatch, int width,
                   float noise, float* suspicion);
 
-/// Cells of kCell x kCell points in which something reaches `least`: writes their indices.
+/// Cells of kCell x kCell points in which something reaches `least`.
 /// @param rows  kCell rows, from the first cell's first point on.
+/// @param found  their indices.
+/// @param worst  kCell * row + column of the largest point in each, of the first one of several.
 /// @return how many.
 constexpr int kCell = 4;
-int suspiciousCells(const float* const rows[kCell], int cells, float least, int32_t* found);
+int suspiciousCells(const float* const rows[kCell], int cells, float least, int32_t* found,
+                    int32_t* worst);
 
 }  // namespace predictive_stereo
