@@ -12,6 +12,15 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
+// In whole vectors: what memcpy writes in halves cannot be read as one before it is in the cache.
+HWY_INLINE void copyPairs(const uint8_t* HWY_RESTRICT bytes, uint16_t (&pairs)[kShiftBlock]) {
+  namespace hn = hwy::HWY_NAMESPACE;
+  const hn::CappedTag<uint8_t, sizeof pairs> d;
+  auto* copy = reinterpret_cast<uint8_t*>(pairs);
+  for (size_t i = 0; i < sizeof pairs; i += hn::Lanes(d))
+    hn::StoreU(hn::LoadU(d, bytes + i), d, copy + i);
+}
+
 // Loops are short, plain and without branches, so that compilers turn them into vector code.
 HWY_NOINLINE void totalsOfShifts(const uint8_t* HWY_RESTRICT grey, const uint8_t* const* before,
                                  int samples, int trials, int32_t* HWY_RESTRICT total) {
@@ -22,7 +31,7 @@ HWY_NOINLINE void totalsOfShifts(const uint8_t* HWY_RESTRICT grey, const uint8_t
     for (int i = 0; i < samples; ++i) {
       const auto now = static_cast<int16_t>(grey[i]);
       uint16_t pairs[kShiftBlock];  // of columns; the first of each is in the lower byte
-      std::memcpy(pairs, before[i] + 2 * k, sizeof pairs);
+      copyPairs(before[i] + 2 * k, pairs);
       for (int j = 0; j < kShiftBlock; ++j) {
         differences[i][j] = static_cast<int16_t>(now - static_cast<int16_t>(pairs[j] & 0xFF));
         sum[j] = static_cast<int16_t>(sum[j] + differences[i][j]);
