@@ -5,6 +5,7 @@
 
 #include "detection/joined_parts.h"
 #include "detection/object_shape.h"
+#include "detection/plausible_object.h"
 #include "detection/same_object.h"
 
 namespace predictive_stereo {
@@ -13,8 +14,6 @@ namespace {
 using Source = Hypothesis::Source;
 
 constexpr double kFastest_mps = 55;
-// What moves stands on the road: its foot is not seen higher than this, uphill included.
-constexpr double kHighestFoot_m = 1.2, kRoadSlope = 0.03;
 constexpr double kLargestPart = 0.25;  // of the area of the object that it is a part of
 
 // Full-resolution pixels of a segment: its lattice cells, cut to the layer of the disparities.
@@ -49,26 +48,6 @@ bool showsInResiduals(const MotionDetectionParams& params, const Segment& segmen
          (segment.explained >= 0.5 || segment.decisive < params.min_decisive_cells);
 }
 
-// Whether something nearer that is not the ground covers the lower end of what is seen in a box.
-bool hiddenBelow(const FrameView& frame, const LevelGround& ground, const Hypothesis& hypothesis,
-                 const cv::Rect& box) {
-  constexpr double kBelow_m = 0.3;
-  constexpr int kLeastBelow_px = 6;
-  const StereoRig& rig = frame.input.rig;
-  const int below = std::max(kLeastBelow_px,
-                             static_cast<int>(kBelow_m * hypothesis.disparity_px / rig.baseline_m));
-  const int end = std::min(box.br().y + below, rig.size.height - 1);
-  int nearer = 0;
-  for (int x = box.x / 2; x < box.br().x / 2; ++x)
-    for (int y = (box.br().y + 1) / 2; y <= end / 2; ++y) {
-      const float d = frame.input.measured_disparity_px(2 * y, 2 * x);
-      if (!frame.range.isValid(d) || d <= hypothesis.nearest_px || ground.isLevel({x, y})) continue;
-      ++nearer;
-      break;
-    }
-  return 4 * nearer > box.width;
-}
-
 }  // namespace
 
 void Verification::findRoad(const DetectionInput& input, const DisparityRange& range) {
@@ -94,27 +73,6 @@ bool Verification::isFree(const Hypothesis& hypothesis) const {
   int free = 0;
   for (cv::Point p : hypothesis.seeds) free += !taken_(p);
   return 2 * free >= static_cast<int>(hypothesis.seeds.size());
-}
-
-// Whether a road user may have this size, and stands on the road.
-bool Verification::hasPlausibleShape(const FrameView& frame, const Hypothesis& hypothesis,
-                                     const cv::Rect& box, double depth_m) const {
-  const MotionDetectionParams& params = frame.params;
-  const StereoRig& rig = frame.input.rig;
-  const double height = box.height * depth_m / rig.fy_px;
-  const double width = box.width * depth_m / rig.fx_px;
-  const bool cut_below = box.br().y >= rig.size.height - 4;
-  // Of what is half hidden its foot is not seen, and half of its height is enough.
-  const bool stands = !cut_below && !hiddenBelow(frame, ground_, hypothesis, box);
-  const double least_height = params.min_height_m * (cut_below ? 0 : stands ? 1 : 0.5);
-  if (height < least_height || height > params.max_height_m || width > params.max_width_m ||
-      width < params.min_width_m)
-    return false;
-  if (cut_below || !road_) return true;
-  const double foot_m = road_->heightOf(box.br().y, hypothesis.disparity_px, rig.baseline_m);
-  const double layer_m = rig.disparityTimesDepth() / hypothesis.disparity_px;
-  const double hidden_m = stands ? 0 : 0.5 * params.max_height_m;
-  return !(foot_m > hidden_m + kHighestFoot_m + kRoadSlope * layer_m);
 }
 
 std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const Baseline& baseline,
@@ -148,7 +106,12 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
   Observation& seen = object.observation;
   const auto shape =
       shapeOf(input.rig, frame.range, input.measured_disparity_px, seen.box_px, object.mask);
-  if (!shape || !hasPlausibleShape(frame, hypothesis, seen.box_px, shape->centre_m.z()))
+  if (!shape) return std::nullopt;
+  const LowerEnd lower_end =
+      lowerEndOf(input.rig, frame.range, input.measured_disparity_px, ground_, seen.box_px,
+                 hypothesis.disparity_px, hypothesis.nearest_px);
+  if (!isPlausible(input.rig, frame.params, road_, seen.box_px, shape->centre_m.z(),
+                   hypothesis.disparity_px, lower_end))
     return std::nullopt;
   seen.centre_m = shape->centre_m;
   seen.size_m = shape->size_m;

@@ -61,8 +61,6 @@ class Verification {
   void reset() { road_.reset(); }
 
  private:
-  bool hasPlausibleShape(const FrameView& frame, const Hypothesis& hypothesis, const cv::Rect& box,
-                         double depth_m) const;
   bool add(const FrameView& frame, VerifiedObject&& verified);
 
   LevelGround ground_;
