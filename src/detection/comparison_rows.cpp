@@ -1,5 +1,7 @@
 #include "detection/comparison_rows.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -149,6 +151,9 @@ HWY_NOINLINE void residualRow(const LatticeRow& row, const RowSources& sources,
               largest = limits.largest_px, unknown = limits.unknown;
   const auto last_x = static_cast<float>(before_columns - 1),
              last_y = static_cast<float>(before_rows - 1);
+  // What the next row is likely to look at is asked for meanwhile.
+  constexpr int kPerCacheLine = 8;  // points: every second pixel
+  const int last_row = (before_rows - 1) * before_stride;
   for (int first = 0; first < row.width; first += kChunk) {
     const int n = std::min(kChunk, row.width - first);
     const float *HWY_RESTRICT source_x = sources.x() + first,
@@ -167,6 +172,8 @@ HWY_NOINLINE void residualRow(const LatticeRow& row, const RowSources& sources,
       offset[i] = use ? static_cast<int32_t>(y) * before_stride + static_cast<int32_t>(x) : 0;
       forward[i] = std::min(std::max(of_chunk[2 * i] - p, -largest), largest);
     }
+    for (int i = 0; i < n; i += kPerCacheLine)
+      hwy::Prefetch(before_px + std::min(offset[i] + 2 * before_stride, last_row));
     for (int i = 0; i < n; ++i) before[i] = before_px[offset[i]];
     for (int i = 0; i < n; ++i) {
       const float f = forward[i];
