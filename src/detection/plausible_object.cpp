@@ -45,7 +45,7 @@ bool isPlausible(const StereoRig& rig, const MotionDetectionParams& params,
       width_m < params.min_width_m || width_m > params.max_width_m)
     return false;
   if (!road || lower_end == LowerEnd::kCut) return true;
-  // What is hidden below is no higher than what is seen of the highest.
+  // As half of it is seen at least, half of the highest object is hidden at most.
   const double hidden_m =
       lower_end == LowerEnd::kHidden ? (1 - kLeastVisible) * params.max_height_m : 0;
   const double end_m = road->heightOf(box.br().y, layer_px, rig.baseline_m);
