@@ -32,45 +32,57 @@ DisparityEstimator::DisparityEstimator(const DisparityParams& params)
   validate(params);
 }
 
-void DisparityEstimator::prepare(const cv::Mat1b& left, const cv::Mat1b& right,
-                                 const StereoRig& rig) {
+void DisparityEstimator::begin(const cv::Mat1b& left, const cv::Mat1b& right,
+                               const StereoRig& rig) {
   requireSize("left", left, rig.size);
   requireSize("right", right, rig.size);
   if (rig != rig_) reset();
   rig_ = rig;
   left_ = left;
-  times_.clear();
+  right_ = right;
+}
+
+void DisparityEstimator::matchCoarsely() {
+  coarse_times_.clear();
   Stopwatch watch;
 
-  alignRightImage(right, RowOffsetModel(), rig.cx_left_px - rig.cx_right_px, shifted_right_);
+  alignRightImage(right_, RowOffsetModel(), rig_.cx_left_px - rig_.cx_right_px, shifted_right_);
   coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_);
-  watch.lap("half-resolution match", times_);
+  watch.lap("half-resolution match", coarse_times_);
 
   row_alignment_ =
       row_aligner_.estimate(left_, shifted_right_, coarse_disparity_px_, params_.matcher.range);
   alignRightImage(shifted_right_, row_alignment_, 0.0, aligned_right_);
-  watch.lap("row alignment", times_);
+  watch.lap("row alignment", coarse_times_);
 }
 
-// The block diagram of the paper. Prediction and match are written into the caller's memory.
-void DisparityEstimator::measure(const std::optional<CameraMotion>& motion,
+void DisparityEstimator::predict(const std::optional<CameraMotion>& motion,
                                  DisparityOutput& output) {
-  const DisparityRange& range = params_.matcher.range;
   prediction_.disparity_px = output.predicted_disparity_px;
   prediction_.variance_px2 = output.predicted_variance_px2;
-  match_.ambiguity = output.ambiguity;
+  times_.clear();
   Stopwatch watch;
 
   output.predicted = motion.has_value() && !past_.empty();
   unlinked_frames_ = motion || past_.empty() ? 0 : unlinked_frames_ + 1;
   output.carried = unlinked_frames_ == 0 || unlinked_frames_ > params_.correction.max_missed_frames;
   if (output.carried) unlinked_frames_ = 0;
-  DisparityState& state = output.carried ? past_ : unlinked_;
   if (output.predicted)
     predictor_.predict(past_, rig_, *motion, prediction_);
   else
     predictor_.predictNothing(rig_.size, prediction_);
+  output.predicted_disparity_px = prediction_.disparity_px;
+  output.predicted_variance_px2 = prediction_.variance_px2;
   watch.lap("prediction", times_);
+}
+
+// The block diagram of the paper. Prediction and match are written into the caller's memory.
+void DisparityEstimator::measure(DisparityOutput& output) {
+  const DisparityRange& range = params_.matcher.range;
+  DisparityState& state = output.carried ? past_ : unlinked_;
+  match_.ambiguity = output.ambiguity;
+  times_.insert(times_.begin(), coarse_times_.begin(), coarse_times_.end());
+  Stopwatch watch;
 
   range_builder_.build(prediction_, coarse_disparity_px_, ranges_);
   searchWidths(ranges_, output.search_width_px);
@@ -89,8 +101,6 @@ void DisparityEstimator::measure(const std::optional<CameraMotion>& motion,
   filterBySupport(range, params_.min_support, corrected_disparity_px_, state.disparity_px);
   watch.lap("correction", times_);
 
-  output.predicted_disparity_px = prediction_.disparity_px;
-  output.predicted_variance_px2 = prediction_.variance_px2;
   output.ambiguity = match_.ambiguity;
   output.row_alignment = row_alignment_;
 }
@@ -142,7 +152,8 @@ Pipeline::Pipeline(const PipelineParams& params)
 void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
                        double stamp_s, PipelineOutput& output) {
   // What needs no motion runs beside it.
-  auto prepared = std::async(std::launch::async, [&] { disparity_.prepare(left, right, rig); });
+  disparity_.begin(left, right, rig);
+  auto matched_coarsely = std::async(std::launch::async, [&] { disparity_.matchCoarsely(); });
   Stopwatch watch;
   output.ego_motion = ego_motion_.estimate(left, right, rig);
   const bool tracked = output.ego_motion.status == EgoMotionStatus::kTracked;
@@ -153,12 +164,13 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
   times_.clear();
   watch.lap("ego-motion", times_);
 
-  prepared.get();
   ++frames_since_past_;
   const bool from_past = output.ego_motion.frames == frames_since_past_;
   if (tracked && !from_past) disparity_.forgetPast();
-  disparity_.measure(tracked && from_past ? std::optional(output.ego_motion.motion) : std::nullopt,
+  disparity_.predict(tracked && from_past ? std::optional(output.ego_motion.motion) : std::nullopt,
                      output.disparity);
+  matched_coarsely.get();
+  disparity_.measure(output.disparity);
   if (output.disparity.carried) frames_since_past_ = 0;
 
   // The detector does not need it, but keeps all threads busy itself.

@@ -61,37 +61,45 @@ struct DisparityOutput {
   cv::Mat1b ambiguity;        ///< of the measured disparity, see Match
   RowOffsetModel row_alignment;
   bool predicted = false;  ///< whether the past was used
-  bool carried = false;    ///< whether this frame is the past of the next one, see estimate()
+  bool carried = false;    ///< whether this frame is the past of the next one, see predict()
 };
 
 /// Disparity with prediction: the closed loop of the paper's block diagram.
 ///
-/// A frame comes in steps, so that the first can run while the ego-motion is still computed, and
-/// the last while moving objects are looked for. The images must stay alive and unchanged from
-/// prepare() to the end of estimate().
+/// A frame comes in steps, so that what needs no motion can run beside the ego-motion and the
+/// prediction: begin(), then matchCoarsely() and, in any order or at the same time, predict(), then
+/// measure() and publish(). The images must stay alive and unchanged all the time.
 class DisparityEstimator {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.
   explicit DisparityEstimator(const DisparityParams& params);
 
-  /// Step 1, which needs no past: half-resolution match and row alignment.
   /// @param left, right  rectified 8-bit grey images of rig.size.
   /// @throws std::invalid_argument where sizes differ from rig.size.
-  void prepare(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
-
-  /// Step 2: prediction, search ranges, matching, correction.
-  /// @param motion  from the past, the last frame that was carried, to the prepared one. None:
-  ///   it is not known, and the frame is matched without prediction. The past is then kept for the
-  ///   frames after, so that one frame without motion costs no more than itself; after
+  void begin(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
+  /// Half-resolution match and row alignment, which need no past.
+  void matchCoarsely();
+  /// @param motion  from the past, the last frame that was carried, to this one. None: it is not
+  ///   known, and the frame is matched without prediction. The past is then kept for the frames
+  ///   after, so that one frame without motion costs no more than itself; after
   ///   correction/max_missed_frames of them this frame takes its place.
+  void predict(const std::optional<CameraMotion>& motion, DisparityOutput& output);
+  /// Search ranges, matching, correction: everything but `disparity_px` and its variance.
+  void measure(DisparityOutput& output);
+  /// And those two. May run beside markMoving().
+  void publish(DisparityOutput& output);
+
+  /// All before the motion is known, one step after the other.
+  void prepare(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig) {
+    begin(left, right, rig);
+    matchCoarsely();
+  }
+  /// And all the others.
   void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output) {
-    measure(motion, output);
+    predict(motion, output);
+    measure(output);
     publish(output);
   }
-  /// Step 2 in two: everything but `disparity_px` and its variance.
-  void measure(const std::optional<CameraMotion>& motion, DisparityOutput& output);
-  /// And those two, after measure(). May run beside markMoving().
-  void publish(DisparityOutput& output);
 
   /// Tells what moved by itself in the frame that was estimated last: where
   /// params().use_moving_mask, its disparities do not enter the next frame's ranges and filters.
@@ -101,7 +109,7 @@ class DisparityEstimator {
   void markMoving(const cv::Mat1b& mask);
 
   /// Other parameters from the next frame on. What is known of the past is kept, unless the range
-  /// of disparities becomes another one. Not between prepare() and estimate().
+  /// of disparities becomes another one. Not between begin() and measure().
   /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.
   void setParams(const DisparityParams& params);
 
@@ -133,7 +141,7 @@ class DisparityEstimator {
   SearchRanges ranges_;
   Match match_;
   cv::Mat1f corrected_disparity_px_, median_disparity_px_;
-  StageTimes times_;
+  StageTimes coarse_times_, times_;
 
   DisparityState unlinked_;  // the filters of a frame that is not carried
 

@@ -128,7 +128,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   void process(const Loop::Job& job) {
-    const SequenceGuard::Result sequence = processor_->prepare(job.frame);
+    const SequenceGuard::Result sequence = processor_->begin(job.frame);
     if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return;
     if (sequence.startsAnew()) health_->event(sequence.reason);
     if (sequence.verdict != SequenceGuard::Verdict::kContinues) {
@@ -136,13 +136,15 @@ class DisparityNodelet : public nodelet::Nodelet {
       masks_->forget();
     }
 
+    processor_->matchCoarsely();
     Stopwatch watch;
     StageTimes waiting;
     const std::optional<CameraMotion> camera_motion = motion(job.frame.left->header);
     watch.lap("waiting for motion", waiting);
     markMoving();
     watch.lap("waiting for moving objects", waiting);
-    const DisparityMessages messages = processor_->estimate(camera_motion);
+    processor_->predict(camera_motion);
+    const DisparityMessages messages = processor_->estimate();
     publishForDetection(messages);
     processor_->finish();
     StageTimes times = processor_->times();

@@ -32,7 +32,7 @@ void DisparityProcessor::reset() {
   previous_stamp_.reset();
 }
 
-SequenceGuard::Result DisparityProcessor::prepare(const StereoPair& pair) {
+SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {
   const StereoRig rig = stereoRig(pair);
   const cv::Mat1b left = greyImage(*pair.left, "left", left_buffer_);
   const cv::Mat1b right = greyImage(*pair.right, "right", right_buffer_);
@@ -45,12 +45,13 @@ SequenceGuard::Result DisparityProcessor::prepare(const StereoPair& pair) {
   }
   pair_ = pair;
   rig_ = rig;
-  estimator_.prepare(left, right, rig);
+  estimator_.begin(left, right, rig);
   return sequence;
 }
 
-DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>& motion) {
-  DisparityMessages result;
+void DisparityProcessor::predict(const std::optional<CameraMotion>& motion) {
+  DisparityMessages& result = messages_;
+  result = DisparityMessages();
   result.disparity = disparityImage();
   result.measured_disparity = disparityImage();
   result.predicted_disparity = disparityImage();
@@ -67,7 +68,13 @@ DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>
   output.measured_variance_px2 = writableView<float>(*result.measured_variance);
   output.predicted_variance_px2 = writableView<float>(*result.predicted_variance);
   output.search_width_px = writableView<uint16_t>(*result.search_range);
-  estimator_.measure(motion, output);
+  estimator_.predict(motion, output);
+}
+
+DisparityMessages DisparityProcessor::estimate() {
+  DisparityMessages& result = messages_;
+  DisparityOutput& output = output_;
+  estimator_.measure(output);
 
   result.row_alignment = boost::make_shared<RowAlignment>();
   result.row_alignment->header = pair_.left->header;
@@ -82,7 +89,7 @@ DisparityMessages DisparityProcessor::estimate(const std::optional<CameraMotion>
   result.searched_fraction = result.mean_search_width_px / params_.disparity.matcher.range.count;
   if (output.carried) previous_stamp_ = pair_.left->header.stamp;
   pair_ = StereoPair();
-  return result;
+  return std::move(messages_);
 }
 
 void DisparityProcessor::finish() {

@@ -41,19 +41,24 @@ class DisparityProcessor {
  public:
   explicit DisparityProcessor(const DisparityProcessorParams& params);
 
-  /// Step 1: what needs no ego-motion.
+  /// Step 1.
   /// @returns kDuplicate where the pair is to be ignored.
   /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
-  SequenceGuard::Result prepare(const StereoPair& pair);
+  SequenceGuard::Result begin(const StereoPair& pair);
+  /// Step 2, which needs no ego-motion: may run beside predict().
+  void matchCoarsely() { estimator_.matchCoarsely(); }
 
-  /// Stamp of the frame from which estimate() needs the camera's motion; none: it needs no motion.
+  /// Stamp of the frame from which predict() needs the camera's motion; none: it needs no motion.
   std::optional<ros::Time> previousStamp() const { return previous_stamp_; }
 
-  /// Step 2, for the prepared pair: all messages, of which `disparity` and `disparity_variance`
-  /// have no values before finish().
-  DisparityMessages estimate(const std::optional<CameraMotion>& motion);
+  /// Step 3, see DisparityEstimator::predict().
+  void predict(const std::optional<CameraMotion>& motion);
 
-  /// Step 3: may run beside the detection of moving objects and markMoving().
+  /// Step 4: all messages, of which `disparity` and `disparity_variance` have no values before
+  /// finish().
+  DisparityMessages estimate();
+
+  /// Step 5: may run beside the detection of moving objects and markMoving().
   void finish();
 
   /// See DisparityEstimator::markMoving: of the frame that was estimated last.
@@ -79,7 +84,9 @@ class DisparityProcessor {
   MessagePool<sensor_msgs::Image> images_;
   MessagePool<stereo_msgs::DisparityImage> disparities_;
 
-  StereoPair pair_;  // in work
+  // In work.
+  StereoPair pair_;
+  DisparityMessages messages_;
   DisparityOutput output_;
   StereoRig rig_;
   std::optional<ros::Time> previous_stamp_;

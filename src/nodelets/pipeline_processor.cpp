@@ -28,14 +28,14 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   Output output;
   Stopwatch total;
 
-  // As in the nodelets, the half-resolution match runs beside the ego-motion.
-  auto prepared = std::async(std::launch::async, [&] { return disparity_.prepare(pair); });
+  const SequenceGuard::Result sequence = disparity_.begin(pair);
+  if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return std::nullopt;
+  // Beside it ego-motion, as in the nodelets, and prediction.
+  auto matched_coarsely = std::async(std::launch::async, [&] { disparity_.matchCoarsely(); });
   Stopwatch watch;
   EgoMotionProcessor::Output ego_motion = ego_motion_.process(pair, extrinsic(pair));
   watch.lap("ego-motion", output.times);
-  const SequenceGuard::Result sequence = prepared.get();
-  if (!ego_motion.messages || sequence.verdict == SequenceGuard::Verdict::kDuplicate)
-    return std::nullopt;
+  if (!ego_motion.messages) return std::nullopt;
   if (sequence.verdict != SequenceGuard::Verdict::kContinues &&
       sequence.verdict != SequenceGuard::Verdict::kFirst)
     output.event = sequence.reason;
@@ -44,7 +44,9 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   if (params_.ego_motion.publish_tf) tf_.setTransform(output.ego_motion.transform, "ego_motion");
   odometry_.add(output.ego_motion.odometry);
 
-  output.disparity = disparity_.estimate(motion(header, output.event));
+  disparity_.predict(motion(header, output.event));
+  matched_coarsely.get();
+  output.disparity = disparity_.estimate();
   // The detector does not need it, but keeps all threads busy itself.
   disparity_.finish();
   output.times.insert(output.times.end(), disparity_.times().begin(), disparity_.times().end());

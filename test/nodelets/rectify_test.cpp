@@ -80,8 +80,10 @@ StereoPair rawPair(int index) {
 
 cv::Mat1f disparityOf(const StereoPair& pair) {
   DisparityProcessor processor{DisparityProcessorParams()};
-  processor.prepare(pair);
-  const DisparityMessages messages = processor.estimate(std::nullopt);
+  processor.begin(pair);
+  processor.matchCoarsely();
+  processor.predict(std::nullopt);
+  const DisparityMessages messages = processor.estimate();
   processor.finish();
   return floatView(messages.disparity->image, "disparity").clone();
 }
