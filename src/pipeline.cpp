@@ -76,7 +76,7 @@ void DisparityEstimator::predict(const std::optional<CameraMotion>& motion,
   watch.lap("prediction", times_);
 }
 
-// The block diagram of the paper. Prediction and match are written into the caller's memory.
+// The block diagram of the paper, from the prediction on.
 void DisparityEstimator::measure(DisparityOutput& output) {
   const DisparityRange& range = params_.matcher.range;
   DisparityState& state = output.carried ? past_ : unlinked_;

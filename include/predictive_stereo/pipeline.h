@@ -79,6 +79,7 @@ class DisparityEstimator {
   void begin(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
   /// Half-resolution match and row alignment, which need no past.
   void matchCoarsely();
+  /// The past, moved by the ego-motion.
   /// @param motion  from the past, the last frame that was carried, to this one. None: it is not
   ///   known, and the frame is matched without prediction. The past is then kept for the frames
   ///   after, so that one frame without motion costs no more than itself; after

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <future>
+#include <vector>
 
 #include "simulation/street.h"
 
@@ -231,6 +234,43 @@ TEST_F(DisparityEstimatorTest, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
     }
     EXPECT_LT(cv::mean(output_.search_width_px)[0], 40) << "most pixels are searched in part";
   }
+}
+
+TEST_F(DisparityEstimatorTest, PredictsBeforeBesideOrAfterTheHalfResolutionMatch) {
+  std::vector<std::function<void(DisparityEstimator&, const std::function<void()>&)>> orders;
+  orders.push_back([](DisparityEstimator& estimator, const auto& predict) {
+    estimator.matchCoarsely();
+    predict();
+  });
+  orders.push_back([](DisparityEstimator& estimator, const auto& predict) {
+    predict();
+    estimator.matchCoarsely();
+  });
+  orders.push_back([](DisparityEstimator& estimator, const auto& predict) {
+    auto matched = std::async(std::launch::async, [&] { estimator.matchCoarsely(); });
+    predict();
+    matched.get();
+  });
+  std::vector<cv::Mat1f> disparities_px;
+  for (const auto& inOrder : orders) {
+    DisparityEstimator estimator(disparityParams());
+    DisparityOutput output;
+    StreetFrame past;
+    for (int i = 0; i < 4; ++i) {
+      const StreetFrame frame = street_.render(i);
+      estimator.begin(frame.left, frame.right, street_.rig());
+      inOrder(estimator, [&] {
+        estimator.predict(i > 0 ? std::optional(trueMotion(past, frame)) : std::nullopt, output);
+      });
+      estimator.measure(output);
+      estimator.publish(output);
+      past = frame;
+    }
+    EXPECT_STREQ(estimator.times().front().name, "half-resolution match");
+    disparities_px.push_back(output.disparity_px.clone());
+  }
+  EXPECT_EQ(cv::norm(disparities_px[0], disparities_px[1], cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(disparities_px[0], disparities_px[2], cv::NORM_INF), 0);
 }
 
 TEST_F(DisparityEstimatorTest, RefusesImagesThatDoNotFitTheCalibration) {
