@@ -1,13 +1,13 @@
 #include "odometry/image_pyramid.h"
 
-#include "odometry/half_image.h"
+#include <opencv2/imgproc.hpp>
 
 namespace predictive_stereo {
 
 void ImagePyramid::build(const cv::Mat1b& image, int levels) {
   levels_.resize(levels);
   image.copyTo(levels_[0]);
-  for (int k = 1; k < levels; ++k) halve(levels_[k - 1], levels_[k]);
+  for (int k = 1; k < levels; ++k) cv::pyrDown(levels_[k - 1], levels_[k]);
 }
 
 }  // namespace predictive_stereo
