@@ -14,8 +14,9 @@ constexpr float kNearestDisparity = 0.5f;  // farther points tell nothing of mot
 class LastRows {
  public:
   explicit LastRows(int width)
-      : stride_(static_cast<size_t>(width + 2 * kComparedReach)),
-        values_(kComparedSide * stride_) {}
+      : stride_(static_cast<size_t>(width + 2 * kComparedReach)), values_(kComparedSide * stride_) {
+    std::fill_n(values_.data(), values_.size(), 0.0f);
+  }
   float* row(int v) { return withBorder(v) + kComparedReach; }
   void clear(int v) { std::fill_n(withBorder(v), stride_, 0.0f); }
   /// From v - kComparedReach to v + kComparedReach, with their borders.
@@ -29,7 +30,7 @@ class LastRows {
   float* withBorder(int v) { return &values_[stride_ * ((v + 2 * kComparedSide) % kComparedSide)]; }
 
   size_t stride_;
-  std::vector<float> values_;
+  cv::AutoBuffer<float, kComparedSide * 1024> values_;  // on the stack for all but wide images
 };
 
 // The points of `area` in lattice row `v`.

@@ -45,15 +45,13 @@ std::uint8_t blend(std::uint8_t a, std::uint8_t b, std::uint16_t weight) {
 }
 
 // Warps one row in fixed point.
-void warpRow(const ShiftedRows& right, int y, const Eigen::Matrix<double, 6, 1>& c, cv::Size size,
+void warpRow(const ShiftedRows& right, int y, const RowOffsetModel& alignment, cv::Size size,
              std::uint8_t* out) {
   // The offset as a quadratic of x alone, scaled, and positive so that truncation rounds.
   constexpr int kBias = 1 << 14;
-  const double v = 2.0 * y / size.height - 1, du = 2.0 / size.width;
-  const double c0 = c[0] + c[2] * v + c[5] * v * v, c1 = c[1] + c[4] * v, c2 = c[3];
-  const auto k0 = static_cast<float>(kOne * (c0 - c1 + c2) + 0.5);
-  const auto k1 = static_cast<float>(kOne * du * (c1 - 2 * c2));
-  const auto k2 = static_cast<float>(kOne * du * du * c2);
+  const Eigen::Vector3d along_x = kOne * alignment.alongRow(y, size);
+  const auto k0 = static_cast<float>(along_x[0] + 0.5);
+  const auto k1 = static_cast<float>(along_x[1]), k2 = static_cast<float>(along_x[2]);
   const auto offsetAt = [=](int x) {
     const auto fx = static_cast<float>(x);
     return static_cast<int>((k0 + fx * (k1 + fx * k2)) + kBias) - kBias;
@@ -96,7 +94,7 @@ void alignRightImage(const cv::Mat1b& right, const RowOffsetModel& alignment,
   const ShiftedRows rows(right, column_shift_px);
   cv::parallel_for_(cv::Range(0, right.rows), [&](const cv::Range& range) {
     for (int y = range.start; y < range.end; ++y)
-      warpRow(rows, y, alignment.coefficients_px, right.size(), aligned.ptr(y));
+      warpRow(rows, y, alignment, right.size(), aligned.ptr(y));
   });
 }
 
