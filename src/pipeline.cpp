@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "predictive_stereo/rigid_motion.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -159,7 +161,7 @@ void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const Ster
   const bool tracked = output.ego_motion.status == EgoMotionStatus::kTracked;
   // Of the first frame the pose is known, too: it is where odom begins.
   const bool known = output.ego_motion.status != EgoMotionStatus::kLost;
-  T_odom_cam_ = T_odom_cam_ * output.ego_motion.motion.T_cam_prev.inverse();
+  T_odom_cam_ = compose(T_odom_cam_, output.ego_motion.motion.T_cam_prev.inverse());
   output.T_odom_cam = T_odom_cam_;
   times_.clear();
   watch.lap("ego-motion", times_);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "detection/work_pool.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {
@@ -35,7 +36,7 @@ std::vector<PastFrame> FrameHistory::past() const {
         !(frame.stamp_s < frames_[k - 1].stamp_s))
       break;
     past.push_back(
-        {&frame, frame.T_odom_cam.inverse() * current.T_odom_cam, current.stamp_s - frame.stamp_s});
+        {&frame, relative(frame.T_odom_cam, current.T_odom_cam), current.stamp_s - frame.stamp_s});
   }
   return past;
 }

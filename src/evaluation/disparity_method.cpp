@@ -8,6 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "predictive_stereo/rigid_motion.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -39,7 +41,7 @@ class PredictiveMethod : public DisparityMethod {
     output.ms = sum(output.times);
 
     // What moves is no past for the next frame.
-    if (input.motion) T_odom_cam_ = T_odom_cam_ * input.motion->T_cam_prev.inverse();
+    if (input.motion) T_odom_cam_ = compose(T_odom_cam_, input.motion->T_cam_prev.inverse());
     const DisparityOutput& maps = output.maps;
     detector_.detect({input.stamp_s, input.rig, input.left, maps.measured_disparity_px,
                       maps.measured_variance_px2, maps.predicted_disparity_px,

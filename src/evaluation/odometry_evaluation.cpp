@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "predictive_stereo/rigid_motion.h"
 #include "predictive_stereo/stage_times.h"
 
 namespace predictive_stereo {
@@ -73,13 +74,13 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     if (progress) progress(index);
     if (index == 0) continue;
     const auto i = static_cast<size_t>(index);
-    const Eigen::Isometry3d truth = e.truth[i].inverse() * e.truth[last_good];
+    const Eigen::Isometry3d truth = relative(e.truth[i], e.truth[last_good]);
     const bool tracked = estimate.status == EgoMotionStatus::kTracked;
     const double normalized = tracked ? normalizedErrorSquared(estimate.motion, truth) / 6
                                       : std::numeric_limits<double>::quiet_NaN();
     e.motions.push_back({index, tracked, motionError(estimate.motion.T_cam_prev, truth), normalized,
                          estimate.features, estimate.inliers, estimate.residual_px, times[0].ms});
-    e.estimated.push_back(e.estimated[last_good] * estimate.motion.T_cam_prev.inverse());
+    e.estimated.push_back(compose(e.estimated[last_good], estimate.motion.T_cam_prev.inverse()));
     if (estimate.status != EgoMotionStatus::kLost) last_good = i;
   }
   summarize(e);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "predictive_stereo/rigid_motion.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -21,18 +23,18 @@ double angle(const Eigen::Matrix3d& rotation) { return Eigen::AngleAxisd(rotatio
 Poses accumulatePoses(const std::vector<Eigen::Isometry3d>& T_cam_prev,
                       const Eigen::Isometry3d& T_world_first) {
   Poses poses{T_world_first};
-  for (const auto& motion : T_cam_prev) poses.push_back(poses.back() * motion.inverse());
+  for (const auto& motion : T_cam_prev) poses.push_back(compose(poses.back(), motion.inverse()));
   return poses;
 }
 
 std::vector<Eigen::Isometry3d> motionsBetween(const Poses& poses) {
   std::vector<Eigen::Isometry3d> motions;
-  for (size_t i = 1; i < poses.size(); ++i) motions.push_back(poses[i].inverse() * poses[i - 1]);
+  for (size_t i = 1; i < poses.size(); ++i) motions.push_back(relative(poses[i], poses[i - 1]));
   return motions;
 }
 
 MotionError motionError(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth) {
-  const Eigen::Isometry3d difference = estimated.inverse() * truth;
+  const Eigen::Isometry3d difference = relative(estimated, truth);
   return {difference.translation().norm(), angle(difference.linear())};
 }
 
@@ -65,8 +67,8 @@ std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const 
     for (size_t first = 0, last = 0; first < truth.size(); ++first) {
       while (last < truth.size() && travelled_m[last] < travelled_m[first] + length_m) ++last;
       if (last == truth.size()) break;
-      const MotionError difference = motionError(estimated[first].inverse() * estimated[last],
-                                                 truth[first].inverse() * truth[last]);
+      const MotionError difference = motionError(relative(estimated[first], estimated[last]),
+                                                 relative(truth[first], truth[last]));
       error.translation_percent += 100 * difference.translation_m / length_m;
       error.rotation_deg_per_m += difference.rotation_rad * 180 / M_PI / length_m;
       ++error.stretches;
@@ -81,7 +83,7 @@ std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const 
 }
 
 double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isometry3d& truth) {
-  const Eigen::Isometry3d perturbation = truth * estimated.T_cam_prev.inverse();
+  const Eigen::Isometry3d perturbation = compose(truth, estimated.T_cam_prev.inverse());
   const Eigen::AngleAxisd rotation(perturbation.linear());
   Vector6d error;
   error << perturbation.translation(), rotation.angle() * rotation.axis();

@@ -6,6 +6,7 @@
 #include "evaluation/kitti_drive.h"
 #include "evaluation/kitti_scene_2012.h"
 #include "evaluation/lidar_truth.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {
@@ -61,7 +62,7 @@ class KittiScene2012Sequence : public Sequence {
 /// 255 where a static surface that is seen now was hidden or outside of the previous view.
 cv::Mat1b newlyVisible(const StreetFrame& previous, const StreetFrame& current,
                        const StereoRig& rig) {
-  const Eigen::Isometry3d T_prev_cam = previous.T_world_cam.inverse() * current.T_world_cam;
+  const Eigen::Isometry3d T_prev_cam = relative(previous.T_world_cam, current.T_world_cam);
   cv::Mat1b mask = cv::Mat1b::zeros(current.disparity_px.size());
   for (int y = 0; y < mask.rows; ++y)
     for (int x = 0; x < mask.cols; ++x) {

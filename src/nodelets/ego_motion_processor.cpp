@@ -3,6 +3,7 @@
 #include <boost/make_shared.hpp>
 
 #include "nodelets/transforms.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {
@@ -14,13 +15,6 @@ Eigen::Isometry3d bodyFromOptical() {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   return T;
-}
-
-// Keeps a product of many rotations a rotation.
-Eigen::Isometry3d orthonormal(const Eigen::Isometry3d& T) {
-  Eigen::Isometry3d result = T;
-  result.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
-  return result;
 }
 
 }  // namespace
@@ -88,7 +82,7 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
 
 void EgoMotionProcessor::setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam) {
   T_odom_base_ = cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity();
-  T_odom_cam_ = T_odom_base_ * T_base_cam;
+  T_odom_cam_ = compose(T_odom_base_, T_base_cam);
   pose_covariance_.setZero();
   started_ = true;
 }
@@ -102,9 +96,9 @@ void EgoMotionProcessor::move(const EgoMotionEstimate& estimate,
   if (estimate.status != EgoMotionStatus::kTracked) return;
 
   const Eigen::Isometry3d T_odom_prev = T_odom_base_;
-  T_odom_cam_ = orthonormal(T_odom_cam_ * estimate.motion.T_cam_prev.inverse());
-  T_odom_base_ = T_odom_cam_ * T_base_cam.inverse();
-  const Eigen::Isometry3d T_prev_base = T_odom_prev.inverse() * T_odom_base_;
+  T_odom_cam_ = compose(T_odom_cam_, estimate.motion.T_cam_prev.inverse());
+  T_odom_base_ = compose(T_odom_cam_, T_base_cam.inverse());
+  const Eigen::Isometry3d T_prev_base = relative(T_odom_prev, T_odom_base_);
 
   // A perturbation on the left of T_cam_prev is one on the right of the camera's pose.
   const Matrix6d A = adjoint(T_base_cam);

@@ -10,6 +10,7 @@
 #include "odometry/reference_frame.h"
 #include "odometry/stereo_depth.h"
 #include "odometry/tracking.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {
@@ -49,7 +50,7 @@ void requireSize(const char* name, const cv::Mat1b& image, cv::Size size) {
 
 // Covariance of A B^-1 from those of A and B (left-multiplied perturbations).
 Matrix6d covarianceOfChange(const CameraMotion& a, const CameraMotion& b) {
-  const Eigen::Isometry3d change = a.T_cam_prev * b.T_cam_prev.inverse();
+  const Eigen::Isometry3d change = compose(a.T_cam_prev, b.T_cam_prev.inverse());
   const Eigen::Vector3d t = change.translation();
   Eigen::Matrix3d cross;
   cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
@@ -173,7 +174,8 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
     estimate.status = EgoMotionStatus::kTracked;
     ReferenceFrame& reference = references[used];
     const CameraMotion since_reference{solution.T_cam_prev, solution.covariance};
-    estimate.motion.T_cam_prev = solution.T_cam_prev * reference.to_previous.T_cam_prev.inverse();
+    estimate.motion.T_cam_prev =
+        compose(solution.T_cam_prev, reference.to_previous.T_cam_prev.inverse());
     estimate.motion.covariance = covarianceOfChange(since_reference, reference.to_previous);
     estimate.frames = reference.age;
     T_last = estimate.motion.T_cam_prev;
@@ -215,7 +217,7 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
                                          const cv::Mat1b& moving_mask) {
   const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
   Eigen::Isometry3d T_expected = T_previous;
-  for (int i = 0; i < std::min(reference.age, 3); ++i) T_expected = T_last * T_expected;
+  for (int i = 0; i < std::min(reference.age, 3); ++i) T_expected = compose(T_last, T_expected);
   PoseSolution best = tryMotion(reference, T_expected, moving_mask);
   const auto followed = static_cast<double>(std::max<size_t>(tracks.size(), 1));
   const double share = best.inliers / followed;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "predictive_stereo/rigid_motion.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -21,7 +23,7 @@ Eigen::Isometry3d perturbed(const Eigen::Isometry3d& T, const Vector6d& step) {
   Eigen::Isometry3d delta = Eigen::Isometry3d::Identity();
   if (angle > 0) delta.linear() = Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
   delta.translation() = step.head<3>();
-  return delta * T;
+  return compose(delta, T);
 }
 
 // How a correspondence looks under a motion. Written in q = R n + t d / (f B), n being the ray of
