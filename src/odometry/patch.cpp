@@ -13,42 +13,47 @@ constexpr float kSmallestEigenvalue = 4;  // of the mean squared gradient [grey^
 constexpr float kStopPx = 0.015f;
 constexpr float kFarthestPx = 8;  // from the start: beyond, the linearisation does not hold
 
-// Without SSE4, std::floor is a call.
-int floorOf(float value) {
-  const int towards_zero = static_cast<int>(value);
-  return towards_zero - (static_cast<float>(towards_zero) > value ? 1 : 0);
-}
-
-// The pixel above and to the left of a sub-pixel position, and how far it is.
+// The pixel above and to the left of a sub-pixel position in the image, and how far it is.
 struct SubPixel {
   int x, y;
   float fx, fy;
 
-  SubPixel(float px, float py)
-      : x(floorOf(px)),
-        y(floorOf(py)),
-        fx(px - static_cast<float>(x)),
-        fy(py - static_cast<float>(y)) {}
+  explicit SubPixel(cv::Point2f p)
+      : x(static_cast<int>(p.x)),
+        y(static_cast<int>(p.y)),
+        fx(p.x - static_cast<float>(x)),
+        fy(p.y - static_cast<float>(y)) {}
   BilinearWeights weights() const {
     return {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
   }
-  // Whether a square of samples from here on lies in the image.
-  bool inside(const cv::Mat1b& image, int side) const {
-    return x >= 0 && y >= 0 && x + side < image.cols && y + side < image.rows;
-  }
 };
 
-// Vectors are read beyond the patch, but never beyond the image's memory.
-const PatchKernel& kernelAt(const PatchKernel& kernel, const cv::Mat1b& image, int first_column,
-                            int columns_read) {
-  return first_column + columns_read <= image.cols ? kernel : referencePatchKernel();
+// The one place that says which pixels of an image a kernel may read. Samples need the pixels from
+// that of position `first` to the one `side` beside and below that of `last`. The reference reads
+// no others. Vectors read as many rows, and `columns_read` columns: where the image has fewer, or
+// samples need more, the reference has to do. Null where the image does not have what samples need,
+// or where a position is not a number.
+const PatchKernel* kernelWithin(const PatchKernel& vectors, const cv::Mat1b& image,
+                                cv::Point2f first, cv::Point2f last, int side, int columns_read) {
+  const bool inside = first.x >= 0 && first.y >= 0 && first.x <= last.x && first.y <= last.y &&
+                      last.x < static_cast<float>(image.cols - side) &&
+                      last.y < static_cast<float>(image.rows - side);
+  if (!inside) return nullptr;
+  const int column = static_cast<int>(first.x), end = column + columns_read;
+  const bool enough = static_cast<int>(last.x) + side < end && end <= image.cols;
+  return enough ? &vectors : &referencePatchKernel();
+}
+
+// Position of a sample of a row.
+float sampleAt(float first, float distance, int i) {
+  return first + static_cast<float>(std::min(i, kFramedSize - 1)) * distance;
 }
 
 // Pixels and fractions of a row of samples.
 void spread(float first, float distance, int (&pixel)[kPatchStride],
             float (&fraction)[kPatchStride]) {
   for (int i = 0; i < kPatchStride; ++i) {
-    const float at = first + static_cast<float>(std::min(i, kFramedSize - 1)) * distance;
+    const float at = sampleAt(first, distance, i);
     pixel[i] = static_cast<int>(at);
     fraction[i] = at - static_cast<float>(pixel[i]);
   }
@@ -70,21 +75,22 @@ void Patch::prefetch(const cv::Mat1b& image, cv::Point2f centre) {
 bool Patch::sample(const cv::Mat1b& image, cv::Point2f centre, float scale) {
   FramedPatch framed;
   const float half = 0.5f * (kFramedSize - 1) * scale;
-  const SubPixel first(centre.x - half, centre.y - half);
+  const cv::Point2f first(centre.x - half, centre.y - half);
   if (scale == 1) {
-    if (!first.inside(image, kFramedSize)) return false;
-    kernelAt(*kernel_, image, first.x, kReadColumns)
-        .sample(image.ptr<uchar>(first.y) + first.x, image.step, first.weights(), framed);
+    const PatchKernel* kernel =
+        kernelWithin(*kernel_, image, first, first, kFramedSize, kReadColumns);
+    if (!kernel) return false;
+    const SubPixel corner(first);
+    kernel->sample(image.ptr<uchar>(corner.y) + corner.x, image.step, corner.weights(), framed);
   } else {
-    if (!first.inside(image, 1) || !SubPixel(centre.x + half, centre.y + half).inside(image, 1))
-      return false;
+    constexpr int kLast = kFramedSize - 1;
+    const cv::Point2f last(sampleAt(first.x, scale, kLast), sampleAt(first.y, scale, kLast));
+    const PatchKernel* kernel = kernelWithin(*kernel_, image, first, last, 1, kReadGridColumns);
+    if (!kernel) return false;
     SampleGrid grid;
-    spread(centre.x - half, scale, grid.column, grid.column_fraction);
-    spread(centre.y - half, scale, grid.row, grid.row_fraction);
-    const bool wide = grid.column[kFramedSize - 1] + 2 - first.x > kReadGridColumns;
-    const PatchKernel& kernel =
-        wide ? referencePatchKernel() : kernelAt(*kernel_, image, first.x, kReadGridColumns);
-    kernel.sampleGrid(image.data, image.step, grid, framed);
+    spread(first.x, scale, grid.column, grid.column_fraction);
+    spread(first.y, scale, grid.row, grid.row_fraction);
+    kernel->sampleGrid(image.data, image.step, grid, framed);
   }
 
   kernel_->differentiate(framed, images_, moments_);
@@ -102,11 +108,12 @@ Patch::Match Patch::align(const cv::Mat1b& image, cv::Point2f start, int max_ite
   Match match;
   match.position = start;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const SubPixel at(match.position.x - kHalf, match.position.y - kHalf);
-    if (!at.inside(image, kSize)) return match;
+    const cv::Point2f first(match.position.x - kHalf, match.position.y - kHalf);
+    const PatchKernel* kernel = kernelWithin(*kernel_, image, first, first, kSize, kReadColumns);
+    if (!kernel) return match;
+    const SubPixel at(first);
     PatchProducts sum;
-    kernelAt(*kernel_, image, at.x, kReadColumns)
-        .multiply(images_, image.ptr<uchar>(at.y) + at.x, image.step, at.weights(), sum);
+    kernel->multiply(images_, image.ptr<uchar>(at.y) + at.x, image.step, at.weights(), sum);
     const float norm = std::sqrt(std::max(sum.grey_grey - sum.grey * sum.grey / kArea, 1e-6f));
     match.correlation = sum.texture_grey / (norm * texture_norm_);
     // Texture and gradients have zero mean, so the offset of brightness cancels by itself.

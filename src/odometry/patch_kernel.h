@@ -60,7 +60,7 @@ struct PatchKernel {
   void (*differentiate)(const FramedPatch& framed, PatchImages& images, PatchMoments& moments);
 };
 
-/// Vectors read beyond the patch: where the image ends before, the reference has to do.
+/// Vectors read beyond the patch, but no more rows than samples need: see kernelWithin of patch.cpp.
 constexpr int kReadColumns = 17;
 constexpr int kReadGridColumns = 33;
 
