@@ -101,7 +101,8 @@ TEST(MovingObjectMarkers, ShowBoxLabelAndVelocity) {
 }
 
 TEST(MovingObjectMarkers, HaveNoArrowsWithoutPose) {
-  for (const Marker& marker : markers(someObjects(), std::nullopt)->markers)
+  const auto array = markers(someObjects(), std::nullopt);
+  for (const Marker& marker : array->markers)
     EXPECT_NE(marker.type == Marker::ARROW && marker.action == Marker::ADD, true);
 }
 
