@@ -23,15 +23,6 @@ std::string base64(const std::vector<uchar>& bytes) {
   return text;
 }
 
-std::string figure(const Panel& panel) {
-  cv::Mat3b small;
-  cv::resize(panel.image, small, {}, 0.5, 0.5, cv::INTER_AREA);
-  std::vector<uchar> png;
-  cv::imencode(".png", small, png);
-  return "<figure><img alt='" + escapedHtml(panel.caption) + "' src='data:image/png;base64," +
-         base64(png) + "'><figcaption>" + escapedHtml(panel.caption) + "</figcaption></figure>\n";
-}
-
 /// Values from 0 to `largest` as colours, black where `valid` is 0.
 cv::Mat3b coloured(const cv::Mat& values, double largest, const cv::Mat1b& valid) {
   cv::Mat1b bytes;
@@ -68,6 +59,15 @@ cv::Mat3b errorMap(const SequenceFrame& frame, const DisparityRange& range,
 }
 
 }  // namespace
+
+std::string figureHtml(const Panel& panel) {
+  cv::Mat3b small;
+  cv::resize(panel.image, small, {}, 0.5, 0.5, cv::INTER_AREA);
+  std::vector<uchar> png;
+  cv::imencode(".png", small, png);
+  return "<figure><img alt='" + escapedHtml(panel.caption) + "' src='data:image/png;base64," +
+         base64(png) + "'><figcaption>" + escapedHtml(panel.caption) + "</figcaption></figure>\n";
+}
 
 std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title,
                             const std::string& method, bool first, const DisparityRange& range,
@@ -119,7 +119,7 @@ std::string htmlPage(const std::vector<SequenceReport>& reports, const std::stri
       page << svg(reliability(*ours)) << calibrationTable(*ours).html();
     const Table stages = stageTable(report);
     if (!stages.rows.empty()) page << stages.html();
-    for (const Panel& panel : report.panels) page << figure(panel);
+    for (const Panel& panel : report.panels) page << figureHtml(panel);
   }
   return htmlDocument("Disparities against truth", page.str(), provenance);
 }

@@ -69,5 +69,7 @@ std::string htmlPage(const std::vector<SequenceReport>& reports, const std::stri
 std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title,
                             const std::string& method, bool first, const DisparityRange& range,
                             const DisparityOutput& maps);
+/// A picture of half its size with its caption, as HTML.
+std::string figureHtml(const Panel& panel);
 
 }  // namespace predictive_stereo

@@ -83,7 +83,7 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
     params.frames = command_line.getInt("street-frames", 40, 2);
     groups.push_back(alone(streetSequence(params)));
   }
-  if (groups.empty())
+  if (groups.empty() && !command_line.has("kitti2015"))
     throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
   return groups;
 }
