@@ -110,6 +110,9 @@ class GuardEveryMat {
   cv::MatAllocator* before_;
 };
 
+/// Rows of these lengths end in all places of vectors and of the chunks that loops work on.
+constexpr int kMostGuarded = 140;
+
 /// Calls body(guard) for both, on every SIMD target of kernels that Highway dispatches.
 template <class Body>
 void forEveryGuardAndTarget(const Body& body) {

@@ -1,0 +1,240 @@
+/// Rows of every length beside memory that cannot be touched (guarded_memory.h), on every SIMD
+/// target: the loops of the detection read and write no more than their headers say.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "detection/comparison_rows.h"
+#include "detection/dense_rows.h"
+#include "detection/displacement_search.h"
+#include "detection/ground_rows.h"
+#include "detection/history_rows.h"
+#include "detection/long_rows.h"
+#include "detection/patch_rows.h"
+#include "detection/road_rows.h"
+#include "detection/segmentation_rows.h"
+#include "detection/shift_rows.h"
+#include "detection/suspicion_rows.h"
+#include "guarded_memory.h"
+#include "odometry/image_pyramid.h"
+
+namespace predictive_stereo {
+namespace {
+
+using testing::forEveryGuardAndTarget;
+using testing::Guard;
+using testing::GuardedRow;
+using testing::GuardEveryMat;
+using testing::kMostGuarded;
+
+using Floats = GuardedRow<float>;
+using Bytes = GuardedRow<uint8_t>;
+
+constexpr float kUnknown = -100;
+
+// So many floats of a row that those of `points` points, `step` apart, are the last ones.
+int span(int points, int step) { return step * (points - 1) + 1; }
+
+Floats floats(Guard guard, double low, double high, int most = kMostGuarded) {
+  return Floats(most, guard, low, high);
+}
+
+// Calls body(width) for every width, with the same rows.
+template <class MakeBody>
+void forEveryRow(const MakeBody& make_body) {
+  forEveryGuardAndTarget([&](Guard guard) {
+    make_body(guard, [](const auto& body) {
+      for (int width = 1; width <= kMostGuarded; ++width) body(width);
+    });
+  });
+}
+
+// Where static points were: some columns and a row away; those at borders have left the image.
+constexpr float kMoved[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -1, 0, 1};
+
+TEST(BorderReads, OfComparedFrames) {
+  forEveryRow([](Guard guard, const auto& for_every_width) {
+    const int most = span(kMostGuarded, 2);
+    const Floats disparity = floats(guard, -1, 30, most), predicted = floats(guard, -1, 30, most),
+                 variance = floats(guard, 0, 4, most), difference = floats(guard, 0, 0),
+                 known = floats(guard, 0, 0), residual = floats(guard, 0, 0);
+    const Bytes grey(kMostGuarded, guard, 0, 256);
+    for_every_width([&](int n) {
+      for (const int rows : {1, 2, 3}) {
+        const int size = span(n, 2);
+        const Bytes before(n * rows, guard, 0, 256);
+        const Floats before_px = floats(guard, -1, 30, 2 * n * 2 * rows);
+        const LatticeRow row{kMoved, disparity(size), 0, 2, n, 0, n, rows};
+        RowSources sources(n);
+        projectRow(row, sources);
+        compareRow(row, sources, grey(n), before(n * rows), difference(n), known(n));
+        residualRow(row, sources, predicted(size), variance(size), before_px(4 * n * rows), 2 * n,
+                    2 * n, 2 * rows, {0, 3, 8, kUnknown}, residual(n));
+      }
+    });
+  });
+}
+
+TEST(BorderReads, OfMismatches) {
+  forEveryRow([](Guard guard, const auto& for_every_width) {
+    const int most = kMostGuarded + 2 * kComparedReach;
+    const Floats difference = floats(guard, -9, 9, most), known = floats(guard, 0, 1, most),
+                 deviation = floats(guard, 0, 0), count = floats(guard, 0, 0),
+                 mismatch = floats(guard, 0, 0);
+    for_every_width([&](int n) {
+      const float* const row = difference(n + 2 * kComparedReach);
+      const float* const known_row = known(n + 2 * kComparedReach);
+      const float* const rows[kComparedSide] = {row, row, row, row, row};
+      const float* const known_rows[kComparedSide] = {known_row, known_row, known_row, known_row,
+                                                      known_row};
+      deviationRow(rows, known_rows, n, deviation(n), count(n));
+      mismatchRow(rows, known_row + kComparedReach, count(n), n, 3, kUnknown, mismatch(n));
+    });
+  });
+}
+
+TEST(BorderReads, OfSeeds) {
+  forEveryRow([](Guard guard, const auto& for_every_width) {
+    const Floats residual = floats(guard, -2, 3);
+    const Bytes seeds(kMostGuarded, guard), pair(kMostGuarded, guard, 0, 3);
+    for_every_width([&](int n) {
+      std::array<const float*, kDenseSide> rows;
+      rows.fill(residual(n));
+      const SeedLimits limits{kUnknown, 3, 0.1f, 0.1f};
+      seedRow(rows.data(), n, limits, seeds(n));
+      if (n >= kSlowSide) slowSeedRow(rows.data(), pair(n), n, limits, seeds(n));
+    });
+  });
+}
+
+TEST(BorderReads, OfGroundAndSegments) {
+  forEveryRow([](Guard guard, const auto& for_every_width) {
+    const Floats disparity = floats(guard, -1, 30, span(kMostGuarded, 2)),
+                 below = floats(guard, 0, 2), support = floats(guard, -2, 2),
+                 by_static = floats(guard, -1, 5), by_object = floats(guard, -1, 5);
+    const Bytes layer(kMostGuarded, guard, 0, 2), members(kMostGuarded, guard, 0, 2);
+    for_every_width([&](int n) {
+      const float* const row = disparity(span(n, 2));
+      const float* const rows[kMostGroundReach] = {row, row, row, row};
+      levelRow(row, rows, rows, n, {0, 0.2f, 40, 0.5f, 0.5f, 2}, below(n));
+      layerRow(row, below(n), n, 5, 20, 1, layer(n));
+      supportRow(by_static(n), by_object(n), n, 3, support(n));
+      supportedRow(layer(n), support(n), n, 0.5f, members(n));
+      dropRefutedRow(layer(n), support(n), n, 0.5f, members(n));
+    });
+  });
+}
+
+TEST(BorderReads, OfPastDisparities) {
+  forEveryRow([](Guard guard, const auto& for_every_width) {
+    const Floats x = floats(guard, 0, kMostGuarded), y = floats(guard, 0, 4),
+                 d = floats(guard, 1, 30), cost = floats(guard, 0, 0), gain = floats(guard, 0, 0),
+                 disparity = floats(guard, -1, 30, span(kMostGuarded, kLongStep_px)),
+                 residual = floats(guard, 0, 0);
+    const Bytes known(kMostGuarded, guard);
+    for_every_width([&](int n) {
+      constexpr int kRows = 3;
+      const Floats past = floats(guard, -1, 30, n * kRows);
+      const PastDisparities then{kMoved, past(n * kRows), n, n, kRows};
+      const PointRow points{x(n), y(n), d(n), n};
+      const CostLimits limits{0.5f, 0.01f, 9, 4, 0};
+      costRow(points, then, limits, cost(n));
+      gainRow(points, kMoved, then, limits, gain(n), known(n));
+      const PastCamera camera{0, 0, -0.1f, 100, 50, 50, 50};
+      const PastPairOfRow pair{camera, then, then, 2};
+      longResidualRow({disparity(span(n, kLongStep_px)), 2, n, &pair, 1, 0, 100, 8, kUnknown, 255},
+                      residual(n), known(n));
+    });
+  });
+}
+
+TEST(BorderReads, OfTexture) {
+  forEveryRow([](Guard guard, const auto& for_every_width) {
+    const Bytes grey(kMostGuarded, guard, 0, 256);
+    const GuardedRow<uint16_t> deviation(kMostGuarded, guard, 0, 3000);
+    const Floats mismatch = floats(guard, -1, 9), suspicion = floats(guard, 0, 2);
+    const GuardedRow<int32_t> found(kMostGuarded / kCell, guard),
+        worst(kMostGuarded / kCell, guard);
+    for_every_width([&](int n) {
+      std::array<const uint8_t*, kTextureSide> rows;
+      rows.fill(grey(n));
+      greyDeviationRow(rows.data(), n, deviation(n));
+      std::array<const uint16_t*, kTextureSide> deviations;
+      deviations.fill(deviation(n));
+      suspicionRow(deviations.data(), mismatch(n), n, 2, suspicion(n));
+      const int cells = n / kCell;
+      std::array<const float*, kCell> of_cells;
+      of_cells.fill(suspicion(kCell * cells));
+      suspiciousCells(of_cells.data(), cells, 0.2f, found(cells), worst(cells));
+    });
+  });
+}
+
+TEST(BorderReads, OfRoadSamples) {
+  forEveryRow([](Guard guard, const auto& for_every_width) {
+    const GuardedRow<double> row(kMostGuarded, guard, 100, 200),
+        disparity(kMostGuarded, guard, 1, 9);
+    for_every_width([&](int n) { countOnLine(row(n), disparity(n), n, 100, 0.1); });
+  });
+}
+
+TEST(BorderReads, OfPatches) {
+  forEveryGuardAndTarget([](Guard guard) {
+    for (std::ptrdiff_t stride = kPatchColumns; stride < 40; ++stride) {
+      const int size = static_cast<int>((kPatchRows - 1) * stride + kPatchColumns);
+      const Bytes image(size, guard, 0, 256);
+      GreyPatch patch;
+      patchBetween(image(size), stride, 0.3f, 0.6f, patch);
+      patchDifference(patch, image(size), stride, 0.2f, 0.7f);
+    }
+  });
+}
+
+TEST(BorderReads, OfShifts) {
+  forEveryGuardAndTarget([](Guard guard) {
+    for (int trials = 1; trials <= 41; ++trials) {
+      const int blocks = (trials + kShiftBlock - 1) / kShiftBlock * kShiftBlock;
+      const Bytes image(2 * blocks, guard, 0, 256), grey(kMostShiftedSamples, guard, 0, 256);
+      const GuardedRow<int32_t> total(blocks, guard);
+      const std::vector<const uint8_t*> before(kMostShiftedSamples, image(2 * blocks));
+      for (const int samples : {1, 2, kMostShiftedSamples})
+        totalsOfShifts(grey(samples), before.data(), samples, trials, total(blocks));
+    }
+  });
+}
+
+// Groups of points at every border, that have moved up to the reach of the search.
+TEST(BorderReads, OfGroupsThatAreSearched) {
+  const cv::Size size(150, 70);  // of the lattice
+  const SourceOf still(Eigen::Matrix4d::Identity());
+  const auto search = [&](cv::Point first) {
+    cv::Mat1b image(size * 2);
+    cv::RNG(3).fill(image, cv::RNG::UNIFORM, 0, 256);
+    ImagePyramid current, previous;
+    current.build(image, 2);
+    previous.build(image, 2);
+    const cv::Mat1f disparity_px(image.size(), 5.0f);
+    std::vector<cv::Point> points;
+    for (int y = 0; y < 6; ++y)
+      for (int x = 0; x < 6; ++x) points.push_back(first + cv::Point(x, y));
+    float sum = 0;
+    for (const int reach : {2, 15, 31, kSearchReach}) {
+      const auto found = searchShift(current, previous, still, disparity_px, points, reach);
+      if (found) sum += found->shift_px.x + 100 * found->shift_px.y + found->gain;
+    }
+    return sum;
+  };
+  for (int y : {0, 3, 30, 52, 55, 57, 58, 60, 63})
+    for (int x : {0, 20, 41, 70, 80, 90, 100, 104, 110, 120, 130, 143}) {
+      const float expected = search({x, y});
+      forEveryGuardAndTarget([&](Guard guard) {
+        const GuardEveryMat guards(guard);
+        EXPECT_EQ(search({x, y}), expected) << x << ' ' << y;
+      });
+    }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
