@@ -1,0 +1,67 @@
+/// The whole pipeline on images beside memory that cannot be touched (guarded_memory.h), as are all
+/// maps that it makes: it reads and writes nothing beyond them, and finds the same.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "guarded_memory.h"
+#include "predictive_stereo/pipeline.h"
+#include "simulation/street.h"
+
+namespace predictive_stereo {
+namespace {
+
+using testing::Guard;
+using testing::GuardEveryMat;
+
+constexpr int kFrames = 8;
+
+// Of odd sizes at every level of a pyramid.
+StreetParams nearTraffic() {
+  StreetParams params;
+  params.scene = "near_half_moves";
+  params.width = 435;
+  params.height = 147;
+  return params;
+}
+
+struct Outputs {
+  std::vector<cv::Mat> maps;
+  std::vector<double> numbers;
+};
+
+Outputs outputsOf(const StereoRig& rig, const std::vector<StreetFrame>& frames) {
+  PipelineParams params;
+  params.disparity.matcher.range.count = 64;
+  Pipeline pipeline(params);
+  PipelineOutput output;
+  Outputs all;
+  for (const StreetFrame& frame : frames) {
+    pipeline.process(frame.left.clone(), frame.right.clone(), rig, frame.stamp_s, output);
+    for (const cv::Mat& map :
+         {cv::Mat(output.disparity.disparity_px), cv::Mat(output.disparity.disparity_variance_px2),
+          cv::Mat(output.detections.mask)})
+      all.maps.push_back(map.clone());
+    for (int i = 0; i < 12; ++i) all.numbers.push_back(output.T_odom_cam.matrix()(i / 4, i % 4));
+    all.numbers.push_back(static_cast<double>(output.detections.objects.size()));
+  }
+  return all;
+}
+
+TEST(BorderReads, OfThePipeline) {
+  const Street street(nearTraffic());
+  std::vector<StreetFrame> frames;
+  for (int k = 0; k < kFrames; ++k) frames.push_back(street.render(20 + k));
+  const Outputs expected = outputsOf(street.rig(), frames);
+  EXPECT_GT(cv::countNonZero(expected.maps.back()), 0) << "something moves";
+  for (const Guard guard : {Guard::kBehind, Guard::kBefore}) {
+    const GuardEveryMat guards(guard);
+    const Outputs outputs = outputsOf(street.rig(), frames);
+    EXPECT_EQ(outputs.numbers, expected.numbers);
+    for (size_t i = 0; i < expected.maps.size(); ++i)
+      EXPECT_EQ(cv::norm(outputs.maps[i], expected.maps[i], cv::NORM_INF), 0) << i;
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
