@@ -72,6 +72,8 @@ struct Shader {
       const float below = std::clamp(0.6f - 8 * direction.z(), 0.12f, 1.0f);
       illumination += below * look.headlights / (1 + 0.006f * hit.t * hit.t);
     }
+    if (look.ceiling.pitch_m > 0)
+      illumination += lampLight(look.ceiling, light.camera_m + hit.t * direction, normal);
     float radiance = albedo * illumination;
     if (p.material == Material::kLamp) radiance += look.lamps;
     const float mirror = look.reflections * mirrorOf(p, hit.part, point);

@@ -19,6 +19,7 @@ struct Light {
   const Sunlight& sunlight;
   Eigen::Vector3f offset_m;  ///< of the camera from the sunlight's centre, world axes
   uint32_t sky_seed;
+  Eigen::Vector3f camera_m = Eigen::Vector3f::Zero();  ///< in the world: where lamps are near
 };
 
 struct LitHit : Hit {

@@ -79,10 +79,46 @@ float plateAlbedo(const Primitive& p, const Surface& s, const Footprint& fp) {
   return p.albedo * (1.0f - 0.75f * stroke * fade(cell, blur));
 }
 
+// A heading, lines of text and pictures.
+float printAlbedo(const Primitive& p, const Surface& s, const Footprint& fp, float contrast,
+                  uint32_t seed) {
+  const float blur = fp.width_m + fp.length_m;
+  const int column = static_cast<int>(std::floor(s.u_m / 0.23)),
+            row = static_cast<int>(std::floor(s.v_m / 0.17));
+  const uint32_t block = hashOf(seed, static_cast<uint32_t>(column), static_cast<uint32_t>(row));
+  if (block % 3 == 0)  // a picture
+    return p.albedo *
+           (0.6f + contrast * 0.45f * texture2(s.u_m, s.v_m, fp, {0.12f, 5, 0.8f}, block));
+  const float words = noise2(s.u_m / 0.018, std::floor(s.v_m / 0.02), block);
+  const float line = band(remainder(s.v_m, 0.02), 0.006, 0.016, blur);
+  const float ink = std::clamp((words + 0.35f) * 0.018f / blur + 0.5f, 0.0f, 1.0f) * line;
+  const float seen = fade(0.012f, blur);
+  return p.albedo * (1.0f - contrast * 0.7f * (seen * ink + (1 - seen) * 0.35f));
+}
+
+float chessboardAlbedo(const Primitive& p, const Surface& s, const Footprint& fp) {
+  constexpr float kSquare_m = 0.1f, kBorder_m = 0.05f;
+  const float blur = fp.width_m + fp.length_m;
+  // -1 and 1 by turns, blurred at the edges.
+  const auto wave = [blur](double x, float half) {
+    const double from_edge = (x + half - kBorder_m) / kSquare_m;
+    const double last = std::round(2 * (half - kBorder_m) / kSquare_m) - 1;
+    const double nearest = std::clamp(std::round(from_edge), 1.0, last);
+    const auto beyond = static_cast<float>((from_edge - nearest) * kSquare_m);
+    const float side = static_cast<int>(nearest) & 1 ? -1.0f : 1.0f;
+    return side * std::clamp(2 * beyond / blur, -1.0f, 1.0f);
+  };
+  const float inside = band(s.u_m, kBorder_m - p.half_m.x(), p.half_m.x() - kBorder_m, blur) *
+                       band(s.v_m, kBorder_m - p.half_m.y(), p.half_m.y() - kBorder_m, blur);
+  const float product = wave(s.u_m, p.half_m.x()) * wave(s.v_m, p.half_m.y());
+  return p.albedo * (1 - inside * (0.47f + 0.47f * product));
+}
+
 }  // namespace
 
 float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& local,
-               const Footprint& fp, float contrast) {
+               const Footprint& fp, float scene_contrast) {
+  const float contrast = scene_contrast * p.contrast;
   const double u = s.u_m, v = s.v_m;
   const uint32_t seed = p.seed + static_cast<uint32_t>(part) * 977U;
   switch (materialOf(p, part)) {
@@ -156,8 +192,43 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
       return p.albedo * (1.0f + contrast * 0.3f * texture2(u, v, fp, {0.6f, 6, 0.75f}, seed));
     case Material::kSign:
       return plateAlbedo(p, s, fp);
+    case Material::kLinoleum: {
+      const float speckles = texture2(u, v, fp, {0.03f, 3, 0.8f}, seed);
+      const float stains = texture2(u, v, fp, {1.5f, 4, 0.6f}, seed + 1);
+      const float blur = fp.width_m + fp.length_m;
+      const float seam = band(remainder(v, 2.0), 0.0, 0.006, blur) * fade(0.006f, 0.5f * blur);
+      return p.albedo + contrast * (0.06f * speckles + 0.03f * stains - 0.15f * seam);
+    }
+    case Material::kPanels:
+      return p.albedo + contrast * (0.35f * masonry(u, v, 0.6f, 0.6f, 0.008f, fp, seed) +
+                                    0.05f * texture2(u, v, fp, {0.04f, 3, 0.9f}, seed));
+    case Material::kPrint:
+      return printAlbedo(p, s, fp, contrast, seed);
+    case Material::kChessboard:
+      return chessboardAlbedo(p, s, fp);
   }
   return 0;
+}
+
+float lampLight(const CeilingLamps& lamps, const Vector3f& point, const Vector3f& normal) {
+  if (lamps.pitch_m <= 0 || point.z() >= lamps.height_m) return 0;
+  constexpr int kReach = 2;  // lamps farther away have faded to nothing
+  const float reach2 = lamps.pitch_m * lamps.pitch_m * (kReach - 0.5f) * (kReach - 0.5f);
+  const float column = std::round(point.x() / lamps.pitch_m),
+              row = std::round(point.y() / lamps.pitch_m);
+  float sum = 0;
+  for (int i = -kReach; i <= kReach; ++i)
+    for (int j = -kReach; j <= kReach; ++j) {
+      const Vector3f to_lamp((column + static_cast<float>(i)) * lamps.pitch_m - point.x(),
+                             (row + static_cast<float>(j)) * lamps.pitch_m - point.y(),
+                             lamps.height_m - point.z());
+      const float aside2 = to_lamp.head<2>().squaredNorm(), facing = normal.dot(to_lamp);
+      if (aside2 >= reach2 || facing <= 0) continue;
+      const float near = 1 - aside2 / reach2, distance2 = to_lamp.squaredNorm() + 0.05f;
+      // Cosines of both surfaces over the squared distance (Lambert).
+      sum += near * near * facing * to_lamp.z() / (distance2 * distance2);
+    }
+  return lamps.strength * sum;
 }
 
 float mirrorOf(const Primitive& p, int part, const Vector3f& local) {

@@ -6,6 +6,14 @@
 
 namespace predictive_stereo::simulation {
 
+/// Lamps in a square lattice under the ceiling, that shine down: lamp (0, 0) is above the world's
+/// origin.
+struct CeilingLamps {
+  float pitch_m = 0;  ///< from one to the next; 0: none
+  float height_m = 2.7f;
+  float strength = 1;  ///< illumination of a floor 1 m below one lamp
+};
+
 /// Light and surfaces of a scene.
 struct Look {
   Eigen::Vector3f to_sun = Eigen::Vector3f(0.35f, -0.5f, 0.8f).normalized();
@@ -16,6 +24,7 @@ struct Look {
   float reflections = 1.0f;  ///< of glass and paint: they move with the camera
   float headlights = 0;      ///< light from the camera's own vehicle, below the horizon
   float lamps = 0;           ///< radiance of lamps that shine: street lamps, headlights
+  CeilingLamps ceiling;
 };
 
 /// The diffuse albedo of a surface, within about 0..1.
@@ -24,6 +33,10 @@ float albedoOf(const Primitive& primitive, int part, const Surface& surface,
 
 /// Share of light that the surface reflects as a mirror, looked at along its normal; 0: none.
 float mirrorOf(const Primitive& primitive, int part, const Eigen::Vector3f& local_m);
+
+/// What the lamps of a ceiling give to a surface at this point of the world. They cast no shadows.
+float lampLight(const CeilingLamps& lamps, const Eigen::Vector3f& point_m,
+                const Eigen::Vector3f& normal);
 
 /// Radiance of what a mirror shows in this direction (unit length, world): sky and, below, a
 /// blurred street.

@@ -36,6 +36,10 @@ enum class Material : uint8_t {
   kMetal,
   kLamp,
   kSign,
+  kLinoleum,    ///< floors: speckles and seams
+  kPanels,      ///< ceilings
+  kPrint,       ///< posters, boxes with print
+  kChessboard,  ///< squares of 0.1 m within a border
 };
 
 /// Windows of a building, repeated in cells along its walls.
@@ -51,6 +55,7 @@ struct Primitive {
   int object = 0;  ///< number of the object that it is a part of, 0: the static world
   uint32_t seed = 0;
   float albedo = 0.5f;
+  float contrast = 1.0f;                                        ///< of its texture
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();           ///< in the world
   Eigen::Matrix3f R_local_world = Eigen::Matrix3f::Identity();  ///< from world to local axes
   Eigen::Vector3f half_m = Eigen::Vector3f::Ones();

@@ -28,17 +28,6 @@ double reachOfBend(double length_m) {
 
 }  // namespace
 
-Eigen::Isometry3d mountedCamera() {
-  constexpr double kHeight_m = 1.65, kPitch_rad = 0.012;  // looks slightly down
-  Eigen::Matrix3d R_body_cam;                             // axes of a level camera
-  R_body_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  Eigen::Isometry3d T_vehicle_cam = Eigen::Isometry3d::Identity();
-  T_vehicle_cam.linear() =
-      Eigen::AngleAxisd(kPitch_rad, Vector3d::UnitY()).toRotationMatrix() * R_body_cam;
-  T_vehicle_cam.translation().z() = kHeight_m;
-  return T_vehicle_cam;
-}
-
 Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(drive), seed_(seed) {
   const double length_m = drive.cruise_mps * duration_s + 150;
   Vector3d at(drive.start_m, -kLane_m, 0);
@@ -142,7 +131,7 @@ Place Route::placeAlong(double way_m) const {
   return {{at.x(), at.y(), 0}, at.z()};
 }
 
-Eigen::Isometry3d Route::cameraAt(double time_s) const {
+Eigen::Isometry3d Route::bodyAt(double time_s) const {
   const State state = stateAt(time_s);
   const Place place = placeAlong(state.way_m);
   double pitch = 0, roll = 0, heave = 0;  // pitch: down is positive
@@ -162,7 +151,7 @@ Eigen::Isometry3d Route::cameraAt(double time_s) const {
        Eigen::AngleAxisd(pitch, Vector3d::UnitY()) * Eigen::AngleAxisd(roll, Vector3d::UnitX()))
           .toRotationMatrix();
   T_world_vehicle.translation() = place.position_m + Vector3d(0, 0, heave);
-  return T_world_vehicle * mountedCamera();
+  return T_world_vehicle;
 }
 
 }  // namespace predictive_stereo::simulation

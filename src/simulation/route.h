@@ -1,20 +1,12 @@
-/// Where the camera is at any time.
+/// The way of a vehicle through the town.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <vector>
-
-#include "simulation/models.h"
-#include "simulation/scene.h"
+#include "simulation/path.h"
 
 namespace predictive_stereo::simulation {
 
-/// Pose of the camera's optical frame (z ahead, x to the right) in the vehicle, which stands on the
-/// road below it.
-Eigen::Isometry3d mountedCamera();
-
-/// The way that a vehicle takes through the town, and how fast it goes along it.
-class Route {
+/// Which streets a vehicle takes, and how fast it goes along them.
+class Route : public Path {
  public:
   /// @param duration_s  times from 0 to here are known.
   Route(const Drive& drive, double duration_s, uint32_t seed);
@@ -23,10 +15,10 @@ class Route {
   double speedAt(double time_s) const;  ///< [m/s]
   /// The vehicle's place this far along the way [m].
   Place placeAlong(double way_m) const;
-  Place placeAt(double time_s) const { return placeAlong(wayAt(time_s)); }
-
-  /// Pose of the left camera's optical frame in the world (z up).
-  Eigen::Isometry3d cameraAt(double time_s) const;
+  Place placeAhead(double time_s, double gap_m) const override {
+    return placeAlong(wayAt(time_s) + gap_m);
+  }
+  Eigen::Isometry3d bodyAt(double time_s) const override;
 
  private:
   struct State {

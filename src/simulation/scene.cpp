@@ -15,6 +15,92 @@ Traffic lively() {
   return t;
 }
 
+// Light and noise of a room under lamps.
+void goInside(Scene& scene, float lamp_pitch_m, float lamp_height_m, float lamp_strength) {
+  scene.look.to_sun = Eigen::Vector3f(0.08f, 0.05f, 1).normalized();
+  scene.look.sun = 0.2f;  // all that casts shadows
+  scene.look.ambient = 0.55f;
+  scene.look.ceiling = {lamp_pitch_m, lamp_height_m, lamp_strength};
+  scene.look.lamps = 1.5f;
+  scene.sensor.exposure = 1.4;
+  scene.sensor.exposure_swing = 0.05;
+  scene.sensor.noise = 1.5;
+}
+
+Scene drone() {
+  Scene s;
+  s.name = "drone";
+  s.summary = "in a hall: rests and trembles, takes off, turns at 90 deg/s, hovers (300 frames)";
+  s.site = Site::kHall;
+  s.camera = {752, 480, 20, 436, 367.5, 0.51, 0.11, 0.2, 0.05, {0.6, 0.6, 0.4}};
+  goInside(s, 4, 5.9f, 6);
+  // Rests until 2 s; up until 4.5 s; turns until 9 s; flies to the chessboard until 11.5 s; looks
+  // down at it, hovers, rises.
+  s.waypoints = {{0, {0, 0, 0}, 0, 0, 0},
+                 {2, {0, 0, 0}, 0, 0, 0},
+                 {4.5, {0.1, -0.1, 1.4}, 0, 0, 0},
+                 {5, {0.1, -0.1, 1.4}, 0, 0, 0},
+                 {5.5, {0.1, -0.1, 1.4}, 22.5, 0, 0},
+                 {8.5, {0.2, 0, 1.5}, 292.5, 0, 0},
+                 {9, {0.3, 0.1, 1.5}, 315, 0, 0},
+                 {10, {1.2, 0.6, 1.5}, 345, 8, -6},
+                 {11.5, {3, 1, 1.5}, 360, 0, 0},
+                 {12.3, {3, 1, 1.5}, 360, 52, 0},
+                 {14.3, {3.1, 0.9, 1.5}, 363, 52, 0},
+                 {15.5, {3, 1.1, 1.9}, 355, 48, 2}};
+  s.shakes = {{0, 1e9, 0.0003, 0.06, 0.03},  // rotors
+              {2.2, 1e9, 0.01, 0.5, 0.25},   // balance
+              {2.2, 1e9, 0.03, 0.8, 0.9}};
+  return s;
+}
+
+Scene robot() {
+  Scene s;
+  s.name = "robot";
+  s.summary = "low above the floor of a corridor with white walls, among people, 5 Hz (100 frames)";
+  s.site = Site::kCorridor;
+  s.camera = {640, 480, 5, 385, 321.5, 0.5, 0.12, 0.3, -0.1, {0.5, 0.45, 0.5}};
+  goInside(s, 2.4f, 2.65f, 1.2f);
+  s.sensor.exposure = 2.1;
+  // Stands for 2 s, drives along one corridor, turns into the other one, stands again.
+  s.waypoints = {
+      {0, {4, -0.75, 0}, 0, 0, 0},     {2, {4, -0.75, 0}, 0, 0, 0},
+      {3, {4.3, -0.75, 0}, 0, 0, 0},   {8, {7.3, -0.6, 0}, 4, 0, 0},
+      {11, {9.1, -0.6, 0}, -3, 0, 0},  {16.5, {12.4, -0.75, 0}, 0, 0, 0},
+      {19, {13.9, -0.2, 0}, 45, 0, 0}, {21, {14.3, 0.9, 0}, 90, 0, 0},
+      {24, {14.3, 2.6, 0}, 90, 0, 0},  {25, {14.3, 2.8, 0}, 90, 0, 0},
+  };
+  s.shakes = {{2, 24.5, 0.001, 0.15, 0.25}};
+  // Towards it and away from it, beside it, and across the junction ahead.
+  s.traffic.walks = {
+      {Kind::kPerson, {14.5, 0.5}, {-6, 0.5}, -5, 1.3},
+      {Kind::kPerson, {5.5, -0.45}, {43, -0.45}, -0.2, 1.5},
+      {Kind::kPerson, {22, 0.6}, {-6, 0.6}, 2, 1.2},
+      {Kind::kPerson, {30, 0.65}, {-6, 0.65}, 4, 1.6},
+      {Kind::kPerson, {14.3, -15}, {14.3, 20}, -1, 1.4},
+      {Kind::kPerson, {14.3, -19}, {14.3, 20}, 1.5, 1.4},
+      {Kind::kPerson, {15.45, 18}, {15.45, -20}, 2, 1.3},
+      {Kind::kPerson, {15.45, 21}, {15.45, -21}, 11, 1.1},
+  };
+  return s;
+}
+
+Scene handheld() {
+  Scene s;
+  s.name = "handheld";
+  s.summary = "in the hand of someone who walks along a pavement and looks around (200 frames)";
+  s.camera = {640, 480, 15, 500, 318.5, 0.49, 0.1, 0, 0, {0.6, 0.6, 1.8}};
+  s.traffic = lively();
+  s.waypoints = {{0, {-60, -8.7, 1.45}, 0, 0, 0},      {1, {-59.6, -8.7, 1.45}, 5, 3, 0},
+                 {3, {-57.2, -8.8, 1.4}, 10, 5, -4},   {4.2, {-55.8, -8.8, 1.45}, 55, 0, 6},
+                 {5.5, {-54.6, -8.7, 1.5}, 60, -8, 3}, {6.5, {-53.8, -8.7, 1.3}, 20, 6, -12},
+                 {7.5, {-53.6, -8.7, 0.7}, 8, -4, -3}, {8.5, {-53.5, -8.7, 0.7}, 12, 2, 15},
+                 {9.5, {-53.1, -8.8, 1.4}, -8, 6, 4},  {11.5, {-50.8, -8.8, 1.45}, -5, 8, -3},
+                 {13.5, {-48.2, -8.7, 1.45}, 25, 0, 2}};
+  s.shakes = {{-1, 1e9, 0.015, 1.2, 0.12}, {-1, 1e9, 0.04, 4, 0.45}};
+  return s;
+}
+
 std::vector<Scene> makeScenes() {
   std::vector<Scene> all;
   const auto scene = [&all](const char* name, const char* summary) -> Scene& {
@@ -160,6 +246,7 @@ std::vector<Scene> makeScenes() {
     s.sensor.duplicate_every = 5;
     s.drive.turns = "S";
   }
+  all.insert(all.end(), {drone(), robot(), handheld()});
   return all;
 }
 

@@ -1,6 +1,8 @@
 /// What happens in a scene: the one table of scenes by name.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -9,7 +11,26 @@
 
 namespace predictive_stereo::simulation {
 
-/// How the camera drives.
+/// The static world around the camera.
+enum class Site : uint8_t {
+  kTown,      ///< an endless one, see town.h
+  kHall,      ///< see indoor.h
+  kCorridor,  ///< see indoor.h
+};
+
+/// The stereo camera, and the body that carries it.
+struct Camera {
+  int width = 1242, height = 375;  ///< [px]
+  double rate_hz = 10;
+  double focal_px = 721.5377;               ///< at this width, as cx_px
+  double cx_px = 609.56, cy_share = 0.461;  ///< principal point; the latter of the height
+  double baseline_m = 0.54;
+  double up_m = 1.65;                        ///< the camera above the body's origin
+  double down_rad = 0.012;                   ///< how far it looks down
+  Eigen::Vector3d body_m = {4.2, 1.8, 1.5};  ///< length, width, height
+};
+
+/// How the body drives along the town's streets.
 struct Drive {
   double start_m = -75;   ///< x at which it begins, on the street y = 0; junctions at 0, 100 ..
   double cruise_mps = 8;  ///< 0: it stands
@@ -21,6 +42,29 @@ struct Drive {
   double look_deg = 0;       ///< swings to both sides by this angle, about the camera itself
   double look_period_s = 6;
   bool sways = true;  ///< small pitch, roll and heave while driving
+};
+
+/// Where the body is at a time, and how it is turned: first about its z by the heading, then about
+/// its y by the pitch (positive: its front goes down), then about its x by the roll.
+struct Waypoint {
+  double time_s = 0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double heading_deg = 0, pitch_deg = 0, roll_deg = 0;
+};
+
+/// Irregular motion about the waypoints, in all six degrees of freedom: smooth noise.
+struct Shake {
+  double from_s = 0, until_s = 1e9;
+  double position_m = 0, angle_deg = 0;  ///< largest offset along and about each axis
+  double period_s = 0.1;                 ///< from one random value to the next
+};
+
+/// A person or vehicle that goes straight from one point to another, and is not there before and
+/// after.
+struct Walk {
+  Kind kind = Kind::kPerson;
+  Eigen::Vector2d from_m = Eigen::Vector2d::Zero(), to_m = Eigen::Vector2d::Zero();
+  double start_s = 0, speed_mps = 1.3;
 };
 
 /// A vehicle that goes along with the camera, now faster and now slower.
@@ -40,6 +84,7 @@ struct Traffic {
   double walkers_s = 0;          ///< on both pavements, in both directions
   double crossing_people_s = 0;  ///< who cross the street ahead
   double crossing_cars_s = 0;    ///< who cross at the next junction
+  std::vector<Walk> walks;       ///< none of them may meet the body
 };
 
 /// What the sensors make of it.
@@ -58,10 +103,16 @@ struct Sensor {
   int duplicate_every = 0;     ///< every so many frames repeats the one before
 };
 
+/// A scene is a site, a camera, the path of the body that carries it, and who else moves; and what
+/// the light and the sensors make of it.
 struct Scene {
   std::string name;
   std::string summary;
+  Site site = Site::kTown;
+  Camera camera;
   Drive drive;
+  std::vector<Waypoint> waypoints;  ///< in order of time; the path in place of `drive`, if any
+  std::vector<Shake> shakes;        ///< of a path of waypoints
   Traffic traffic;
   Look look;
   Sensor sensor;

@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "simulation/camera.h"
+#include "simulation/indoor.h"
+#include "simulation/path.h"
 #include "simulation/town.h"
 #include "simulation/traffic.h"
 
@@ -37,20 +39,35 @@ const char* nameOf(Kind kind) {
   return "";
 }
 
-StereoRig rigOf(const StreetParams& params) {
+// With what the scene gives where the parameters leave it open.
+StreetParams completed(StreetParams params, const Camera& camera) {
+  if (params.width == 0) params.width = camera.width;
+  if (params.height == 0) params.height = camera.height;
+  if (params.baseline_m == 0) params.baseline_m = camera.baseline_m;
+  if (params.rate_hz == 0) params.rate_hz = camera.rate_hz;
+  validate(params);
+  return params;
+}
+
+StereoRig rigOf(const StreetParams& params, const Camera& camera) {
   StereoRig rig;
   rig.size = {params.width, params.height};
-  const double scale = params.width / 1242.0;  // KITTI's field of view
-  rig.fx_px = rig.fy_px = 721.5377 * scale;
-  rig.cx_left_px = rig.cx_right_px = (609.56 + 0.5) * scale - 0.5;
-  rig.cy_px = 0.461 * params.height - 0.5;
+  const double scale = params.width / static_cast<double>(camera.width);
+  rig.fx_px = rig.fy_px = camera.focal_px * scale;
+  rig.cx_left_px = rig.cx_right_px = (camera.cx_px + 0.5) * scale - 0.5;
+  rig.cy_px = camera.cy_share * params.height - 0.5;
   rig.baseline_m = params.baseline_m;
   return rig;
 }
 
-StreetParams checked(StreetParams params) {
-  validate(params);
-  return params;
+Isometry3d mountOf(const Camera& camera) {
+  Eigen::Matrix3d R_body_cam;  // axes of a level camera
+  R_body_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  Isometry3d T_body_cam = Isometry3d::Identity();
+  T_body_cam.linear() =
+      Eigen::AngleAxisd(camera.down_rad, Vector3d::UnitY()).toRotationMatrix() * R_body_cam;
+  T_body_cam.translation().z() = camera.up_m;
+  return T_body_cam;
 }
 
 }  // namespace
@@ -59,19 +76,24 @@ struct Street::World {
   StreetParams params;
   Scene scene;
   StereoRig rig;
+  Isometry3d T_body_cam;
   double duration_s;
-  Route route;
+  std::unique_ptr<const Path> path;
   std::vector<Mover> movers;
 
   World(const StreetParams& p, const Scene& s)
-      : params(checked(p)),
+      : params(completed(p, s.camera)),
         scene(s),
-        rig(rigOf(params)),
+        rig(rigOf(params, scene.camera)),
+        T_body_cam(mountOf(scene.camera)),
         duration_s(exposureTime(params.frames) + 1),
-        route(scene.drive, duration_s, hashOf(seed(), 1)),
-        movers(makeTraffic(scene.traffic, route, duration_s, hashOf(seed(), 2))) {}
+        path(makePath(scene, duration_s, hashOf(seed(), 1))),
+        movers(makeTraffic(scene.traffic, *path, scene.camera.body_m, duration_s,
+                           hashOf(seed(), 2))) {}
 
   uint32_t seed() const { return static_cast<uint32_t>(params.seed); }
+
+  Isometry3d cameraAt(double time_s) const { return path->bodyAt(time_s) * T_body_cam; }
 
   // Instants of the camera's clock: some give no frame.
   int instantOf(int index) const {
@@ -101,24 +123,51 @@ struct Street::World {
     return static_cast<float>(row);
   }
 
-  Primitives primitivesAt(double time_s) const {
-    const Isometry3d pose = route.cameraAt(time_s);
+  // What the town has to be built for.
+  View viewFrom(const Isometry3d& T_world_cam) const {
     View view;
-    view.position_m = pose.translation();
-    view.forward = pose.linear().col(2).head<2>().normalized();
+    view.position_m = T_world_cam.translation();
+    view.forward = T_world_cam.linear().col(2).head<2>().normalized();
     const double reach = std::max(rig.cx_left_px, rig.size.width - rig.cx_left_px) + 40;
     view.tan_half_angle = reach / rig.fx_px;
+    // From above, a camera that is tilted or rolled sees wider, up to everything around.
+    for (const double x : {0, rig.size.width})
+      for (const double y : {0, rig.size.height}) {
+        const Vector3d ray((x - rig.cx_left_px) / rig.fx_px, (y - rig.cy_px) / rig.fy_px, 1);
+        const Eigen::Vector2d seen = (T_world_cam.linear() * ray).head<2>();
+        const double ahead = std::max(view.forward.dot(seen), 1e-3);
+        const double aside = view.forward.x() * seen.y() - view.forward.y() * seen.x();
+        view.tan_half_angle = std::max(view.tan_half_angle, std::abs(aside) / ahead);
+      }
+    return view;
+  }
+
+  Primitives primitivesAt(double time_s) const {
+    const Isometry3d pose = cameraAt(time_s);
+    const View view = viewFrom(pose);
+    const uint32_t site_seed = hashOf(seed(), 4);
     Primitives primitives;
-    TownParams town;
-    town.seed = hashOf(seed(), 4);
-    town.parked_cars = scene.parked_cars;
-    town.trees = scene.trees;
-    addTown(town, view, primitives);
+    switch (scene.site) {
+      case Site::kTown: {
+        TownParams town;
+        town.seed = site_seed;
+        town.parked_cars = scene.parked_cars;
+        town.trees = scene.trees;
+        addTown(town, view, primitives);
+        break;
+      }
+      case Site::kHall:
+        addHall(site_seed, primitives);
+        break;
+      case Site::kCorridor:
+        addCorridor(site_seed, primitives);
+        break;
+    }
     for (const Mover& mover : movers) {
       if (time_s < mover.from_s || time_s > mover.until_s) continue;
-      const Place place = mover.placeAt(time_s, route);
+      const Place place = mover.placeAt(time_s, *path);
       const Eigen::Vector2d at = place.position_m.head<2>();
-      if (view.distance(at) > 200 || !view.reaches(at, 8)) continue;
+      if (scene.site == Site::kTown && (view.distance(at) > 200 || !view.reaches(at, 8))) continue;
       addThing(mover.kind, mover.seed, place, mover.strideAt(time_s), mover.id, primitives);
     }
     return primitives;
@@ -147,7 +196,7 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
   for (const Mover& mover : movers) {
     moves.resize(static_cast<size_t>(mover.id) + 1, false);
     moves[static_cast<size_t>(mover.id)] =
-        mover.velocityAt(exposureTime(frame.index), route).norm() > kMovingSpeed_mps;
+        mover.velocityAt(exposureTime(frame.index), *path).norm() > kMovingSpeed_mps;
   }
   const auto columns_apart = static_cast<float>(rig.cx_left_px - rig.cx_right_px);
   const auto scale = static_cast<float>(rig.disparityTimesDepth());
@@ -215,10 +264,10 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
     out.box_px = cv::Rect(s.x0, s.y0, s.x1 - s.x0 + 1, s.y1 - s.y0 + 1);
     out.visible_px = s.pixels;
     out.distance_m = s.nearest_m;
-    const Place place = mover.placeAt(time_s, route);
+    const Place place = mover.placeAt(time_s, *path);
     out.size_m = sizeOf(mover.kind, mover.seed);
     out.heading_rad = place.heading_rad;
-    out.velocity_mps = mover.velocityAt(time_s, route);
+    out.velocity_mps = mover.velocityAt(time_s, *path);
     const Eigen::Matrix3d axes =
         T_cam_world.linear() *
         Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
@@ -271,15 +320,17 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
     const int step = (i + samples / 2 + 1) % samples - samples / 2;
     const double at_s = time_s + sensor.exposure_time_s * step / samples;
     const Primitives primitives = primitivesAt(at_s);
-    const Isometry3d pose = route.cameraAt(at_s);
+    const Isometry3d pose = cameraAt(at_s);
     const RayGrid left(primitives, pose, rig, rig.cx_left_px);
     const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
     const Sunlight sunlight(primitives, scene.look.to_sun, pose.translation());
     const uint32_t sky = hashOf(seed(), 5);
-    const Light left_light{scene.look, sunlight, Eigen::Vector3f::Zero(), sky};
-    const Light right_light{scene.look, sunlight,
-                            (rightPose(pose).translation() - pose.translation()).cast<float>(),
-                            sky};
+    const auto lightOf = [&](const Isometry3d& T_world_cam) {
+      return Light{scene.look, sunlight,
+                   (T_world_cam.translation() - pose.translation()).cast<float>(), sky,
+                   T_world_cam.translation().cast<float>()};
+    };
+    const Light left_light = lightOf(pose), right_light = lightOf(rightPose(pose));
     const HitImage left_hits(left, left_light, rig.size, same_row);
     const HitImage right_hits(right, right_light, rig.size, right_row);
     renderRadiance(left, left_hits, left_light, same_row, radiance);
@@ -317,8 +368,8 @@ const StereoRig& Street::rig() const { return world_->rig; }
 int Street::frames() const { return world_->params.frames; }
 double Street::stampOf(int index) const { return world_->stamp(index); }
 double Street::exposureTimeOf(int index) const { return world_->exposureTime(index); }
-Isometry3d Street::poseAt(double time_s) const { return world_->route.cameraAt(time_s); }
-Isometry3d Street::cameraMount() { return mountedCamera(); }
+Isometry3d Street::poseAt(double time_s) const { return world_->cameraAt(time_s); }
+Isometry3d Street::cameraMount() const { return world_->T_body_cam; }
 double Street::rightRowOffset(double x, double y) const { return world_->rowOffset(x, y); }
 
 StreetFrame Street::render(int index) const {

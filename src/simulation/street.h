@@ -1,4 +1,6 @@
-/// A synthetic street, seen by a stereo camera, with exact truth for every frame.
+/// A synthetic street, seen by a stereo camera, with exact truth for every frame. Scenes of other
+/// sites (a hall, a corridor) and of other bodies than cars (a drone, a robot, a hand) are rendered
+/// in the same way.
 ///
 /// World: x and y on the ground, z up [m]. Frames depend on the parameters and on their index
 /// alone: they can be rendered in any order, by any number of threads, with the same result.
@@ -18,20 +20,21 @@ namespace predictive_stereo {
 struct StreetParams {
   std::string scene = "street";  ///< see streetScenes()
   int seed = 1;                  ///< another seed is another town with other traffic
-  int width = 1242;              ///< [px]; focal length and principal point scale with it
-  int height = 375;              ///< [px]
-  double baseline_m = 0.54;
   int frames = 150;
-  double rate_hz = 10;
+  /// The camera; 0: as the scene has it, mostly KITTI's with 1242 x 375, 0.54 m and 10 Hz.
+  int width = 0;   ///< [px]; focal length and principal point scale with it
+  int height = 0;  ///< [px]
+  double baseline_m = 0;
+  double rate_hz = 0;
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("scene", scene);
     v("seed", seed, 0, 1000000000);
+    v("frames", frames, 1, 100000);
     v("width", width, 32, 4096);
     v("height", height, 32, 4096);
     v("baseline_m", baseline_m, 0.01, 10.0);
-    v("frames", frames, 1, 100000);
     v("rate_hz", rate_hz, 0.1, 1000.0);
   }
 };
@@ -106,9 +109,9 @@ class Street {
   Eigen::Isometry3d poseOf(int index) const { return poseAt(exposureTimeOf(index)); }
   /// Pose of the left camera's optical frame in the world, from time 0 to the last frame's.
   Eigen::Isometry3d poseAt(double time_s) const;
-  /// Pose of that frame in the vehicle's: on the road below the camera, x ahead, z up. Constant: a
-  /// vehicle that sways tilts as a whole.
-  static Eigen::Isometry3d cameraMount();
+  /// Pose of that frame in the body's that carries the camera (x ahead, z up): a vehicle's is on
+  /// the road below the camera. Constant: a vehicle that sways tilts as a whole.
+  Eigen::Isometry3d cameraMount() const;
 
   /// Vertical misalignment of the right camera [px]: a point that an ideal right camera sees at
   /// (x, y) lies at (x, y + rightRowOffset(x, y)) in the right image. A quadratic in x and y whose

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "simulation/town.h"
 
@@ -40,16 +42,17 @@ bool overlap(const Outline& a, const Outline& b) {
   return true;
 }
 
-// Does it never meet the camera's vehicle or another mover?
-bool isFree(const Mover& mover, const std::vector<Mover>& others, const Route& route) {
-  const Vector3d size = sizeOf(mover.kind, mover.seed), camera_car(4.2, 1.8, 1.5);
+// Does it never meet the camera's body or another mover?
+bool isFree(const Mover& mover, const std::vector<Mover>& others, const Path& path,
+            const Vector3d& body_m) {
+  const Vector3d size = sizeOf(mover.kind, mover.seed);
   for (double t = std::max(0.0, mover.from_s); t <= mover.until_s; t += 0.2) {
-    const Place place = mover.placeAt(t, route);
+    const Place place = mover.placeAt(t, path);
     const Outline outline(place, size, 0.15);
-    if (overlap(outline, Outline(route.placeAt(t), camera_car, 0.35))) return false;
+    if (overlap(outline, Outline(path.placeAt(t), body_m, 0.35))) return false;
     for (const Mover& other : others) {
       if (t < other.from_s || t > other.until_s) continue;
-      const Place there = other.placeAt(t, route);
+      const Place there = other.placeAt(t, path);
       if ((there.position_m - place.position_m).squaredNorm() > 225) continue;
       if (overlap(outline, Outline(there, sizeOf(other.kind, other.seed), 0.15))) return false;
     }
@@ -65,8 +68,8 @@ struct Street {
   double middle_m;  // of the street, on the axis `left`
   bool valid;       // not while it turns
 
-  Street(const Route& route, double time_s) {
-    const Place place = route.placeAt(time_s);
+  Street(const Path& path, double time_s) {
+    const Place place = path.placeAt(time_s);
     heading_rad = kPi / 2 * std::round(place.heading_rad / (kPi / 2));
     ahead = direction(heading_rad);
     left = {-ahead.y(), ahead.x()};
@@ -88,9 +91,9 @@ double Mover::gapAt(double time_s) const {
   return along.gap_m + along.swing_m * std::sin(2 * kPi * time_s / along.period_s + id);
 }
 
-Place Mover::placeAt(double time_s, const Route& route) const {
+Place Mover::placeAt(double time_s, const Path& path) const {
   if (goes_along) {
-    Place place = route.placeAlong(route.wayAt(time_s) + gapAt(time_s));
+    Place place = path.placeAhead(time_s, gapAt(time_s));
     place.position_m +=
         along.left_m * Vector3d(-std::sin(place.heading_rad), std::cos(place.heading_rad), 0);
     return place;
@@ -101,15 +104,15 @@ Place Mover::placeAt(double time_s, const Route& route) const {
   return place;
 }
 
-Vector3d Mover::velocityAt(double time_s, const Route& route) const {
+Vector3d Mover::velocityAt(double time_s, const Path& path) const {
   constexpr double kHalf_s = 0.005;
   const double before_s = std::max(0.0, time_s - kHalf_s), after_s = time_s + kHalf_s;
-  return (placeAt(after_s, route).position_m - placeAt(before_s, route).position_m) /
+  return (placeAt(after_s, path).position_m - placeAt(before_s, path).position_m) /
          (after_s - before_s);
 }
 
-std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, double duration_s,
-                               uint32_t seed) {
+std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const Vector3d& body_m,
+                               double duration_s, uint32_t seed) {
   std::vector<Mover> movers;
   int next_id = 1;
   for (const Companion& companion : traffic.companions) {
@@ -123,6 +126,21 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, doubl
     mover.until_s = duration_s;
     movers.push_back(mover);
   }
+  for (const Walk& walk : traffic.walks) {
+    const Vector2d way = walk.to_m - walk.from_m;
+    Mover mover;
+    mover.id = next_id++;
+    mover.kind = walk.kind;
+    mover.seed = hashOf(seed, 3, static_cast<uint32_t>(mover.id));
+    mover.met_s = mover.from_s = walk.start_s;
+    mover.until_s = walk.start_s + way.norm() / walk.speed_mps;
+    mover.met = {{walk.from_m.x(), walk.from_m.y(), 0}, std::atan2(way.y(), way.x())};
+    mover.speed_mps = walk.speed_mps;
+    if (!isFree(mover, movers, path, body_m))
+      throw std::invalid_argument("walk " + std::to_string(mover.id) +
+                                  " meets the camera or another one");
+    movers.push_back(mover);
+  }
   // Candidates one kind after the other; those who would collide are left out.
   const auto meet = [&](double period_s, uint32_t kind, double reach_s, const auto& make) {
     if (period_s <= 0) return;
@@ -133,14 +151,14 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, doubl
       Mover mover;
       mover.seed = random.bits();
       mover.met_s = t;
-      const Street street(route, known);
+      const Street street(path, known);
       Random own(mover.seed);
       const bool possible = make(street, own, mover);
       if (!street.valid || !possible) continue;
       mover.from_s = t - reach_s;
       mover.until_s = t + reach_s;
       mover.id = next_id;
-      if (!isFree(mover, movers, route)) continue;
+      if (!isFree(mover, movers, path, body_m)) continue;
       movers.push_back(mover);
       ++next_id;
     }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "simulation/route.h"
+#include "simulation/path.h"
 
 namespace predictive_stereo::simulation {
 
@@ -19,16 +19,18 @@ struct Mover {
   Place met;
   double speed_mps = 0;
 
-  Place placeAt(double time_s, const Route& route) const;
-  Eigen::Vector3d velocityAt(double time_s, const Route& route) const;
+  Place placeAt(double time_s, const Path& path) const;
+  Eigen::Vector3d velocityAt(double time_s, const Path& path) const;
   double strideAt(double time_s) const { return speed_mps * (time_s - met_s) + 0.1 * id; }
 
  private:
   double gapAt(double time_s) const;
 };
 
-/// The movers of a scene, none of which drives through another one or the camera. Deterministic.
-std::vector<Mover> makeTraffic(const Traffic& traffic, const Route& route, double duration_s,
-                               uint32_t seed);
+/// The movers of a scene, none of which drives through another one or the camera's body (length,
+/// width, height). Deterministic.
+/// @throws std::invalid_argument for a walk that meets the body or another walk.
+std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path,
+                               const Eigen::Vector3d& body_m, double duration_s, uint32_t seed);
 
 }  // namespace predictive_stereo::simulation

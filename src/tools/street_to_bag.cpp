@@ -33,8 +33,9 @@ publish it, with exact truth. The same options give the same bag.
   --scene NAME      what happens (below); the default is street
   --frames N        number of stereo pairs (150)
   --seed S          another seed is another town with other traffic (1)
-  --size WxH        image size (1242x375, with KITTI's field of view)
-  --rate HZ         frames per second (10)
+  --size WxH        image size, with the same field of view
+  --rate HZ         frames per second
+                    (both: the scene's; 1242x375 with KITTI's field of view and 10 Hz for cars)
   --namespace NS    of all topics but tf (/street)
   --compress        compress the bag (lz4)
   --help
@@ -137,7 +138,7 @@ class Robot {
  public:
   explicit Robot(const Street& street) : street_(street) {
     R_link_optical_ << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-    T_base_cam_ = Street::cameraMount();
+    T_base_cam_ = street.cameraMount();
     T_world_odom_ = basePose(street.exposureTimeOf(0));
   }
 

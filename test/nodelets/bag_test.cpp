@@ -91,7 +91,7 @@ Recording street(const std::string& path) {
     if (const auto truth = message.instantiate<nav_msgs::Odometry>()) {
       Eigen::Isometry3d T_odom_base;
       tf2::fromMsg(truth->pose.pose, T_odom_base);
-      recording.T_world_cam.push_back(T_odom_base * Street::cameraMount());
+      recording.T_world_cam.push_back(T_odom_base * Street(StreetParams()).cameraMount());
     }
   }
   return recording;

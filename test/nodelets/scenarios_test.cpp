@@ -36,7 +36,7 @@ class Scenarios : public NodeletTest {
     pose.header.stamp = street().stamp(index);
     pose.header.frame_id = "world_of_others";
     pose.child_frame_id = camera;
-    pose.transform = transformMsg(street().T_world_base(index) * Street::cameraMount());
+    pose.transform = transformMsg(street().T_world_base(index) * street().cameraMount());
     broadcaster.sendTransform(pose);
     StereoPair pair = street().pair(index);
     auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);

@@ -58,13 +58,15 @@ class StreetCamera {
     message.header.stamp = stamp(0);
     message.header.frame_id = "base_link";
     message.child_frame_id = kFrame;
-    message.transform = transformMsg(Street::cameraMount());
+    message.transform = transformMsg(street_.cameraMount());
     return message;
   }
 
+  Eigen::Isometry3d cameraMount() const { return street_.cameraMount(); }
+
   /// Truth: base_link in the world.
   Eigen::Isometry3d T_world_base(int index) const {
-    return frames_[index].T_world_cam * Street::cameraMount().inverse();
+    return frames_[index].T_world_cam * street_.cameraMount().inverse();
   }
 
   sensor_msgs::ImagePtr image(const cv::Mat1b& pixels, ros::Time stamp) const {

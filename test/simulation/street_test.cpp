@@ -291,7 +291,7 @@ TEST(Street, FramesDependOnTheirIndexAlone) {
 TEST(Street, CameraMovesAsItsSceneSays) {
   // Of the vehicle: the camera above it nods.
   const auto travelled = [](const Street& street, int from, int to) {
-    const Eigen::Isometry3d T_cam_vehicle = Street::cameraMount().inverse();
+    const Eigen::Isometry3d T_cam_vehicle = street.cameraMount().inverse();
     return ((street.poseOf(to) * T_cam_vehicle).translation() -
             (street.poseOf(from) * T_cam_vehicle).translation())
         .norm();
