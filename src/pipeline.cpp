@@ -3,14 +3,11 @@
 #include <future>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {
-
-constexpr float kHoleTolerancePx = 3.0f;
 
 std::string text(cv::Size size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
@@ -24,176 +21,184 @@ void requireSize(const char* name, const cv::Mat1b& image, cv::Size expected) {
 
 }  // namespace
 
-DisparityEstimator::DisparityEstimator(const DisparityParams& params)
-    : params_(params),
-      coarse_matcher_(params.matcher),
-      row_aligner_(params.row_alignment),
-      predictor_(params.matcher.range, params.prediction),
-      range_builder_(params.matcher.range, params.search),
-      matcher_(params.matcher) {
+Pipeline::Pipeline(const PipelineParams& params) : params_(params), guard_(params.max_gap) {
+  if (params.parts.disparity) params_.detection.range = params.disparity.matcher.range;
+  if (params.parts.ego_motion) ego_motion_.emplace(params_.ego_motion);
+  if (params.parts.disparity) disparity_.emplace(params_.disparity);
+  if (params.parts.detection) detector_.emplace(params_.detection);
   validate(params);
 }
 
-void DisparityEstimator::begin(const cv::Mat1b& left, const cv::Mat1b& right,
-                               const StereoRig& rig) {
-  requireSize("left", left, rig.size);
-  requireSize("right", right, rig.size);
-  if (rig != rig_) reset();
-  rig_ = rig;
-  left_ = left;
-  right_ = right;
+SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
+  requireSize("left", frame.left, frame.rig.size);
+  if (ego_motion_ || disparity_) requireSize("right", frame.right, frame.rig.size);
+  const SequenceGuard::Result sequence = guard_.next(frame.stamp, frame.rig);
+  using Verdict = SequenceGuard::Verdict;
+  if (sequence.verdict == Verdict::kDuplicate) return sequence;
+  if (sequence.verdict == Verdict::kBackward) startAnew();
+  if (sequence.verdict != Verdict::kContinues) forgetFrames();
+  frame_ = frame;
+  return sequence;
 }
 
-void DisparityEstimator::matchCoarsely() {
-  coarse_times_.clear();
+// The block diagram of the paper.
+void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
+  times_ = {};
+  std::future<void> matched_coarsely;
+  if (disparity_) {
+    disparity_->begin(frame_.left, frame_.right, frame_.rig);
+    // What needs no motion runs beside it.
+    const bool motion_takes_time = ego_motion_ || sources.motion;
+    matched_coarsely = std::async(motion_takes_time ? std::launch::async : std::launch::deferred,
+                                  [this] { disparity_->matchCoarsely(); });
+  }
+  followCamera(sources, output);
+  if (disparity_) {
+    DisparityOutput& maps = output.disparity;
+    const std::optional<CameraMotion> motion = motionFromPast(sources, output);
+    if (sources.moved && disparity_->params().use_moving_mask && past_stamp_ && !unlinked_frames_)
+      markMoving(sources.moved(*past_stamp_));
+    disparity_->predict(past_, motion, maps);
+    DisparityState& filters = linkToPast(motion.has_value());
+    matched_coarsely.get();
+    disparity_->chooseRanges(maps);
+    disparity_->match(maps);
+    disparity_->correct(maps, filters);
+    if (&filters == &past_) past_stamp_ = frame_.stamp;
+    if (sources.measured) sources.measured();
+    // The detector does not need it, but keeps all threads busy itself.
+    disparity_->publish(filters, maps);
+    times_.disparity = disparity_->times();
+  }
+  if (detector_) {
+    detect(output);
+    markMoving(output.detections.mask);
+  }
+}
+
+// The camera's pose, and the motion that led to it.
+void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output) {
+  output.motion_start.reset();
+  if (!ego_motion_ && !sources.ego_motion) {
+    output.pose_known = sources.T_odom_cam.has_value();
+    output.T_odom_cam = sources.T_odom_cam.value_or(Eigen::Isometry3d::Identity());
+    return;
+  }
   Stopwatch watch;
-
-  alignRightImage(right_, RowOffsetModel(), rig_.cx_left_px - rig_.cx_right_px, shifted_right_);
-  coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_);
-  watch.lap("half-resolution match", coarse_times_);
-
-  row_alignment_ =
-      row_aligner_.estimate(left_, shifted_right_, coarse_disparity_px_, params_.matcher.range);
-  alignRightImage(shifted_right_, row_alignment_, 0.0, aligned_right_);
-  watch.lap("row alignment", coarse_times_);
+  if (sources.ego_motion) {
+    output.ego_motion = *sources.ego_motion;
+  } else {
+    const bool fits = sources.ignored.size() == frame_.rig.size && !since_tracked_.empty();
+    output.ego_motion = ego_motion_->estimate(frame_.left, frame_.right, frame_.rig,
+                                              fits ? sources.ignored : cv::Mat1b());
+    watch.lap("ego-motion", times_.ego_motion);
+  }
+  output.motion_start = startOf(output.ego_motion);
+  if (output.motion_start)
+    T_odom_cam_ = compose(T_odom_cam_, output.ego_motion.motion.T_cam_prev.inverse());
+  output.T_odom_cam = T_odom_cam_;
+  // Of the first frame the pose is known, too: it is where odom begins.
+  output.pose_known = output.ego_motion.status != EgoMotionStatus::kLost;
+  if (output.pose_known) since_tracked_.clear();
+  since_tracked_.push_back(frame_.stamp);
 }
 
-void DisparityEstimator::predict(const std::optional<CameraMotion>& motion,
-                                 DisparityOutput& output) {
-  prediction_.disparity_px = output.predicted_disparity_px;
-  prediction_.variance_px2 = output.predicted_variance_px2;
-  times_.clear();
+std::optional<Stamp> Pipeline::startOf(const EgoMotionEstimate& estimate) const {
+  const auto frames = static_cast<size_t>(estimate.frames);
+  if (estimate.status != EgoMotionStatus::kTracked || frames > since_tracked_.size()) return {};
+  return since_tracked_[since_tracked_.size() - frames];
+}
+
+std::optional<CameraMotion> Pipeline::motionFromPast(const FrameSources& sources,
+                                                     const PipelineOutput& output) {
+  if (sources.motion) return sources.motion(past_stamp_);
+  if (!output.motion_start) return {};
+  if (output.motion_start == past_stamp_) return output.ego_motion.motion;
+  forgetPast();  // motions go on from this frame: none will start from the past
+  return {};
+}
+
+// The filters that the frame in work is to write: those that are kept, or those that are not.
+DisparityState& Pipeline::linkToPast(bool motion_known) {
+  const bool linked = motion_known || past_.empty();
+  unlinked_frames_ = linked ? 0 : unlinked_frames_ + 1;
+  if (!linked && unlinked_frames_ <= params_.disparity.correction.max_missed_frames)
+    return unlinked_;
+  unlinked_frames_ = 0;
+  return past_;
+}
+
+void Pipeline::detect(PipelineOutput& output) {
   Stopwatch watch;
-
-  output.predicted = motion.has_value() && !past_.empty();
-  unlinked_frames_ = motion || past_.empty() ? 0 : unlinked_frames_ + 1;
-  output.carried = unlinked_frames_ == 0 || unlinked_frames_ > params_.correction.max_missed_frames;
-  if (output.carried) unlinked_frames_ = 0;
-  if (output.predicted)
-    predictor_.predict(past_, rig_, *motion, prediction_);
-  else
-    predictor_.predictNothing(rig_.size, prediction_);
-  output.predicted_disparity_px = prediction_.disparity_px;
-  output.predicted_variance_px2 = prediction_.variance_px2;
-  watch.lap("prediction", times_);
+  const DisparityOutput& maps = output.disparity;
+  detector_->detect({toSeconds(frame_.stamp), frame_.rig, frame_.left, maps.measured_disparity_px,
+                     maps.measured_variance_px2, maps.predicted_disparity_px,
+                     maps.predicted_variance_px2, output.pose_known, output.T_odom_cam},
+                    output.detections);
+  watch.lap("detection", times_.detection);
 }
 
-// The block diagram of the paper, from the prediction on.
-void DisparityEstimator::measure(DisparityOutput& output) {
-  const DisparityRange& range = params_.matcher.range;
-  DisparityState& state = output.carried ? past_ : unlinked_;
-  match_.ambiguity = output.ambiguity;
-  times_.insert(times_.begin(), coarse_times_.begin(), coarse_times_.end());
-  Stopwatch watch;
-
-  range_builder_.build(prediction_, coarse_disparity_px_, ranges_);
-  searchWidths(ranges_, output.search_width_px);
-  watch.lap("search ranges", times_);
-
-  matcher_.match(left_, aligned_right_, ranges_, match_);
-  watch.lap("matching", times_);
-
-  filterBySupport(range, params_.min_support, match_.disparity_px, output.measured_disparity_px);
-  measurementVariance(output.measured_disparity_px, match_.ambiguity, range, params_.variance,
-                      output.measured_variance_px2);
-  watch.lap("support", times_);
-
-  correct(prediction_, output.measured_disparity_px, range, params_.correction, state);
-  std::swap(state.disparity_px, corrected_disparity_px_);
-  filterBySupport(range, params_.min_support, corrected_disparity_px_, state.disparity_px);
-  watch.lap("correction", times_);
-
-  output.ambiguity = match_.ambiguity;
-  output.row_alignment = row_alignment_;
-}
-
-void DisparityEstimator::publish(DisparityOutput& output) {
-  const DisparityRange& range = params_.matcher.range;
-  const DisparityState& state = output.carried ? past_ : unlinked_;
-  Stopwatch watch;
-  fillHolesAndMedian3x3(range, params_.max_hole_px, kHoleTolerancePx, state.disparity_px,
-                        median_disparity_px_);
-  predictive_stereo::publish(median_disparity_px_, state, prediction_, output.measured_disparity_px,
-                             output.measured_variance_px2, row_alignment_.rms_offset_px, range,
-                             params_.variance, output.disparity_px, output.disparity_variance_px2);
-  watch.lap("median", times_);
-}
-
-void DisparityEstimator::markMoving(const cv::Mat1b& mask) {
-  if (!params_.use_moving_mask || past_.empty() || unlinked_frames_ > 0) return;
+void Pipeline::markMoving(const cv::Mat1b& mask) {
+  if (mask.empty() || past_.empty() || unlinked_frames_ > 0) return;
+  if (!params_.disparity.use_moving_mask) return;
   if (mask.size() != past_.missed_frames.size())
     throw std::invalid_argument("mask of moving objects is " + text(mask.size()) +
                                 " but the frame was " + text(past_.missed_frames.size()));
   cv::bitwise_or(past_.missed_frames, mask, past_.missed_frames);
 }
 
-void DisparityEstimator::setParams(const DisparityParams& params) {
-  DisparityEstimator changed(params);
-  if (params.matcher.range != params_.matcher.range) forgetPast();
-  params_ = params;
-  row_aligner_.setParams(params.row_alignment);
-  coarse_matcher_ = std::move(changed.coarse_matcher_);
-  predictor_ = std::move(changed.predictor_);
-  range_builder_ = std::move(changed.range_builder_);
-  matcher_ = std::move(changed.matcher_);
+void Pipeline::setParams(const EgoMotionParams& params) {
+  ego_motion_->setParams(params);
+  params_.ego_motion = params;
 }
 
-void DisparityEstimator::reset() {
-  row_aligner_.reset();
+void Pipeline::setParams(const DisparityParams& params) {
+  disparity_->setParams(params);
+  const bool other_range = params.matcher.range != params_.disparity.matcher.range;
+  params_.disparity = params;
+  if (!other_range) return;
   forgetPast();
+  if (detector_) setParams(params_.detection);
 }
 
-void DisparityEstimator::forgetPast() {
-  past_ = DisparityState();
-  unlinked_frames_ = 0;
-}
-
-Pipeline::Pipeline(const PipelineParams& params)
-    : ego_motion_(params.ego_motion), disparity_(params.disparity), detector_(params.detection) {}
-
-void Pipeline::process(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
-                       double stamp_s, PipelineOutput& output) {
-  // What needs no motion runs beside it.
-  disparity_.begin(left, right, rig);
-  auto matched_coarsely = std::async(std::launch::async, [&] { disparity_.matchCoarsely(); });
-  Stopwatch watch;
-  output.ego_motion = ego_motion_.estimate(left, right, rig);
-  const bool tracked = output.ego_motion.status == EgoMotionStatus::kTracked;
-  // Of the first frame the pose is known, too: it is where odom begins.
-  const bool known = output.ego_motion.status != EgoMotionStatus::kLost;
-  T_odom_cam_ = compose(T_odom_cam_, output.ego_motion.motion.T_cam_prev.inverse());
-  output.T_odom_cam = T_odom_cam_;
-  times_.clear();
-  watch.lap("ego-motion", times_);
-
-  ++frames_since_past_;
-  const bool from_past = output.ego_motion.frames == frames_since_past_;
-  if (tracked && !from_past) disparity_.forgetPast();
-  disparity_.predict(tracked && from_past ? std::optional(output.ego_motion.motion) : std::nullopt,
-                     output.disparity);
-  matched_coarsely.get();
-  disparity_.measure(output.disparity);
-  if (output.disparity.carried) frames_since_past_ = 0;
-
-  // The detector does not need it, but keeps all threads busy itself.
-  disparity_.publish(output.disparity);
-  times_.insert(times_.end(), disparity_.times().begin(), disparity_.times().end());
-  watch = Stopwatch();
-
-  detector_.detect({stamp_s, rig, left, output.disparity.measured_disparity_px,
-                    output.disparity.measured_variance_px2, output.disparity.predicted_disparity_px,
-                    output.disparity.predicted_variance_px2, known, output.T_odom_cam},
-                   output.detections);
-  disparity_.markMoving(output.detections.mask);
-  watch.lap("detection", times_);
+void Pipeline::setParams(const DetectionParams& params) {
+  DetectionParams changed = params;
+  if (disparity_) changed.range = params_.disparity.matcher.range;
+  detector_->setParams(changed);
+  params_.detection = changed;
 }
 
 void Pipeline::reset() {
-  ego_motion_.reset();
-  disparity_.reset();
-  detector_.reset();
+  startAnew();
+  forgetFrames();
+  guard_.forget();
+}
+
+// EgoMotion::reset() would keep what it learnt of the calibration.
+void Pipeline::startAnew() {
+  if (ego_motion_) ego_motion_.emplace(params_.ego_motion);
   T_odom_cam_ = Eigen::Isometry3d::Identity();
-  frames_since_past_ = 0;
+}
+
+void Pipeline::forgetFrames() {
+  if (ego_motion_) ego_motion_->reset();
+  if (disparity_) disparity_->reset();
+  if (detector_) detector_->reset();
+  since_tracked_.clear();
+  forgetPast();
+}
+
+void Pipeline::forgetPast() {
+  past_ = DisparityState();
+  past_stamp_.reset();
+  unlinked_frames_ = 0;
+}
+
+StageTimes PipelineTimes::all() const {
+  StageTimes all = ego_motion;
+  all.insert(all.end(), disparity.begin(), disparity.end());
+  all.insert(all.end(), detection.begin(), detection.end());
+  return all;
 }
 
 }  // namespace predictive_stereo

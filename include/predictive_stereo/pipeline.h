@@ -1,195 +1,166 @@
-/// The block diagram of the paper: one frame in, disparity with variance and moving objects out.
+/// The life of a frame: one stereo pair in; ego-motion, disparity with variance and moving objects
+/// out; and what of it the next frame starts from.
 #pragma once
 
+#include <deque>
+#include <functional>
 #include <optional>
-#include <string>
 
-#include "predictive_stereo/coarse_matcher.h"
-#include "predictive_stereo/correction.h"
+#include "predictive_stereo/disparity_estimator.h"
 #include "predictive_stereo/ego_motion.h"
-#include "predictive_stereo/matcher.h"
 #include "predictive_stereo/moving_objects.h"
-#include "predictive_stereo/post_filter.h"
-#include "predictive_stereo/prediction.h"
-#include "predictive_stereo/row_alignment.h"
-#include "predictive_stereo/search_ranges.h"
-#include "predictive_stereo/stage_times.h"
-#include "predictive_stereo/stereo_rig.h"
-#include "predictive_stereo/variance.h"
+#include "predictive_stereo/sequence_guard.h"
 
 namespace predictive_stereo {
 
-struct DisparityParams {
-  MatcherParams matcher;
-  RowAlignmentParams row_alignment;
-  PredictionParams prediction;
-  SearchRangeParams search;
-  CorrectionParams correction;
-  VarianceParams variance;
-  int min_support = 10;  ///< see filterBySupport; applied to the match and to the filters; 0: off
-  int max_hole_px = 40;  ///< narrower holes are filled in the published disparity where both sides
-                         ///< agree or one hides them, see fillHoles; 0: none
-
-  /// What moved by itself in the frame before, by markMoving(), enters neither ranges nor filters.
-  bool use_moving_mask = true;
-
-  template <class Visitor>
-  void visit(Visitor&& v) {
-    v("matcher", matcher);
-    v("row_alignment", row_alignment);
-    v("prediction", prediction);
-    v("search", search);
-    v("correction", correction);
-    v("variance", variance);
-    v("min_support", min_support, 0, 25);
-    v("max_hole_px", max_hole_px, 0, 1000);
-    v("use_moving_mask", use_moving_mask);
-  }
-};
-
-/// The maps of one frame, as published. Callers may provide the memory: buffers of the right size
-/// and type are written in place. See DisparityRange for invalid disparities; variances are 0
-/// there.
-struct DisparityOutput {
-  cv::Mat1f disparity_px;  ///< filtered, narrow holes filled, 3x3 median
-  cv::Mat1f disparity_variance_px2;
-  cv::Mat1f measured_disparity_px;  ///< this frame's match alone
-  cv::Mat1f measured_variance_px2;
-  cv::Mat1f predicted_disparity_px;  ///< from the past alone; all invalid without a past
-  cv::Mat1f predicted_variance_px2;  ///< see Prediction
-  cv::Mat1w search_width_px;  ///< disparities asked for; the matcher looks at 16 or more around
-  cv::Mat1b ambiguity;        ///< of the measured disparity, see Match
-  RowOffsetModel row_alignment;
-  bool predicted = false;  ///< whether the past was used
-  bool carried = false;    ///< whether this frame is the past of the next one, see predict()
-};
-
-/// Disparity with prediction: the closed loop of the paper's block diagram.
-///
-/// A frame comes in steps, so that what needs no motion can run beside the ego-motion and the
-/// prediction: begin(), then matchCoarsely() and, in any order or at the same time, predict(), then
-/// measure() and publish(). The images must stay alive and unchanged all the time.
-class DisparityEstimator {
- public:
-  /// @throws std::invalid_argument for parameters outside their limits.
-  explicit DisparityEstimator(const DisparityParams& params);
-
-  /// @param left, right  rectified 8-bit grey images of rig.size.
-  /// @throws std::invalid_argument where sizes differ from rig.size.
-  void begin(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
-  /// Half-resolution match and row alignment, which need no past.
-  void matchCoarsely();
-  /// The past, moved by the ego-motion.
-  /// @param motion  from the past, the last frame that was carried, to this one. None: it is not
-  ///   known, and the frame is matched without prediction. The past is then kept for the frames
-  ///   after, so that one frame without motion costs no more than itself; after
-  ///   correction/max_missed_frames of them this frame takes its place.
-  void predict(const std::optional<CameraMotion>& motion, DisparityOutput& output);
-  /// Search ranges, matching, correction: everything but `disparity_px` and its variance.
-  void measure(DisparityOutput& output);
-  /// And those two. May run beside markMoving().
-  void publish(DisparityOutput& output);
-
-  /// All before the motion is known, one step after the other.
-  void prepare(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig) {
-    begin(left, right, rig);
-    matchCoarsely();
-  }
-  /// And all the others.
-  void estimate(const std::optional<CameraMotion>& motion, DisparityOutput& output) {
-    predict(motion, output);
-    measure(output);
-    publish(output);
-  }
-
-  /// Tells what moved by itself in the frame that was estimated last: where
-  /// params().use_moving_mask, its disparities do not enter the next frame's ranges and filters.
-  /// See kMovesByItself.
-  /// @param mask  255 on moving objects, as Detections::mask, of that frame's size.
-  /// @throws std::invalid_argument for another size.
-  void markMoving(const cv::Mat1b& mask);
-
-  /// Other parameters from the next frame on. What is known of the past is kept, unless the range
-  /// of disparities becomes another one. Not between begin() and measure().
-  /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.
-  void setParams(const DisparityParams& params);
-
-  /// Forgets the filters: the next frame is matched without prediction and starts them anew.
-  void forgetPast();
-  /// Forgets everything, the row alignment too: for another sequence.
-  void reset();
-
-  const DisparityParams& params() const { return params_; }
-  /// The instruction set that matching runs on.
-  const std::string& simdTarget() const { return matcher_.simdTarget(); }
-  /// Of the last frame.
-  const StageTimes& times() const { return times_; }
-
- private:
-  DisparityParams params_;
-  CoarseMatcher coarse_matcher_;
-  RowAligner row_aligner_;
-  Predictor predictor_;
-  SearchRangeBuilder range_builder_;
-  StereoMatcher matcher_;
-
-  // The frame in work.
-  StereoRig rig_;
-  cv::Mat1b left_, right_, shifted_right_, aligned_right_;
-  cv::Mat1f coarse_disparity_px_;
-  RowOffsetModel row_alignment_;
-  Prediction prediction_;
-  SearchRanges ranges_;
-  Match match_;
-  cv::Mat1f corrected_disparity_px_, median_disparity_px_;
-  StageTimes coarse_times_, times_;
-
-  DisparityState unlinked_;  // the filters of a frame that is not carried
-
-  // What is carried to the next frame.
-  DisparityState past_;
-  int unlinked_frames_ = 0;  // since then
+/// The parts that a pipeline runs. The others run elsewhere, or nowhere; see FrameSources.
+struct PipelineParts {
+  bool ego_motion = true;
+  bool disparity = true;
+  bool detection = true;
 };
 
 struct PipelineParams {
+  PipelineParts parts;   ///< set by the program, not by its users
+  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
   EgoMotionParams ego_motion;
   DisparityParams disparity;
-  DetectionParams detection;
+  DetectionParams detection;  ///< where both run, its range is that of the disparities
 
   template <class Visitor>
   void visit(Visitor&& v) {
+    v("max_gap", max_gap, 0.01, 3600.0);
     v("ego_motion", ego_motion);
     v("disparity", disparity);
     v("detection", detection);
   }
 };
 
+/// One stereo pair.
+struct StereoFrame {
+  /// Rectified 8-bit grey images of rig.size, which must stay alive and unchanged until the frame
+  /// is done. Detection alone needs no right one.
+  cv::Mat1b left, right;
+  StereoRig rig;
+  Stamp stamp{};
+};
+
+/// What one frame gets from elsewhere; whatever is not set the pipeline has from its own parts.
+/// Functions are called by process(), in its thread; they may wait.
+struct FrameSources {
+  /// 255 where the ego-motion is to ignore features of the frame before. Of another size: unused.
+  cv::Mat1b ignored;
+  /// Ego-motion that another pipeline estimated on the same frames.
+  std::optional<EgoMotionEstimate> ego_motion;
+  /// The camera's motion from the frame `past` to this one; none: it is not known. Called once in
+  /// each frame; without a past (nullopt) its result does not matter.
+  std::function<std::optional<CameraMotion>(std::optional<Stamp> past)> motion;
+  /// What moved by itself in the frame before, which has this stamp: 255 there, of rig.size; empty:
+  /// not known. Not called where it does not matter.
+  std::function<cv::Mat1b(Stamp before)> moved;
+  /// Pose of the left camera's optical frame for the detection, where no ego-motion is known here.
+  std::optional<Eigen::Isometry3d> T_odom_cam;
+  /// Called as soon as measured and predicted maps are there, which is all that detection needs.
+  std::function<void()> measured;
+};
+
 struct PipelineOutput {
   EgoMotionEstimate ego_motion;
-  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();  ///< the first frame is the origin
+  /// The frame that ego_motion.motion starts from; none: it was not tracked.
+  std::optional<Stamp> motion_start;
+  bool pose_known = false;
+  /// Of the left camera's optical frame. It goes on from the origin and is held while lost.
+  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+  /// Where disparities are estimated elsewhere, the caller puts in what the detection needs.
   DisparityOutput disparity;
   Detections detections;
 };
 
-/// The whole package on one stereo sequence, without ROS.
+/// Duration of the stages of one frame, by part.
+struct PipelineTimes {
+  StageTimes ego_motion, disparity, detection;
+  StageTimes all() const;
+};
+
+/// The whole package on one stereo sequence, without ROS: the only place that knows what one frame
+/// leaves for the next.
+///
+/// The past is the last frame whose filters were kept. A frame is predicted from it where the
+/// camera's motion since then is known. A frame without such a motion (unlinked) is matched without
+/// prediction and leaves the past as it is, so that it costs no more than itself; after
+/// correction/max_missed_frames of them, or where no motion can ever lead from the past to a later
+/// frame, the past is given up. What moved by itself is no past: where disparity/use_moving_mask,
+/// its disparities do not enter the next frame's ranges and filters, see kMovesByItself.
 class Pipeline {
  public:
+  /// @throws std::invalid_argument for parameters outside their limits.
   explicit Pipeline(const PipelineParams& params);
 
-  /// Frames must come in the order of their stamps.
-  void process(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig, double stamp_s,
-               PipelineOutput& output);
+  /// Takes a frame. Where it does not go on from the one before (time went back, a gap, another
+  /// calibration) everything of the frames before is forgotten, but the pose goes on: it is held
+  /// over a gap, and starts anew where time went back.
+  /// @returns kDuplicate where the frame is to be ignored.
+  /// @throws std::invalid_argument where sizes differ from rig.size; the state stays as it was.
+  SequenceGuard::Result begin(const StereoFrame& frame);
+  /// Runs all parts on the frame that was taken. Buffers of `output` are used again.
+  /// @throws std::invalid_argument for a mask of another size than the frame's.
+  void process(const FrameSources& sources, PipelineOutput& output);
+
+  /// Both.
+  /// @returns false for a duplicate, which leaves `output` as it was.
+  bool process(const StereoFrame& frame, PipelineOutput& output, const FrameSources& sources = {}) {
+    if (begin(frame).verdict == SequenceGuard::Verdict::kDuplicate) return false;
+    process(sources, output);
+    return true;
+  }
+
+  /// The pose of the frame that was taken, for the first one. Identity where not told.
+  void setOrigin(const Eigen::Isometry3d& T_odom_cam) { T_odom_cam_ = T_odom_cam; }
+  /// Forgets everything: the next frame is the origin.
   void reset();
 
-  const StageTimes& times() const { return times_; }
+  /// Other parameters from the next frame on. What is known of the past is kept, but disparities
+  /// of another range are no past. Only of parts that this pipeline runs.
+  /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.
+  void setParams(const EgoMotionParams& params);
+  void setParams(const DisparityParams& params);
+  void setParams(const DetectionParams& params);
+
+  /// The stamp of the frame that the next one is predicted from.
+  std::optional<Stamp> past() const { return past_stamp_; }
+  const DisparityState& pastFilters() const { return past_; }
+  /// Only where this pipeline runs that part.
+  const DisparityEstimator& disparity() const { return *disparity_; }
+  /// Of the last frame.
+  const PipelineTimes& times() const { return times_; }
 
  private:
-  EgoMotion ego_motion_;
-  DisparityEstimator disparity_;
-  MovingObjectDetector detector_;
+  void followCamera(const FrameSources& sources, PipelineOutput& output);
+  std::optional<Stamp> startOf(const EgoMotionEstimate& estimate) const;
+  std::optional<CameraMotion> motionFromPast(const FrameSources& sources,
+                                             const PipelineOutput& output);
+  DisparityState& linkToPast(bool motion_known);
+  void detect(PipelineOutput& output);
+  void markMoving(const cv::Mat1b& mask);
+  void startAnew();
+  void forgetFrames();
+  void forgetPast();
+
+  PipelineParams params_;
+  std::optional<EgoMotion> ego_motion_;
+  std::optional<DisparityEstimator> disparity_;
+  std::optional<MovingObjectDetector> detector_;
+  SequenceGuard guard_;
+  StereoFrame frame_;  // in work
+  PipelineTimes times_;
+
+  // What is carried to the next frame, beside what the parts remember.
   Eigen::Isometry3d T_odom_cam_ = Eigen::Isometry3d::Identity();
-  int frames_since_past_ = 0;  // since the frame that disparity_ carries on
-  StageTimes times_;
+  std::deque<Stamp> since_tracked_;  // the last frame that was not lost, and all after it
+  DisparityState past_;              // filters, and the frame that they are of
+  std::optional<Stamp> past_stamp_;
+  int unlinked_frames_ = 0;  // since then
+  DisparityState unlinked_;  // the filters of such a frame, which are not kept
 };
 
 }  // namespace predictive_stereo

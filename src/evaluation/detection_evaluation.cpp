@@ -9,9 +9,9 @@ namespace predictive_stereo {
 Detector pipelineDetector(const PipelineParams& params) {
   const auto pipeline = std::make_shared<Pipeline>(params);
   const auto output = std::make_shared<PipelineOutput>();
-  return [=](const SequenceFrame& frame, const StereoRig& rig, double stamp_s) {
-    pipeline->process(frame.left, frame.right, rig, stamp_s, *output);
-    return DetectorOutput{output->detections.objects, pipeline->times().back().ms};
+  return [=](const StereoFrame& frame) {
+    pipeline->process(frame, *output);
+    return DetectorOutput{output->detections.objects, pipeline->times().detection.front().ms};
   };
 }
 
@@ -35,7 +35,7 @@ DetectionEvaluation evaluateDetection(
         labels ? labelsOf(*labels, sequence.fileNumber(index)) : sequence.objects(index);
     if (!known)
       throw std::runtime_error(sequence.name() + ": nothing is known of what moves; give --labels");
-    const DetectorOutput output = detector(images, sequence.rig(), sequence.stamp_s(index));
+    const DetectorOutput output = detector(stereoFrame(sequence, index, images));
     EvaluatedFrame frame;
     frame.index = index;
     frame.labels = *known;

@@ -17,8 +17,7 @@ struct DetectorOutput {
   double ms = 0;  ///< time for it; 0: not known
 };
 /// A detector that is given all frames of a sequence in their order.
-using Detector =
-    std::function<DetectorOutput(const SequenceFrame& frame, const StereoRig& rig, double stamp_s)>;
+using Detector = std::function<DetectorOutput(const StereoFrame& frame)>;
 
 /// The whole pipeline.
 Detector pipelineDetector(const PipelineParams& params);

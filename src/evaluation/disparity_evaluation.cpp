@@ -101,22 +101,25 @@ std::vector<BinnedCalibration::Bin> BinnedCalibration::bins(int count) const {
 }
 
 void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>& methods,
-                       const DisparityRange& range, const EgoMotionParams& ego_motion_params,
-                       int max_frames, const std::function<void(int)>& progress,
-                       const PanelCallback& panel, std::vector<DisparityEvaluation>& evaluations) {
+                       const PipelineParams& params, int max_frames,
+                       const std::function<void(int)>& progress, const PanelCallback& panel,
+                       std::vector<DisparityEvaluation>& evaluations) {
+  const DisparityRange& range = params.disparity.matcher.range;
   evaluations.resize(methods.size());
   std::vector<std::unique_ptr<DisparityMethod>> running;
   for (const NamedMethod& method : methods) running.push_back(method.make(sequence.name()));
   std::vector<MethodOutput> outputs(methods.size());
-  EgoMotion ego_motion(ego_motion_params);
+  PipelineParams shared = params;
+  shared.parts = {true, false, false};
+  Pipeline ego_motion(shared);
+  PipelineOutput motion;
 
   const int frames = max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
   for (int index = 0; index < frames; ++index) {
     const SequenceFrame frame = sequence.frame(index);
-    const EgoMotionEstimate motion = ego_motion.estimate(frame.left, frame.right, sequence.rig());
-    MethodInput input{index,       sequence.stamp_s(index), frame.left,
-                      frame.right, sequence.rig(),          std::nullopt};
-    if (motion.status == EgoMotionStatus::kTracked) input.motion = motion.motion;
+    MethodInput input{index, stereoFrame(sequence, index, frame), {}};
+    ego_motion.process(input.frame, motion);
+    input.ego_motion = motion.ego_motion;
     for (size_t m = 0; m < methods.size(); ++m) {
       running[m]->run(input, outputs[m]);
       if (panel) panel(frame, index, m, outputs[m]);

@@ -68,12 +68,13 @@ using PanelCallback = std::function<void(const SequenceFrame&, int, size_t, cons
 
 /// Adds a sequence to the evaluation of each method (by the method's name). All methods see each
 /// frame before the next one is read; ego-motion is estimated once for all of them.
+/// @param params  of the ego-motion, and the disparities' range.
 /// @param max_frames  0: all.
 /// @param progress  called after each frame with its index; may be empty.
 /// @param panel  may be empty.
 void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>& methods,
-                       const DisparityRange& range, const EgoMotionParams& ego_motion,
-                       int max_frames, const std::function<void(int)>& progress,
-                       const PanelCallback& panel, std::vector<DisparityEvaluation>& evaluations);
+                       const PipelineParams& params, int max_frames,
+                       const std::function<void(int)>& progress, const PanelCallback& panel,
+                       std::vector<DisparityEvaluation>& evaluations);
 
 }  // namespace predictive_stereo

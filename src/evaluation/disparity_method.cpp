@@ -6,9 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
-#include <stdexcept>
-
-#include "predictive_stereo/rigid_motion.h"
+#include <utility>
 
 namespace predictive_stereo {
 namespace {
@@ -19,42 +17,27 @@ double sum(const StageTimes& times) {
   return ms;
 }
 
-DetectionParams detectionParams(const DisparityRange& range) {
-  DetectionParams params;
-  params.range = range;
+PipelineParams withoutEgoMotion(PipelineParams params) {
+  params.parts = {false, true, true};
   return params;
 }
 
 class PredictiveMethod : public DisparityMethod {
  public:
-  explicit PredictiveMethod(const DisparityParams& params)
-      : estimator_(params), detector_(detectionParams(params.matcher.range)) {}
-  void reset() override {
-    estimator_.reset();
-    detector_.reset();
-    T_odom_cam_ = Eigen::Isometry3d::Identity();
-  }
+  explicit PredictiveMethod(const PipelineParams& params) : pipeline_(withoutEgoMotion(params)) {}
   void run(const MethodInput& input, MethodOutput& output) override {
-    estimator_.prepare(input.left, input.right, input.rig);
-    estimator_.estimate(input.motion, output.maps);
-    output.times = estimator_.times();
+    FrameSources sources;
+    sources.ego_motion = input.ego_motion;
+    std::swap(output_.disparity, output.maps);  // its memory is used again
+    pipeline_.process(input.frame, output_, sources);
+    std::swap(output_.disparity, output.maps);
+    output.times = pipeline_.times().disparity;
     output.ms = sum(output.times);
-
-    // What moves is no past for the next frame.
-    if (input.motion) T_odom_cam_ = compose(T_odom_cam_, input.motion->T_cam_prev.inverse());
-    const DisparityOutput& maps = output.maps;
-    detector_.detect({input.stamp_s, input.rig, input.left, maps.measured_disparity_px,
-                      maps.measured_variance_px2, maps.predicted_disparity_px,
-                      maps.predicted_variance_px2, input.motion || input.frame == 0, T_odom_cam_},
-                     detections_);
-    estimator_.markMoving(detections_.mask);
   }
 
  private:
-  DisparityEstimator estimator_;
-  MovingObjectDetector detector_;
-  Eigen::Isometry3d T_odom_cam_ = Eigen::Isometry3d::Identity();
-  Detections detections_;
+  Pipeline pipeline_;
+  PipelineOutput output_;
 };
 
 /// Disparities in 1/16 px as 16-bit images, the time as text beside them.
@@ -106,49 +89,39 @@ class OpencvMethod : public DisparityMethod {
       : mode_(mode),
         params_(params),
         aligned_(aligned),
-        coarse_matcher_(params.matcher),
-        row_aligner_(params.row_alignment),
+        aligner_(params),
         cache_(cache_dir, sequence,
                std::string(mode == OpencvMode::kHh ? "hh" : "3way") + (aligned ? "_aligned" : "")) {
   }
-  void reset() override { row_aligner_.reset(); }
 
   void run(const MethodInput& input, MethodOutput& output) override {
     cv::Mat1f& disparity_px = output.maps.disparity_px;
-    if (cache_.load(input.frame, input.left.size(), disparity_px, output.ms)) return;
-    const cv::Mat1b right = aligned_ ? align(input) : input.right;
+    const StereoFrame& frame = input.frame;
+    if (cache_.load(input.index, frame.left.size(), disparity_px, output.ms)) return;
+    if (aligned_) {
+      aligner_.begin(frame.left, frame.right, frame.rig);
+      aligner_.matchCoarsely();
+    }
+    const cv::Mat1b& right = aligned_ ? aligner_.alignedRight() : frame.right;
     StageTimes times;
     Stopwatch watch;
-    opencvDisparity(input.left, right, params_.matcher.range, mode_, disparity_px);
+    opencvDisparity(frame.left, right, params_.matcher.range, mode_, disparity_px);
     watch.lap("OpenCV", times);
     output.ms = sum(times);
-    cache_.save(input.frame, disparity_px, output.ms);
+    cache_.save(input.index, disparity_px, output.ms);
   }
 
  private:
-  cv::Mat1b align(const MethodInput& input) {
-    cv::Mat1b shifted, aligned;
-    cv::Mat1f coarse_px;
-    alignRightImage(input.right, RowOffsetModel(), input.rig.cx_left_px - input.rig.cx_right_px,
-                    shifted);
-    coarse_matcher_.match(input.left, shifted, coarse_px);
-    alignRightImage(shifted,
-                    row_aligner_.estimate(input.left, shifted, coarse_px, params_.matcher.range),
-                    0.0, aligned);
-    return aligned;
-  }
-
   OpencvMode mode_;
   DisparityParams params_;
   bool aligned_;
-  CoarseMatcher coarse_matcher_;
-  RowAligner row_aligner_;
+  DisparityEstimator aligner_;
   DisparityCache cache_;
 };
 
 }  // namespace
 
-std::unique_ptr<DisparityMethod> predictiveMethod(const DisparityParams& params) {
+std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params) {
   return std::make_unique<PredictiveMethod>(params);
 }
 

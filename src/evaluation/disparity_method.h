@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "evaluation/opencv_baseline.h"
@@ -12,11 +11,9 @@ namespace predictive_stereo {
 
 /// A frame with what several methods share.
 struct MethodInput {
-  int frame = 0;
-  double stamp_s = 0;
-  cv::Mat1b left, right;
-  StereoRig rig;
-  std::optional<CameraMotion> motion;  ///< from the previous frame, where known
+  int index = 0;
+  StereoFrame frame;
+  EgoMotionEstimate ego_motion;
 };
 
 struct MethodOutput {
@@ -30,12 +27,11 @@ struct MethodOutput {
 class DisparityMethod {
  public:
   virtual ~DisparityMethod() = default;
-  virtual void reset() {}
   virtual void run(const MethodInput& input, MethodOutput& output) = 0;
 };
 
-/// This package: ego-motion is given, and what moves is found and fed back.
-std::unique_ptr<DisparityMethod> predictiveMethod(const DisparityParams& params);
+/// This package: the ego-motion is given, and what moves is found and fed back.
+std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params);
 
 /// OpenCV on the images as they are, or with rows (and principal points) aligned as this package
 /// does it.

@@ -48,7 +48,7 @@ KittiSceneResult2015 evaluateKittiScene2015(const KittiScene2015& scene,
                                             const std::vector<NamedMethod>& methods,
                                             const DisparityRange& range,
                                             std::vector<MethodOutput>& outputs) {
-  const MethodInput input{0, 0.0, scene.left, scene.right, scene.rig, std::nullopt};
+  const MethodInput input{0, {scene.left, scene.right, scene.rig, Stamp()}, {}};
   outputs.assign(methods.size(), {});
   KittiSceneResult2015 results{scene.name, {}};
   for (size_t m = 0; m < methods.size(); ++m) {

@@ -212,6 +212,11 @@ bool isUnpredicted(const VarianceSample& s) { return s.measured && !s.predicted;
 bool isKept(const VarianceSample& s) { return !s.measured && s.predicted; }
 bool isFilled(const VarianceSample& s) { return !s.measured && !s.predicted; }
 
+PipelineParams withAllPublished(PipelineParams params) {
+  params.disparity.variance.max_sigma_px = 0;
+  return params;
+}
+
 double rounded(double value) {
   if (value < 1e-6) return 0;
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
@@ -242,39 +247,39 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
                                const std::function<void(int)>& progress) {
   NoiseObservations seen;
   const DisparityRange range = params.disparity.matcher.range;
-  DisparityParams full = params.disparity, all = params.disparity;
-  full.search.scheme = SearchScheme::kFull;
-  all.variance.max_sigma_px = 0;
-  EgoMotion ego_motion(params.ego_motion);
-  DisparityEstimator without_past(full), closed_loop(all);
-  DisparityOutput measured, published;
+  PipelineParams full = params;
+  full.parts = {false, true, false};
+  full.disparity.search.scheme = SearchScheme::kFull;
+  Pipeline each_by_itself(full), closed_loop(withAllPublished(params));
+  PipelineOutput measured, published;
+  const std::vector<int64_t> stamps_ns = drive.stamps(KittiDrive::imageFolder(drive.leftCamera()));
   std::vector<Eigen::Vector3d> points_prev;
+  std::optional<Stamp> stamp_prev;
   const int frames = max_frames > 0 ? std::min(max_frames, drive.frames()) : drive.frames();
-  for (int frame = 0; frame < frames; ++frame) {
-    const cv::Mat1b left = drive.left(frame), right = drive.right(frame);
-    const EgoMotionEstimate motion = ego_motion.estimate(left, right, drive.rig());
-    const bool tracked = motion.status == EgoMotionStatus::kTracked;
-    closed_loop.prepare(left, right, drive.rig());
-    closed_loop.estimate(tracked ? std::optional(motion.motion) : std::nullopt, published);
+  for (int index = 0; index < frames; ++index) {
+    const StereoFrame frame{drive.left(index), drive.right(index), drive.rig(),
+                            Stamp(stamps_ns.at(static_cast<size_t>(index)))};
+    closed_loop.process(frame, published);
 
     std::vector<Eigen::Vector3d> points;
-    if (drive.hasLidar(frame)) {
+    if (drive.hasLidar(index)) {
       const cv::Mat1b moving =
-          movingMask(labels, drive.fileNumber(frame), drive.rig().size, kMoverMarginPx);
-      points = visibleLidarPoints(drive.lidar(frame), drive.T_cam_velo(), drive.rig());
+          movingMask(labels, drive.fileNumber(index), drive.rig().size, kMoverMarginPx);
+      points = visibleLidarPoints(drive.lidar(index), drive.T_cam_velo(), drive.rig());
       cv::Mat1f truth_px = lidarTruth(points, drive.rig().size);
       truth_px.setTo(kNoTruth, moving);
-      without_past.prepare(left, right, drive.rig());
-      without_past.estimate(std::nullopt, measured);
-      addMeasurementErrors(measured.measured_disparity_px, range, truth_px, seen.measurement);
-      if (frame > 0) addSamples(published, range, truth_px, 1, seen.published);
-      if (tracked && !points_prev.empty())
-        addProcessErrors(points_prev, points, drive.rig(), motion.motion.T_cam_prev, moving,
-                         seen.process);
+      each_by_itself.process(frame, measured);
+      addMeasurementErrors(measured.disparity.measured_disparity_px, range, truth_px,
+                           seen.measurement);
+      if (index > 0) addSamples(published.disparity, range, truth_px, 1, seen.published);
+      if (!points_prev.empty() && published.motion_start == stamp_prev)
+        addProcessErrors(points_prev, points, drive.rig(), published.ego_motion.motion.T_cam_prev,
+                         moving, seen.process);
       ++seen.frames;
     }
     points_prev = std::move(points);
-    if (progress) progress(frame);
+    stamp_prev = frame.stamp;
+    if (progress) progress(index);
   }
   if (seen.frames == 0)
     throw std::runtime_error(drive.name() + ": has no laser scans (velodyne_points)");
@@ -284,20 +289,14 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
 std::vector<VarianceSample> observePublished(const Sequence& sequence, const PipelineParams& params,
                                              int step, const std::function<void(int)>& progress) {
   std::vector<VarianceSample> samples;
-  EgoMotion ego_motion(params.ego_motion);
-  DisparityParams all = params.disparity;
-  all.variance.max_sigma_px = 0;
-  DisparityEstimator closed_loop(all);
-  DisparityOutput published;
+  Pipeline closed_loop(withAllPublished(params));
+  PipelineOutput published;
   for (int index = 0; index < sequence.frames(); ++index) {
     const SequenceFrame frame = sequence.frame(index);
-    const EgoMotionEstimate motion = ego_motion.estimate(frame.left, frame.right, sequence.rig());
-    closed_loop.prepare(frame.left, frame.right, sequence.rig());
-    closed_loop.estimate(
-        motion.status == EgoMotionStatus::kTracked ? std::optional(motion.motion) : std::nullopt,
-        published);
+    closed_loop.process(stereoFrame(sequence, index, frame), published);
     if (index > 0 && !frame.truth_px.empty())
-      addSamples(published, params.disparity.matcher.range, frame.truth_px, step, samples);
+      addSamples(published.disparity, params.disparity.matcher.range, frame.truth_px, step,
+                 samples);
     if (progress) progress(index);
   }
   return samples;

@@ -5,8 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "predictive_stereo/pipeline.h"
 #include "predictive_stereo/rigid_motion.h"
-#include "predictive_stereo/stage_times.h"
 
 namespace predictive_stereo {
 namespace {
@@ -63,25 +63,29 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   e.name = sequence.name();
   e.truth.assign(poses->begin(), poses->begin() + frames);
   e.estimated = {e.truth.front()};
-  size_t last_good = 0;  // motions begin at the last frame that was not lost
-  EgoMotion ego_motion(params);
+  size_t last_good = 0;  // the pose is held after the last frame that was not lost
+  PipelineParams pipeline_params;
+  pipeline_params.parts = {true, false, false};
+  pipeline_params.ego_motion = params;
+  Pipeline pipeline(pipeline_params);
+  PipelineOutput output;
   for (int index = 0; index < frames; ++index) {
     const SequenceFrame frame = sequence.frame(index);
-    StageTimes times;
-    Stopwatch watch;
-    const EgoMotionEstimate estimate = ego_motion.estimate(frame.left, frame.right, sequence.rig());
-    watch.lap("ego-motion", times);
+    pipeline.process(stereoFrame(sequence, index, frame), output);
+    const EgoMotionEstimate& estimate = output.ego_motion;
     if (progress) progress(index);
     if (index == 0) continue;
     const auto i = static_cast<size_t>(index);
-    const Eigen::Isometry3d truth = relative(e.truth[i], e.truth[last_good]);
-    const bool tracked = estimate.status == EgoMotionStatus::kTracked;
+    const bool tracked = output.motion_start.has_value();
+    const size_t start = tracked ? i - static_cast<size_t>(estimate.frames) : last_good;
+    const Eigen::Isometry3d truth = relative(e.truth[i], e.truth[start]);
     const double normalized = tracked ? normalizedErrorSquared(estimate.motion, truth) / 6
                                       : std::numeric_limits<double>::quiet_NaN();
     e.motions.push_back({index, tracked, motionError(estimate.motion.T_cam_prev, truth), normalized,
-                         estimate.features, estimate.inliers, estimate.residual_px, times[0].ms});
-    e.estimated.push_back(compose(e.estimated[last_good], estimate.motion.T_cam_prev.inverse()));
-    if (estimate.status != EgoMotionStatus::kLost) last_good = i;
+                         estimate.features, estimate.inliers, estimate.residual_px,
+                         pipeline.times().ego_motion.front().ms});
+    e.estimated.push_back(compose(e.truth.front(), output.T_odom_cam));
+    if (output.pose_known) last_good = i;
   }
   summarize(e);
   return e;

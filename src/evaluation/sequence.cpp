@@ -130,6 +130,10 @@ class StreetSequence : public Sequence {
 
 }  // namespace
 
+StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame& images) {
+  return {images.left, images.right, sequence.rig(), stampFromSeconds(sequence.stamp_s(index))};
+}
+
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir,
                                              const std::string& drive) {
   return std::make_unique<KittiDriveSequence>(date_dir, drive);

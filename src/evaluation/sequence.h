@@ -8,7 +8,7 @@
 
 #include "evaluation/object_labels.h"
 #include "predictive_stereo/disparity_range.h"
-#include "predictive_stereo/stereo_rig.h"
+#include "predictive_stereo/pipeline.h"
 #include "simulation/street.h"
 
 namespace predictive_stereo {
@@ -46,6 +46,9 @@ class Sequence {
   /// True poses T_world_cam of the left camera's optical frame, where they are known.
   virtual std::optional<std::vector<Eigen::Isometry3d>> poses() const { return std::nullopt; }
 };
+
+/// A pair of the sequence as the pipeline takes it.
+StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame& images);
 
 /// A drive of KITTI's raw recordings; LiDAR truth in all frames with a scan but the first.
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir, const std::string& drive);

@@ -131,43 +131,44 @@ class DisparityNodelet : public nodelet::Nodelet {
     const SequenceGuard::Result sequence = processor_->begin(job.frame);
     if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return;
     if (sequence.startsAnew()) health_->event(sequence.reason);
-    if (sequence.verdict != SequenceGuard::Verdict::kContinues) {
-      last_stamp_.reset();
-      masks_->forget();
-    }
+    if (sequence.verdict != SequenceGuard::Verdict::kContinues) masks_->forget();
 
-    processor_->matchCoarsely();
-    Stopwatch watch;
     StageTimes waiting;
-    const std::optional<CameraMotion> camera_motion = motion(job.frame.left->header);
-    watch.lap("waiting for motion", waiting);
-    markMoving();
-    watch.lap("waiting for moving objects", waiting);
-    processor_->predict(camera_motion);
-    const DisparityMessages messages = processor_->estimate();
-    publishForDetection(messages);
-    processor_->finish();
+    sensor_msgs::ImageConstPtr mask;  // alive as long as it is in use
+    DisparityProcessor::Sources sources;
+    sources.motion = [&](std::optional<ros::Time> past) {
+      Stopwatch watch;
+      const auto camera_motion = motion(past, job.frame.left->header);
+      watch.lap("waiting for motion", waiting);
+      return camera_motion;
+    };
+    sources.moved = [&](ros::Time before) {
+      Stopwatch watch;
+      mask = masks_->waitForMask(before, params_.transform_timeout);
+      watch.lap("waiting for moving objects", waiting);
+      return mask ? moved(*mask, *job.frame.left) : cv::Mat1b();
+    };
+    sources.measured = [&](const DisparityMessages& messages) { publishForDetection(messages); };
+    const DisparityMessages messages = processor_->process(sources);
     StageTimes times = processor_->times();
     times.insert(times.end(), waiting.begin(), waiting.end());
     publish(messages, job.frame);
     report(job, messages, times);
   }
 
-  // What moved by itself in the frame before is no past for this one.
-  void markMoving() {
-    if (!usesMovingMask() || !last_stamp_) return;
-    const auto mask = masks_->waitForMask(*last_stamp_, params_.transform_timeout);
-    if (!mask) return;
+  cv::Mat1b moved(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {
     try {
-      processor_->markMoving(*mask);
+      const cv::Mat1b mask = movedMask(message, left);
       health_->solved("moving_objects/mask");
+      return mask;
     } catch (const std::exception& e) {
       health_->problem("moving_objects/mask", Health::Severity::kDegraded, e.what());
+      return {};
     }
   }
 
-  std::optional<CameraMotion> motion(const std_msgs::Header& now) {
-    const std::optional<ros::Time> previous = processor_->previousStamp();
+  std::optional<CameraMotion> motion(std::optional<ros::Time> previous,
+                                     const std_msgs::Header& now) {
     if (!previous) return std::nullopt;
     MotionAnswer answer;
     const bool complete = waitFor(params_.transform_timeout, [&] {
@@ -256,7 +257,6 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   void report(const Loop::Job& job, const DisparityMessages& messages, const StageTimes& times) {
-    last_stamp_ = job.frame.left->header.stamp;
     health_->figure("SIMD target", processor_->simdTarget());
     health_->figure("predicted", messages.predicted ? "yes" : "no");
     health_->figure("mean search width [px]", messages.mean_search_width_px, "%.1f");
@@ -284,7 +284,6 @@ class DisparityNodelet : public nodelet::Nodelet {
   std::mutex cloud_mutex_;
   std::optional<PendingCloud> pending_cloud_;
   std::unique_ptr<MaskInput> masks_;
-  std::optional<ros::Time> last_stamp_;  // of the frame before, where this one goes on from it
 
   ros::Subscriber odometry_subscriber_;
   std::unique_ptr<Loop> loop_;

@@ -4,7 +4,8 @@
 
 #include <boost/make_shared.hpp>
 #include <opencv2/core.hpp>
-#include <utility>
+#include <stdexcept>
+#include <string>
 
 #include "nodelets/image_messages.h"
 
@@ -14,92 +15,85 @@ namespace {
 // The sub-pixel formula's resolution: costs are integers of at most a few hundred.
 constexpr float kDisparityStep = 1.0f / 16;
 
+PipelineParams pipelineParams(const DisparityProcessorParams& params) {
+  PipelineParams pipeline;
+  pipeline.parts = {false, true, false};
+  pipeline.max_gap = params.max_gap;
+  pipeline.disparity = params.disparity;
+  return pipeline;
+}
+
+RowAlignment::Ptr rowAlignmentMsg(const RowOffsetModel& model, const std_msgs::Header& header) {
+  const auto message = boost::make_shared<RowAlignment>();
+  message->header = header;
+  for (int i = 0; i < 6; ++i) message->coefficients[i] = model.coefficients_px(i);
+  message->samples = static_cast<uint32_t>(model.samples);
+  message->residual = model.residual_px;
+  message->largest_offset = model.largest_offset_px;
+  return message;
+}
+
 }  // namespace
 
 DisparityProcessor::DisparityProcessor(const DisparityProcessorParams& params)
-    : params_(params), estimator_(params.disparity), guard_(params.max_gap) {
+    : params_(params), pipeline_(pipelineParams(params)) {
   validate(params);
 }
 
 void DisparityProcessor::setParams(const DisparityParams& params) {
-  estimator_.setParams(params);
+  pipeline_.setParams(params);
   params_.disparity = params;
 }
 
-void DisparityProcessor::reset() {
-  estimator_.reset();
-  guard_.forget();
-  previous_stamp_.reset();
-}
-
 SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {
-  const StereoRig rig = stereoRig(pair);
-  const cv::Mat1b left = greyImage(*pair.left, "left", left_buffer_);
-  const cv::Mat1b right = greyImage(*pair.right, "right", right_buffer_);
-
-  const SequenceGuard::Result sequence = guard_.next(pair.left->header.stamp, rig);
+  const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
+  const SequenceGuard::Result sequence = pipeline_.begin(frame);
   if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return sequence;
-  if (sequence.verdict != SequenceGuard::Verdict::kContinues) {
-    estimator_.reset();
-    previous_stamp_.reset();
-  }
   pair_ = pair;
-  rig_ = rig;
-  estimator_.begin(left, right, rig);
+  rig_ = frame.rig;
   return sequence;
 }
 
-void DisparityProcessor::predict(const std::optional<CameraMotion>& motion) {
-  DisparityMessages& result = messages_;
-  result = DisparityMessages();
-  result.disparity = disparityImage();
-  result.measured_disparity = disparityImage();
-  result.predicted_disparity = disparityImage();
-  result.disparity_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
-  result.measured_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
-  result.predicted_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
-  result.search_range = image(sensor_msgs::image_encodings::TYPE_16UC1);
+DisparityMessages DisparityProcessor::process(const Sources& sources) {
+  DisparityMessages result = allocate();
+  FrameSources links;
+  if (sources.motion)
+    links.motion = [&](std::optional<Stamp> past) {
+      return sources.motion(past ? std::optional(rosTime(*past)) : std::nullopt);
+    };
+  if (sources.moved) links.moved = [&](Stamp before) { return sources.moved(rosTime(before)); };
+  if (sources.measured) links.measured = [&] { sources.measured(result); };
+  pipeline_.process(links, output_);
 
-  DisparityOutput& output = output_;
-  output.disparity_px = writableView<float>(result.disparity->image);
-  output.measured_disparity_px = writableView<float>(result.measured_disparity->image);
-  output.predicted_disparity_px = writableView<float>(result.predicted_disparity->image);
-  output.disparity_variance_px2 = writableView<float>(*result.disparity_variance);
-  output.measured_variance_px2 = writableView<float>(*result.measured_variance);
-  output.predicted_variance_px2 = writableView<float>(*result.predicted_variance);
-  output.search_width_px = writableView<uint16_t>(*result.search_range);
-  estimator_.predict(motion, output);
-}
-
-DisparityMessages DisparityProcessor::estimate() {
-  DisparityMessages& result = messages_;
-  DisparityOutput& output = output_;
-  estimator_.measure(output);
-
-  result.row_alignment = boost::make_shared<RowAlignment>();
-  result.row_alignment->header = pair_.left->header;
-  for (int i = 0; i < 6; ++i)
-    result.row_alignment->coefficients[i] = output.row_alignment.coefficients_px(i);
-  result.row_alignment->samples = static_cast<uint32_t>(output.row_alignment.samples);
-  result.row_alignment->residual = output.row_alignment.residual_px;
-  result.row_alignment->largest_offset = output.row_alignment.largest_offset_px;
-
-  result.predicted = output.predicted;
-  result.mean_search_width_px = cv::mean(output.search_width_px)[0];
+  const DisparityOutput& maps = output_.disparity;
+  result.row_alignment = rowAlignmentMsg(maps.row_alignment, pair_.left->header);
+  result.predicted = maps.predicted;
+  result.mean_search_width_px = cv::mean(maps.search_width_px)[0];
   result.searched_fraction = result.mean_search_width_px / params_.disparity.matcher.range.count;
-  if (output.carried) previous_stamp_ = pair_.left->header.stamp;
+  output_ = PipelineOutput();  // the messages' memory is theirs
   pair_ = StereoPair();
-  return std::move(messages_);
+  return result;
 }
 
-void DisparityProcessor::finish() {
-  estimator_.publish(output_);
-  output_ = DisparityOutput();  // the messages' memory is theirs
-}
+DisparityMessages DisparityProcessor::allocate() {
+  DisparityMessages messages;
+  messages.disparity = disparityImage();
+  messages.measured_disparity = disparityImage();
+  messages.predicted_disparity = disparityImage();
+  messages.disparity_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
+  messages.measured_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
+  messages.predicted_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
+  messages.search_range = image(sensor_msgs::image_encodings::TYPE_16UC1);
 
-void DisparityProcessor::markMoving(const sensor_msgs::Image& mask) {
-  cv::Mat1b unused;
-  estimator_.markMoving(greyImage(mask, "moving_objects/mask", unused));
+  DisparityOutput& maps = output_.disparity;
+  maps.disparity_px = writableView<float>(messages.disparity->image);
+  maps.measured_disparity_px = writableView<float>(messages.measured_disparity->image);
+  maps.predicted_disparity_px = writableView<float>(messages.predicted_disparity->image);
+  maps.disparity_variance_px2 = writableView<float>(*messages.disparity_variance);
+  maps.measured_variance_px2 = writableView<float>(*messages.measured_variance);
+  maps.predicted_variance_px2 = writableView<float>(*messages.predicted_variance);
+  maps.search_width_px = writableView<uint16_t>(*messages.search_range);
+  return messages;
 }
 
 sensor_msgs::ImagePtr DisparityProcessor::image(const std::string& encoding) {
@@ -125,6 +119,15 @@ stereo_msgs::DisparityImagePtr DisparityProcessor::disparityImage() {
   message->valid_window.height = static_cast<uint32_t>(rig_.size.height);
   message->valid_window.do_rectify = false;
   return message;
+}
+
+cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {
+  if (message.width != left.width || message.height != left.height)
+    throw std::invalid_argument("mask of moving objects is " + std::to_string(message.width) + "x" +
+                                std::to_string(message.height) + " but the image is " +
+                                std::to_string(left.width) + "x" + std::to_string(left.height));
+  cv::Mat1b unused;
+  return greyImage(message, "moving_objects/mask", unused);
 }
 
 }  // namespace predictive_stereo

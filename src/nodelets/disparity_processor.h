@@ -4,10 +4,10 @@
 #include <sensor_msgs/Image.h>
 #include <stereo_msgs/DisparityImage.h>
 
+#include <functional>
 #include <optional>
 
 #include "nodelets/message_pool.h"
-#include "nodelets/sequence_guard.h"
 #include "nodelets/stereo_messages.h"
 #include "predictive_stereo/pipeline.h"
 
@@ -39,57 +39,51 @@ struct DisparityMessages {
 /// straight into the messages' memory.
 class DisparityProcessor {
  public:
+  /// What a frame gets from other nodelets, and what it tells them: see FrameSources.
+  struct Sources {
+    std::function<std::optional<CameraMotion>(std::optional<ros::Time> past)> motion;
+    std::function<cv::Mat1b(ros::Time before)> moved;
+    /// `disparity` and `disparity_variance` have no values yet.
+    std::function<void(const DisparityMessages&)> measured;
+  };
+
   explicit DisparityProcessor(const DisparityProcessorParams& params);
 
-  /// Step 1.
-  /// @returns kDuplicate where the pair is to be ignored.
+  /// See Pipeline::begin.
   /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
   SequenceGuard::Result begin(const StereoPair& pair);
-  /// Step 2, which needs no ego-motion: may run beside predict().
-  void matchCoarsely() { estimator_.matchCoarsely(); }
+  /// See Pipeline::process: of the pair that was begun.
+  DisparityMessages process(const Sources& sources);
 
-  /// Stamp of the frame from which predict() needs the camera's motion; none: it needs no motion.
-  std::optional<ros::Time> previousStamp() const { return previous_stamp_; }
-
-  /// Step 3, see DisparityEstimator::predict().
-  void predict(const std::optional<CameraMotion>& motion);
-
-  /// Step 4: all messages, of which `disparity` and `disparity_variance` have no values before
-  /// finish().
-  DisparityMessages estimate();
-
-  /// Step 5: may run beside the detection of moving objects and markMoving().
-  void finish();
-
-  /// See DisparityEstimator::markMoving: of the frame that was estimated last.
-  /// @throws std::invalid_argument for a mask of another encoding or size.
-  void markMoving(const sensor_msgs::Image& mask);
-
-  /// See DisparityEstimator::setParams.
+  /// See Pipeline::setParams.
   void setParams(const DisparityParams& params);
 
-  void reset();
+  void reset() { pipeline_.reset(); }
 
-  const std::string& simdTarget() const { return estimator_.simdTarget(); }
-  const StageTimes& times() const { return estimator_.times(); }
+  const std::string& simdTarget() const { return pipeline_.disparity().simdTarget(); }
+  const StageTimes& times() const { return pipeline_.times().disparity; }
 
  private:
+  DisparityMessages allocate();
   sensor_msgs::ImagePtr image(const std::string& encoding);
   stereo_msgs::DisparityImagePtr disparityImage();
 
   DisparityProcessorParams params_;
-  DisparityEstimator estimator_;
-  SequenceGuard guard_;
+  Pipeline pipeline_;
   cv::Mat1b left_buffer_, right_buffer_;
   MessagePool<sensor_msgs::Image> images_;
   MessagePool<stereo_msgs::DisparityImage> disparities_;
 
   // In work.
   StereoPair pair_;
-  DisparityMessages messages_;
-  DisparityOutput output_;
+  PipelineOutput output_;
   StereoRig rig_;
-  std::optional<ros::Time> previous_stamp_;
 };
+
+/// The mask of what moved in the frame before, as the core takes it; it shares the message's
+/// memory.
+/// @param left  an image of the sequence.
+/// @throws std::invalid_argument for a mask of another encoding or size than the image's.
+cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left);
 
 }  // namespace predictive_stereo

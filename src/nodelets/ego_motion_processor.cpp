@@ -17,26 +17,23 @@ Eigen::Isometry3d bodyFromOptical() {
   return T;
 }
 
+PipelineParams pipelineParams(const EgoMotionProcessorParams& params) {
+  PipelineParams pipeline;
+  pipeline.parts = {true, false, false};
+  pipeline.max_gap = params.max_gap;
+  pipeline.ego_motion = params.ego_motion;
+  return pipeline;
+}
+
 }  // namespace
 
 EgoMotionProcessor::EgoMotionProcessor(const EgoMotionProcessorParams& params)
-    : params_(params), ego_motion_(params.ego_motion), guard_(params.max_gap) {
+    : params_(params), pipeline_(pipelineParams(params)) {
   validate(params);
 }
 
-void EgoMotionProcessor::setParams(const EgoMotionParams& params) {
-  ego_motion_.setParams(params);
-  params_.ego_motion = params;
-}
-
 void EgoMotionProcessor::reset() {
-  startAnew();
-  guard_.forget();
-}
-
-// EgoMotion::reset() would keep what it learnt of the calibration.
-void EgoMotionProcessor::startAnew() {
-  ego_motion_ = EgoMotion(params_.ego_motion);
+  pipeline_.reset();
   started_ = false;
 }
 
@@ -51,58 +48,43 @@ std::string EgoMotionProcessor::baseFrame(const StereoPair& pair) const {
 EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
                                                        const Eigen::Isometry3d& T_base_cam,
                                                        const cv::Mat1b& moving_mask) {
-  const StereoRig rig = stereoRig(pair);
-  const cv::Mat1b left = greyImage(*pair.left, "left", left_buffer_);
-  const cv::Mat1b right = greyImage(*pair.right, "right", right_buffer_);
-
+  const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
   Output output;
-  output.sequence = guard_.next(pair.left->header.stamp, rig);
-  switch (output.sequence.verdict) {
-    case SequenceGuard::Verdict::kDuplicate:
-      return output;
-    case SequenceGuard::Verdict::kBackward:
-      startAnew();
-      break;
-    case SequenceGuard::Verdict::kFirst:
-    case SequenceGuard::Verdict::kBroken:
-      ego_motion_.reset();
-      break;
-    case SequenceGuard::Verdict::kContinues:
-      break;
-  }
+  output.sequence = pipeline_.begin(frame);
+  if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
+  if (output.sequence.verdict == SequenceGuard::Verdict::kBackward) started_ = false;
   if (!started_) setOrigin(pair, T_base_cam);
-  const bool use_mask = moving_mask.size() == left.size() &&
-                        output.sequence.verdict == SequenceGuard::Verdict::kContinues;
-  output.estimate = ego_motion_.estimate(left, right, rig, use_mask ? moving_mask : cv::Mat1b());
-  move(output.estimate, T_base_cam, (pair.left->header.stamp - last_tracked_).toSec());
-  if (!lost_) last_tracked_ = pair.left->header.stamp;
+  FrameSources sources;
+  sources.ignored = moving_mask;
+  pipeline_.process(sources, output_);
+  output.estimate = output_.ego_motion;
+  move(T_base_cam, frame.stamp);
   output.messages = messages(pair);
   return output;
 }
 
 void EgoMotionProcessor::setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam) {
   T_odom_base_ = cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity();
-  T_odom_cam_ = compose(T_odom_base_, T_base_cam);
+  pipeline_.setOrigin(compose(T_odom_base_, T_base_cam));
   pose_covariance_.setZero();
   started_ = true;
 }
 
-void EgoMotionProcessor::move(const EgoMotionEstimate& estimate,
-                              const Eigen::Isometry3d& T_base_cam, double dt_s) {
-  lost_ = estimate.status == EgoMotionStatus::kLost;
+void EgoMotionProcessor::move(const Eigen::Isometry3d& T_base_cam, Stamp stamp) {
   twist_.setZero();
   twist_covariance_ = kUnknown;
   // A first frame says nothing of the motion either: the pose is held.
-  if (estimate.status != EgoMotionStatus::kTracked) return;
+  if (!output_.motion_start) return;
 
+  const CameraMotion& motion = output_.ego_motion.motion;
+  const double dt_s = toSeconds(stamp - *output_.motion_start);
   const Eigen::Isometry3d T_odom_prev = T_odom_base_;
-  T_odom_cam_ = compose(T_odom_cam_, estimate.motion.T_cam_prev.inverse());
-  T_odom_base_ = compose(T_odom_cam_, T_base_cam.inverse());
+  T_odom_base_ = compose(output_.T_odom_cam, T_base_cam.inverse());
   const Eigen::Isometry3d T_prev_base = relative(T_odom_prev, T_odom_base_);
 
   // A perturbation on the left of T_cam_prev is one on the right of the camera's pose.
   const Matrix6d A = adjoint(T_base_cam);
-  const Matrix6d step_covariance = A * estimate.motion.covariance * A.transpose();
+  const Matrix6d step_covariance = A * motion.covariance * A.transpose();
   const Matrix6d carry = adjoint(T_prev_base.inverse());
   pose_covariance_ = carry * pose_covariance_ * carry.transpose() + step_covariance;
   twist_ = constantTwist(T_prev_base, dt_s);
@@ -125,7 +107,7 @@ EgoMotionMessages EgoMotionProcessor::messages(const StereoPair& pair) const {
   result.odometry->child_frame_id = baseFrame(pair);
   result.odometry->pose.pose = poseMsg(T_odom_base_);
   result.odometry->pose.covariance =
-      covarianceMsg(lost_ ? kUnknown : Matrix6d(R * pose_covariance_ * R.transpose()));
+      covarianceMsg(output_.pose_known ? Matrix6d(R * pose_covariance_ * R.transpose()) : kUnknown);
   result.odometry->twist.twist.linear.x = twist_(0);
   result.odometry->twist.twist.linear.y = twist_(1);
   result.odometry->twist.twist.linear.z = twist_(2);

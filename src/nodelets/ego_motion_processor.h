@@ -7,9 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "nodelets/sequence_guard.h"
 #include "nodelets/stereo_messages.h"
-#include "predictive_stereo/ego_motion.h"
+#include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {
 
@@ -54,8 +53,8 @@ class EgoMotionProcessor {
   Output process(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam,
                  const cv::Mat1b& moving_mask = {});
 
-  /// See EgoMotion::setParams.
-  void setParams(const EgoMotionParams& params);
+  /// See Pipeline::setParams.
+  void setParams(const EgoMotionParams& params) { pipeline_.setParams(params); }
 
   /// Forgets everything: the next frame is the origin.
   void reset();
@@ -65,23 +64,20 @@ class EgoMotionProcessor {
   bool cameraIsBase(const StereoPair& pair) const;
 
  private:
-  void startAnew();
   void setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam);
-  void move(const EgoMotionEstimate& estimate, const Eigen::Isometry3d& T_base_cam, double dt_s);
+  void move(const Eigen::Isometry3d& T_base_cam, Stamp stamp);
   EgoMotionMessages messages(const StereoPair& pair) const;
 
   EgoMotionProcessorParams params_;
-  EgoMotion ego_motion_;
-  SequenceGuard guard_;
+  Pipeline pipeline_;
+  PipelineOutput output_;
   cv::Mat1b left_buffer_, right_buffer_;
 
   bool started_ = false;
-  ros::Time last_tracked_;
-  Eigen::Isometry3d T_odom_cam_, T_odom_base_;
+  Eigen::Isometry3d T_odom_base_;
   Matrix6d pose_covariance_;  // of T_odom_base, perturbed in the base frame
   Vector6d twist_;
   Matrix6d twist_covariance_;
-  bool lost_ = false;
 };
 
 }  // namespace predictive_stereo

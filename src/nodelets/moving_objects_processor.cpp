@@ -64,76 +64,79 @@ MovingObject message(const DetectedObject& object) {
   return result;
 }
 
+PipelineParams pipelineParams(const MovingObjectsProcessorParams& params) {
+  PipelineParams pipeline;
+  pipeline.parts = {false, false, true};
+  pipeline.max_gap = params.max_gap;
+  pipeline.detection = params.detection;
+  return pipeline;
+}
+
 }  // namespace
 
 MovingObjectsProcessor::MovingObjectsProcessor(const MovingObjectsProcessorParams& params)
-    : params_(params), detector_(params.detection), guard_(params.max_gap) {
+    : params_(params), pipeline_(pipelineParams(params)) {
   validate(params);
 }
 
 void MovingObjectsProcessor::setParams(const DetectionParams& params) {
   DetectionParams changed = params;
   changed.range = params_.detection.range;
-  detector_.setParams(changed);
+  pipeline_.setParams(changed);
   params_.detection = changed;
 }
 
-void MovingObjectsProcessor::reset() {
-  detector_.reset();
-  guard_.forget();
-}
+void MovingObjectsProcessor::reset() { pipeline_.reset(); }
 
-DetectionInput MovingObjectsProcessor::view(const MovingObjectsInput& input) {
-  DetectionInput result;
-  result.stamp_s = input.left->header.stamp.toSec();
-  result.left = greyImage(*input.left, "left", left_buffer_);
-  const cv::Size size = result.left.size();
-  result.rig = rigOf(*input.left_info, *input.measured_disparity, size);
-  result.measured_disparity_px = floatView(input.measured_disparity->image, "measured_disparity");
-  result.measured_variance_px2 = floatView(*input.measured_variance, "measured_variance");
-  result.predicted_disparity_px =
-      floatView(input.predicted_disparity->image, "predicted_disparity");
-  result.predicted_variance_px2 = floatView(*input.predicted_variance, "predicted_variance");
-  requireSize("measured_disparity", result.measured_disparity_px.size(), size);
-  requireSize("measured_variance", result.measured_variance_px2.size(), size);
-  requireSize("predicted_disparity", result.predicted_disparity_px.size(), size);
-  requireSize("predicted_variance", result.predicted_variance_px2.size(), size);
+// The messages' memory as a frame and its maps.
+StereoFrame MovingObjectsProcessor::view(const MovingObjectsInput& input) {
+  StereoFrame frame;
+  frame.stamp = stampOf(input.left->header.stamp);
+  frame.left = greyImage(*input.left, "left", left_buffer_);
+  const cv::Size size = frame.left.size();
+  frame.rig = rigOf(*input.left_info, *input.measured_disparity, size);
+  DisparityOutput maps;
+  maps.measured_disparity_px = floatView(input.measured_disparity->image, "measured_disparity");
+  maps.measured_variance_px2 = floatView(*input.measured_variance, "measured_variance");
+  maps.predicted_disparity_px = floatView(input.predicted_disparity->image, "predicted_disparity");
+  maps.predicted_variance_px2 = floatView(*input.predicted_variance, "predicted_variance");
+  requireSize("measured_disparity", maps.measured_disparity_px.size(), size);
+  requireSize("measured_variance", maps.measured_variance_px2.size(), size);
+  requireSize("predicted_disparity", maps.predicted_disparity_px.size(), size);
+  requireSize("predicted_variance", maps.predicted_variance_px2.size(), size);
   if (rangeOf(*input.measured_disparity) != rangeOf(*input.predicted_disparity))
     throw std::invalid_argument(
         "measured_disparity and predicted_disparity have different disparity ranges; do the topics "
         "come from one Disparity nodelet?");
-  return result;
+  output_.disparity = maps;
+  return frame;
 }
 
 MovingObjectsProcessor::Output MovingObjectsProcessor::process(
     const MovingObjectsInput& input, const std::optional<Eigen::Isometry3d>& T_odom_cam) {
-  DetectionInput frame = view(input);
-  frame.has_pose = T_odom_cam.has_value();
-  if (T_odom_cam) frame.T_odom_cam = *T_odom_cam;
-
+  const StereoFrame frame = view(input);
   Output output;
-  output.sequence = guard_.next(input.left->header.stamp, frame.rig);
+  output.sequence = pipeline_.begin(frame);
   if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
   const DisparityRange range = rangeOf(*input.measured_disparity);
   if (range != params_.detection.range) {
     params_.detection.range = range;
-    detector_ = MovingObjectDetector(params_.detection);
-  } else if (output.sequence.verdict != SequenceGuard::Verdict::kContinues) {
-    detector_.reset();
+    pipeline_.setParams(params_.detection);
   }
 
   MovingObjectsMessages result;
   result.mask = images_.take();
   const std_msgs::Header& header = input.left->header;
   allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::MONO8, *result.mask);
-  Detections detections;
-  detections.mask = writableView<uint8_t>(*result.mask);
-  detector_.detect(frame, detections);
+  output_.detections.mask = writableView<uint8_t>(*result.mask);
+  FrameSources sources;
+  sources.T_odom_cam = T_odom_cam;
+  pipeline_.process(sources, output_);
   last_ = input;
 
   result.objects = boost::make_shared<MovingObjectArray>();
   result.objects->header = header;
-  for (const DetectedObject& object : detections.objects)
+  for (const DetectedObject& object : output_.detections.objects)
     result.objects->objects.push_back(message(object));
   output.messages = std::move(result);
   return output;

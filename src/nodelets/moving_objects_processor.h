@@ -8,8 +8,7 @@
 #include <optional>
 
 #include "nodelets/message_pool.h"
-#include "nodelets/sequence_guard.h"
-#include "predictive_stereo/moving_objects.h"
+#include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {
 
@@ -52,17 +51,17 @@ class MovingObjectsProcessor {
   Output process(const MovingObjectsInput& input,
                  const std::optional<Eigen::Isometry3d>& T_odom_cam);
 
-  /// See MovingObjectDetector::setParams. The range is that of the messages all the same.
+  /// See Pipeline::setParams. The range is that of the messages all the same.
   void setParams(const DetectionParams& params);
 
   void reset();
 
  private:
-  DetectionInput view(const MovingObjectsInput& input);
+  StereoFrame view(const MovingObjectsInput& input);
 
   MovingObjectsProcessorParams params_;
-  MovingObjectDetector detector_;
-  SequenceGuard guard_;
+  Pipeline pipeline_;
+  PipelineOutput output_;
   cv::Mat1b left_buffer_;
   MessagePool<sensor_msgs::Image> images_;
   MovingObjectsInput last_;  // the detector may look at the previous frame's memory

@@ -1,8 +1,6 @@
 #include "nodelets/pipeline_processor.h"
 
-#include <future>
 #include <stdexcept>
-#include <utility>
 
 #include "nodelets/transforms.h"
 
@@ -27,30 +25,17 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   const std_msgs::Header& header = pair.left->header;
   Output output;
   Stopwatch total;
-
   const SequenceGuard::Result sequence = disparity_.begin(pair);
   if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return std::nullopt;
-  // Beside it ego-motion, as in the nodelets, and prediction.
-  auto matched_coarsely = std::async(std::launch::async, [&] { disparity_.matchCoarsely(); });
-  Stopwatch watch;
-  EgoMotionProcessor::Output ego_motion = ego_motion_.process(pair, extrinsic(pair));
-  watch.lap("ego-motion", output.times);
-  if (!ego_motion.messages) return std::nullopt;
-  if (sequence.verdict != SequenceGuard::Verdict::kContinues &&
-      sequence.verdict != SequenceGuard::Verdict::kFirst)
-    output.event = sequence.reason;
-  output.ego_motion = std::move(*ego_motion.messages);
-  output.estimate = ego_motion.estimate;
-  if (params_.ego_motion.publish_tf) tf_.setTransform(output.ego_motion.transform, "ego_motion");
-  odometry_.add(output.ego_motion.odometry);
+  if (sequence.startsAnew()) output.event = sequence.reason;
 
-  disparity_.predict(motion(header, output.event));
-  matched_coarsely.get();
-  output.disparity = disparity_.estimate();
-  // The detector does not need it, but keeps all threads busy itself.
-  disparity_.finish();
+  output.disparity = disparity_.process(
+      {[&](std::optional<ros::Time> past) { return followCamera(pair, past, output); },
+       [&](ros::Time) { return movedMask(*moving_mask_, *pair.left); },
+       {}});
   output.times.insert(output.times.end(), disparity_.times().begin(), disparity_.times().end());
-  watch = Stopwatch();
+
+  Stopwatch watch;
   std::string no_pose;
   output.T_odom_cam =
       lookUp(tf_, params_.moving_objects.odom_frame, header.frame_id, header.stamp, no_pose);
@@ -62,10 +47,29 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   input.measured_variance = output.disparity.measured_variance;
   input.predicted_variance = output.disparity.predicted_variance;
   output.moving_objects = *moving_objects_.process(input, output.T_odom_cam).messages;
-  disparity_.markMoving(*output.moving_objects.mask);
+  moving_mask_ = output.moving_objects.mask;
   watch.lap("detection", output.times);
   total.lap("whole frame", output.times);
   return output;
+}
+
+// The ego-motion, and what tf and the odometry then say of the motion from the past.
+std::optional<CameraMotion> PipelineProcessor::followCamera(const StereoPair& pair,
+                                                            std::optional<ros::Time> past,
+                                                            Output& output) {
+  const std_msgs::Header& header = pair.left->header;
+  Stopwatch watch;
+  const EgoMotionProcessor::Output ego_motion = ego_motion_.process(pair, extrinsic(pair));
+  watch.lap("ego-motion", output.times);
+  output.ego_motion = *ego_motion.messages;
+  output.estimate = ego_motion.estimate;
+  if (params_.ego_motion.publish_tf) tf_.setTransform(output.ego_motion.transform, "ego_motion");
+  odometry_.add(output.ego_motion.odometry);
+  if (!past) return std::nullopt;
+  const MotionAnswer answer = cameraMotion(tf_, &odometry_, header.frame_id, *past, header.stamp,
+                                           params_.disparity.odom_frame);
+  if (!answer.motion) output.event = answer.reason + ": matched without prediction";
+  return answer.motion;
 }
 
 Eigen::Isometry3d PipelineProcessor::extrinsic(const StereoPair& pair) const {
@@ -77,16 +81,6 @@ Eigen::Isometry3d PipelineProcessor::extrinsic(const StereoPair& pair) const {
     throw std::invalid_argument("no transform from base_frame '" + ego_motion_.baseFrame(pair) +
                                 "' to the left camera: " + error);
   return *T_base_cam;
-}
-
-std::optional<CameraMotion> PipelineProcessor::motion(const std_msgs::Header& now,
-                                                      std::string& why) const {
-  const std::optional<ros::Time> previous = disparity_.previousStamp();
-  if (!previous) return std::nullopt;
-  const MotionAnswer answer = cameraMotion(tf_, &odometry_, now.frame_id, *previous, now.stamp,
-                                           params_.disparity.odom_frame);
-  if (!answer.motion) why = answer.reason + ": matched without prediction";
-  return answer.motion;
 }
 
 }  // namespace predictive_stereo

@@ -11,8 +11,8 @@
 
 namespace predictive_stereo {
 
-/// The three processors in a row, joined through tf and the odometry message as the nodelets are,
-/// and so with their results, bit by bit.
+/// The three processors, joined as the nodelets are: Disparity asks for the motion, by tf and the
+/// odometry message, and for the mask of moving objects. So its results are theirs, bit by bit.
 class PipelineProcessor {
  public:
   struct Output {
@@ -37,7 +37,8 @@ class PipelineProcessor {
 
  private:
   Eigen::Isometry3d extrinsic(const StereoPair& pair) const;
-  std::optional<CameraMotion> motion(const std_msgs::Header& now, std::string& why) const;
+  std::optional<CameraMotion> followCamera(const StereoPair& pair, std::optional<ros::Time> past,
+                                           Output& output);
 
   AllNodeletParams params_;
   tf2::BufferCore tf_;
@@ -45,6 +46,7 @@ class PipelineProcessor {
   EgoMotionProcessor ego_motion_;
   DisparityProcessor disparity_;
   MovingObjectsProcessor moving_objects_;
+  sensor_msgs::ImagePtr moving_mask_;  // of the frame before
 };
 
 }  // namespace predictive_stereo

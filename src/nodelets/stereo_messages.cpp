@@ -108,4 +108,23 @@ StereoRig stereoRig(const StereoPair& pair) {
   return rig;
 }
 
+StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1b& right_buffer) {
+  StereoFrame frame;
+  frame.rig = stereoRig(pair);
+  frame.left = greyImage(*pair.left, "left", left_buffer);
+  frame.right = greyImage(*pair.right, "right", right_buffer);
+  frame.stamp = stampOf(pair.left->header.stamp);
+  return frame;
+}
+
+Stamp stampOf(ros::Time time) {
+  return std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nsec);
+}
+
+ros::Time rosTime(Stamp stamp) {
+  ros::Time time;
+  time.fromNSec(static_cast<uint64_t>(stamp.count()));
+  return time;
+}
+
 }  // namespace predictive_stereo

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "predictive_stereo/stereo_rig.h"
+#include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {
 
@@ -28,6 +28,14 @@ cv::Mat1b greyImage(const sensor_msgs::Image& message, const char* name, cv::Mat
 /// @throws std::invalid_argument for a calibration that cannot be used (see
 ///   StereoRig::fromProjections) or that belongs to images of another size.
 StereoRig stereoRig(const StereoPair& pair);
+
+/// The pair as a frame. Its images share the messages' memory or that of the buffers, see
+/// greyImage.
+/// @throws std::invalid_argument as stereoRig and greyImage do.
+StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1b& right_buffer);
+
+Stamp stampOf(ros::Time time);
+ros::Time rosTime(Stamp stamp);
 
 /// A CameraInfo's 3x4 projection matrix in pixels of its (cropped, binned) images.
 Matrix34d projectionMatrix(const sensor_msgs::CameraInfo& info);

@@ -232,8 +232,8 @@ Detector recordedDetector(const std::string& path, const Sequence& sequence) {
   if (!belongs)
     throw std::runtime_error(path + ": " + topics[0] + " has no message with a stamp of " +
                              sequence.name() + "; was it made from this recording?");
-  return [=](const SequenceFrame&, const StereoRig&, double stamp_s) {
-    const auto found = recorded->find(key(stamp_s));
+  return [=](const StereoFrame& frame) {
+    const auto found = recorded->find(key(toSeconds(frame.stamp)));
     return DetectorOutput{found == recorded->end() ? std::vector<DetectedObject>() : found->second,
                           0};
   };

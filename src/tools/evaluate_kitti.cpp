@@ -48,20 +48,20 @@ Measures disparities against truth: KITTI raw drives against their laser scans, 
 )";
 
 std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
-                                       const DisparityParams& params) {
+                                       const PipelineParams& params) {
   const std::string cache = command_line.get("cache");
-  const auto ours = [](DisparityParams changed) {
+  const auto ours = [](PipelineParams changed) {
     return [changed](const std::string&) { return predictiveMethod(changed); };
   };
   const auto opencv = [&](OpencvMode mode, bool aligned) {
     return [=](const std::string& sequence) {
-      return opencvMethod(mode, params, aligned, cache, sequence);
+      return opencvMethod(mode, params.disparity, aligned, cache, sequence);
     };
   };
-  DisparityParams diagonal = params, all = params, full = params;
-  diagonal.matcher.paths = PathSet::kDiagonal4;
-  all.matcher.paths = PathSet::kAll8;
-  full.search.scheme = SearchScheme::kFull;
+  PipelineParams diagonal = params, all = params, full = params;
+  diagonal.disparity.matcher.paths = PathSet::kDiagonal4;
+  all.disparity.matcher.paths = PathSet::kAll8;
+  full.disparity.search.scheme = SearchScheme::kFull;
   const std::vector<NamedMethod> known = {
       {kOpencvHh, opencv(OpencvMode::kHh, false)},
       {kOpencv3Way, opencv(OpencvMode::k3Way, false)},
@@ -180,7 +180,7 @@ int evaluate(const CommandLine& command_line) {
   const PipelineParams params = readParams(command_line);
   useThreads(command_line);
   const int max_frames = command_line.getInt("frames", 0, 1);
-  const auto methods = chooseMethods(command_line, params.disparity);
+  const auto methods = chooseMethods(command_line, params);
   const auto groups = openSequences(command_line);
 
   // Folders now: nobody wants to hear of them after an hour.
@@ -211,8 +211,7 @@ int evaluate(const CommandLine& command_line) {
       };
       Progress progress(sequence->name(), frames);
       evaluateDisparity(
-          *sequence, methods, range, params.ego_motion, max_frames,
-          [&](int index) { progress.update(index); },
+          *sequence, methods, params, max_frames, [&](int index) { progress.update(index); },
           with_panels ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
     }
     print(report);

@@ -91,6 +91,7 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
 PipelineParams readParams(const CommandLine& command_line) {
   const AllNodeletParams params = readConfig(command_line);
   PipelineParams pipeline;
+  pipeline.max_gap = params.disparity.processor.max_gap;
   pipeline.ego_motion = params.ego_motion.processor.ego_motion;
   pipeline.disparity = params.disparity.processor.disparity;
   pipeline.detection = params.moving_objects.processor.detection;

@@ -63,13 +63,11 @@ int run(const CommandLine& line) {
     pipeline.reset();
     for (size_t i = 0; i < frames.size(); ++i) {
       const SequenceFrame& frame = frames[i];
-      const double ms = timeOf([&] {
-        pipeline.process(frame.left, frame.right, sequence->rig(),
-                         sequence->stamp_s(static_cast<int>(i)), output);
-      });
+      const double ms = timeOf(
+          [&] { pipeline.process(stereoFrame(*sequence, static_cast<int>(i), frame), output); });
       if (i < kFramesBefore) continue;
       ours_ms.push_back(ms);
-      stages.add(pipeline.times());
+      stages.add(pipeline.times().all());
       widths += cv::mean(output.disparity.search_width_px)[0];
       hh_ms.push_back(timeOf(
           [&] { opencvDisparity(frame.left, frame.right, range, OpencvMode::kHh, disparity_px); }));

@@ -20,8 +20,8 @@ struct MatchingJob {
 /// Frames that only start the loop.
 constexpr int kFramesBefore = 2;
 
-/// Runs the closed loop over the first frames, as DisparityEstimator does, and keeps what matching
-/// needed after the first kFramesBefore of them.
+/// Runs the pipeline without detection over the first frames, and keeps what matching needed after
+/// the first kFramesBefore of them.
 /// @throws std::runtime_error where the camera's motion cannot be followed.
 std::vector<MatchingJob> matchingJobs(const Sequence& sequence, const DisparityParams& params,
                                       int frames);

@@ -29,6 +29,10 @@ struct Film {
   std::vector<Shot> shots;
 };
 
+StereoFrame stereoFrame(const Shot& shot, const StereoRig& rig) {
+  return {shot.left, shot.right, rig, stampFromSeconds(shot.stamp_s)};
+}
+
 // Rendering takes longer than all that is done with it: each drive is rendered once.
 const Film& filmOf(const Drive& drive) {
   static std::map<std::tuple<std::string, int, int>, Film> films;
@@ -59,9 +63,11 @@ DetectionScore scoreOf(const std::vector<Drive>& drives, const Spoil& spoil = {}
     score.startSequence();
     for (size_t k = 0; k < film.shots.size(); ++k) {
       const Shot& shot = film.shots[k];
-      SequenceFrame images{shot.left.clone(), shot.right.clone(), {}, {}};
-      if (spoil) spoil(static_cast<int>(k), images.left, images.right);
-      score.add(shot.labels, detector(images, film.rig, shot.stamp_s).objects);
+      StereoFrame frame = stereoFrame(shot, film.rig);
+      frame.left = frame.left.clone();
+      frame.right = frame.right.clone();
+      if (spoil) spoil(static_cast<int>(k), frame.left, frame.right);
+      score.add(shot.labels, detector(frame).objects);
     }
   }
   return score;
@@ -116,37 +122,27 @@ TEST(DetectionScenes, ABlindFrameBringsNoGhosts) {
 DetectionScore scoreWithPoses(const Drive& drive,
                               const std::function<std::optional<Eigen::Isometry3d>(int k)>& error) {
   const Film& film = filmOf(drive);
-  DisparityEstimator estimator{DisparityParams()};
-  MovingObjectDetector detector{DetectionParams()};
-  DisparityOutput disparity;
-  Detections detections;
+  PipelineParams params;
+  params.parts.ego_motion = false;
+  Pipeline pipeline(params);
+  PipelineOutput output;
   DetectionScore score;
-  std::optional<Eigen::Isometry3d> T_world_past;  // of the frame that the estimator carries
+  std::map<Stamp, Eigen::Isometry3d> T_world_cam;
   for (size_t k = 0; k < film.shots.size(); ++k) {
     const Shot& shot = film.shots[k];
-    std::optional<Eigen::Isometry3d> T_world_cam;
-    if (const auto e = error(static_cast<int>(k))) T_world_cam = shot.T_world_cam * *e;
-    std::optional<CameraMotion> motion;
-    if (T_world_cam && T_world_past) {
-      motion.emplace();
-      motion->T_cam_prev = T_world_cam->inverse() * *T_world_past;
-      motion->covariance = Matrix6d::Identity() * 1e-6;
-    }
-    estimator.prepare(shot.left, shot.right, film.rig);
-    estimator.estimate(motion, disparity);
-    if (disparity.carried) T_world_past = T_world_cam;
-    DetectionInput input;
-    input.stamp_s = shot.stamp_s;
-    input.rig = film.rig;
-    input.left = shot.left;
-    input.measured_disparity_px = disparity.measured_disparity_px;
-    input.measured_variance_px2 = disparity.measured_variance_px2;
-    input.predicted_disparity_px = disparity.predicted_disparity_px;
-    input.predicted_variance_px2 = disparity.predicted_variance_px2;
-    input.has_pose = T_world_cam.has_value();
-    if (T_world_cam) input.T_odom_cam = *T_world_cam;
-    detector.detect(input, detections);
-    score.add(shot.labels, detections.objects);
+    const StereoFrame frame = stereoFrame(shot, film.rig);
+    FrameSources sources;
+    if (const auto e = error(static_cast<int>(k)))
+      sources.T_odom_cam = T_world_cam[frame.stamp] = shot.T_world_cam * *e;
+    sources.motion = [&](std::optional<Stamp> past) -> std::optional<CameraMotion> {
+      if (!sources.T_odom_cam || !past || !T_world_cam.count(*past)) return {};
+      CameraMotion motion;
+      motion.T_cam_prev = sources.T_odom_cam->inverse() * T_world_cam[*past];
+      motion.covariance = Matrix6d::Identity() * 1e-6;
+      return motion;
+    };
+    pipeline.process(frame, output, sources);
+    score.add(shot.labels, output.detections.objects);
   }
   return score;
 }
@@ -198,7 +194,7 @@ TEST(DetectionScenes, ThreadsDoNotMatter) {
     std::vector<double> numbers;
     for (size_t k = 0; k < 6; ++k) {
       const Shot& shot = film.shots[k];
-      pipeline.process(shot.left, shot.right, film.rig, shot.stamp_s, output);
+      pipeline.process(stereoFrame(shot, film.rig), output);
       const Detections& found = output.detections;
       for (const DetectedObject& o : found.objects) {
         numbers.insert(numbers.end(), {double(o.id), o.box_px.x, o.box_px.y, o.box_px.width,

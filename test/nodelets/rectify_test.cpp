@@ -81,10 +81,7 @@ StereoPair rawPair(int index) {
 cv::Mat1f disparityOf(const StereoPair& pair) {
   DisparityProcessor processor{DisparityProcessorParams()};
   processor.begin(pair);
-  processor.matchCoarsely();
-  processor.predict(std::nullopt);
-  const DisparityMessages messages = processor.estimate();
-  processor.finish();
+  const DisparityMessages messages = processor.process({});
   return floatView(messages.disparity->image, "disparity").clone();
 }
 

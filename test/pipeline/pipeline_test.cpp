@@ -4,7 +4,7 @@
 
 #include <cmath>
 #include <functional>
-#include <future>
+#include <map>
 #include <vector>
 
 #include "simulation/street.h"
@@ -50,152 +50,175 @@ double outliers(const StreetFrame& frame, const cv::Mat1f& disparity_px) {
   return static_cast<double>(wrong) / known;
 }
 
-// Matches frames of a street with their true motion, or with the motion that `motion` gives.
-class DisparityEstimatorTest : public testing::Test {
+PipelineParams disparityAlone(const DisparityParams& disparity = disparityParams()) {
+  PipelineParams params;
+  params.parts = {false, true, false};
+  params.disparity = disparity;
+  return params;
+}
+
+StereoFrame stereoFrame(const StreetFrame& frame, const StereoRig& rig, int number) {
+  return {frame.left, frame.right, rig, number * std::chrono::milliseconds(100)};
+}
+
+// Runs disparity alone on frames of a street with their true motion, or with the motion that
+// `motion` gives.
+class DisparityLoop : public testing::Test {
  protected:
   using MotionOf =
       std::function<std::optional<CameraMotion>(const StreetFrame& past, const StreetFrame& now)>;
 
-  void run(DisparityEstimator& estimator, const StreetFrame& frame, const MotionOf& motion) {
-    estimator.prepare(frame.left, frame.right, street_.rig());
-    estimator.estimate(past_.left.empty() ? std::nullopt : motion(past_, frame), output_);
-    if (output_.carried) past_ = frame;
+  void run(Pipeline& pipeline, const StreetFrame& frame, const MotionOf& motion = trueMotion,
+           const cv::Mat1b& moved = {}) {
+    FrameSources sources;
+    sources.motion = [&](std::optional<Stamp> past) -> std::optional<CameraMotion> {
+      if (!past) return {};
+      return motion(frames_.at(*past), frame);
+    };
+    sources.moved = [&](Stamp before) {
+      EXPECT_EQ(before, stereoFrame(frame, street_.rig(), number_ - 2).stamp);
+      return moved;
+    };
+    const StereoFrame now = stereoFrame(frame, street_.rig(), number_++);
+    frames_[now.stamp] = frame;
+    ASSERT_TRUE(pipeline.process(now, output_, sources));
+    carried_ = pipeline.past() == now.stamp;
   }
-  void run(DisparityEstimator& estimator, const StreetFrame& frame) {
-    run(estimator, frame, trueMotion);
+  void startAnew() {
+    frames_.clear();
+    output_ = PipelineOutput();
   }
 
   Street street_{streetOf("straight")};
-  StreetFrame past_;
-  DisparityOutput output_;
+  std::map<Stamp, StreetFrame> frames_;
+  int number_ = 0;
+  PipelineOutput output_;
+  DisparityOutput& maps_ = output_.disparity;
+  bool carried_ = false;  // whether the frame is the past of the next one
 };
 
 std::optional<CameraMotion> unknownMotion(const StreetFrame&, const StreetFrame&) {
   return std::nullopt;
 }
 
-TEST_F(DisparityEstimatorTest, PredictionIsUsedFromTheSecondFrameOn) {
-  DisparityEstimator estimator(disparityParams());
+TEST_F(DisparityLoop, PredictionIsUsedFromTheSecondFrameOn) {
+  Pipeline pipeline(disparityAlone());
   double outliers_without = 0, outliers_with = 0;
   for (int i = 0; i < kFrames; ++i) {
     const StreetFrame frame = street_.render(i);
-    run(estimator, frame);
-    EXPECT_EQ(output_.predicted, i > 0);
-    EXPECT_TRUE(output_.carried);
-    (i == 0 ? outliers_without : outliers_with) = outliers(frame, output_.disparity_px);
-    EXPECT_EQ(cv::countNonZero((output_.disparity_px >= 0) != (output_.disparity_variance_px2 > 0)),
-              0)
+    run(pipeline, frame);
+    EXPECT_EQ(maps_.predicted, i > 0);
+    EXPECT_TRUE(carried_);
+    (i == 0 ? outliers_without : outliers_with) = outliers(frame, maps_.disparity_px);
+    EXPECT_EQ(cv::countNonZero((maps_.disparity_px >= 0) != (maps_.disparity_variance_px2 > 0)), 0)
         << "each disparity has a variance, and nothing else has";
   }
   EXPECT_LT(outliers_without, 0.2);
   EXPECT_LT(outliers_with, outliers_without) << "prediction should help";
 }
 
-TEST_F(DisparityEstimatorTest, AFrameWithoutMotionCostsNoMoreThanItself) {
-  DisparityEstimator estimator(disparityParams());
+TEST_F(DisparityLoop, AFrameWithoutMotionCostsNoMoreThanItself) {
+  Pipeline pipeline(disparityAlone());
   for (int i = 0; i < kFrames; ++i) {
     const StreetFrame frame = street_.render(i);
     const bool without = i == 3;
-    run(estimator, frame, without ? MotionOf(unknownMotion) : MotionOf(trueMotion));
-    EXPECT_EQ(output_.predicted, i > 0 && !without) << i;
-    EXPECT_EQ(output_.carried, !without) << i;
+    run(pipeline, frame, without ? MotionOf(unknownMotion) : MotionOf(trueMotion));
+    EXPECT_EQ(maps_.predicted, i > 0 && !without) << i;
+    EXPECT_EQ(carried_, !without) << i;
     if (without) {
-      EXPECT_EQ(cv::countNonZero(output_.predicted_disparity_px >= 0), 0);
-      EXPECT_LT(outliers(frame, output_.disparity_px), 0.2);
+      EXPECT_EQ(cv::countNonZero(maps_.predicted_disparity_px >= 0), 0);
+      EXPECT_LT(outliers(frame, maps_.disparity_px), 0.2);
     }
   }
 }
 
-TEST_F(DisparityEstimatorTest, ThePastIsGivenUpAfterSomeFramesWithoutMotion) {
-  DisparityEstimator estimator(disparityParams());
+TEST_F(DisparityLoop, ThePastIsGivenUpAfterSomeFramesWithoutMotion) {
+  Pipeline pipeline(disparityAlone());
   const int patience = disparityParams().correction.max_missed_frames;
-  run(estimator, street_.render(0));
+  run(pipeline, street_.render(0));
   for (int i = 1; i <= patience + 1; ++i) {
-    run(estimator, street_.render(i), unknownMotion);
-    EXPECT_EQ(output_.carried, i > patience) << i;
+    run(pipeline, street_.render(i), unknownMotion);
+    EXPECT_EQ(carried_, i > patience) << i;
   }
-  run(estimator, street_.render(patience + 2));
-  EXPECT_TRUE(output_.predicted);
+  run(pipeline, street_.render(patience + 2));
+  EXPECT_TRUE(maps_.predicted);
 }
 
-TEST_F(DisparityEstimatorTest, WhatMovedIsNoPast) {
+TEST_F(DisparityLoop, WhatMovedIsNoPast) {
   DisparityParams params = disparityParams();
   params.row_alignment.enabled = false;  // it has a past, too
-  DisparityEstimator estimator(params), fresh(params);
-  run(estimator, street_.render(0));
+  Pipeline pipeline(disparityAlone(params)), fresh(disparityAlone(params));
+  run(pipeline, street_.render(0));
   const cv::Mat1b everything(street_.rig().size, uchar{255});
-  estimator.markMoving(everything);
   const StreetFrame frame = street_.render(1);
-  run(estimator, frame);
-  EXPECT_TRUE(output_.predicted);
-  EXPECT_GT(cv::countNonZero(output_.predicted_disparity_px >= 0), frame.left.rows);
-  const DisparityOutput marked = std::exchange(output_, DisparityOutput());
-  past_ = StreetFrame();
+  run(pipeline, frame, trueMotion, everything);
+  EXPECT_TRUE(maps_.predicted);
+  EXPECT_GT(cv::countNonZero(maps_.predicted_disparity_px >= 0), frame.left.rows);
+  const DisparityOutput marked = maps_;
+  startAnew();
   run(fresh, frame);
-  EXPECT_EQ(cv::norm(marked.search_width_px, output_.search_width_px, cv::NORM_INF), 0);
-  EXPECT_EQ(cv::norm(marked.measured_disparity_px, output_.measured_disparity_px, cv::NORM_INF), 0);
-  EXPECT_EQ(cv::norm(marked.disparity_px, output_.disparity_px, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(marked.search_width_px, maps_.search_width_px, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(marked.measured_disparity_px, maps_.measured_disparity_px, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(marked.disparity_px, maps_.disparity_px, cv::NORM_INF), 0);
 }
 
-TEST_F(DisparityEstimatorTest, WhatMovedIsAPastWhereSoAsked) {
+TEST_F(DisparityLoop, WhatMovedIsAPastWhereSoAsked) {
   DisparityParams params = disparityParams();
   params.use_moving_mask = false;
-  DisparityEstimator marked(params), other(params);
+  Pipeline marked(disparityAlone(params)), other(disparityAlone(params));
   const cv::Mat1b everything(street_.rig().size, uchar{255});
   cv::Mat1f expected;
-  for (DisparityEstimator* estimator : {&marked, &other}) {
-    past_ = StreetFrame();
-    run(*estimator, street_.render(0));
-    if (estimator == &marked) estimator->markMoving(everything);
-    run(*estimator, street_.render(1));
-    if (estimator == &marked) expected = output_.disparity_px.clone();
+  for (Pipeline* pipeline : {&marked, &other}) {
+    startAnew();
+    run(*pipeline, street_.render(0));
+    run(*pipeline, street_.render(1), trueMotion, pipeline == &marked ? everything : cv::Mat1b());
+    if (pipeline == &marked) expected = maps_.disparity_px.clone();
   }
-  EXPECT_EQ(cv::norm(expected, output_.disparity_px, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(expected, maps_.disparity_px, cv::NORM_INF), 0);
 }
 
-TEST_F(DisparityEstimatorTest, RefusesAMaskOfAnotherSize) {
-  DisparityEstimator estimator(disparityParams());
-  run(estimator, street_.render(0));
-  EXPECT_THROW(estimator.markMoving(cv::Mat1b::zeros(4, 4)), std::invalid_argument);
+TEST_F(DisparityLoop, RefusesAMaskOfAnotherSize) {
+  Pipeline pipeline(disparityAlone());
+  run(pipeline, street_.render(0));
+  EXPECT_THROW(run(pipeline, street_.render(1), trueMotion, cv::Mat1b::zeros(4, 4)),
+               std::invalid_argument);
 }
 
-TEST_F(DisparityEstimatorTest, ResetStartsAnewBitByBit) {
-  DisparityEstimator used(disparityParams()), fresh(disparityParams());
+TEST_F(DisparityLoop, ResetStartsAnewBitByBit) {
+  Pipeline used(disparityAlone()), fresh(disparityAlone());
   for (int i = 0; i < 3; ++i) run(used, street_.render(i));
   used.reset();
-  past_ = StreetFrame();
   run(used, street_.render(7));
-  const cv::Mat1f expected = output_.disparity_px.clone();
-  past_ = StreetFrame();
-  output_ = DisparityOutput();
+  const cv::Mat1f expected = maps_.disparity_px.clone();
+  startAnew();
   run(fresh, street_.render(7));
-  EXPECT_EQ(cv::norm(expected, output_.disparity_px, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(expected, maps_.disparity_px, cv::NORM_INF), 0);
 }
 
-TEST_F(DisparityEstimatorTest, WritesIntoTheCallersMemory) {
-  DisparityEstimator estimator(disparityParams());
+TEST_F(DisparityLoop, WritesIntoTheCallersMemory) {
+  Pipeline pipeline(disparityAlone());
   const StreetFrame frame = street_.render(0);
-  for (cv::Mat1f* map : {&output_.disparity_px, &output_.disparity_variance_px2,
-                         &output_.measured_disparity_px, &output_.measured_variance_px2,
-                         &output_.predicted_disparity_px, &output_.predicted_variance_px2})
+  for (cv::Mat1f* map :
+       {&maps_.disparity_px, &maps_.disparity_variance_px2, &maps_.measured_disparity_px,
+        &maps_.measured_variance_px2, &maps_.predicted_disparity_px, &maps_.predicted_variance_px2})
     map->create(frame.left.size());
-  output_.search_width_px.create(frame.left.size());
-  const DisparityOutput memory = output_;
-  run(estimator, frame);
-  EXPECT_EQ(output_.disparity_px.data, memory.disparity_px.data);
-  EXPECT_EQ(output_.disparity_variance_px2.data, memory.disparity_variance_px2.data);
-  EXPECT_EQ(output_.measured_disparity_px.data, memory.measured_disparity_px.data);
-  EXPECT_EQ(output_.measured_variance_px2.data, memory.measured_variance_px2.data);
-  EXPECT_EQ(output_.predicted_disparity_px.data, memory.predicted_disparity_px.data);
-  EXPECT_EQ(output_.predicted_variance_px2.data, memory.predicted_variance_px2.data);
-  EXPECT_EQ(output_.search_width_px.data, memory.search_width_px.data);
+  maps_.search_width_px.create(frame.left.size());
+  const DisparityOutput memory = maps_;
+  run(pipeline, frame);
+  EXPECT_EQ(maps_.disparity_px.data, memory.disparity_px.data);
+  EXPECT_EQ(maps_.disparity_variance_px2.data, memory.disparity_variance_px2.data);
+  EXPECT_EQ(maps_.measured_disparity_px.data, memory.measured_disparity_px.data);
+  EXPECT_EQ(maps_.measured_variance_px2.data, memory.measured_variance_px2.data);
+  EXPECT_EQ(maps_.predicted_disparity_px.data, memory.predicted_disparity_px.data);
+  EXPECT_EQ(maps_.predicted_variance_px2.data, memory.predicted_variance_px2.data);
+  EXPECT_EQ(maps_.search_width_px.data, memory.search_width_px.data);
 }
 
-TEST_F(DisparityEstimatorTest, WrongMotionDoesNotStickToTheFilters) {
-  DisparityEstimator estimator(disparityParams());
+TEST_F(DisparityLoop, WrongMotionDoesNotStickToTheFilters) {
+  Pipeline pipeline(disparityAlone());
   DisparityParams full_params = disparityParams();
   full_params.search.scheme = SearchScheme::kFull;
-  DisparityEstimator full(full_params);
+  Pipeline full(disparityAlone(full_params));
   const auto sometimesWrong = [](const StreetFrame& past, const StreetFrame& now) {
     CameraMotion motion = trueMotion(past, now);
     if (now.index % 10 == 5) {
@@ -207,17 +230,16 @@ TEST_F(DisparityEstimatorTest, WrongMotionDoesNotStickToTheFilters) {
   double ours = 0, reference = 0;
   for (int i = 0; i < 100; ++i) {
     const StreetFrame frame = street_.render(i);
-    const StreetFrame past = past_;
-    run(estimator, frame, sometimesWrong);
-    if (i > 0) ours += outliers(frame, output_.disparity_px);
-    past_ = past;
+    run(pipeline, frame, sometimesWrong);
+    if (i > 0) ours += outliers(frame, maps_.disparity_px);
+    --number_;  // the same frame again
     run(full, frame, sometimesWrong);
-    if (i > 0) reference += outliers(frame, output_.disparity_px);
+    if (i > 0) reference += outliers(frame, maps_.disparity_px);
   }
   EXPECT_LE(ours, 1.2 * reference);
 }
 
-TEST_F(DisparityEstimatorTest, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
+TEST_F(DisparityLoop, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
   for (const bool aligned : {true, false}) {
     DisparityParams params = disparityParams();
     params.search.scheme = SearchScheme::kPaper;
@@ -225,79 +247,132 @@ TEST_F(DisparityEstimatorTest, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
     params.matcher.census = CensusForm::k5x5;
     params.matcher.p1 = 6;
     params.matcher.p2 = 65;
-    DisparityEstimator estimator(params);
-    past_ = StreetFrame();
+    Pipeline pipeline(disparityAlone(params));
+    startAnew();
     for (int i = 0; i < 3; ++i) {
       const StreetFrame frame = street_.render(i);
-      run(estimator, frame);
-      EXPECT_LT(outliers(frame, output_.disparity_px), 0.25);
+      run(pipeline, frame);
+      EXPECT_LT(outliers(frame, maps_.disparity_px), 0.25);
     }
-    EXPECT_LT(cv::mean(output_.search_width_px)[0], 40) << "most pixels are searched in part";
+    EXPECT_LT(cv::mean(maps_.search_width_px)[0], 40) << "most pixels are searched in part";
   }
 }
 
-TEST_F(DisparityEstimatorTest, PredictsBeforeBesideOrAfterTheHalfResolutionMatch) {
-  std::vector<std::function<void(DisparityEstimator&, const std::function<void()>&)>> orders;
-  orders.push_back([](DisparityEstimator& estimator, const auto& predict) {
-    estimator.matchCoarsely();
-    predict();
-  });
-  orders.push_back([](DisparityEstimator& estimator, const auto& predict) {
-    predict();
-    estimator.matchCoarsely();
-  });
-  orders.push_back([](DisparityEstimator& estimator, const auto& predict) {
-    auto matched = std::async(std::launch::async, [&] { estimator.matchCoarsely(); });
-    predict();
-    matched.get();
-  });
-  std::vector<cv::Mat1f> disparities_px;
-  for (const auto& inOrder : orders) {
-    DisparityEstimator estimator(disparityParams());
-    DisparityOutput output;
-    StreetFrame past;
-    for (int i = 0; i < 4; ++i) {
-      const StreetFrame frame = street_.render(i);
-      estimator.begin(frame.left, frame.right, street_.rig());
-      inOrder(estimator, [&] {
-        estimator.predict(i > 0 ? std::optional(trueMotion(past, frame)) : std::nullopt, output);
-      });
-      estimator.measure(output);
-      estimator.publish(output);
-      past = frame;
+// A motion that is asked for lets the half-resolution match run beside it; one that is given does
+// not.
+TEST_F(DisparityLoop, GivenEgoMotionIsAsGoodAsOneThatIsAskedFor) {
+  Pipeline asking(disparityAlone()), given(disparityAlone());
+  PipelineOutput output;
+  StreetFrame past;
+  for (int i = 0; i < 4; ++i) {
+    const StreetFrame frame = street_.render(i);
+    run(asking, frame);
+    FrameSources sources;
+    sources.ego_motion.emplace();
+    if (i > 0) {
+      sources.ego_motion->status = EgoMotionStatus::kTracked;
+      sources.ego_motion->motion = trueMotion(past, frame);
     }
-    EXPECT_STREQ(estimator.times().front().name, "half-resolution match");
-    disparities_px.push_back(output.disparity_px.clone());
+    given.process(stereoFrame(frame, street_.rig(), i), output, sources);
+    past = frame;
   }
-  EXPECT_EQ(cv::norm(disparities_px[0], disparities_px[1], cv::NORM_INF), 0);
-  EXPECT_EQ(cv::norm(disparities_px[0], disparities_px[2], cv::NORM_INF), 0);
+  EXPECT_STREQ(given.times().disparity.front().name, "half-resolution match");
+  EXPECT_STREQ(asking.times().disparity.front().name, "half-resolution match");
+  EXPECT_EQ(cv::norm(maps_.disparity_px, output.disparity.disparity_px, cv::NORM_INF), 0);
 }
 
-TEST_F(DisparityEstimatorTest, RefusesImagesThatDoNotFitTheCalibration) {
-  DisparityEstimator estimator(disparityParams());
+// Of ego-motion the pipeline knows which frame its motion starts from.
+class EgoMotionLink : public DisparityLoop {
+ protected:
+  /// Processes the next frame with an ego-motion of this status, from `frames` frames back.
+  void next(EgoMotionStatus status, int frames = 1) {
+    const StreetFrame frame = street_.render(number_);
+    FrameSources sources;
+    sources.ego_motion.emplace();
+    sources.ego_motion->status = status;
+    sources.ego_motion->frames = frames;
+    if (status == EgoMotionStatus::kTracked)
+      sources.ego_motion->motion = trueMotion(shown_.at(shown_.size() - frames), frame);
+    ASSERT_TRUE(pipeline_.process(stereoFrame(frame, street_.rig(), number_++), output_, sources));
+    shown_.push_back(frame);
+  }
+  Stamp stampOf(int number) const { return number * std::chrono::milliseconds(100); }
+
+  Pipeline pipeline_{disparityAlone()};
+  std::vector<StreetFrame> shown_;
+};
+
+TEST_F(EgoMotionLink, AMotionOverALostFrameLeadsFromThePast) {
+  next(EgoMotionStatus::kFirstFrame);
+  next(EgoMotionStatus::kTracked);
+  next(EgoMotionStatus::kLost);
+  EXPECT_FALSE(output_.pose_known);
+  EXPECT_FALSE(maps_.predicted);
+  EXPECT_EQ(pipeline_.past(), stampOf(1)) << "the lost frame is no past";
+  next(EgoMotionStatus::kTracked, 2);
+  EXPECT_EQ(output_.motion_start, stampOf(1));
+  EXPECT_TRUE(maps_.predicted);
+  EXPECT_EQ(pipeline_.past(), stampOf(3));
+  EXPECT_LT(outliers(shown_.back(), maps_.disparity_px), 0.15);
+}
+
+TEST_F(EgoMotionLink, AMotionFromTheLostFrameIsNoneFromThePast) {
+  next(EgoMotionStatus::kFirstFrame);
+  next(EgoMotionStatus::kTracked);
+  next(EgoMotionStatus::kLost);
+  next(EgoMotionStatus::kTracked, 1);
+  EXPECT_EQ(output_.motion_start, stampOf(2));
+  EXPECT_FALSE(maps_.predicted) << "it would miss the motion from frame 1 to 2";
+  EXPECT_EQ(pipeline_.past(), stampOf(3)) << "frame 1 is out of reach for good";
+  next(EgoMotionStatus::kTracked);
+  EXPECT_TRUE(maps_.predicted);
+}
+
+TEST_F(EgoMotionLink, NothingGoesOnOverAGapOrBackInTime) {
+  next(EgoMotionStatus::kFirstFrame);
+  next(EgoMotionStatus::kTracked);
+  number_ += 11;  // more than max_gap
+  next(EgoMotionStatus::kTracked);
+  EXPECT_FALSE(output_.motion_start) << "its start is forgotten";
+  EXPECT_FALSE(maps_.predicted);
+  EXPECT_EQ(pipeline_.past(), stampOf(13));
+  number_ = 1;
+  next(EgoMotionStatus::kTracked);
+  EXPECT_FALSE(maps_.predicted);
+  EXPECT_TRUE(output_.T_odom_cam.isApprox(Eigen::Isometry3d::Identity())) << "the pose starts anew";
+  const StreetFrame frame = street_.render(1);
+  EXPECT_FALSE(pipeline_.process(stereoFrame(frame, street_.rig(), 1), output_)) << "a duplicate";
+}
+
+TEST_F(DisparityLoop, RefusesImagesThatDoNotFitTheCalibration) {
+  Pipeline pipeline(disparityAlone());
   const cv::Mat1b image(100, 200, uchar{0});
   try {
-    estimator.prepare(image, image, street_.rig());
+    pipeline.begin({image, image, street_.rig(), Stamp()});
     FAIL();
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(error.what(), "left image is 200x100 but the calibration is for 496x160");
   }
 }
 
-TEST(DisparityEstimatorAtRest, VarianceStaysBoundedAndDisparityUnbiased) {
+TEST(DisparityLoopAtRest, VarianceStaysBoundedAndDisparityUnbiased) {
   // Six hundred frames stand for ten minutes at one frame per second; a few noise patterns in turn.
   const Street street(streetOf("standstill"));
   std::vector<StreetFrame> frames;
   for (int i = 0; i < 5; ++i) frames.push_back(street.render(i));
-  DisparityEstimator estimator(disparityParams());
-  CameraMotion rest;
-  rest.covariance = Matrix6d::Identity() * 1e-8;
-  DisparityOutput output;
+  Pipeline pipeline(disparityAlone());
+  FrameSources sources;
+  sources.motion = [](auto) {
+    CameraMotion rest;
+    rest.covariance = Matrix6d::Identity() * 1e-8;
+    return rest;
+  };
+  PipelineOutput pipeline_output;
+  const DisparityOutput& output = pipeline_output.disparity;
   std::vector<double> bias, sigma;
   for (int i = 0; i < 600; ++i) {
     const StreetFrame& frame = frames[i % frames.size()];
-    estimator.prepare(frame.left, frame.right, street.rig());
-    estimator.estimate(i > 0 ? std::optional(rest) : std::nullopt, output);
+    pipeline.process(stereoFrame(frame, street.rig(), i), pipeline_output, sources);
     if (i != 5 && i != 599) continue;
     cv::Mat1f error = output.disparity_px - frame.disparity_px;
     const cv::Mat good = (cv::abs(error) < 1) & (frame.disparity_px > 0);
@@ -316,7 +391,6 @@ TEST(Pipeline, FollowsTheStreetEndToEnd) {
   const Street street(streetOf("straight"));
   PipelineParams params;
   params.disparity = disparityParams();
-  params.detection.range = params.disparity.matcher.range;
   Pipeline pipeline(params);
   PipelineOutput output;
   StreetFrame first, frame;
@@ -324,7 +398,7 @@ TEST(Pipeline, FollowsTheStreetEndToEnd) {
   for (int i = 0; i < kFrames; ++i) {
     frame = street.render(i);
     if (i == 0) first = frame;
-    pipeline.process(frame.left, frame.right, street.rig(), frame.stamp_s, output);
+    pipeline.process(stereoFrame(frame, street.rig(), i), output);
     wrong = outliers(frame, output.disparity.disparity_px);
     EXPECT_EQ(output.disparity.predicted, i > 0);
   }

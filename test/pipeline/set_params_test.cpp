@@ -11,42 +11,27 @@ namespace {
 
 constexpr int kFrames = 6, kChange = 3;
 
-/// The stages one by one, as the nodelets run them.
-struct Stages {
-  explicit Stages(const PipelineParams& p)
-      : ego_motion(p.ego_motion), disparity(p.disparity), detector(p.detection) {}
+/// A pipeline with what it gave last.
+struct Driven {
+  explicit Driven(const PipelineParams& p) : pipeline(p) {}
 
   void setParams(const PipelineParams& p) {
-    ego_motion.setParams(p.ego_motion);
-    disparity.setParams(p.disparity);
-    detector.setParams(p.detection);
+    pipeline.setParams(p.ego_motion);
+    pipeline.setParams(p.disparity);
+    pipeline.setParams(p.detection);
   }
-
   void process(const StreetFrame& frame, const StereoRig& rig, double stamp_s) {
-    estimate = ego_motion.estimate(frame.left, frame.right, rig);
-    T_odom_cam = T_odom_cam * estimate.motion.T_cam_prev.inverse();
-    disparity.prepare(frame.left, frame.right, rig);
-    const bool tracked = estimate.status == EgoMotionStatus::kTracked && estimate.frames == 1;
-    disparity.estimate(tracked ? std::optional(estimate.motion) : std::nullopt, output);
-    detector.detect(
-        {stamp_s, rig, frame.left, output.measured_disparity_px, output.measured_variance_px2,
-         output.predicted_disparity_px, output.predicted_variance_px2, true, T_odom_cam},
-        detections);
+    pipeline.process({frame.left, frame.right, rig, stampFromSeconds(stamp_s)}, output);
   }
 
-  EgoMotion ego_motion;
-  DisparityEstimator disparity;
-  MovingObjectDetector detector;
-  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
-  EgoMotionEstimate estimate;
-  DisparityOutput output;
-  Detections detections;
+  Pipeline pipeline;
+  PipelineOutput output;
 };
 
 class SetParams : public testing::Test {
  protected:
   SetParams() : street_(streetParams()) {
-    params_.disparity.matcher.range.count = params_.detection.range.count = 64;
+    params_.disparity.matcher.range.count = 64;
     for (int i = 0; i < kFrames; ++i) frames_.push_back(street_.render(i));
   }
 
@@ -60,13 +45,13 @@ class SetParams : public testing::Test {
   }
 
   /// @param changed  the parameters from frame kChange on.
-  Stages run(const PipelineParams& changed, bool change) {
-    Stages stages(params_);
+  PipelineOutput run(const PipelineParams& changed, bool change) {
+    Driven driven(params_);
     for (int i = 0; i < kFrames; ++i) {
-      if (change && i == kChange) stages.setParams(changed);
-      stages.process(frames_[i], street_.rig(), street_.stampOf(i));
+      if (change && i == kChange) driven.setParams(changed);
+      driven.process(frames_[i], street_.rig(), street_.stampOf(i));
     }
-    return stages;
+    return driven.output;
   }
 
   PipelineParams params_;
@@ -80,13 +65,16 @@ void expectEqual(const cv::Mat& a, const cv::Mat& b, const char* name) {
 }
 
 TEST_F(SetParams, the_same_parameters_change_nothing) {
-  const Stages plain = run(params_, false), set = run(params_, true);
+  const PipelineOutput plain = run(params_, false), set = run(params_, true);
   EXPECT_TRUE(set.T_odom_cam.isApprox(plain.T_odom_cam, 0));
-  expectEqual(set.output.disparity_px, plain.output.disparity_px, "disparity");
-  expectEqual(set.output.disparity_variance_px2, plain.output.disparity_variance_px2, "variance");
-  expectEqual(set.output.predicted_disparity_px, plain.output.predicted_disparity_px, "predicted");
-  expectEqual(set.output.measured_disparity_px, plain.output.measured_disparity_px, "measured");
-  expectEqual(set.output.predicted_variance_px2, plain.output.predicted_variance_px2,
+  expectEqual(set.disparity.disparity_px, plain.disparity.disparity_px, "disparity");
+  expectEqual(set.disparity.disparity_variance_px2, plain.disparity.disparity_variance_px2,
+              "variance");
+  expectEqual(set.disparity.predicted_disparity_px, plain.disparity.predicted_disparity_px,
+              "predicted");
+  expectEqual(set.disparity.measured_disparity_px, plain.disparity.measured_disparity_px,
+              "measured");
+  expectEqual(set.disparity.predicted_variance_px2, plain.disparity.predicted_variance_px2,
               "predicted variance");
   EXPECT_EQ(set.detections.objects.size(), plain.detections.objects.size());
 }
@@ -95,39 +83,39 @@ TEST_F(SetParams, other_parameters_hold_from_the_next_frame_on) {
   PipelineParams changed = params_;
   changed.disparity.search.scheme = SearchScheme::kFull;
   changed.ego_motion.features = 100;
-  const Stages stages = run(changed, true);
-  EXPECT_EQ(cv::countNonZero(stages.output.search_width_px != 64), 0);
-  EXPECT_TRUE(stages.output.predicted) << "the past is lost";
-  EXPECT_EQ(stages.estimate.status, EgoMotionStatus::kTracked);
+  const PipelineOutput output = run(changed, true);
+  EXPECT_EQ(cv::countNonZero(output.disparity.search_width_px != 64), 0);
+  EXPECT_TRUE(output.disparity.predicted) << "the past is lost";
+  EXPECT_EQ(output.ego_motion.status, EgoMotionStatus::kTracked);
 }
 
 TEST_F(SetParams, another_range_forgets_the_past) {
   PipelineParams changed = params_;
-  changed.disparity.matcher.range.count = changed.detection.range.count = 48;
-  Stages stages(params_);
+  changed.disparity.matcher.range.count = 48;
+  Driven driven(params_);
   for (int i = 0; i < kFrames; ++i) {
-    if (i == kChange) stages.setParams(changed);
-    stages.process(frames_[i], street_.rig(), street_.stampOf(i));
-    EXPECT_EQ(stages.output.predicted, i != 0 && i != kChange) << i;
+    if (i == kChange) driven.setParams(changed);
+    driven.process(frames_[i], street_.rig(), street_.stampOf(i));
+    EXPECT_EQ(driven.output.disparity.predicted, i != 0 && i != kChange) << i;
   }
-  EXPECT_EQ(cv::countNonZero(stages.output.disparity_px >= 48), 0);
+  EXPECT_EQ(cv::countNonZero(driven.output.disparity.disparity_px >= 48), 0);
 }
 
 TEST_F(SetParams, switching_the_disparity_offset_starts_it_anew) {
   PipelineParams changed = params_;
   changed.ego_motion.estimate_disparity_offset = !params_.ego_motion.estimate_disparity_offset;
-  Stages stages(params_);
+  Driven driven(params_);
   for (int i = 0; i < kFrames; ++i) {
-    if (i == kChange) stages.setParams(changed);
-    stages.process(frames_[i], street_.rig(), street_.stampOf(i));
-    EXPECT_EQ(stages.estimate.status,
+    if (i == kChange) driven.setParams(changed);
+    driven.process(frames_[i], street_.rig(), street_.stampOf(i));
+    EXPECT_EQ(driven.output.ego_motion.status,
               i == 0 || i == kChange ? EgoMotionStatus::kFirstFrame : EgoMotionStatus::kTracked)
         << i;
   }
 }
 
 TEST_F(SetParams, what_is_refused_changes_nothing) {
-  Stages stages(params_);
+  Driven driven(params_);
   for (int i = 0; i < kFrames; ++i) {
     if (i == kChange) {
       PipelineParams bad = params_;
@@ -135,18 +123,19 @@ TEST_F(SetParams, what_is_refused_changes_nothing) {
       bad.disparity.min_support = 3;
       bad.ego_motion.features = 0;
       bad.detection.paper.largest_window_width_px = 1;
-      EXPECT_THROW(stages.disparity.setParams(bad.disparity), std::invalid_argument);
-      EXPECT_THROW(stages.ego_motion.setParams(bad.ego_motion), std::invalid_argument);
-      EXPECT_THROW(stages.detector.setParams(bad.detection), std::invalid_argument);
+      EXPECT_THROW(driven.pipeline.setParams(bad.disparity), std::invalid_argument);
+      EXPECT_THROW(driven.pipeline.setParams(bad.ego_motion), std::invalid_argument);
+      EXPECT_THROW(driven.pipeline.setParams(bad.detection), std::invalid_argument);
     }
-    stages.process(frames_[i], street_.rig(), street_.stampOf(i));
+    driven.process(frames_[i], street_.rig(), street_.stampOf(i));
   }
-  const Stages plain = run(params_, false);
-  EXPECT_TRUE(stages.T_odom_cam.isApprox(plain.T_odom_cam, 0));
-  expectEqual(stages.output.disparity_px, plain.output.disparity_px, "disparity");
-  expectEqual(stages.output.measured_disparity_px, plain.output.measured_disparity_px, "measured");
-  expectEqual(stages.output.predicted_variance_px2, plain.output.predicted_variance_px2,
-              "predicted variance");
+  const PipelineOutput plain = run(params_, false);
+  EXPECT_TRUE(driven.output.T_odom_cam.isApprox(plain.T_odom_cam, 0));
+  expectEqual(driven.output.disparity.disparity_px, plain.disparity.disparity_px, "disparity");
+  expectEqual(driven.output.disparity.measured_disparity_px, plain.disparity.measured_disparity_px,
+              "measured");
+  expectEqual(driven.output.disparity.predicted_variance_px2,
+              plain.disparity.predicted_variance_px2, "predicted variance");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "nodelets/sequence_guard.h"
+#include "predictive_stereo/sequence_guard.h"
 
 #include <gtest/gtest.h>
 
@@ -20,50 +20,50 @@ StereoRig rig(double fx_px = 700, int width = 640) {
 
 TEST(SequenceGuard, frames_go_on_from_each_other_up_to_the_gap) {
   SequenceGuard guard(1.0);
-  EXPECT_EQ(guard.next(ros::Time(10.0), rig()).verdict, Verdict::kFirst);
-  EXPECT_EQ(guard.next(ros::Time(10.1), rig()).verdict, Verdict::kContinues);
-  EXPECT_EQ(guard.next(ros::Time(11.1), rig()).verdict, Verdict::kContinues);
-  const SequenceGuard::Result gap = guard.next(ros::Time(12.2), rig());
+  EXPECT_EQ(guard.next(stampFromSeconds(10.0), rig()).verdict, Verdict::kFirst);
+  EXPECT_EQ(guard.next(stampFromSeconds(10.1), rig()).verdict, Verdict::kContinues);
+  EXPECT_EQ(guard.next(stampFromSeconds(11.1), rig()).verdict, Verdict::kContinues);
+  const SequenceGuard::Result gap = guard.next(stampFromSeconds(12.2), rig());
   EXPECT_EQ(gap.verdict, Verdict::kBroken);
   EXPECT_EQ(gap.reason, "no frame for 1.1 s, more than max_gap = 1 s: starting anew");
-  EXPECT_EQ(guard.next(ros::Time(12.3), rig()).verdict, Verdict::kContinues);
+  EXPECT_EQ(guard.next(stampFromSeconds(12.3), rig()).verdict, Verdict::kContinues);
 }
 
 TEST(SequenceGuard, a_stamp_that_comes_again_is_no_frame) {
   SequenceGuard guard(1.0);
-  guard.next(ros::Time(10.0), rig());
-  EXPECT_EQ(guard.next(ros::Time(10.0), rig()).verdict, Verdict::kDuplicate);
+  guard.next(stampFromSeconds(10.0), rig());
+  EXPECT_EQ(guard.next(stampFromSeconds(10.0), rig()).verdict, Verdict::kDuplicate);
   // Not even with another calibration: the frame before stays the last one.
-  EXPECT_EQ(guard.next(ros::Time(10.0), rig(701)).verdict, Verdict::kDuplicate);
-  EXPECT_EQ(guard.next(ros::Time(10.1), rig()).verdict, Verdict::kContinues);
+  EXPECT_EQ(guard.next(stampFromSeconds(10.0), rig(701)).verdict, Verdict::kDuplicate);
+  EXPECT_EQ(guard.next(stampFromSeconds(10.1), rig()).verdict, Verdict::kContinues);
 }
 
 TEST(SequenceGuard, time_that_goes_back_is_told) {
   SequenceGuard guard(1.0);
-  guard.next(ros::Time(10.0), rig());
-  const SequenceGuard::Result back = guard.next(ros::Time(5.5), rig());
+  guard.next(stampFromSeconds(10.0), rig());
+  const SequenceGuard::Result back = guard.next(stampFromSeconds(5.5), rig());
   EXPECT_EQ(back.verdict, Verdict::kBackward);
   EXPECT_EQ(back.reason, "stamps went back by 4.5 s: starting anew");
-  EXPECT_EQ(guard.next(ros::Time(5.6), rig()).verdict, Verdict::kContinues);
+  EXPECT_EQ(guard.next(stampFromSeconds(5.6), rig()).verdict, Verdict::kContinues);
 }
 
 TEST(SequenceGuard, another_calibration_or_size_breaks_the_sequence) {
   SequenceGuard guard(1.0);
-  guard.next(ros::Time(10.0), rig());
-  const SequenceGuard::Result calibration = guard.next(ros::Time(10.1), rig(701));
+  guard.next(stampFromSeconds(10.0), rig());
+  const SequenceGuard::Result calibration = guard.next(stampFromSeconds(10.1), rig(701));
   EXPECT_EQ(calibration.verdict, Verdict::kBroken);
   EXPECT_EQ(calibration.reason, "calibration changed: starting anew");
-  const SequenceGuard::Result size = guard.next(ros::Time(10.2), rig(701, 656));
+  const SequenceGuard::Result size = guard.next(stampFromSeconds(10.2), rig(701, 656));
   EXPECT_EQ(size.verdict, Verdict::kBroken);
   EXPECT_EQ(size.reason, "image size changed: starting anew");
-  EXPECT_EQ(guard.next(ros::Time(10.3), rig(701, 656)).verdict, Verdict::kContinues);
+  EXPECT_EQ(guard.next(stampFromSeconds(10.3), rig(701, 656)).verdict, Verdict::kContinues);
 }
 
 TEST(SequenceGuard, forgetting_makes_the_next_frame_a_first_one) {
   SequenceGuard guard(1.0);
-  guard.next(ros::Time(10.0), rig());
+  guard.next(stampFromSeconds(10.0), rig());
   guard.forget();
-  EXPECT_EQ(guard.next(ros::Time(10.0), rig()).verdict, Verdict::kFirst);
+  EXPECT_EQ(guard.next(stampFromSeconds(10.0), rig()).verdict, Verdict::kFirst);
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
+/// Stamps, and whether a frame goes on from the one before.
 #pragma once
 
-#include <ros/time.h>
-
+#include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -9,6 +11,19 @@
 #include "predictive_stereo/stereo_rig.h"
 
 namespace predictive_stereo {
+
+/// Time of a frame since any epoch. Exact, which seconds since 1970 in a double are not.
+using Stamp = std::chrono::nanoseconds;
+
+inline double toSeconds(Stamp time) {
+  const auto whole = std::chrono::floor<std::chrono::seconds>(time);
+  return static_cast<double>(whole.count()) + 1e-9 * static_cast<double>((time - whole).count());
+}
+inline Stamp stampFromSeconds(double time_s) {
+  const double whole_s = std::floor(time_s);
+  return std::chrono::seconds(static_cast<int64_t>(whole_s)) +
+         std::chrono::nanoseconds(std::llround(1e9 * (time_s - whole_s)));
+}
 
 /// Tells whether a frame goes on from the one before, so that state may be carried over to it.
 class SequenceGuard {
@@ -32,7 +47,7 @@ class SequenceGuard {
   explicit SequenceGuard(double max_gap_s) : max_gap_s_(max_gap_s) {}
 
   /// The frame becomes the last one unless it is a duplicate.
-  Result next(ros::Time stamp, const StereoRig& rig) {
+  Result next(Stamp stamp, const StereoRig& rig) {
     const Result result = judge(stamp, rig);
     if (result.verdict != Verdict::kDuplicate) last_ = Frame{stamp, rig};
     return result;
@@ -42,13 +57,13 @@ class SequenceGuard {
 
  private:
   struct Frame {
-    ros::Time stamp;
+    Stamp stamp;
     StereoRig rig;
   };
 
-  Result judge(ros::Time stamp, const StereoRig& rig) const {
+  Result judge(Stamp stamp, const StereoRig& rig) const {
     if (!last_) return {Verdict::kFirst, "first frame"};
-    const double gap_s = (stamp - last_->stamp).toSec();
+    const double gap_s = toSeconds(stamp - last_->stamp);
     std::ostringstream reason;
     if (gap_s == 0) return {Verdict::kDuplicate, "the stamp of the frame before came again"};
     if (gap_s < 0) {

@@ -1,0 +1,117 @@
+#include "predictive_stereo/disparity_estimator.h"
+
+#include <utility>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr float kHoleTolerancePx = 3.0f;
+
+}  // namespace
+
+DisparityEstimator::DisparityEstimator(const DisparityParams& params)
+    : params_(params),
+      coarse_matcher_(params.matcher),
+      row_aligner_(params.row_alignment),
+      predictor_(params.matcher.range, params.prediction),
+      range_builder_(params.matcher.range, params.search),
+      matcher_(params.matcher) {
+  validate(params);
+}
+
+void DisparityEstimator::begin(const cv::Mat1b& left, const cv::Mat1b& right,
+                               const StereoRig& rig) {
+  rig_ = rig;
+  left_ = left;
+  right_ = right;
+}
+
+void DisparityEstimator::matchCoarsely() {
+  coarse_times_.clear();
+  Stopwatch watch;
+
+  alignRightImage(right_, RowOffsetModel(), rig_.cx_left_px - rig_.cx_right_px, shifted_right_);
+  coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_);
+  watch.lap("half-resolution match", coarse_times_);
+
+  row_alignment_ =
+      row_aligner_.estimate(left_, shifted_right_, coarse_disparity_px_, params_.matcher.range);
+  alignRightImage(shifted_right_, row_alignment_, 0.0, aligned_right_);
+  watch.lap("row alignment", coarse_times_);
+}
+
+void DisparityEstimator::predict(const DisparityState& past,
+                                 const std::optional<CameraMotion>& motion,
+                                 DisparityOutput& output) {
+  prediction_.disparity_px = output.predicted_disparity_px;
+  prediction_.variance_px2 = output.predicted_variance_px2;
+  times_.clear();
+  Stopwatch watch;
+
+  output.predicted = motion.has_value() && !past.empty();
+  if (output.predicted)
+    predictor_.predict(past, rig_, *motion, prediction_);
+  else
+    predictor_.predictNothing(rig_.size, prediction_);
+  output.predicted_disparity_px = prediction_.disparity_px;
+  output.predicted_variance_px2 = prediction_.variance_px2;
+  watch.lap("prediction", times_);
+}
+
+void DisparityEstimator::chooseRanges(DisparityOutput& output) {
+  times_.insert(times_.begin(), coarse_times_.begin(), coarse_times_.end());
+  output.row_alignment = row_alignment_;
+  Stopwatch watch;
+  range_builder_.build(prediction_, coarse_disparity_px_, ranges_);
+  searchWidths(ranges_, output.search_width_px);
+  watch.lap("search ranges", times_);
+}
+
+void DisparityEstimator::match(DisparityOutput& output) {
+  const DisparityRange& range = params_.matcher.range;
+  match_.ambiguity = output.ambiguity;
+  Stopwatch watch;
+
+  matcher_.match(left_, aligned_right_, ranges_, match_);
+  watch.lap("matching", times_);
+
+  filterBySupport(range, params_.min_support, match_.disparity_px, output.measured_disparity_px);
+  measurementVariance(output.measured_disparity_px, match_.ambiguity, range, params_.variance,
+                      output.measured_variance_px2);
+  output.ambiguity = match_.ambiguity;
+  watch.lap("support", times_);
+}
+
+void DisparityEstimator::correct(const DisparityOutput& output, DisparityState& filters) {
+  const DisparityRange& range = params_.matcher.range;
+  Stopwatch watch;
+  predictive_stereo::correct(prediction_, output.measured_disparity_px, range, params_.correction,
+                             filters);
+  std::swap(filters.disparity_px, corrected_disparity_px_);
+  filterBySupport(range, params_.min_support, corrected_disparity_px_, filters.disparity_px);
+  watch.lap("correction", times_);
+}
+
+void DisparityEstimator::publish(const DisparityState& filters, DisparityOutput& output) {
+  const DisparityRange& range = params_.matcher.range;
+  Stopwatch watch;
+  fillHolesAndMedian3x3(range, params_.max_hole_px, kHoleTolerancePx, filters.disparity_px,
+                        median_disparity_px_);
+  predictive_stereo::publish(median_disparity_px_, filters, prediction_,
+                             output.measured_disparity_px, output.measured_variance_px2,
+                             row_alignment_.rms_offset_px, range, params_.variance,
+                             output.disparity_px, output.disparity_variance_px2);
+  watch.lap("median", times_);
+}
+
+void DisparityEstimator::setParams(const DisparityParams& params) {
+  DisparityEstimator changed(params);
+  params_ = params;
+  row_aligner_.setParams(params.row_alignment);
+  coarse_matcher_ = std::move(changed.coarse_matcher_);
+  predictor_ = std::move(changed.predictor_);
+  range_builder_ = std::move(changed.range_builder_);
+  matcher_ = std::move(changed.matcher_);
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,119 @@
+/// What is measured is the loop that is shipped.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "evaluation/disparity_evaluation.h"
+#include "evaluation/noise_estimation.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kFrames = 10;
+
+/// Rendering takes longer than all that is done with it.
+class RenderedStreet : public Sequence {
+ public:
+  RenderedStreet() : street_(streetSequence(params())) {
+    for (int index = 0; index < kFrames; ++index) frames_.push_back(street_->frame(index));
+  }
+  const std::string& name() const override { return street_->name(); }
+  const StereoRig& rig() const override { return street_->rig(); }
+  int frames() const override { return kFrames; }
+  double stamp_s(int index) const override { return street_->stamp_s(index); }
+  SequenceFrame frame(int index) const override { return frames_[static_cast<size_t>(index)]; }
+
+ private:
+  static StreetParams params() {
+    StreetParams params;
+    params.scene = "leader";
+    params.frames = kFrames;
+    return params;
+  }
+
+  std::unique_ptr<Sequence> street_;
+  std::vector<SequenceFrame> frames_;
+};
+
+const Sequence& street() {
+  static const RenderedStreet street;
+  return street;
+}
+
+/// The disparities of each frame, by the whole pipeline, and how much it saw move.
+struct Shipped {
+  explicit Shipped(const PipelineParams& params) {
+    Pipeline pipeline(params);
+    PipelineOutput output;
+    for (int index = 0; index < kFrames; ++index) {
+      pipeline.process(stereoFrame(street(), index, street().frame(index)), output);
+      disparities_px.push_back(output.disparity.disparity_px.clone());
+      moving_pixels += cv::countNonZero(output.detections.mask);
+    }
+  }
+  std::vector<cv::Mat1f> disparities_px;
+  int moving_pixels = 0;
+};
+
+std::vector<cv::Mat1f> evaluated(const PipelineParams& params) {
+  std::vector<cv::Mat1f> disparities_px;
+  std::vector<DisparityEvaluation> evaluations;
+  const NamedMethod ours{"ours", [&](const std::string&) { return predictiveMethod(params); }};
+  evaluateDisparity(
+      street(), {ours}, params, kFrames, {},
+      [&](const SequenceFrame&, int, size_t, const MethodOutput& output) {
+        disparities_px.push_back(output.maps.disparity_px.clone());
+      },
+      evaluations);
+  return disparities_px;
+}
+
+int differences(const std::vector<cv::Mat1f>& a, const std::vector<cv::Mat1f>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  int count = 0;
+  for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) count += cv::countNonZero(a[i] != b[i]);
+  return count;
+}
+
+TEST(ShippedLoop, IsWhatDisparitiesAreMeasuredOn) {
+  const PipelineParams params;
+  const Shipped shipped(params);
+  EXPECT_GT(shipped.moving_pixels, 1000) << "the loop is of interest where something moves";
+  EXPECT_EQ(differences(evaluated(params), shipped.disparities_px), 0);
+}
+
+TEST(ShippedLoop, ParametersOfTheDetectionReachWhatIsMeasured) {
+  PipelineParams blind;
+  blind.detection.motion.min_tracks = 1000;
+  blind.detection.motion.dense_min_area_m2 = 100;
+  const Shipped shipped(blind);
+  EXPECT_EQ(shipped.moving_pixels, 0);
+  const std::vector<cv::Mat1f> measured = evaluated(blind);
+  EXPECT_EQ(differences(measured, shipped.disparities_px), 0);
+  EXPECT_GT(differences(measured, evaluated(PipelineParams())), 0);
+}
+
+TEST(ShippedLoop, IsWhatTheVarianceIsFittedOn) {
+  PipelineParams params;
+  params.disparity.variance.max_sigma_px = 0;  // all are samples
+  const Shipped shipped(params);
+  constexpr int kStep = 5;
+  size_t sample = 0;
+  const std::vector<VarianceSample> samples =
+      observePublished(street(), PipelineParams(), kStep, {});
+  for (int index = 1; index < kFrames; ++index) {
+    const cv::Mat1f truth_px = street().frame(index).truth_px;
+    const cv::Mat1f& disparity_px = shipped.disparities_px[static_cast<size_t>(index)];
+    for (int y = 0; y < truth_px.rows; y += kStep)
+      for (int x = 0; x < truth_px.cols; x += kStep) {
+        if (!hasTruth(truth_px(y, x)) || disparity_px(y, x) < 0) continue;
+        ASSERT_LT(sample, samples.size());
+        ASSERT_EQ(samples[sample++].disparity_px, disparity_px(y, x))
+            << index << " " << y << " " << x;
+      }
+  }
+  EXPECT_EQ(sample, samples.size());
+}
+
+}  // namespace
+}  // namespace predictive_stereo
