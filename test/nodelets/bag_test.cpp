@@ -231,7 +231,7 @@ class Bag : public testing::Test {
                                    recording_->disparity_px[i]));
     }
     size_t index = 0;
-    const Detector live = [&](const SequenceFrame&, const StereoRig&, double) {
+    const Detector live = [&](const StereoFrame&) {
       DetectorOutput output;
       for (const auto& object : first_->objects.at(player_->stamps().at(index++))->objects)
         output.objects.push_back(detectedObject(object));
