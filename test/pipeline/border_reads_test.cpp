@@ -37,7 +37,8 @@ Outputs outputsOf(const StereoRig& rig, const std::vector<StreetFrame>& frames) 
   PipelineOutput output;
   Outputs all;
   for (const StreetFrame& frame : frames) {
-    pipeline.process(frame.left.clone(), frame.right.clone(), rig, frame.stamp_s, output);
+    pipeline.process(
+        {frame.left.clone(), frame.right.clone(), rig, stampFromSeconds(frame.stamp_s)}, output);
     for (const cv::Mat& map :
          {cv::Mat(output.disparity.disparity_px), cv::Mat(output.disparity.disparity_variance_px2),
           cv::Mat(output.detections.mask)})
