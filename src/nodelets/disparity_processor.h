@@ -8,21 +8,11 @@
 #include <optional>
 
 #include "nodelets/message_pool.h"
+#include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {
-
-struct DisparityProcessorParams {
-  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
-  DisparityParams disparity;
-
-  template <class Visitor>
-  void visit(Visitor&& v) {
-    v("max_gap", max_gap, 0.01, 3600.0);
-    disparity.visit(v);
-  }
-};
 
 struct DisparityMessages {
   stereo_msgs::DisparityImagePtr disparity, measured_disparity, predicted_disparity;

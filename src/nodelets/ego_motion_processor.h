@@ -7,25 +7,11 @@
 #include <optional>
 #include <string>
 
+#include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {
-
-struct EgoMotionProcessorParams {
-  std::string odom_frame = "odom";       ///< fixed frame of the pose
-  std::string base_frame = "base_link";  ///< the robot; empty: the left camera itself
-  double max_gap = 1.0;                  ///< [s] frames further apart do not belong together
-  EgoMotionParams ego_motion;
-
-  template <class Visitor>
-  void visit(Visitor&& v) {
-    v("odom_frame", odom_frame);
-    v("base_frame", base_frame);
-    v("max_gap", max_gap, 0.01, 3600.0);
-    ego_motion.visit(v);
-  }
-};
 
 struct EgoMotionMessages {
   nav_msgs::OdometryPtr odometry;

@@ -8,20 +8,10 @@
 #include <optional>
 
 #include "nodelets/message_pool.h"
+#include "nodelets/nodelet_params.h"
 #include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {
-
-struct MovingObjectsProcessorParams {
-  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
-  DetectionParams detection;
-
-  template <class Visitor>
-  void visit(Visitor&& v) {
-    v("max_gap", max_gap, 0.01, 3600.0);
-    detection.visit(v);
-  }
-};
 
 /// The messages of one frame, all with the left image's stamp.
 struct MovingObjectsInput {

@@ -1,14 +1,62 @@
-/// All parameters of the nodelets, with their defaults: `~name` of each.
+/// All parameters of the nodelets, with their defaults: `~name` of each. Knows no ROS, so that tools
+/// without ROS read the same files.
 #pragma once
 
 #include <string>
 
-#include "nodelets/disparity_processor.h"
-#include "nodelets/ego_motion_processor.h"
-#include "nodelets/moving_objects_processor.h"
-#include "nodelets/stamp_matcher.h"
+#include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {
+
+struct SyncParams {
+  bool approximate_sync = true;  ///< stamps may differ by sync_tolerance; false: must be equal
+  int queue_size = 10;           ///< messages of each topic that wait for their partners
+  double sync_tolerance = 0.01;  ///< [s] less than half the time between two frames
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("approximate_sync", approximate_sync);
+    v("queue_size", queue_size, 1, 1000);
+    v("sync_tolerance", sync_tolerance, 0.0, 1.0);
+  }
+};
+
+struct EgoMotionProcessorParams {
+  std::string odom_frame = "odom";       ///< fixed frame of the pose
+  std::string base_frame = "base_link";  ///< the robot; empty: the left camera itself
+  double max_gap = 1.0;                  ///< [s] frames further apart do not belong together
+  EgoMotionParams ego_motion;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("odom_frame", odom_frame);
+    v("base_frame", base_frame);
+    v("max_gap", max_gap, 0.01, 3600.0);
+    ego_motion.visit(v);
+  }
+};
+
+struct DisparityProcessorParams {
+  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
+  DisparityParams disparity;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("max_gap", max_gap, 0.01, 3600.0);
+    disparity.visit(v);
+  }
+};
+
+struct MovingObjectsProcessorParams {
+  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
+  DetectionParams detection;
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("max_gap", max_gap, 0.01, 3600.0);
+    detection.visit(v);
+  }
+};
 
 struct EgoMotionNodeletParams {
   bool publish_tf = true;

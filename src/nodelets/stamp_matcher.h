@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "predictive_stereo/params.h"
+#include "nodelets/nodelet_params.h"
 
 namespace predictive_stereo {
 
@@ -17,19 +17,6 @@ namespace predictive_stereo {
 /// without a word, so there is more room than a nodelet needs: what is too much is then dropped
 /// where it is counted, by StampMatcher and LatestWorker.
 constexpr uint32_t kRoscppQueue = 64;
-
-struct SyncParams {
-  bool approximate_sync = true;  ///< stamps may differ by sync_tolerance; false: must be equal
-  int queue_size = 10;           ///< messages of each topic that wait for their partners
-  double sync_tolerance = 0.01;  ///< [s] less than half the time between two frames
-
-  template <class Visitor>
-  void visit(Visitor&& v) {
-    v("approximate_sync", approximate_sync);
-    v("queue_size", queue_size, 1, 1000);
-    v("sync_tolerance", sync_tolerance, 0.0, 1.0);
-  }
-};
 
 /// Joins messages whose stamps agree with that of slot 0, as soon as the last of them is there.
 /// (message_filters' ApproximateTime holds each set back until the next frame proves it to be the
