@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulation/glossy.h"
+
 namespace predictive_stereo::simulation {
 namespace {
 
@@ -10,10 +12,9 @@ using Eigen::Vector3f;
 
 // What the pixel covers of a flat surface: an ellipse, longer along the view the flatter one looks
 // at the surface.
-Footprint footprintOf(const Surface& surface, const Vector3f& direction, float t,
-                      float pixel_per_m) {
+Footprint footprintOf(const Surface& surface, const Vector3f& direction, float width_m) {
   Footprint footprint;
-  footprint.width_m = t * pixel_per_m;
+  footprint.width_m = width_m;
   if (surface.axis_u.isZero()) return footprint;
   const float slope = std::abs(surface.normal.dot(direction)) / direction.norm();
   const float stretch = std::min(1.0f / std::max(slope, 1e-3f), 60.0f);
@@ -47,14 +48,19 @@ struct Shader {
     return lit;
   }
 
-  float operator()(const LitHit& hit, float x, float y) const {
+  // A ray to a surface, and what is found there.
+  struct Shaded {
+    Vector3f point, normal, local_normal;  // point in local axes; the normal faces the viewer
+    float radiance = 0;                    // without mirrors
+  };
+  // @param origin  of the ray, in the primitive's axes. @param direction  in the world's.
+  // @param width_m  of what a pixel sees there.
+  Shaded shade(const LitHit& hit, const Vector3f& origin, const Vector3f& direction,
+               float width_m) const {
     const Look& look = light.look;
-    const uint32_t seed = light.sky_seed;
-    const Vector3f direction = grid.directionOf(x, y);
-    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, seed);
     const Primitive& p = grid.primitive(hit.primitive);
     const Vector3f local_direction = p.R_local_world * direction;
-    const Vector3f point = grid.originIn(hit.primitive) + hit.t * local_direction;
+    const Vector3f point = origin + hit.t * local_direction;
     Surface surface = surfaceAt(p, hit.part, point);
     if (surface.normal.dot(local_direction) > 0) surface.normal = -surface.normal;
     if (p.shape == Shape::kGround) {
@@ -62,7 +68,7 @@ struct Shader {
       surface.u_m = p.centre_m.x() + point.x();
       surface.v_m = p.centre_m.y() + point.y();
     }
-    const Footprint footprint = footprintOf(surface, local_direction, hit.t, grid.pixelPerM());
+    const Footprint footprint = footprintOf(surface, local_direction, width_m);
     const float albedo =
         std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
     const Vector3f normal = p.R_local_world.transpose() * surface.normal;
@@ -76,12 +82,83 @@ struct Shader {
       illumination += lampLight(look.ceiling, light.camera_m + hit.t * direction, normal);
     float radiance = albedo * illumination;
     if (p.material == Material::kLamp) radiance += look.lamps;
-    const float mirror = look.reflections * mirrorOf(p, hit.part, point);
+    return {point, normal, surface.normal, radiance};
+  }
+
+  // What comes from this direction (unit length) to a point (relative to the sunlight's centre).
+  // @param spread  width of what a pixel sees, per metre of way, beyond `width_m`.
+  float arriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
+                 int except) const {
+    LitHit hit;
+    static_cast<Hit&>(hit) = light.around->cast(point, direction, except);
+    if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
+    hit.sunny = light.look.sun > 0 && light.sunlight.reaches(point + (hit.t - 0.01f) * direction);
+    return shade(hit, light.around->inLocalAxes(hit.primitive, point), direction,
+                 width_m + spread * hit.t)
+        .radiance;
+  }
+
+  // Clear coat over paint, or a pane: the reflected view ray, and what lies below or behind.
+  float glossy(const LitHit& hit, const Shaded& shaded, float x, float y) const {
+    const Primitive& p = grid.primitive(hit.primitive);
+    const Vector3f direction = grid.directionOf(x, y), view = direction.normalized();
+    const Vector3f normal =
+        p.R_local_world.transpose() * normalOfPanel(p, shaded.local_normal, shaded.point);
+    const float cosine = std::clamp(-normal.dot(view), 0.0f, 1.0f);
+    const float width_m = hit.t * grid.pixelPerM();
+    const float mirror = fresnel(mirrorOf(p, hit.part, shaded.point), cosine);
+    const Vector3f reflected_ray = (view + 2 * cosine * normal).normalized();
+    const Vector3f point = light.offset_m + hit.t * direction;
+    // A convex mirror spreads the rays of a pixel.
+    const float spread =
+        grid.pixelPerM() + 2 * kPanelTurn * width_m / std::max(p.half_m.maxCoeff(), 0.1f);
+    const float reflected =
+        light.look.reflections * arriving(point, reflected_ray, width_m, spread, hit.primitive);
+    if (isClear(p, hit.part, shaded.point)) {
+      constexpr float kTint = 0.8f;
+      return mirror * reflected + (1 - mirror) * kTint * behind(x, y, hit.primitive);
+    }
+    // Metal flakes below the coat reflect as well, each its own way.
+    const float metallic = p.albedo > 0.05f ? 0.5f * p.albedo + 0.05f : 0.0f;
+    float radiance = (1 - mirror) * shaded.radiance + (mirror + metallic) * reflected;
+    if (hit.sunny && light.look.reflections > 0)  // the sun itself
+      radiance += 4 * std::pow(std::max(0.0f, reflected_ray.dot(light.look.to_sun)), 600.0f);
+    return radiance;
+  }
+
+  float behind(float x, float y, int pane) const {
+    LitHit hit;
+    static_cast<Hit&>(hit) = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
+    const Vector3f direction = grid.directionOf(x, y);
+    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), light.look, light.sky_seed);
+    hit.sunny =
+        light.look.sun > 0 && light.sunlight.reaches(light.offset_m + (hit.t - 0.01f) * direction);
+    return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
+  }
+
+  // Does what one sees there change although the surface is the same?
+  bool hasDepth(const LitHit& hit) const {
+    if (!light.around || hit.sky()) return false;
+    const Material material = grid.primitive(hit.primitive).material;
+    return material == Material::kGloss || material == Material::kGlossCabin;
+  }
+
+  float operator()(const LitHit& hit, float x, float y) const {
+    const Look& look = light.look;
+    const uint32_t seed = light.sky_seed;
+    const Vector3f direction = grid.directionOf(x, y);
+    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, seed);
+    const Primitive& p = grid.primitive(hit.primitive);
+    const Shaded shaded =
+        shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM());
+    if (hasDepth(hit)) return glossy(hit, shaded, x, y);
+    float radiance = shaded.radiance;
+    const float mirror = look.reflections * mirrorOf(p, hit.part, shaded.point);
     if (mirror > 0) {
       const Vector3f view = direction.normalized();
-      const float cosine = std::min(1.0f, -normal.dot(view));
+      const float cosine = std::min(1.0f, -shaded.normal.dot(view));
       const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
-      radiance += fresnel * surroundings(view + 2 * cosine * normal, look, seed);
+      radiance += fresnel * surroundings(view + 2 * cosine * shaded.normal, look, seed);
     }
     return radiance;
   }
@@ -143,7 +220,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < hits.size().width; ++x) {
         const float row = ideal_row(x, y);
-        if (!isEdge(hits, x, y)) {
+        if (!isEdge(hits, x, y) && !shade.hasDepth(hits.at(x, y))) {
           radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
           continue;
         }
@@ -155,7 +232,8 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
           met[i] = shade.cast(ray_x, ray_y);
           int j = 0;
           while (!sameSurface(met[j], met[i])) ++j;
-          radiance_of[i] = j < i ? radiance_of[j] : shade(met[i], ray_x, ray_y);
+          radiance_of[i] =
+              j < i && !shade.hasDepth(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
           sum += radiance_of[i];
         }
         radiance(y, x) = 0.25f * sum;

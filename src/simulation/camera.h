@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "simulation/ray_grid.h"
+#include "simulation/ray_map.h"
 #include "simulation/scene.h"
 #include "simulation/sunlight.h"
 
@@ -20,6 +21,8 @@ struct Light {
   Eigen::Vector3f offset_m;  ///< of the camera from the sunlight's centre, world axes
   uint32_t sky_seed;
   Eigen::Vector3f camera_m = Eigen::Vector3f::Zero();  ///< in the world: where lamps are near
+  /// What glossy paint reflects, about the same centre as the sunlight; none: there is no such.
+  const RayMap* around = nullptr;
 };
 
 struct LitHit : Hit {

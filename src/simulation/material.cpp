@@ -79,6 +79,17 @@ float plateAlbedo(const Primitive& p, const Surface& s, const Footprint& fp) {
   return p.albedo * (1.0f - 0.75f * stroke * fade(cell, blur));
 }
 
+// Of a cabin: windows begin above the belt line and end at the pillars.
+bool isWindow(const Primitive& p, int part, const Vector3f& local) {
+  if (part >= 4) return false;
+  const float height = local.z() / p.half_m.z();
+  const float along = part < 2 ? local.y() / p.half_m.y() : local.x() / p.half_m.x();
+  const float slope = part < 2 ? 0.0f : 0.25f * (height + 1);
+  const bool pillar =
+      std::abs(along) > 0.9f - slope || (part >= 2 && std::abs(along + 0.08f) < 0.035f);
+  return height >= -0.75f && height <= 0.82f && !pillar;
+}
+
 // A heading, lines of text and pictures.
 float printAlbedo(const Primitive& p, const Surface& s, const Footprint& fp, float contrast,
                   uint32_t seed) {
@@ -159,6 +170,7 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
     case Material::kBark:
       return p.albedo *
              (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));
+    case Material::kGloss:
     case Material::kPaint: {
       const float dirt = texture2(u, v, fp, {0.7f, 5, 0.75f}, seed);
       // Gaps between doors and bonnet.
@@ -166,9 +178,10 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
                         fade(0.02f, fp.width_m + fp.length_m);
       return p.albedo * (1.0f + contrast * (0.13f * dirt - 0.7f * gap));
     }
+    case Material::kGlossCabin:
     case Material::kCabin: {
       const bool roof = part >= 4;
-      if (roof || mirrorOf(p, part, local) < 0.2f)
+      if (roof || !isWindow(p, part, local))
         return p.albedo * (1.0f + contrast * 0.1f * texture2(u, v, fp, {0.7f, 5, 0.7f}, seed));
       return 0.07f + contrast * 0.05f * texture2(u, v, fp, {0.4f, 3, 0.7f}, seed);
     }
@@ -237,19 +250,19 @@ float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
       return 0.35f;
     case Material::kPaint:
       return 0.12f;
-    case Material::kCabin: {
-      if (part >= 4) return 0.12f;
-      // Windows begin above the belt line and end at the pillars.
-      const float height = local.z() / p.half_m.z();
-      const float along = part < 2 ? local.y() / p.half_m.y() : local.x() / p.half_m.x();
-      const float slope = part < 2 ? 0.0f : 0.25f * (height + 1);
-      const bool pillar =
-          std::abs(along) > 0.9f - slope || (part >= 2 && std::abs(along + 0.08f) < 0.035f);
-      return height < -0.75f || height > 0.82f || pillar ? 0.12f : 0.45f;
-    }
+    case Material::kCabin:
+      return isWindow(p, part, local) ? 0.45f : 0.12f;
+    case Material::kGloss:
+      return 0.05f;  // clear coat
+    case Material::kGlossCabin:
+      return isWindow(p, part, local) ? 0.08f : 0.05f;  // two faces of a pane
     default:
       return 0;
   }
+}
+
+bool isClear(const Primitive& p, int part, const Vector3f& local) {
+  return p.material == Material::kGlossCabin && isWindow(p, part, local);
 }
 
 float surroundings(const Vector3f& direction, const Look& look, uint32_t seed) {

@@ -25,6 +25,7 @@ struct Look {
   float headlights = 0;      ///< light from the camera's own vehicle, below the horizon
   float lamps = 0;           ///< radiance of lamps that shine: street lamps, headlights
   CeilingLamps ceiling;
+  bool glossy_cars = false;  ///< see glossy.h
 };
 
 /// The diffuse albedo of a surface, within about 0..1.
@@ -37,6 +38,9 @@ float mirrorOf(const Primitive& primitive, int part, const Eigen::Vector3f& loca
 /// What the lamps of a ceiling give to a surface at this point of the world. They cast no shadows.
 float lampLight(const CeilingLamps& lamps, const Eigen::Vector3f& point_m,
                 const Eigen::Vector3f& normal);
+
+/// Is this a window that one sees through?
+bool isClear(const Primitive& primitive, int part, const Eigen::Vector3f& local_m);
 
 /// Radiance of what a mirror shows in this direction (unit length, world): sky and, below, a
 /// blurred street.

@@ -40,6 +40,8 @@ enum class Material : uint8_t {
   kPanels,      ///< ceilings
   kPrint,       ///< posters, boxes with print
   kChessboard,  ///< squares of 0.1 m within a border
+  kGloss,       ///< of cars: reflects what is around; metallic where it is not dark
+  kGlossCabin,  ///< and with windows one sees through
 };
 
 /// Windows of a building, repeated in cells along its walls.

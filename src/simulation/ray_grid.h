@@ -22,8 +22,9 @@ class RayGrid {
   RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
           const StereoRig& rig, double cx_px);
 
-  /// The first primitive met by the ray through (x, y), nearer than `limit_m`.
-  Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity()) const;
+  /// The first primitive but `except` met by the ray through (x, y), nearer than `limit_m`.
+  Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity(),
+           int except = -1) const;
 
   /// Does anything nearer than `limit_m` lie on this ray?
   bool blocked(float x_px, float y_px, float limit_m) const;

@@ -41,7 +41,9 @@ Scene drone() {
                  {4.5, {0.1, -0.1, 1.4}, 0, 0, 0},
                  {5, {0.1, -0.1, 1.4}, 0, 0, 0},
                  {5.5, {0.1, -0.1, 1.4}, 22.5, 0, 0},
-                 {8.5, {0.2, 0, 1.5}, 292.5, 0, 0},
+                 {6, {0.1, -0.1, 1.4}, 67.5, 0, 0},
+                 {8, {0.1, -0.1, 1.4}, 247.5, 0, 0},
+                 {8.5, {0.15, -0.05, 1.45}, 292.5, 0, 0},
                  {9, {0.3, 0.1, 1.5}, 315, 0, 0},
                  {10, {1.2, 0.6, 1.5}, 345, 8, -6},
                  {11.5, {3, 1, 1.5}, 360, 0, 0},
@@ -244,6 +246,16 @@ std::vector<Scene> makeScenes() {
   {
     Scene& s = scene("duplicated", "every fifth frame shows the one before once more");
     s.sensor.duplicate_every = 5;
+    s.drive.turns = "S";
+  }
+  {
+    Scene& s = scene("glossy_cars",
+                     "dark, glossy and metallic cars that reflect sky and street, clear windows");
+    s.look.glossy_cars = true;
+    s.traffic.companions = {{Kind::kCar, 8, 0, 2, 9}};
+    s.parked_cars = 0.9;
+    s.trees = 0.3;
+    s.drive.cruise_mps = 5;
     s.drive.turns = "S";
   }
   all.insert(all.end(), {drone(), robot(), handheld()});

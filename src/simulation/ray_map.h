@@ -1,0 +1,41 @@
+/// All primitives by tiles of the ground, for rays from anywhere in any direction.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "simulation/primitive.h"
+#include "simulation/tiles.h"
+
+namespace predictive_stereo::simulation {
+
+class RayMap {
+ public:
+  static constexpr float kReach_m = 100;  ///< farther from the centre, along x or y, is only sky
+
+  /// @param primitives  must outlive the map.
+  /// @param centre_m  points are given relative to it.
+  RayMap(const std::vector<Primitive>& primitives, const Eigen::Vector3d& centre_m);
+
+  /// The first primitive but `except` that a ray meets; t is the way along it [m].
+  /// @param origin_m  relative to the centre, world axes.
+  /// @param direction  unit length.
+  Hit cast(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, int except) const;
+
+  /// A point (relative to the centre) in the local axes of a primitive.
+  Eigen::Vector3f inLocalAxes(int primitive, const Eigen::Vector3f& point_m) const {
+    const auto i = static_cast<size_t>(primitive);
+    return (*primitives_)[i].R_local_world * (point_m - centres_m_[i]);
+  }
+
+ private:
+  void test(int primitive, const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction,
+            Hit& hit) const;
+
+  const std::vector<Primitive>* primitives_;
+  std::vector<Eigen::Vector3f> centres_m_;
+  std::vector<int> everywhere_;  // planes
+  Tiles tiles_;
+};
+
+}  // namespace predictive_stereo::simulation
