@@ -5,6 +5,7 @@
 #include <string>
 
 #include "predictive_stereo/rigid_motion.h"
+#include "predictive_stereo/simd_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -25,6 +26,7 @@ Pipeline::Pipeline(const PipelineParams& params) : params_(params), guard_(param
   if (params.parts.disparity) params_.detection.range = params.disparity.matcher.range;
   if (params.parts.ego_motion) ego_motion_.emplace(params_.ego_motion);
   if (params.parts.disparity) disparity_.emplace(params_.disparity);
+  if (params.parts.disparity) useSimdTarget(params_.disparity.matcher.simd_target);
   if (params.parts.detection) detector_.emplace(params_.detection);
   validate(params);
 }
@@ -56,8 +58,7 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   if (disparity_) {
     DisparityOutput& maps = output.disparity;
     const std::optional<CameraMotion> motion = motionFromPast(sources, output);
-    if (sources.moved && disparity_->params().use_moving_mask && past_stamp_ && !unlinked_frames_)
-      markMoving(sources.moved(*past_stamp_));
+    if (sources.moved && marksMatter()) markMoving(sources.moved(*past_stamp_));
     disparity_->predict(past_, motion, maps);
     DisparityState& filters = linkToPast(motion.has_value());
     matched_coarsely.get();
@@ -94,9 +95,10 @@ void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output)
     watch.lap("ego-motion", times_.ego_motion);
   }
   output.motion_start = startOf(output.ego_motion);
+  output.T_odom_cam = T_odom_cam_.value_or(Eigen::Isometry3d::Identity());
   if (output.motion_start)
-    T_odom_cam_ = compose(T_odom_cam_, output.ego_motion.motion.T_cam_prev.inverse());
-  output.T_odom_cam = T_odom_cam_;
+    output.T_odom_cam = compose(output.T_odom_cam, output.ego_motion.motion.T_cam_prev.inverse());
+  T_odom_cam_ = output.T_odom_cam;
   // Of the first frame the pose is known, too: it is where odom begins.
   output.pose_known = output.ego_motion.status != EgoMotionStatus::kLost;
   if (output.pose_known) since_tracked_.clear();
@@ -138,9 +140,13 @@ void Pipeline::detect(PipelineOutput& output) {
   watch.lap("detection", times_.detection);
 }
 
+// Whether the last frame is the past, and what moved in it is to be left out.
+bool Pipeline::marksMatter() const {
+  return params_.disparity.use_moving_mask && past_stamp_ && unlinked_frames_ == 0;
+}
+
 void Pipeline::markMoving(const cv::Mat1b& mask) {
-  if (mask.empty() || past_.empty() || unlinked_frames_ > 0) return;
-  if (!params_.disparity.use_moving_mask) return;
+  if (mask.empty() || !marksMatter()) return;
   if (mask.size() != past_.missed_frames.size())
     throw std::invalid_argument("mask of moving objects is " + text(mask.size()) +
                                 " but the frame was " + text(past_.missed_frames.size()));
@@ -154,6 +160,7 @@ void Pipeline::setParams(const EgoMotionParams& params) {
 
 void Pipeline::setParams(const DisparityParams& params) {
   disparity_->setParams(params);
+  useSimdTarget(params.matcher.simd_target);
   const bool other_range = params.matcher.range != params_.disparity.matcher.range;
   params_.disparity = params;
   if (!other_range) return;
@@ -177,7 +184,7 @@ void Pipeline::reset() {
 // EgoMotion::reset() would keep what it learnt of the calibration.
 void Pipeline::startAnew() {
   if (ego_motion_) ego_motion_.emplace(params_.ego_motion);
-  T_odom_cam_ = Eigen::Isometry3d::Identity();
+  T_odom_cam_.reset();
 }
 
 void Pipeline::forgetFrames() {

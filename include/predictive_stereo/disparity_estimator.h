@@ -27,7 +27,7 @@ struct DisparityParams {
   VarianceParams variance;
   int min_support = 10;  ///< see filterBySupport; applied to the match and to the filters; 0: off
   int max_hole_px = 40;  ///< narrower holes are filled in the published disparity where both sides
-                         ///< agree or one hides them, see fillHoles; 0: none
+                         ///< agree or one hides them, see post_filter.h; 0: none
 
   /// What moved by itself in the frame before enters neither ranges nor filters, see Pipeline.
   bool use_moving_mask = true;

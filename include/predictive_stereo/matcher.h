@@ -81,8 +81,7 @@ class StereoMatcher {
   const std::string& simdTarget() const;
 
   /// Searches every disparity of the range for every pixel.
-  /// @param left, right  rectified 8-bit grey images of one size; views into larger images are
-  /// fine.
+  /// @param left, right  rectified 8-bit grey images of one size, also views into larger images.
   /// @throws std::invalid_argument for empty images or different sizes.
   void match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match);
 

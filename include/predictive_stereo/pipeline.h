@@ -114,7 +114,8 @@ class Pipeline {
     return true;
   }
 
-  /// The pose of the frame that was taken, for the first one. Identity where not told.
+  /// Whether poses start with the frame that was taken, and from where: identity where not told.
+  bool isOrigin() const { return !T_odom_cam_; }
   void setOrigin(const Eigen::Isometry3d& T_odom_cam) { T_odom_cam_ = T_odom_cam; }
   /// Forgets everything: the next frame is the origin.
   void reset();
@@ -141,6 +142,7 @@ class Pipeline {
                                              const PipelineOutput& output);
   DisparityState& linkToPast(bool motion_known);
   void detect(PipelineOutput& output);
+  bool marksMatter() const;
   void markMoving(const cv::Mat1b& mask);
   void startAnew();
   void forgetFrames();
@@ -155,7 +157,7 @@ class Pipeline {
   PipelineTimes times_;
 
   // What is carried to the next frame, beside what the parts remember.
-  Eigen::Isometry3d T_odom_cam_ = Eigen::Isometry3d::Identity();
+  std::optional<Eigen::Isometry3d> T_odom_cam_;
   std::deque<Stamp> since_tracked_;  // the last frame that was not lost, and all after it
   DisparityState past_;              // filters, and the frame that they are of
   std::optional<Stamp> past_stamp_;

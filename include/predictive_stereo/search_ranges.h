@@ -43,9 +43,8 @@ class SearchRangeBuilder {
   /// @throws std::invalid_argument for parameters outside their limits, max_margin_px < margin_px.
   SearchRangeBuilder(const DisparityRange& range, const SearchRangeParams& params);
 
-  /// @param coarse_disparity_px  from CoarseMatcher, (width / 2, height / 2); not used by the
-  /// paper's
-  ///   scheme; may be empty.
+  /// @param coarse_disparity_px  from CoarseMatcher, (width / 2, height / 2); may be empty. The
+  ///   paper's scheme does not use it.
   void build(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
              SearchRanges& ranges);
 

@@ -1,4 +1,5 @@
-/// Which instructions the matching kernels use.
+/// Which instructions the kernels use. One choice holds for all of a process: matching, filters,
+/// ego-motion and detection.
 #pragma once
 
 #include <string>
@@ -7,13 +8,20 @@
 namespace predictive_stereo {
 
 /// The targets that this build holds and this CPU can run, best first: of "avx3" (AVX-512),
-/// "avx2", "sse4", "neon"; the last one is always "scalar", the plain reference. Results do
-/// not depend on the choice.
+/// "avx2", "sse4", "neon"; the last one is always "scalar": the plain references, and loops
+/// compiled for what every CPU of this kind has. Results do not depend on the choice.
 std::vector<std::string> availableSimdTargets();
 
 /// Resolves a request: "auto" is the environment variable PREDICTIVE_STEREO_SIMD where that is set,
 /// and the best target otherwise.
 /// @throws std::invalid_argument for a name that is unknown or that this CPU cannot run.
 std::string chooseSimdTarget(const std::string& requested);
+
+/// Lets all kernels of this process use what chooseSimdTarget says, from their next call on. A
+/// Pipeline with disparities does so for its matcher/simd_target; before, it is "auto".
+/// @throws std::invalid_argument as chooseSimdTarget does; nothing has changed then.
+void useSimdTarget(const std::string& requested);
+/// The name of the target in use.
+std::string simdTargetInUse();
 
 }  // namespace predictive_stereo

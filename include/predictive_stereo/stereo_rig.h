@@ -31,9 +31,6 @@ struct StereoRig {
 
   /// fx * baseline [px m]: disparity times depth.
   double disparityTimesDepth() const { return fx_px * baseline_m; }
-  double depthFromDisparity(double disparity_px) const {
-    return disparityTimesDepth() / disparity_px;
-  }
 
   /// The point in the left camera's optical frame [m] seen at (x, y) with this disparity [px] (>
   /// 0).
@@ -41,9 +38,6 @@ struct StereoRig {
 
   /// (x, y, d) in disparity space [px] of a point in the left camera's optical frame [m], Z > 0.
   Eigen::Vector3d disparityFromPoint(const Eigen::Vector3d& point_cam_m) const;
-
-  /// The rig of images resampled by `scale` (0.5: half resolution), pixel centres at integers.
-  StereoRig scaled(double scale) const;
 
   bool operator==(const StereoRig& other) const;
   bool operator!=(const StereoRig& other) const { return !(*this == other); }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/comparison_rows.cpp"
 #include <hwy/foreach_target.h>

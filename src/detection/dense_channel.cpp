@@ -66,7 +66,7 @@ const std::vector<DenseGroup>& DenseGroups::find(const cv::Mat1f& residual_px,
       seeds_of_row_[static_cast<size_t>(v)] = seedRow(rows, residual_px.cols, limits, seeds_[v]);
     }
   });
-  return connect(residual_px, disparity_px);
+  return connect(disparity_px);
 }
 
 const std::vector<DenseGroup>& DenseGroups::findSlow(const cv::Mat1f& residual_px,
@@ -93,11 +93,10 @@ const std::vector<DenseGroup>& DenseGroups::findSlow(const cv::Mat1f& residual_p
       count = slowSeedRow(rows, pair[v], residual_px.cols, limits, seeds_[v]);
     }
   });
-  return connect(residual_px, disparity_px);
+  return connect(disparity_px);
 }
 
-const std::vector<DenseGroup>& DenseGroups::connect(const cv::Mat1f& residual_px,
-                                                    const cv::Mat1f& disparity_px) {
+const std::vector<DenseGroup>& DenseGroups::connect(const cv::Mat1f& disparity_px) {
   // Flood over neighbours of one sign and similar disparity.
   cv::Mat1b& seeds = seeds_;
   std::vector<cv::Point>& open = open_;
@@ -125,13 +124,9 @@ const std::vector<DenseGroup>& DenseGroups::connect(const cv::Mat1f& residual_px
         }
       }
       if (static_cast<int>(group.points.size()) < kFewestPoints) continue;
-      std::vector<float> disparities, residuals;
-      for (cv::Point p : group.points) {
-        disparities.push_back(disparity_px(2 * p.y, 2 * p.x));
-        residuals.push_back(residual_px(p));
-      }
+      std::vector<float> disparities;
+      for (cv::Point p : group.points) disparities.push_back(disparity_px(2 * p.y, 2 * p.x));
       group.disparity_px = medianOf(disparities);
-      group.residual_px = medianOf(residuals);
       groups_.push_back(std::move(group));
     }
   }

@@ -8,12 +8,13 @@
 
 namespace predictive_stereo {
 
+constexpr float kUnknownResidual = -1e6f;
+
 /// Signed evidence of motion along the line of sight, on the lattice of compareFrames [px]: where
 /// the prediction forward (measured - predicted) and the one backward (static source - previous
 /// measurement) agree in sign, the smaller of both; kUnknownResidual where one is unknown.
 /// @param row  of the whole lattice; its row of `residual_px`, which has the lattice's size, is
 ///   written.
-constexpr float kUnknownResidual = -1e6f;
 void denseResidualRow(const DetectionInput& input, const DisparityRange& range,
                       const LatticeRow& row, const RowSources& sources,
                       const cv::Mat1f& previous_disparity_px, cv::Mat1f& residual_px);
@@ -23,7 +24,6 @@ void denseResidualRow(const DetectionInput& input, const DisparityRange& range,
 struct DenseGroup {
   std::vector<cv::Point> points;  ///< lattice
   float disparity_px = 0;         ///< median
-  float residual_px = 0;          ///< median
 };
 class DenseGroups {
  public:
@@ -37,8 +37,7 @@ class DenseGroups {
                                           const MotionDetectionParams& params);
 
  private:
-  const std::vector<DenseGroup>& connect(const cv::Mat1f& residual_px,
-                                         const cv::Mat1f& disparity_px);
+  const std::vector<DenseGroup>& connect(const cv::Mat1f& disparity_px);
   cv::Mat1b seeds_;
   std::vector<float> outside_;  // a row of the map's surroundings
   std::vector<int> seeds_of_row_;

@@ -1,5 +1,7 @@
 #include "detection/ground_rows.h"
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/ground_rows.cpp"
 #include <hwy/foreach_target.h>

@@ -1,5 +1,7 @@
 #include "detection/history_rows.h"
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/history_rows.cpp"
 #include <hwy/foreach_target.h>

@@ -35,8 +35,6 @@ class DisparityHistory {
   DisparityHistory(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
                    const std::vector<PastFrame>& past);
 
-  bool empty() const { return past_.empty(); }
-
   /// The velocity over ground that explains all past frames best, among all that road users have
   /// or, where it is given, near `expected_mps`. None without past frames.
   /// @param points_px  of the current frame, with valid disparities.

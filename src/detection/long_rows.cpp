@@ -1,5 +1,7 @@
 #include "detection/long_rows.h"
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/long_rows.cpp"
 #include <hwy/foreach_target.h>

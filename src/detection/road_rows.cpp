@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/road_rows.cpp"
 #include <hwy/foreach_target.h>

@@ -182,7 +182,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
       worse += in_layer[u] && of_row[u] < -kDecisive_grey;
       if (!in_mask[u]) continue;
       ++result.cells;
-      if (residual[u] < -1e5f) continue;
+      if (residual[u] == kUnknownResidual) continue;
       ++known;
       positive += residual[u] > least_residual;
       negative += residual[u] < -least_residual;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/shift_rows.cpp"
 #include <hwy/foreach_target.h>

@@ -86,7 +86,7 @@ float median(std::vector<float>& values) {
   return *middle;
 }
 
-// Tracks of one group: [first, end) of what was followed.
+// The motion and the depth of a group, from the tracks that agree with its shift.
 void complete(const TrackingView& view, const MotionDetectionParams& params,
               const SuspectGroup& group, std::vector<PointTrack>& tracks) {
   std::vector<float> x, y;

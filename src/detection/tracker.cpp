@@ -25,7 +25,7 @@ int countOfBits(unsigned bits) {
   return count;
 }
 
-// Kalman update by a measurement of one half of the state; false where it lies beyond the gate.
+// Kalman update by a measurement of one half of the state, which `h` picks.
 template <class H>
 void kalmanUpdate(const H& h, const Eigen::Vector3d& measured, const Eigen::Matrix3d& noise,
                   Eigen::Matrix<double, 6, 1>& state, Matrix6& covariance) {

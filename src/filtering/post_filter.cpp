@@ -67,23 +67,6 @@ void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat
       });
 }
 
-void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {
-  fillHolesAndMedian3x3(range, 0, 0, disparity_px, filtered_px);
-}
-
-void fillHoles(const DisparityRange& range, int max_width, float tolerance_px,
-               const cv::Mat1f& disparity_px, cv::Mat1f& filled_px) {
-  filled_px.create(disparity_px.size());
-  const HoleLimits limits{max_width, tolerance_px, kHiddenSlack_px};
-  cv::parallel_for_(cv::Range(0, disparity_px.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      float* row = filled_px[y];
-      if (row != disparity_px[y]) std::copy_n(disparity_px[y], disparity_px.cols, row);
-      fillHolesOfRow(disparity_px.cols, static_cast<float>(range.min_disparity), limits, row);
-    }
-  });
-}
-
 void fillHolesAndMedian3x3(const DisparityRange& range, int max_width, float tolerance_px,
                            const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {
   createApart("fillHolesAndMedian3x3", disparity_px, filtered_px);

@@ -17,8 +17,8 @@ constexpr int32_t kNoSupportKey = INT32_MIN;
 void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5], int width,
                         float smallest_valid, float invalid, int min_support, float* filtered);
 
-/// One output row of median3x3. `rows` are the input rows from one above to one below, with one
-/// more pixel on both sides; pixels beyond the image are invalid.
+/// One output row of the 3x3 median. `rows` are the input rows from one above to one below, with
+/// one more pixel on both sides; pixels beyond the image are invalid.
 void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
                  float* filtered);
 
@@ -27,7 +27,7 @@ struct HoleLimits {
   float tolerance_px;
   float hidden_slack_px;  ///< by which what is hidden may be wider than the disparities' difference
 };
-/// fillHoles in one row, in place.
+/// Fills the holes of one row in place, see fillHolesAndMedian3x3.
 void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row);
 
 }  // namespace predictive_stereo

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "matching/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "filtering/variance_rows.cpp"
 #include <hwy/foreach_target.h>

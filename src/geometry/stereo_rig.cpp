@@ -49,7 +49,7 @@ StereoRig StereoRig::fromProjections(const Matrix34d& P_left, const Matrix34d& P
 }
 
 Eigen::Vector3d StereoRig::pointFromDisparity(double x_px, double y_px, double disparity_px) const {
-  const double depth_m = depthFromDisparity(disparity_px);
+  const double depth_m = disparityTimesDepth() / disparity_px;
   return {(x_px - cx_left_px) / fx_px * depth_m, (y_px - cy_px) / fy_px * depth_m, depth_m};
 }
 
@@ -57,18 +57,6 @@ Eigen::Vector3d StereoRig::disparityFromPoint(const Eigen::Vector3d& point_cam_m
   return {fx_px * point_cam_m.x() / point_cam_m.z() + cx_left_px,
           fy_px * point_cam_m.y() / point_cam_m.z() + cy_px,
           disparityTimesDepth() / point_cam_m.z()};
-}
-
-StereoRig StereoRig::scaled(double scale) const {
-  const auto centre = [scale](double c) { return (c + 0.5) * scale - 0.5; };
-  StereoRig rig = *this;
-  rig.size = cv::Size(static_cast<int>(size.width * scale), static_cast<int>(size.height * scale));
-  rig.fx_px *= scale;
-  rig.fy_px *= scale;
-  rig.cx_left_px = centre(cx_left_px);
-  rig.cx_right_px = centre(cx_right_px);
-  rig.cy_px = centre(cy_px);
-  return rig;
 }
 
 bool StereoRig::operator==(const StereoRig& other) const {

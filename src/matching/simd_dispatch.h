@@ -1,4 +1,7 @@
-/// Run-time dispatch to the kernels of one SIMD target, chosen by name. Include before Highway.
+/// Run-time dispatch to the kernels of one SIMD target. Include before Highway.
+///
+/// Kernels are dispatched by HWY_DYNAMIC_DISPATCH to the target of the process (useSimdTarget), or
+/// by PREDICTIVE_STEREO_DISPATCH to one that the caller names.
 #pragma once
 
 // SSSE3 and AVX3_DL gain little over their neighbours; the kernels want vectors of a known size.
@@ -21,8 +24,10 @@ constexpr int64_t kScalarTarget = 0;
 /// Highway's bit of a target named by chooseSimdTarget; kScalarTarget for "scalar".
 int64_t simdTargetBit(const std::string& name);
 
-/// Place of a target in the tables of HWY_EXPORT. (HWY_DYNAMIC_DISPATCH would take the best target
-/// of the process; ours is chosen by each matcher.)
+/// That of useSimdTarget.
+int64_t simdTargetBitInUse();
+
+/// Place of a target in the tables of HWY_EXPORT.
 inline size_t simdTableIndex(int64_t target_bit, size_t table_size) {
   if (table_size == 1) return 0;
   hwy::ChosenTarget chosen;

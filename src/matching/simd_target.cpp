@@ -1,5 +1,6 @@
 #include "predictive_stereo/simd_target.h"
 
+#include <atomic>
 #include <cstdlib>
 #include <stdexcept>
 
@@ -29,7 +30,26 @@ bool canRun(int64_t bit) {
   return bit == kScalarTarget || (hwy::SupportedTargets() & HWY_TARGETS & bit) != 0;
 }
 
+std::atomic<int64_t> bit_in_use{kScalarTarget};
+
+void use(int64_t bit) {
+  bit_in_use = bit;
+  hwy::GetChosenTarget().Update(bit);  // HWY_DYNAMIC_DISPATCH asks this one
+}
+
+// When the library is loaded. A name that cannot be used is told to those who choose.
+[[maybe_unused]] const bool is_chosen = [] {
+  try {
+    useSimdTarget("auto");
+  } catch (const std::invalid_argument&) {
+    use(simdTargetBit(availableSimdTargets().front()));
+  }
+  return true;
+}();
+
 }  // namespace
+
+int64_t simdTargetBitInUse() { return bit_in_use; }
 
 int64_t simdTargetBit(const std::string& name) {
   for (const NamedTarget& target : kTargets)
@@ -59,6 +79,16 @@ std::string chooseSimdTarget(const std::string& requested) {
     choices += ", " + candidate;
   }
   throw std::invalid_argument(origin + " = " + name + ": this build and CPU can run " + choices);
+}
+
+void useSimdTarget(const std::string& requested) {
+  use(simdTargetBit(chooseSimdTarget(requested)));
+}
+
+std::string simdTargetInUse() {
+  for (const NamedTarget& target : kTargets)
+    if (target.bit == bit_in_use) return target.name;
+  return "scalar";
 }
 
 }  // namespace predictive_stereo

@@ -32,11 +32,6 @@ EgoMotionProcessor::EgoMotionProcessor(const EgoMotionProcessorParams& params)
   validate(params);
 }
 
-void EgoMotionProcessor::reset() {
-  pipeline_.reset();
-  started_ = false;
-}
-
 bool EgoMotionProcessor::cameraIsBase(const StereoPair& pair) const {
   return params_.base_frame.empty() || params_.base_frame == pair.left->header.frame_id;
 }
@@ -52,8 +47,7 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
   Output output;
   output.sequence = pipeline_.begin(frame);
   if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
-  if (output.sequence.verdict == SequenceGuard::Verdict::kBackward) started_ = false;
-  if (!started_) setOrigin(pair, T_base_cam);
+  if (pipeline_.isOrigin()) setOrigin(pair, T_base_cam);
   FrameSources sources;
   sources.ignored = moving_mask;
   pipeline_.process(sources, output_);
@@ -67,7 +61,6 @@ void EgoMotionProcessor::setOrigin(const StereoPair& pair, const Eigen::Isometry
   T_odom_base_ = cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity();
   pipeline_.setOrigin(compose(T_odom_base_, T_base_cam));
   pose_covariance_.setZero();
-  started_ = true;
 }
 
 void EgoMotionProcessor::move(const Eigen::Isometry3d& T_base_cam, Stamp stamp) {

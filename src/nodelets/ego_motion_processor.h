@@ -43,7 +43,7 @@ class EgoMotionProcessor {
   void setParams(const EgoMotionParams& params) { pipeline_.setParams(params); }
 
   /// Forgets everything: the next frame is the origin.
-  void reset();
+  void reset() { pipeline_.reset(); }
 
   /// The frame whose pose is given, for pairs of this camera.
   std::string baseFrame(const StereoPair& pair) const;
@@ -59,7 +59,6 @@ class EgoMotionProcessor {
   PipelineOutput output_;
   cv::Mat1b left_buffer_, right_buffer_;
 
-  bool started_ = false;
   Eigen::Isometry3d T_odom_base_;
   Matrix6d pose_covariance_;  // of T_odom_base, perturbed in the base frame
   Vector6d twist_;

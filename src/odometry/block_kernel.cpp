@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "matching/simd_dispatch.h"
-#include "predictive_stereo/simd_target.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "odometry/block_kernel.cpp"
@@ -173,10 +172,7 @@ BlockKernel blockKernel(int64_t target_bit) {
   return PREDICTIVE_STEREO_DISPATCH(kernel, target_bit)();
 }
 
-BlockKernel bestBlockKernel() {
-  static const BlockKernel best = blockKernel(simdTargetBit(chooseSimdTarget("auto")));
-  return best;
-}
+BlockKernel blockKernelInUse() { return blockKernel(simdTargetBitInUse()); }
 
 }  // namespace predictive_stereo
 #endif

@@ -23,7 +23,7 @@ using BlockKernel = void (*)(BlockAt block, BlockAt first, int positions, float*
 /// Of a target (see simdTargetBit).
 BlockKernel blockKernel(int64_t target_bit);
 BlockKernel referenceBlockKernel();
-/// Of the best target, or of the one that PREDICTIVE_STEREO_SIMD names.
-BlockKernel bestBlockKernel();
+/// Of the target in use (see useSimdTarget).
+BlockKernel blockKernelInUse();
 
 }  // namespace predictive_stereo

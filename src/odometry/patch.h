@@ -13,7 +13,7 @@ class Patch {
  public:
   static constexpr int kSize = kPatchSize;  ///< side [px]
 
-  explicit Patch(const PatchKernel& kernel = bestPatchKernel()) : kernel_(&kernel) {}
+  explicit Patch(const PatchKernel& kernel = patchKernelInUse()) : kernel_(&kernel) {}
 
   /// Where a patch was found.
   struct Match {

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "matching/simd_dispatch.h"
-#include "predictive_stereo/simd_target.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "odometry/patch_kernel.cpp"
@@ -202,11 +201,14 @@ void differentiate(const FramedPatch& framed, PatchImages& images, PatchMoments&
   moments = {tt.total(), xx.total(), xy.total(), yy.total(), xt.total(), yt.total()};
 }
 
-PatchKernel kernel() { return {multiply, sample, sampleGrid, differentiate}; }
+const PatchKernel& kernel() {
+  static const PatchKernel vectors = {multiply, sample, sampleGrid, differentiate};
+  return vectors;
+}
 
 #else
 
-PatchKernel kernel() { return referencePatchKernel(); }
+const PatchKernel& kernel() { return referencePatchKernel(); }
 
 #endif
 
@@ -315,15 +317,12 @@ const PatchKernel& referencePatchKernel() {
   return reference;
 }
 
-PatchKernel patchKernel(int64_t target_bit) {
+const PatchKernel& patchKernel(int64_t target_bit) {
   if (target_bit == kScalarTarget) return referencePatchKernel();
   return PREDICTIVE_STEREO_DISPATCH(kernel, target_bit)();
 }
 
-const PatchKernel& bestPatchKernel() {
-  static const PatchKernel best = patchKernel(simdTargetBit(chooseSimdTarget("auto")));
-  return best;
-}
+const PatchKernel& patchKernelInUse() { return patchKernel(simdTargetBitInUse()); }
 
 }  // namespace predictive_stereo
 #endif

@@ -60,14 +60,15 @@ struct PatchKernel {
   void (*differentiate)(const FramedPatch& framed, PatchImages& images, PatchMoments& moments);
 };
 
-/// Vectors read beyond the patch, but no more rows than samples need: see kernelWithin of patch.cpp.
+/// Vectors read beyond the patch, but no more rows than samples need: see kernelWithin of
+/// patch.cpp.
 constexpr int kReadColumns = 17;
 constexpr int kReadGridColumns = 33;
 
 /// Of a target (see simdTargetBit).
-PatchKernel patchKernel(int64_t target_bit);
+const PatchKernel& patchKernel(int64_t target_bit);
 const PatchKernel& referencePatchKernel();
-/// Of the best target, or of the one that PREDICTIVE_STEREO_SIMD names.
-const PatchKernel& bestPatchKernel();
+/// Of the target in use (see useSimdTarget).
+const PatchKernel& patchKernelInUse();
 
 }  // namespace predictive_stereo

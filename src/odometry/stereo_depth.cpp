@@ -51,8 +51,8 @@ Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f p
     for (int offset = middle - row_radius; offset <= middle + row_radius; ++offset) {
       const int row = corner.y + offset;
       if (row < 0 || row + kBlock > right.rows) continue;
-      bestBlockKernel()(block, {right[row] + corner.x - end + 1, right.step}, end - begin,
-                        correlation.data());
+      blockKernelInUse()(block, {right[row] + corner.x - end + 1, right.step}, end - begin,
+                         correlation.data());
       for (int shift = begin; shift < end; ++shift) {
         const float c = correlation[end - 1 - shift];
         of_shift[shift - first] = std::max(of_shift[shift - first], c);

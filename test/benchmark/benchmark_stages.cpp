@@ -186,18 +186,12 @@ void opencvFilterSpeckles(benchmark::State& state) {
   });
 }
 
-void medianFilter(benchmark::State& state) {
+void holesAndMedian(benchmark::State& state) {
   const Inputs& in = inputs();
   cv::Mat1f filtered_px;
-  measure(state,
-          [&] { median3x3(in.params.disparity.matcher.range, in.measured_px, filtered_px); });
-}
-
-void holeFilling(benchmark::State& state) {
-  const Inputs& in = inputs();
-  cv::Mat1f filled_px;
-  measure(state,
-          [&] { fillHoles(in.params.disparity.matcher.range, 40, 3, in.measured_px, filled_px); });
+  measure(state, [&] {
+    fillHolesAndMedian3x3(in.params.disparity.matcher.range, 40, 3, in.measured_px, filtered_px);
+  });
 }
 
 void variance(benchmark::State& state) {
@@ -373,8 +367,7 @@ VARIANT(matchReduced, straight_4, PathSet::kStraight4);
 VARIANT(matchReduced, all_8, PathSet::kAll8);
 STAGE(supportFilter);
 STAGE(opencvFilterSpeckles);
-STAGE(medianFilter);
-STAGE(holeFilling);
+STAGE(holesAndMedian);
 STAGE(variance);
 STAGE(publishing);
 STAGE(correction);

@@ -66,8 +66,8 @@ void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityP
       Result result{{}, cv::mean(match.search_width)[0]};
       cv::Mat1f supported_px;
       filterBySupport(range, params.min_support, match.disparity_px, supported_px);
-      fillHoles(range, params.max_hole_px, kHoleTolerancePx, supported_px, supported_px);
-      median3x3(range, supported_px, result.disparity_px);
+      fillHolesAndMedian3x3(range, params.max_hole_px, kHoleTolerancePx, supported_px,
+                            result.disparity_px);
       return result;
     };
   };

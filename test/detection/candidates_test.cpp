@@ -37,12 +37,5 @@ TEST(FirstFew, TakesExactlyAsManyAsAFrameMay) {
   }
 }
 
-TEST(FirstFew, AsMeasured) {
-  EXPECT_EQ(kMostAcross, 8u);
-  EXPECT_EQ(kMostAlong, 12u);
-  EXPECT_EQ(kMostSlow, 12u);
-  EXPECT_EQ(kMostFits, 6u);
-}
-
 }  // namespace
 }  // namespace predictive_stereo

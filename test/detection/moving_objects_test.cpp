@@ -47,9 +47,13 @@ TEST(MovingObjectDetector, PaperFindsWhatChangesDisparity) {
 }
 
 TEST(MovingObjectDetector, NothingPredictedNothingFound) {
-  MovingObjectDetector detector{DetectionParams()};
+  DetectionParams params;
+  params.scheme = DetectionScheme::kPaper;
+  MovingObjectDetector detector(params);
   DetectionInput input = emptyFrame();
-  input.predicted_disparity_px = -1.0f;
+  const cv::Rect car(200, 130, 80, 60);
+  input.measured_disparity_px(car) = 20.0f;
+  input.predicted_disparity_px(car) = -1.0f;
   Detections found;
   detector.detect(input, found);
   EXPECT_TRUE(found.objects.empty());

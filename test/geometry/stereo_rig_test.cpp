@@ -48,16 +48,6 @@ TEST(StereoRig, DisparityAndPointAreInverse) {
   EXPECT_TRUE(rig.pointFromDisparity(omega.x(), omega.y(), omega.z()).isApprox(point_m, 1e-12));
 }
 
-TEST(StereoRig, HalfResolutionSeesTheSamePoints) {
-  const StereoRig half = kittiColour().scaled(0.5);
-  EXPECT_EQ(half.size, cv::Size(621, 187));
-  const Eigen::Vector3d point_m(1.5, -0.7, 12.0);
-  const Eigen::Vector3d full = kittiColour().disparityFromPoint(point_m);
-  const Eigen::Vector3d scaled = half.disparityFromPoint(point_m);
-  EXPECT_NEAR(scaled.x(), full.x() / 2 - 0.25, 1e-9);  // pixel 0 covers pixels 0 and 1
-  EXPECT_NEAR(scaled.z(), full.z() / 2, 1e-9);
-}
-
 TEST(DisparityMotion, MovesPointsLikeTheirEuclideanMotion) {
   const StereoRig rig = kittiColour();
   Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();

@@ -10,6 +10,7 @@
 #include <rosgraph_msgs/Log.h>
 #include <tf2_eigen/tf2_eigen.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -244,15 +245,21 @@ class Bag : public testing::Test {
     const auto add = [&](const char* name, double value, double factor, double slack) {
       if (!std::isnan(value)) result.push_back({name, value, factor * value + slack});
     };
+    // Nothing here is random, so that figures differ where the algorithms do. What a change may
+    // cost without new figures being stored: 2 % of an error, a thousandth of the pixels, one
+    // object found and one false box of the whole recording.
+    constexpr double kRounding = 1e-4;  // of figures in files
     if (disparity.frames) {
-      add("d1_filled_percent", disparity.d1_filled_percent, 1.1, 0.1);
-      add("density_percent", disparity.density_percent, 1.0, -0.5);
-      add("rms_px", disparity.rms_px, 1.05, 0.01);
+      add("d1_filled_percent", disparity.d1_filled_percent, 1.02, 0);
+      add("density_percent", disparity.density_percent, 1.0, -0.1);
+      add("rms_px", disparity.rms_px, 1.02, 0);
     }
-    add("drift_percent", driftPercent(poses, recording_->T_world_cam), 1.25, 0.1);
-    add("turn_error_deg", turnErrorDeg(poses, recording_->T_world_cam), 1.25, 0.05);
-    add("found_percent", 100 * detection.all().recall(), 1.0, -15);
-    add("false_boxes_per_frame", detection.falsePerFrame(), 1.0, 0.1);
+    add("drift_percent", driftPercent(poses, recording_->T_world_cam), 1.02, 0.005);
+    add("turn_error_deg", turnErrorDeg(poses, recording_->T_world_cam), 1.02, 0.002);
+    add("found_percent", 100 * detection.all().recall(), 1.0,
+        -100.0 / std::max(1, detection.all().demanded) - kRounding);
+    add("false_boxes_per_frame", detection.falsePerFrame(), 1.0,
+        1.0 / std::max(1, detection.frames()) + kRounding);
     return result;
   }
 
