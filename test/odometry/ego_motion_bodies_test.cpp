@@ -1,0 +1,54 @@
+/// Ego-motion of other bodies than cars, against exact truth; short stretches of their scenes. In
+/// full: evaluate_odometry --street drone --street-frames 300, and so on.
+#include <gtest/gtest.h>
+
+#include "predictive_stereo/ego_motion.h"
+#include "simulation/street.h"
+
+namespace predictive_stereo {
+namespace {
+
+struct Limits {
+  double of_way = 0.01, beside_m = 0.001;  // largest error of each frame: a share of its way, plus
+  double rotation_deg = 0.03;
+};
+
+// From the first frame of a stretch to its last one: each is tracked, or said to be lost.
+void follow(const std::string& scene, int first, int last, const Limits& limits,
+            int allowed_lost = 0) {
+  StreetParams params;
+  params.scene = scene;
+  params.frames = last + 1;
+  const Street street(params);
+  EgoMotion ego_motion{EgoMotionParams()};
+  int lost = 0;
+  for (int k = first; k <= last; ++k) {
+    const StreetFrame frame = street.render(k);
+    const EgoMotionEstimate estimate = ego_motion.estimate(frame.left, frame.right, street.rig());
+    if (k == first) continue;
+    if (estimate.status != EgoMotionStatus::kTracked) {
+      ++lost;
+      continue;
+    }
+    const Eigen::Isometry3d T_true =
+        street.poseOf(k).inverse() * street.poseOf(k - estimate.frames);
+    const Eigen::Isometry3d error = estimate.motion.T_cam_prev * T_true.inverse();
+    EXPECT_LT(error.translation().norm(),
+              limits.of_way * T_true.translation().norm() + limits.beside_m)
+        << scene << ", frame " << k;
+    EXPECT_LT(Eigen::AngleAxisd(error.linear()).angle() * 180 / 3.14159265, limits.rotation_deg)
+        << scene << ", frame " << k;
+  }
+  EXPECT_LE(lost, allowed_lost) << scene << " from frame " << first;
+}
+
+TEST(EgoMotionBodies, RobotAmongPeople) { follow("robot", 0, 16, {0.01, 0.0015, 0.03}); }
+
+TEST(EgoMotionBodies, RobotTurnsIntoAnotherCorridor) { follow("robot", 84, 98, {}); }
+
+TEST(EgoMotionBodies, HandheldCamera) { follow("handheld", 60, 72, {}); }
+
+TEST(EgoMotionBodies, HandheldCameraGoesDownAndRolls) { follow("handheld", 96, 106, {}); }
+
+}  // namespace
+}  // namespace predictive_stereo
