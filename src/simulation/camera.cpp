@@ -136,11 +136,14 @@ struct Shader {
     return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
   }
 
-  // Does what one sees there change although the surface is the same?
-  bool hasDepth(const LitHit& hit) const {
-    if (!light.around || hit.sky()) return false;
+  bool isGlossy(const LitHit& hit) const {
     const Material material = grid.primitive(hit.primitive).material;
-    return material == Material::kGloss || material == Material::kGlossCabin;
+    return light.around && (material == Material::kGloss || material == Material::kGlossCabin);
+  }
+  // Edges behind a pane are edges, too.
+  bool mayBePane(const LitHit& hit) const {
+    return light.around && !hit.sky() &&
+           grid.primitive(hit.primitive).material == Material::kGlossCabin;
   }
 
   float operator()(const LitHit& hit, float x, float y) const {
@@ -151,7 +154,7 @@ struct Shader {
     const Primitive& p = grid.primitive(hit.primitive);
     const Shaded shaded =
         shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM());
-    if (hasDepth(hit)) return glossy(hit, shaded, x, y);
+    if (isGlossy(hit)) return glossy(hit, shaded, x, y);
     float radiance = shaded.radiance;
     const float mirror = look.reflections * mirrorOf(p, hit.part, shaded.point);
     if (mirror > 0) {
@@ -220,7 +223,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < hits.size().width; ++x) {
         const float row = ideal_row(x, y);
-        if (!isEdge(hits, x, y) && !shade.hasDepth(hits.at(x, y))) {
+        if (!isEdge(hits, x, y) && !shade.mayBePane(hits.at(x, y))) {
           radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
           continue;
         }
@@ -233,7 +236,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
           int j = 0;
           while (!sameSurface(met[j], met[i])) ++j;
           radiance_of[i] =
-              j < i && !shade.hasDepth(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
+              j < i && !shade.mayBePane(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
           sum += radiance_of[i];
         }
         radiance(y, x) = 0.25f * sum;

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kTile_m = 3;
+constexpr float kTile_m = 2.5f;
 constexpr float kFinest_m = 2e-3f;  // per metre: see intersect()
 
 }  // namespace
@@ -16,6 +16,7 @@ constexpr float kFinest_m = 2e-3f;  // per metre: see intersect()
 RayMap::RayMap(const std::vector<Primitive>& primitives, const Eigen::Vector3d& centre_m)
     : primitives_(&primitives),
       centres_m_(primitives.size()),
+      radii2_m2_(primitives.size(), std::numeric_limits<float>::infinity()),
       tiles_({-kReach_m, -kReach_m, 2 * kReach_m, 2 * kReach_m}, kTile_m) {
   std::vector<Tiles::Item> items;
   for (size_t i = 0; i < primitives.size(); ++i) {
@@ -25,6 +26,7 @@ RayMap::RayMap(const std::vector<Primitive>& primitives, const Eigen::Vector3d& 
       everywhere_.push_back(static_cast<int>(i));
       continue;
     }
+    radii2_m2_[i] = p.half_m.squaredNorm();
     const Vector3f extent = p.R_local_world.transpose().cwiseAbs() * p.half_m;
     const float x = centres_m_[i].x(), y = centres_m_[i].y();
     items.push_back({x - extent.x() - 1e-3f, y - extent.y() - 1e-3f, x + extent.x() + 1e-3f,
@@ -35,7 +37,12 @@ RayMap::RayMap(const std::vector<Primitive>& primitives, const Eigen::Vector3d& 
 
 void RayMap::test(int primitive, const Vector3f& origin_m, const Vector3f& direction,
                   Hit& hit) const {
-  const Primitive& p = (*primitives_)[static_cast<size_t>(primitive)];
+  const auto i = static_cast<size_t>(primitive);
+  // Most rays miss the sphere around it.
+  const Vector3f to_centre = centres_m_[i] - origin_m;
+  const float along = to_centre.dot(direction);
+  if (to_centre.squaredNorm() - along * along > radii2_m2_[i]) return;
+  const Primitive& p = (*primitives_)[i];
   if (intersect(p, inLocalAxes(primitive, origin_m), p.R_local_world * direction, kFinest_m, hit.t,
                 hit.part))
     hit.primitive = primitive;
@@ -46,22 +53,30 @@ Hit RayMap::cast(const Vector3f& origin_m, const Vector3f& direction, int except
   hit.t = std::numeric_limits<float>::infinity();
   for (const int plane : everywhere_)
     if (plane != except) test(plane, origin_m, direction, hit);
-  // From tile to tile, until something is met within them.
-  float t = 0;
-  while (true) {
-    const Vector3f at = origin_m + (t + 1e-3f) * direction;
-    if (std::abs(at.x()) >= kReach_m || std::abs(at.y()) >= kReach_m) return hit;
-    for (const Tiles::Item& item : tiles_.at(at.x(), at.y()))
-      if (item.index != except) test(item.index, origin_m, direction, hit);
-    float leaves = std::numeric_limits<float>::infinity();
-    for (int axis = 0; axis < 2; ++axis) {
-      if (direction[axis] == 0) continue;
-      const float tile = std::floor((at[axis] + kReach_m) / kTile_m) + (direction[axis] > 0);
-      leaves = std::min(leaves, (tile * kTile_m - kReach_m - origin_m[axis]) / direction[axis]);
-    }
-    t = std::max(leaves, t + 1e-3f);
-    if (hit.t <= t || std::isinf(t)) return hit;
+  // From tile to tile (Amanatides and Woo, 1987), until something is met within them.
+  constexpr int kTiles = static_cast<int>(2 * kReach_m / kTile_m);
+  int tile[2], step[2];
+  float leaves[2], per_tile[2];  // ways along the ray
+  for (int axis = 0; axis < 2; ++axis) {
+    tile[axis] = static_cast<int>(std::floor((origin_m[axis] + kReach_m) / kTile_m));
+    step[axis] = direction[axis] > 0 ? 1 : -1;
+    const auto border = static_cast<float>(tile[axis] + (direction[axis] > 0));
+    leaves[axis] = (border * kTile_m - kReach_m - origin_m[axis]) / direction[axis];
+    per_tile[axis] = kTile_m / std::abs(direction[axis]);
+    if (direction[axis] == 0) leaves[axis] = per_tile[axis] = hit.t;
   }
+  while (tile[0] >= 0 && tile[1] >= 0 && tile[0] < kTiles && tile[1] < kTiles) {
+    const auto middle = [&](int axis) {
+      return (static_cast<float>(tile[axis]) + 0.5f) * kTile_m - kReach_m;
+    };
+    for (const Tiles::Item& item : tiles_.at(middle(0), middle(1)))
+      if (item.index != except) test(item.index, origin_m, direction, hit);
+    const int axis = leaves[0] < leaves[1] ? 0 : 1;
+    if (hit.t <= leaves[axis] || std::isinf(leaves[axis])) break;
+    leaves[axis] += per_tile[axis];
+    tile[axis] += step[axis];
+  }
+  return hit;
 }
 
 }  // namespace predictive_stereo::simulation

@@ -34,7 +34,8 @@ class RayMap {
 
   const std::vector<Primitive>* primitives_;
   std::vector<Eigen::Vector3f> centres_m_;
-  std::vector<int> everywhere_;  // planes
+  std::vector<float> radii2_m2_;  // of spheres around the primitives, squared
+  std::vector<int> everywhere_;   // planes
   Tiles tiles_;
 };
 
