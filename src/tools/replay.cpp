@@ -18,6 +18,7 @@
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/pipeline_processor.h"
 #include "nodelets/rectifier.h"
+#include "nodelets/stamp_matcher.h"
 #include "params/yaml_params.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
