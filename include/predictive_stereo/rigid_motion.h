@@ -17,4 +17,11 @@ Eigen::Isometry3d compose(const Eigen::Isometry3d& T_a_b, const Eigen::Isometry3
 /// T_b_c = T_a_b^-1 T_a_c, e.g. the motion between two poses in one frame.
 Eigen::Isometry3d relative(const Eigen::Isometry3d& T_a_b, const Eigen::Isometry3d& T_a_c);
 
+/// Takes perturbations (translation, rotation) from frame b to frame a: for small e,
+/// T_a_b exp(e) = exp(adjoint(T_a_b) e) T_a_b.
+Eigen::Matrix<double, 6, 6> adjoint(const Eigen::Isometry3d& T_a_b);
+
+/// [v]x: v.cross(w) = skew(v) w.
+Eigen::Matrix3d skew(const Eigen::Vector3d& v);
+
 }  // namespace predictive_stereo

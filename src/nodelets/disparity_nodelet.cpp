@@ -257,6 +257,15 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   void report(const Loop::Job& job, const DisparityMessages& messages, const StageTimes& times) {
+    constexpr double kMostContradicted = 0.5;
+    if (messages.contradicted_fraction > kMostContradicted)
+      health_->problem(
+          "prediction", Health::Severity::kDegraded,
+          "most measured disparities contradict those that the motion of odom_frame '" +
+              params_.odom_frame + "' predicts: does this odometry jump?");
+    else
+      health_->solved("prediction");
+    health_->figure("prediction contradicted [%]", 100 * messages.contradicted_fraction, "%.1f");
     health_->figure("SIMD target", processor_->simdTarget());
     health_->figure("predicted", messages.predicted ? "yes" : "no");
     health_->figure("mean search width [px]", messages.mean_search_width_px, "%.1f");

@@ -2,7 +2,9 @@
 
 #include <sensor_msgs/image_encodings.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <stdexcept>
 #include <string>
@@ -31,6 +33,22 @@ RowAlignment::Ptr rowAlignmentMsg(const RowOffsetModel& model, const std_msgs::H
   message->residual = model.residual_px;
   message->largest_offset = model.largest_offset_px;
   return message;
+}
+
+// See DisparityMessages::contradicted_fraction; 0 where little is predicted.
+double contradictedFraction(const cv::Mat1f& predicted_px, const cv::Mat1f& measured_px,
+                            float min_disparity_px) {
+  constexpr int kStep = 4;  // pixels apart, which is enough for a share
+  constexpr int kFewest = 300;
+  int both = 0, contradicted = 0;
+  for (int y = 0; y < predicted_px.rows; y += kStep)
+    for (int x = 0; x < predicted_px.cols; x += kStep) {
+      const float predicted = predicted_px(y, x), measured = measured_px(y, x);
+      if (predicted < min_disparity_px || measured < min_disparity_px) continue;
+      ++both;
+      contradicted += std::abs(predicted - measured) > std::max(3.f, 0.05f * measured);
+    }
+  return both < kFewest ? 0 : static_cast<double>(contradicted) / both;
 }
 
 }  // namespace
@@ -68,6 +86,9 @@ DisparityMessages DisparityProcessor::process(const Sources& sources) {
   const DisparityOutput& maps = output_.disparity;
   result.row_alignment = rowAlignmentMsg(maps.row_alignment, pair_.left->header);
   result.predicted = maps.predicted;
+  result.contradicted_fraction =
+      contradictedFraction(maps.predicted_disparity_px, maps.measured_disparity_px,
+                           static_cast<float>(params_.disparity.matcher.range.min_disparity));
   result.mean_search_width_px = cv::mean(maps.search_width_px)[0];
   result.searched_fraction = result.mean_search_width_px / params_.disparity.matcher.range.count;
   output_ = PipelineOutput();  // the messages' memory is theirs

@@ -20,7 +20,9 @@ struct DisparityMessages {
   sensor_msgs::ImagePtr search_range;
   RowAlignment::Ptr row_alignment;
 
-  bool predicted = false;           ///< whether the past was used
+  bool predicted = false;  ///< whether the past was used
+  /// Of the pixels that are predicted and measured, the share where the two contradict each other.
+  double contradicted_fraction = 0;
   double mean_search_width_px = 0;  ///< over all pixels
   double searched_fraction = 0;     ///< share of all (pixel, disparity) pairs that was searched
 };

@@ -8,15 +8,15 @@
 namespace predictive_stereo {
 namespace {
 
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 double rounded(double value) {
   constexpr double kUnit = 1.0 / 4294967296.0;  // 2^-32
   return std::round(value / kUnit) * kUnit;
+}
+
+// tf refuses what is not finite, but interpolates between what is huge.
+Eigen::Isometry3d finite(const Eigen::Isometry3d& T) {
+  if (!T.matrix().allFinite()) throw tf2::InvalidArgumentException("the transform is not finite");
+  return T;
 }
 
 Eigen::Isometry3d rounded(const Eigen::Isometry3d& T) {
@@ -74,14 +74,6 @@ boost::array<double, 36> covarianceMsg(const Matrix6d& covariance) {
   return message;
 }
 
-Matrix6d adjoint(const Eigen::Isometry3d& T_a_b) {
-  Matrix6d result = Matrix6d::Zero();
-  result.topLeftCorner<3, 3>() = T_a_b.linear();
-  result.topRightCorner<3, 3>() = skew(T_a_b.translation()) * T_a_b.linear();
-  result.bottomRightCorner<3, 3>() = T_a_b.linear();
-  return result;
-}
-
 Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s) {
   const Eigen::AngleAxisd rotation(T_prev_now.linear());
   const Eigen::Vector3d w = rotation.angle() * rotation.axis();
@@ -101,7 +93,7 @@ std::optional<Eigen::Isometry3d> lookUp(const tf2::BufferCore& tf, const std::st
                                         const std::string& source, ros::Time stamp,
                                         std::string& error) {
   try {
-    return rounded(fromMsg(tf.lookupTransform(target, source, stamp).transform));
+    return rounded(finite(fromMsg(tf.lookupTransform(target, source, stamp).transform)));
   } catch (const tf2::TransformException& e) {
     error = e.what();
     return std::nullopt;
@@ -113,7 +105,7 @@ std::optional<Eigen::Isometry3d> lookUpMotion(const tf2::BufferCore& tf, const s
                                               const std::string& fixed_frame, std::string& error) {
   try {
     return rounded(
-        fromMsg(tf.lookupTransform(camera, now, camera, previous, fixed_frame).transform));
+        finite(fromMsg(tf.lookupTransform(camera, now, camera, previous, fixed_frame).transform)));
   } catch (const tf2::TransformException& e) {
     error = e.what();
     return std::nullopt;

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "predictive_stereo/disparity_motion.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 
@@ -22,9 +23,6 @@ geometry_msgs::Transform transformMsg(const Eigen::Isometry3d& T);
 geometry_msgs::Pose poseMsg(const Eigen::Isometry3d& T);
 Matrix6d fromMsg(const boost::array<double, 36>& covariance);
 boost::array<double, 36> covarianceMsg(const Matrix6d& covariance);
-
-/// Takes perturbations (translation, rotation) in frame b to those in frame a.
-Matrix6d adjoint(const Eigen::Isometry3d& T_a_b);
 
 /// The constant (linear, angular) velocity [1/s] that makes this motion in dt_s, in the frame that
 /// moves.

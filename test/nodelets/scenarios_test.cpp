@@ -36,7 +36,7 @@ class Scenarios : public NodeletTest {
     pose.header.stamp = street().stamp(index);
     pose.header.frame_id = "world_of_others";
     pose.child_frame_id = camera;
-    pose.transform = transformMsg(street().T_world_base(index) * street().cameraMount());
+    pose.transform = transformMsg(jump_ * street().T_world_base(index) * street().cameraMount());
     broadcaster.sendTransform(pose);
     StereoPair pair = street().pair(index);
     auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
@@ -44,6 +44,7 @@ class Scenarios : public NodeletTest {
     pair.left = left;
     return pair;
   }
+  Eigen::Isometry3d jump_ = Eigen::Isometry3d::Identity();  ///< of the poses that are sent
 };
 
 TEST_F(Scenarios, without_tf_disparity_comes_without_prediction) {
@@ -180,6 +181,55 @@ TEST_F(Scenarios, anybodys_odometry_serves_through_tf) {
   EXPECT_GT(validPixels(*predicted.at(street().stamp(3))),
             StreetCamera::kWidth * StreetCamera::kHeight / 2u);
   EXPECT_TRUE(eventually([&] { return value("Disparity", "predicted") == "yes"; }));
+}
+
+bool allFinite(const stereo_msgs::DisparityImage& disparity) {
+  for (size_t i = 0; i < disparity.image.data.size(); i += sizeof(float)) {
+    float d;
+    std::memcpy(&d, &disparity.image.data[i], sizeof(d));
+    if (!std::isfinite(d)) return false;
+  }
+  return true;
+}
+
+TEST_F(Scenarios, a_jump_of_anybodys_odometry_is_told) {
+  setParam("Disparity", "odom_frame", "world_of_others");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  tf2_ros::TransformBroadcaster broadcaster;
+  for (int i : {0, 1, 2}) ASSERT_TRUE(comesOut(moved(i, "jumping_camera", broadcaster), disparity));
+  jump_.translate(Eigen::Vector3d(2, -1, 0.5))
+      .rotate(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()));
+  ASSERT_TRUE(comesOut(moved(3, "jumping_camera", broadcaster), disparity));
+  EXPECT_TRUE(allFinite(*disparity.last()));
+  EXPECT_GT(validPixels(*disparity.last()), StreetCamera::kWidth * StreetCamera::kHeight / 2u);
+  EXPECT_TRUE(says("Disparity", "contradict those that the motion of odom_frame"));
+  // All poses are off by the jump from now on, which does not matter.
+  for (int i : {4, 5}) ASSERT_TRUE(comesOut(moved(i, "jumping_camera", broadcaster), disparity));
+  EXPECT_GT(validPixels(*predicted.at(street().stamp(5))),
+            StreetCamera::kWidth * StreetCamera::kHeight / 2u);
+  EXPECT_FALSE(says("Disparity", "contradict"));
+}
+
+TEST_F(Scenarios, tf_that_is_not_a_number_is_told) {
+  setParam("Disparity", "odom_frame", "world_of_others");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  tf2_ros::TransformBroadcaster broadcaster;
+  for (int i : {0, 1}) ASSERT_TRUE(comesOut(moved(i, "broken_camera", broadcaster), disparity));
+  const Eigen::Isometry3d good = jump_;
+  jump_.translation().x() = std::nan("");
+  ASSERT_TRUE(comesOut(moved(2, "broken_camera", broadcaster), disparity));
+  EXPECT_TRUE(allFinite(*disparity.last()));
+  EXPECT_EQ(validPixels(*predicted.at(street().stamp(2))), 0u);
+  EXPECT_TRUE(says("Disparity", "against odom_frame 'world_of_others'"));
+  jump_ = good;
+  for (int i : {3, 4}) ASSERT_TRUE(comesOut(moved(i, "broken_camera", broadcaster), disparity));
+  EXPECT_TRUE(allFinite(*disparity.last()));
+  EXPECT_GT(validPixels(*predicted.at(street().stamp(4))),
+            StreetCamera::kWidth * StreetCamera::kHeight / 2u);
 }
 
 // Share of the pixels known to both maps where they differ by less than a pixel.
