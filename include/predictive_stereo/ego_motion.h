@@ -7,6 +7,7 @@
 
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/params.h"
+#include "predictive_stereo/path_covariance.h"
 #include "predictive_stereo/row_alignment.h"
 #include "predictive_stereo/stereo_rig.h"
 
@@ -25,6 +26,14 @@ struct EgoMotionParams {
   /// By which all disparities together change from frame to frame: cameras shake against each other
   /// on a bumpy road (on one KITTI drive by up to 0.8 px). 0: not at all.
   double disparity_jitter_px = 0.3;
+  /// How well the cameras are calibrated, as standard deviations: it bounds how well a path can be
+  /// known. All 0: perfectly, as in a simulation. Of the principal point: the direction of motion
+  /// is off by it, divided by the focal length.
+  double principal_point_sigma_px = 2;
+  double scale_sigma = 0.002;  ///< of baseline and focal length, relative
+  /// Of an error of disparities that grows from the image's centre to its borders. It makes a
+  /// camera that drives straight on seem to turn.
+  double disparity_tilt_sigma_px = 0.15;
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -35,6 +44,9 @@ struct EgoMotionParams {
     v("disparity_offset_sigma_px", disparity_offset_sigma_px, 0.01, 10.0);
     v("disparity_offset_drift_px", disparity_offset_drift_px, 0.0, 1.0);
     v("disparity_jitter_px", disparity_jitter_px, 0.0, 5.0);
+    v("principal_point_sigma_px", principal_point_sigma_px, 0.0, 50.0);
+    v("scale_sigma", scale_sigma, 0.0, 0.5);
+    v("disparity_tilt_sigma_px", disparity_tilt_sigma_px, 0.0, 10.0);
   }
 };
 
@@ -49,6 +61,9 @@ struct EgoMotionEstimate {
   /// From the last frame that was not lost to this one; where that one is out of sight, from a
   /// later one. See `frames`.
   CameraMotion motion;
+  /// The part of the motion's covariance that is the same in all frames; see PathCovariance.
+  CommonErrors common_errors = CommonErrors::Zero();
+  bool swapped = false;          ///< lost, because the left image shows what the right camera sees
   int frames = 1;                ///< how many frames back `motion` starts: 1 is the previous one
   int features = 0;              ///< corners followed from there in both cameras
   int inliers = 0;               ///< those that agree with the motion
@@ -83,6 +98,7 @@ class EgoMotion {
   void reset();
 
  private:
+  friend struct EgoMotionFault;
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -1,5 +1,6 @@
 #include "evaluation/odometry_evaluation.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -52,6 +53,66 @@ void summarize(OdometryEvaluation& e) {
   e.p95_ms = quantile(ms, 0.95);
 }
 
+// What a window of motions is off by, and how far off it is said to be.
+struct WindowError {
+  Vector6d error;
+  Matrix6d covariance;
+
+  double normalized(const Vector6d& jitter_variance) const {
+    const Matrix6d C = covariance + Matrix6d(jitter_variance.asDiagonal());
+    return error.dot(C.ldlt().solve(error)) / 6;
+  }
+};
+
+// @param estimates  one for each true pose; motions begin at the frame before.
+std::vector<WindowError> windowErrors(const std::vector<EgoMotionEstimate>& estimates,
+                                      const OdometryEvaluation& e, size_t motions) {
+  std::vector<WindowError> errors;
+  for (size_t first = 0; first + motions < e.truth.size(); ++first) {
+    const size_t last = first + motions;
+    PathCovariance path;
+    bool tracked = true;
+    for (size_t i = first + 1; i <= last; ++i) {
+      tracked =
+          tracked && estimates[i].status == EgoMotionStatus::kTracked && estimates[i].frames == 1;
+      path.add(estimates[i].motion, estimates[i].common_errors);
+    }
+    if (!tracked) continue;
+    errors.push_back({perturbation(relative(e.estimated[last], e.estimated[first]),
+                                   relative(e.truth[last], e.truth[first])),
+                      path.covariance()});
+  }
+  return errors;
+}
+
+void evaluateWindows(const std::vector<EgoMotionEstimate>& estimates, OdometryEvaluation& e) {
+  constexpr size_t kJitterWindow = 5;
+  Vector6d jitter_variance = Vector6d::Zero();
+  for (const WindowError& w : windowErrors(estimates, e, kJitterWindow))
+    jitter_variance += w.error.cwiseAbs2() - w.covariance.diagonal();
+  jitter_variance = (jitter_variance / static_cast<double>(e.truth.size() - kJitterWindow))
+                        .cwiseMax(Vector6d::Zero());
+  for (const size_t motions : {1, 2, 5, 10, 20}) {
+    const std::vector<WindowError> errors = windowErrors(estimates, e, motions);
+    if (errors.empty()) continue;
+    OdometryEvaluation::Window window{static_cast<int>(motions), 0, 0, 0, 0, 0};
+    std::vector<double> normalized, without_jitter;
+    for (const WindowError& w : errors) {
+      normalized.push_back(w.normalized(Vector6d::Zero()));
+      without_jitter.push_back(w.normalized(jitter_variance));
+      window.translation_m += w.error.head<3>().squaredNorm();
+      window.rotation_rad += w.error.tail<3>().squaredNorm();
+    }
+    const auto count = static_cast<double>(errors.size());
+    window.translation_m = std::sqrt(window.translation_m / count);
+    window.rotation_rad = std::sqrt(window.rotation_rad / count);
+    window.mean_normalized = mean(normalized);
+    window.median_normalized = quantile(normalized, 0.5);
+    window.median_without_jitter = quantile(without_jitter, 0.5);
+    e.windows.push_back(window);
+  }
+}
+
 }  // namespace
 
 OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
@@ -69,11 +130,13 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   pipeline_params.ego_motion = params;
   Pipeline pipeline(pipeline_params);
   PipelineOutput output;
+  std::vector<EgoMotionEstimate> estimates;
   for (int index = 0; index < frames; ++index) {
     const SequenceFrame frame = sequence.frame(index);
     pipeline.process(stereoFrame(sequence, index, frame), output);
     const EgoMotionEstimate& estimate = output.ego_motion;
     if (progress) progress(index);
+    estimates.push_back(estimate);
     if (index == 0) continue;
     const auto i = static_cast<size_t>(index);
     const bool tracked = output.motion_start.has_value();
@@ -88,6 +151,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     if (output.pose_known) last_good = i;
   }
   summarize(e);
+  if (e.truth.size() > 5) evaluateWindows(estimates, e);
   return e;
 }
 

@@ -25,6 +25,18 @@ struct OdometryEvaluation {
   std::vector<Motion> motions;
   Poses estimated, truth;  ///< both from the true first pose
 
+  /// Over windows of several motions: root mean square errors, and e'C^-1e / 6, C being
+  /// PathCovariance's.
+  struct Window {
+    int motions;
+    double translation_m, rotation_rad;
+    double mean_normalized, median_normalized;
+    /// With the truth's jitter added to C: what windows of 5 motions are off by beyond their C. The
+    /// jitter of poses is the same in windows of all lengths; errors of the odometry grow.
+    double median_without_jitter;
+  };
+  std::vector<Window> windows;  ///< of 1, 2, 5, 10, 20 motions, as far as there are enough
+
   double length_m = 0;              ///< of the true path
   double length_error_percent = 0;  ///< of the estimated path's length
   MotionError mean, largest;

@@ -82,11 +82,16 @@ std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const 
   return errors;
 }
 
-double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isometry3d& truth) {
-  const Eigen::Isometry3d perturbation = compose(truth, estimated.T_cam_prev.inverse());
-  const Eigen::AngleAxisd rotation(perturbation.linear());
+Vector6d perturbation(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth) {
+  const Eigen::Isometry3d difference = compose(truth, estimated.inverse());
+  const Eigen::AngleAxisd rotation(difference.linear());
   Vector6d error;
-  error << perturbation.translation(), rotation.angle() * rotation.axis();
+  error << difference.translation(), rotation.angle() * rotation.axis();
+  return error;
+}
+
+double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isometry3d& truth) {
+  const Vector6d error = perturbation(estimated.T_cam_prev, truth);
   const Eigen::LLT<Matrix6d> cholesky(estimated.covariance);
   if (cholesky.info() != Eigen::Success)
     throw std::invalid_argument("normalizedErrorSquared: covariance is not positive definite");

@@ -38,9 +38,11 @@ struct RelativePoseError {
 std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const Poses& truth,
                                                   const std::vector<double>& lengths_m);
 
+/// The perturbation that CameraMotion::covariance describes, by which an estimated motion is off.
+Vector6d perturbation(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth);
+
 /// Normalised estimation error squared of one motion, e' C^-1 e; 6 on average where covariances are
-/// right. e is the perturbation that CameraMotion::covariance describes.
-/// @throws std::invalid_argument where the covariance is not positive definite.
+/// right./// @throws std::invalid_argument where the covariance is not positive definite.
 double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isometry3d& truth);
 
 }  // namespace predictive_stereo

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "odometry/ego_motion_fault.h"
 #include "odometry/features.h"
 #include "odometry/pose_solver.h"
 #include "odometry/reference_frame.h"
@@ -25,16 +26,13 @@ constexpr double kNewTrust = 0.5, kStaticTrust = 1.0, kMovingTrust = 0.2;
 // The reference stays while the image hardly moves, so that standing still does not drift.
 constexpr double kHoldFlowPx = 1.5;
 constexpr double kHoldInliers = 0.6;  // share of the reference's features that must be in view
-// A motion is doubted that few of the points agree with that were followed, and far fewer than in
-// the frame before; others are tried as well.
-constexpr double kDoubtfulShare = 0.35, kUsualShare = 0.7;
+// A motion is doubted that fewer of the points agree with that were followed than this part of what
+// is usual; others are tried as well.
+constexpr double kUsualShare = 2.0 / 3, kFirstUsualShare = 0.5;
 // Frames with fewer features show nothing: the reference then waits for better ones, a while.
 constexpr int kBlindFeatures = 30;
 constexpr int kLongestWait = 10;
-// Errors of neighbouring points go together (patches at the edges of depth, interpolation), which
-// the normal equations do not know. Measured on the synthetic street: mean e'C^-1e / 6 was 2.1
-// without.
-constexpr double kCommonErrors = 2.1;
+constexpr int kSwappedShiftPx = 3;  // by which points that are not far away lie on the wrong side
 // A motion less certain than this is not told.
 constexpr double kLargestSigma_m = 0.5, kLargestSigma_rad = 0.05;
 
@@ -48,16 +46,18 @@ void requireSize(const char* name, const cv::Mat1b& image, cv::Size size) {
                                 "; do the camera_info topics belong to these images?");
 }
 
-// Covariance of A B^-1 from those of A and B (left-multiplied perturbations).
-Matrix6d covarianceOfChange(const CameraMotion& a, const CameraMotion& b) {
-  const Eigen::Isometry3d change = compose(a.T_cam_prev, b.T_cam_prev.inverse());
-  const Eigen::Vector3d t = change.translation();
-  Eigen::Matrix3d cross;
-  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
-  Matrix6d adjoint = Matrix6d::Zero();
-  adjoint.topLeftCorner<3, 3>() = adjoint.bottomRightCorner<3, 3>() = change.linear();
-  adjoint.topRightCorner<3, 3>() = cross * change.linear();
-  return a.covariance + adjoint * b.covariance * adjoint.transpose();
+// What errors of the calibration do to a motion T = (R, t), besides those of disparities. A wrong
+// scale makes t longer. Where the optical axis is turned by w, both frames are seen turned:
+// exp(w) T exp(-w).
+void addCommonErrors(const EgoMotionParams& params, const StereoRig& rig,
+                     EgoMotionEstimate& estimate) {
+  const Eigen::Isometry3d& T = estimate.motion.T_cam_prev;
+  CommonErrors& common = estimate.common_errors;
+  common.middleCols<2>(1) *= params.disparity_tilt_sigma_px;
+  common.col(3).head<3>() = params.scale_sigma * T.translation();
+  common.rightCols<2>() = params.principal_point_sigma_px / rig.fx_px *
+                          (Matrix6d::Identity() - adjoint(T)).middleCols<2>(3);
+  estimate.motion.covariance += common * common.transpose();
 }
 
 // How likely static the points are, in all, that agree with a motion.
@@ -113,7 +113,9 @@ struct EgoMotion::State {
   }
   void followFeatures(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
                       const cv::Mat1b& moving_mask);
+  StereoSearch stereoSearch() const;
   void findInRightImage(std::vector<StereoMatch>& stereo);
+  bool looksSwapped(const ReferenceFrame& here);
   float disparity(const StereoMatch& match) const;
   void updateRowAlignment(const std::vector<StereoMatch>& stereo);
   bool hardlyMoved(const PoseSolution& solution) const;
@@ -129,7 +131,8 @@ struct EgoMotion::State {
   // What the next frame is compared with, best first: one frame, or, after a loss, two.
   std::vector<ReferenceFrame> references;
 
-  double usual_share = 1;  // of the points followed, how many agreed with the last frame's motion
+  // Of the points followed, how many agree with a motion that is beyond doubt.
+  double usual_share = kFirstUsualShare;
 
   CornerDetector detector;
   // Features of a reference that are found in the current frame; `id` is their place there.
@@ -143,7 +146,7 @@ void EgoMotion::State::reset() {
   row_offsets.reset();
   alignment = RowOffsetModel();
   T_last = Eigen::Isometry3d::Identity();
-  usual_share = 1;
+  usual_share = kFirstUsualShare;
 }
 
 EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
@@ -173,15 +176,21 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   if (solution.found) {
     estimate.status = EgoMotionStatus::kTracked;
     ReferenceFrame& reference = references[used];
-    const CameraMotion since_reference{solution.T_cam_prev, solution.covariance};
     estimate.motion.T_cam_prev =
         compose(solution.T_cam_prev, reference.to_previous.T_cam_prev.inverse());
-    estimate.motion.covariance = covarianceOfChange(since_reference, reference.to_previous);
+    // Both were measured against the reference, with the same offset.
+    const Matrix6d A = adjoint(estimate.motion.T_cam_prev);
+    estimate.common_errors.leftCols<3>() =
+        solution.by_disparity_errors - A * reference.by_disparity_errors;
+    estimate.motion.covariance =
+        solution.covariance + A * reference.to_previous.covariance * A.transpose();
+    addCommonErrors(params, rig, estimate);
     estimate.frames = reference.age;
     T_last = estimate.motion.T_cam_prev;
     offset = solution.offset;
     if (used == 0 && hardlyMoved(solution)) {
-      reference.to_previous = since_reference;
+      reference.to_previous = {solution.T_cam_prev, solution.covariance};
+      reference.by_disparity_errors = solution.by_disparity_errors;
       reference.age = 0;
       references.resize(1);
     } else {
@@ -195,6 +204,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
     // The pose is held; the next frame may be seen from the last good one, or else from this one.
     correspondences.clear();
     ReferenceFrame here = frameFromHere(solution);
+    estimate.swapped = !references.empty() && looksSwapped(here);
     if (!references.empty() && references.front().age >= kLongestWait) references.clear();
     if (static_cast<int>(here.features.size()) >= kBlindFeatures) {
       references.resize(std::min<size_t>(references.size(), 1));
@@ -209,10 +219,12 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   return estimate;
 }
 
-// From a reference to the current frame. Expects the camera to go on as before. Where that leads to
-// little agreement, others are tried: that it stands still, as after a duplicated or a dropped
-// frame; and what the rest agrees with, because among vehicles that move along with the camera most
-// of the street is out of reach until it is expected where it is.
+// From a reference to the current frame. Expects the camera to go on as before. Where fewer points
+// than usual agree with what comes out, the expectation is doubted, and rivals are tried: what was
+// found as the expectation; that the camera stands still, which is also what points say where they
+// are looked for without an expectation; and what the rest agrees with, because among vehicles that
+// move along with the camera most of the street is out of reach until it is expected where it is.
+// The best supported one is taken, so that a wrong motion does not make the next expectation.
 PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
                                          const cv::Mat1b& moving_mask) {
   const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
@@ -220,9 +232,11 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
   for (int i = 0; i < std::min(reference.age, 3); ++i) T_expected = compose(T_last, T_expected);
   PoseSolution best = tryMotion(reference, T_expected, moving_mask);
   const auto followed = static_cast<double>(std::max<size_t>(tracks.size(), 1));
-  const double share = best.inliers / followed;
-  if (best.found && share > std::min(kDoubtfulShare, kUsualShare * usual_share)) {
-    usual_share = share;
+  const auto asUsual = [&] {
+    return best.found && best.inliers > kUsualShare * usual_share * followed;
+  };
+  if (asUsual()) {
+    usual_share = std::max(usual_share, best.inliers / followed);
     return best;
   }
 
@@ -237,8 +251,12 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
     best_matches = matches;
     best_correspondences = correspondences;
   };
-  tryInstead(T_previous);
-  if (best.found) {
+  if (best.found) tryInstead(best.T_cam_prev);
+  if (!asUsual()) {
+    tryInstead(T_previous);
+    if (best.found) tryInstead(best.T_cam_prev);
+  }
+  if (best.found && !asUsual()) {
     std::vector<Correspondence> rest;
     for (size_t i = 0; i < best_correspondences.size(); ++i)
       if (!best.inlier[i]) rest.push_back(best_correspondences[i]);
@@ -269,6 +287,9 @@ PoseSolution EgoMotion::State::tryMotion(const ReferenceFrame& reference,
   }
   PoseSolution solution = solvePose(rig, correspondences, T_expected, reference.offset,
                                     kExpectedSigmaPx, solverParams());
+  // What the offset does is told apart from the noise.
+  const Vector6d by_offset = solution.by_disparity_errors.col(0);
+  solution.covariance -= by_offset * by_offset.transpose();
   solution.covariance *= kCommonErrors;
   solution.found = solution.found && certain(solution.covariance);
   return solution;
@@ -315,17 +336,38 @@ void EgoMotion::State::followFeatures(const ReferenceFrame& reference,
   }
 }
 
-// Leaves those that are found.
-void EgoMotion::State::findInRightImage(std::vector<StereoMatch>& stereo) {
+StereoSearch EgoMotion::State::stereoSearch() const {
   StereoSearch search;
   search.largest_shift_px =
       params.max_disparity_px + static_cast<int>(std::ceil(rig.cx_left_px - rig.cx_right_px));
   search.smallest_shift_px += static_cast<int>(std::floor(rig.cx_left_px - rig.cx_right_px));
+  return search;
+}
+
+// Leaves those that are found.
+void EgoMotion::State::findInRightImage(std::vector<StereoMatch>& stereo) {
+  StereoSearch search = stereoSearch();
   if (!alignment.isIdentity()) search.row_radius_px = 0;
   matchStereo(left_pyramid, right_pyramid, alignment, search, stereo);
   stereo.erase(std::remove_if(stereo.begin(), stereo.end(),
                               [](const StereoMatch& match) { return !match.found; }),
                stereo.end());
+}
+
+// Whether most corners are found where the left camera cannot see them, and few where it can.
+bool EgoMotion::State::looksSwapped(const ReferenceFrame& here) {
+  std::vector<cv::Point2f> corners;
+  detector.detect(here.left.level(0), params.features, {}, kBorderPx, corners);
+  std::vector<StereoMatch> stereo(corners.size());
+  for (size_t i = 0; i < corners.size(); ++i) stereo[i].point = corners[i];
+  StereoSearch search = stereoSearch();
+  const int nearest = search.largest_shift_px;
+  search.largest_shift_px = -kSwappedShiftPx;
+  search.smallest_shift_px = -nearest;
+  matchStereo(here.left, right_pyramid, RowOffsetModel(), search, stereo);
+  const auto found = std::count_if(stereo.begin(), stereo.end(),
+                                   [](const StereoMatch& match) { return match.found; });
+  return found >= kBlindFeatures && found > 2 * static_cast<long>(here.features.size());
 }
 
 float EgoMotion::State::disparity(const StereoMatch& match) const {
@@ -401,5 +443,13 @@ EgoMotionEstimate EgoMotion::estimate(const cv::Mat1b& left, const cv::Mat1b& ri
 void EgoMotion::setParams(const EgoMotionParams& params) { state_->setParams(params); }
 
 void EgoMotion::reset() { state_->reset(); }
+
+void EgoMotionFault::expect(EgoMotion& ego_motion, const Eigen::Isometry3d& T_cam_prev) {
+  ego_motion.state_->T_last = T_cam_prev;
+}
+
+Eigen::Isometry3d EgoMotionFault::expected(const EgoMotion& ego_motion) {
+  return ego_motion.state_->T_last;
+}
 
 }  // namespace predictive_stereo

@@ -129,6 +129,28 @@ class Solver {
     const double jitter = params_.offset_jitter_px / expected_sigma_;
     return c.current_disparity_variance + jitter * jitter;
   }
+  // Derivative of the prediction, against what is measured, by all unknowns of refine().
+  static Eigen::Matrix<double, 3, 8> jacobian(const Model& model, const Prediction& p) {
+    Eigen::Matrix<double, 3, 8> J;
+    J.leftCols<6>() = model.jacobian(p);
+    J.col(6) = p.by_disparity - Eigen::Vector3d::UnitZ();
+    J.col(7) = -Eigen::Vector3d::UnitZ();
+    return J;
+  }
+  // Whether the uncertainty of the unknowns, where it exceeds that of the measurement, explains a
+  // residual. Near points are sensitive to a motion that many far ones leave uncertain: they are no
+  // outliers before it is known as well as they tell it.
+  static bool explains(const Eigen::Matrix<double, 8, 8>& spread, const Information& information,
+                       const Prediction& p, const Eigen::Matrix<double, 3, 8>& J, double gate) {
+    const Eigen::Matrix3d noise = information.matrix().inverse();
+    const Eigen::Matrix3d by_unknowns = J * spread * J.transpose();
+    return by_unknowns.trace() > noise.trace() &&
+           p.residual.dot((noise + by_unknowns).inverse() * p.residual) < gate * gate;
+  }
+  // Column and row, 0 in the image's centre and 1 at its right and its lower border.
+  Eigen::RowVector2d fromCentre(const Eigen::Vector3d& point) const {
+    return {2 * point.x() / rig_.size.width - 1, 2 * point.y() / rig_.size.height - 1};
+  }
   bool fitThree(const int (&chosen)[3], Eigen::Isometry3d& T) const;
   double cost(const Eigen::Isometry3d& T, double give_up, double& inlier_trust) const;
 
@@ -230,26 +252,30 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
   double previous_offset = offset_.offset_px, change = 0;
   double sigma = expected_sigma_;
   double gate = coarse_gate_;
-  Matrix8d A;
+  Matrix8d A, spread;  // of the unknowns, as far as they are known after the last iteration
   std::vector<double> squared;
+  bool tolerant = true;  // of what the uncertainty of the unknowns explains
   for (int iteration = 0; iteration < 10; ++iteration) {
     const Model model(rig_, T, previous_offset, previous_offset + change);
     A.setZero();
     Vector8d b = Vector8d::Zero();
     squared.clear();
+    bool tolerated = false;
     for (const Correspondence& c : all_) {
       const Prediction p = model.predict(c);
       if (!p.in_front) continue;
       const Information information(
           c, p, iteration == 0 ? coarseVariance(c) : c.current_disparity_variance);
       const double m2 = information.squaredNorm(p.residual);
-      if (m2 > gate * gate) continue;
+      if (m2 > gate * gate) {
+        if (iteration == 0 || !tolerant ||
+            !explains(spread, information, p, jacobian(model, p), gate))
+          continue;
+        tolerated = true;
+      }
       squared.push_back(m2);
       const double weight = 1 / (1 + m2 / (4 * sigma * sigma));
-      Eigen::Matrix<double, 3, 8> J;
-      J.leftCols<6>() = model.jacobian(p);
-      J.col(6) = p.by_disparity - Eigen::Vector3d::UnitZ();
-      J.col(7) = -Eigen::Vector3d::UnitZ();
+      const Eigen::Matrix<double, 3, 8> J = jacobian(model, p);
       const Eigen::Matrix<double, 8, 3> JtW = weight * J.transpose() * information.matrix();
       A.noalias() += JtW * J;
       b.noalias() += JtW * p.residual;
@@ -259,8 +285,10 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
     b.tail<2>() += sigma * sigma *
                    prior_information.cwiseProduct(
                        Eigen::Vector2d(offset_.offset_px - previous_offset, -change));
-    const Vector8d step = A.ldlt().solve(b);
+    const Eigen::LDLT<Matrix8d> factors(A);
+    const Vector8d step = factors.solve(b);
     if (!step.allFinite()) return solution;
+    spread = kCommonErrors * factors.solve(Matrix8d::Identity());
     T = perturbed(T, step.head<6>());
     previous_offset += step[6];
     change += step[7];
@@ -269,16 +297,25 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
     std::nth_element(squared.begin(), middle, squared.end());
     sigma = std::max(std::sqrt(*middle / 2.366), 0.1 * expected_sigma_);
     gate = std::min(coarse_gate_, std::max(params_.outlier_sigma * sigma, expected_sigma_));
-    if (step.head<3>().norm() < 1e-5 && step.segment<3>(3).norm() < 1e-6) break;
+    if (step.head<3>().norm() > 1e-5 || step.segment<3>(3).norm() > 1e-6) continue;
+    // In the end the motion is known: what still disagrees with it is an outlier.
+    if (!tolerated) break;
+    tolerant = false;
   }
 
   const Model model(rig_, T, previous_offset, previous_offset + change);
   double sum = 0;
+  Eigen::Matrix<double, 8, 2> by_tilt = Eigen::Matrix<double, 8, 2>::Zero();
   for (size_t i = 0; i < n; ++i) {
     const Prediction p = model.predict(all_[i]);
     if (!p.in_front) continue;
     const Information information(all_[i], p, all_[i].current_disparity_variance);
-    if (information.squaredNorm(p.residual) > gate * gate) continue;
+    const double m2 = information.squaredNorm(p.residual);
+    if (m2 > gate * gate) continue;
+    const Eigen::Matrix<double, 8, 3> JtW = jacobian(model, p).transpose() * information.matrix();
+    by_tilt.noalias() += JtW / (1 + m2 / (4 * sigma * sigma)) *
+                         (Eigen::Vector3d::UnitZ() * fromCentre(all_[i].current) -
+                          p.by_disparity * fromCentre(all_[i].previous));
     solution.inlier[i] = 1;
     ++solution.inliers;
     sum += p.residual.squaredNorm();
@@ -286,13 +323,18 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
   if (solution.inliers < params_.min_inliers) return solution;
   const Eigen::FullPivLU<Matrix8d> lu(A);
   if (!lu.isInvertible()) return solution;
-  const Matrix8d covariance = kRobustCovariance * sigma * sigma * lu.inverse();
+  const Matrix8d inverse = lu.inverse();
+  const Matrix8d covariance = kRobustCovariance * sigma * sigma * inverse;
   solution.found = true;
   solution.T_cam_prev = T;
   solution.sigma_px = sigma;
   solution.residual_px = std::sqrt(sum / (3 * solution.inliers));
   solution.covariance = covariance.topLeftCorner<6, 6>();
   solution.offset.offset_px = previous_offset + change;
+  if (offset_.variance_px2 > 0)
+    solution.by_disparity_errors.col(0) = covariance.topRightCorner<6, 2>().rowwise().sum() /
+                                          std::sqrt(covariance.bottomRightCorner<2, 2>().sum());
+  solution.by_disparity_errors.rightCols<2>() = inverse.topRows<6>() * by_tilt;
   solution.offset.variance_px2 =
       offset_.variance_px2 > 0 ? covariance.bottomRightCorner<2, 2>().sum() : 0;
   return solution;

@@ -16,6 +16,11 @@ struct Correspondence {
   double trust = 1;  ///< weight in the vote between motions: how likely the point is static
 };
 
+/// Errors of neighbouring points go together (patches at the edges of depth, interpolation), which
+/// the normal equations do not know: what they say of covariances is to be multiplied by this.
+/// Measured on the synthetic street: mean e'C^-1e / 6 was 2.1 without.
+constexpr double kCommonErrors = 2.1;
+
 struct PoseSolverParams {
   double outlier_sigma = 4.0;  ///< residuals beyond this many sigma do not count as inliers
   int max_hypotheses = 400;
@@ -31,11 +36,16 @@ struct DisparityOffset {
   double variance_px2 = 0;  ///< 0: known
 };
 
+using DisparityErrors = Eigen::Matrix<double, 6, 3>;
+
 struct PoseSolution {
   bool found = false;
   Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();
   Matrix6d covariance = Matrix6d::Zero();  ///< as CameraMotion::covariance
-  std::vector<char> inlier;                ///< one per correspondence
+  /// Error of the motion by what is wrong with all disparities: by one sigma of the offset, and by
+  /// an error that is 0 in the image's centre and 1 px at its right or its lower border.
+  DisparityErrors by_disparity_errors = DisparityErrors::Zero();
+  std::vector<char> inlier;  ///< one per correspondence
   int inliers = 0;
   DisparityOffset offset;  ///< of the current frame
   double sigma_px = 0;     ///< scale of the residuals, for a relative variance of 1

@@ -22,7 +22,9 @@ struct ReferenceFrame {
   std::vector<Feature> features;
   DisparityOffset offset;
   /// The previous frame's pose as seen from here: takes points from this frame to the previous one.
+  /// The covariance is that of noise alone.
   CameraMotion to_previous;
+  DisparityErrors by_disparity_errors = DisparityErrors::Zero();  ///< of to_previous
   int age = 0;  ///< frames since that previous one
 };
 

@@ -45,6 +45,12 @@ void print(const OdometryEvaluation& e) {
                   error.translation_percent, error.rotation_deg_per_m, error.stretches);
   std::printf("  normalised error    %.3f (mean of e'C^-1e / 6), median %.3f\n",
               e.mean_normalized_error, e.median_normalized_error);
+  for (const OdometryEvaluation::Window& window : e.windows)
+    std::printf(
+        "  over %5d motions   %.4f m  %.4f deg (root mean square); e'C^-1e / 6: mean %.2f, median "
+        "%.2f, beyond the truth's jitter %.2f\n",
+        window.motions, window.translation_m, window.rotation_rad * 180 / M_PI,
+        window.mean_normalized, window.median_normalized, window.median_without_jitter);
   std::printf("  frames lost         %d\n", e.lost);
   std::printf("  ms per frame        mean %.2f, median %.2f, 95 %% %.2f\n", e.mean_ms, e.median_ms,
               e.p95_ms);

@@ -20,6 +20,12 @@ struct Driven {
   double driftPercent() const { return 100 * end_error_m / true_m; }
 };
 
+EgoMotionParams perfectlyCalibrated() {
+  EgoMotionParams params;
+  params.principal_point_sigma_px = params.scale_sigma = params.disparity_tilt_sigma_px = 0;
+  return params;
+}
+
 // Drives from one frame to another of a scene; `spoil` may change the images of a frame.
 template <class Spoil>
 Driven drive(const std::string& scene, int first, int frames, const Spoil& spoil) {
@@ -27,7 +33,7 @@ Driven drive(const std::string& scene, int first, int frames, const Spoil& spoil
   params.scene = scene;
   params.seed = 3;
   const Street street(params);
-  EgoMotion ego_motion{EgoMotionParams()};
+  EgoMotion ego_motion{perfectlyCalibrated()};
   Driven driven;
   Eigen::Isometry3d T_start_cam = Eigen::Isometry3d::Identity();
   int reference = first;
@@ -147,6 +153,25 @@ TEST(EgoMotionScenes, KittiDrive0020) {
   EXPECT_LE(result.mean.translation_m, 0.013);
   EXPECT_LE(result.mean.rotation_rad, 0.054 * kDegree);
   EXPECT_LT(std::abs(result.length_error_percent), 0.5);
+  for (const OdometryEvaluation::Window& window : result.windows) {
+    if (window.motions < 10) continue;
+    EXPECT_GT(window.median_without_jitter, 0.4) << window.motions << " motions";
+    EXPECT_LT(window.median_without_jitter, 2.5) << window.motions << " motions";
+  }
+}
+
+// Errors that successive motions have in common are counted as such.
+TEST(EgoMotionScenes, CovarianceOfAPath) {
+  StreetParams params;
+  params.scene = "static";
+  params.seed = 3;
+  params.frames = 26;
+  const auto sequence = streetSequence(params);
+  const OdometryEvaluation result = evaluateOdometry(*sequence, perfectlyCalibrated(), 0, {});
+  for (const OdometryEvaluation::Window& window : result.windows) {
+    EXPECT_GT(window.mean_normalized, 0.4) << window.motions << " motions";
+    EXPECT_LT(window.mean_normalized, 2.5) << window.motions << " motions";
+  }
 }
 
 // Every second and every third frame: 2.4 and 3.6 m apart, as at 86 and 130 km/h.

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "predictive_stereo/ego_motion.h"
+
+namespace predictive_stereo {
+
+/// Of tests: makes the motion model expect something wrong.
+struct EgoMotionFault {
+  /// The motion that the next frame is expected to repeat.
+  static void expect(EgoMotion& ego_motion, const Eigen::Isometry3d& T_cam_prev);
+  static Eigen::Isometry3d expected(const EgoMotion& ego_motion);
+};
+
+}  // namespace predictive_stereo
