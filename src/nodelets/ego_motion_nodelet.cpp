@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <sstream>
 #include <string>
 
 #include "nodelets/ego_motion_processor.h"
@@ -86,7 +87,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
     if (!output.messages) return;
     publish(*output.messages);
-    report(job, output.estimate, times);
+    report(job, output, times);
   }
 
   std::optional<Eigen::Isometry3d> extrinsic(const StereoPair& pair) {
@@ -125,13 +126,15 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     pose_publisher_.publish(messages.pose);
   }
 
-  void report(const Loop::Job& job, const EgoMotionEstimate& estimate, const StageTimes& times) {
+  void report(const Loop::Job& job, const EgoMotionProcessor::Output& output,
+              const StageTimes& times) {
+    const EgoMotionEstimate& estimate = output.estimate;
     last_stamp_ = job.frame.left->header.stamp;
-    if (estimate.status == EgoMotionStatus::kLost)
-      health_->problem("tracking", Health::Severity::kDegraded,
-                       "lost: too few features agree on a motion; the pose is held");
-    else
+    const std::string why = lossOf(output);
+    if (why.empty())
       health_->solved("tracking");
+    else
+      health_->problem("tracking", Health::Severity::kDegraded, "lost: " + why);
     health_->figure("features", estimate.features, "%.0f");
     health_->figure("inliers", estimate.inliers, "%.0f");
     health_->figure("residual [px]", estimate.residual_px, "%.3f");
@@ -139,6 +142,21 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     health_->figure("dropped pairs", static_cast<double>(loop_->dropped()), "%.0f");
     health_->figure("unmatched left images", static_cast<double>(input_->unmatched()), "%.0f");
     health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
+  }
+
+  std::string lossOf(const EgoMotionProcessor::Output& output) const {
+    if (output.frozen) {
+      std::ostringstream text;
+      text << "both images have been the same for more than max_gap = " << params_.processor.max_gap
+           << " s; the pose is held. Does the camera driver hang? (A simulator needs image noise.)";
+      return text.str();
+    }
+    if (output.estimate.swapped)
+      return "the left image shows what the right camera sees; the pose is held. Are the topics of "
+             "left and right exchanged?";
+    if (output.estimate.status == EgoMotionStatus::kLost)
+      return "too few features agree on a motion; the pose is held";
+    return "";
   }
 
   EgoMotionNodeletParams params_;

@@ -53,14 +53,28 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
   pipeline_.process(sources, output_);
   output.estimate = output_.ego_motion;
   move(T_base_cam, frame.stamp);
+  frozen_ = isFrozen(pair);
+  output.frozen = frozen_;
   output.messages = messages(pair);
   return output;
+}
+
+// Noise makes each image another one, also where nothing moves. What is remembered of the last new
+// pair stays: the next one is compared with it.
+bool EgoMotionProcessor::isFrozen(const StereoPair& pair) {
+  const ros::Time stamp = pair.left->header.stamp;
+  const bool repeated =
+      last_left_ && last_left_->data == pair.left->data && last_right_->data == pair.right->data;
+  if (!repeated || stamp < last_change_) last_change_ = stamp;
+  last_left_ = pair.left;
+  last_right_ = pair.right;
+  return (stamp - last_change_).toSec() > params_.max_gap;
 }
 
 void EgoMotionProcessor::setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam) {
   T_odom_base_ = cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity();
   pipeline_.setOrigin(compose(T_odom_base_, T_base_cam));
-  pose_covariance_.setZero();
+  pose_covariance_ = PathCovariance();
 }
 
 void EgoMotionProcessor::move(const Eigen::Isometry3d& T_base_cam, Stamp stamp) {
@@ -78,8 +92,8 @@ void EgoMotionProcessor::move(const Eigen::Isometry3d& T_base_cam, Stamp stamp) 
   // A perturbation on the left of T_cam_prev is one on the right of the camera's pose.
   const Matrix6d A = adjoint(T_base_cam);
   const Matrix6d step_covariance = A * motion.covariance * A.transpose();
-  const Matrix6d carry = adjoint(T_prev_base.inverse());
-  pose_covariance_ = carry * pose_covariance_ * carry.transpose() + step_covariance;
+  pose_covariance_.add({T_prev_base.inverse(), step_covariance},
+                       A * output_.ego_motion.common_errors);
   twist_ = constantTwist(T_prev_base, dt_s);
   twist_covariance_ = step_covariance / (dt_s * dt_s);
 }
@@ -99,15 +113,16 @@ EgoMotionMessages EgoMotionProcessor::messages(const StereoPair& pair) const {
   result.odometry->header = header;
   result.odometry->child_frame_id = baseFrame(pair);
   result.odometry->pose.pose = poseMsg(T_odom_base_);
-  result.odometry->pose.covariance =
-      covarianceMsg(output_.pose_known ? Matrix6d(R * pose_covariance_ * R.transpose()) : kUnknown);
+  result.odometry->pose.covariance = covarianceMsg(
+      output_.pose_known && !frozen_ ? Matrix6d(R * pose_covariance_.covariance() * R.transpose())
+                                     : kUnknown);
   result.odometry->twist.twist.linear.x = twist_(0);
   result.odometry->twist.twist.linear.y = twist_(1);
   result.odometry->twist.twist.linear.z = twist_(2);
   result.odometry->twist.twist.angular.x = twist_(3);
   result.odometry->twist.twist.angular.y = twist_(4);
   result.odometry->twist.twist.angular.z = twist_(5);
-  result.odometry->twist.covariance = covarianceMsg(twist_covariance_);
+  result.odometry->twist.covariance = covarianceMsg(frozen_ ? kUnknown : twist_covariance_);
 
   result.pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
   result.pose->header = header;

@@ -29,6 +29,7 @@ class EgoMotionProcessor {
     std::optional<EgoMotionMessages> messages;  ///< none for a duplicate
     EgoMotionEstimate estimate;
     SequenceGuard::Result sequence;
+    bool frozen = false;  ///< both images have been the same for more than max_gap
   };
 
   explicit EgoMotionProcessor(const EgoMotionProcessorParams& params);
@@ -50,6 +51,7 @@ class EgoMotionProcessor {
   bool cameraIsBase(const StereoPair& pair) const;
 
  private:
+  bool isFrozen(const StereoPair& pair);
   void setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam);
   void move(const Eigen::Isometry3d& T_base_cam, Stamp stamp);
   EgoMotionMessages messages(const StereoPair& pair) const;
@@ -59,8 +61,12 @@ class EgoMotionProcessor {
   PipelineOutput output_;
   cv::Mat1b left_buffer_, right_buffer_;
 
+  sensor_msgs::ImageConstPtr last_left_, last_right_;
+  ros::Time last_change_;  // of the images
+  bool frozen_ = false;
+
   Eigen::Isometry3d T_odom_base_;
-  Matrix6d pose_covariance_;  // of T_odom_base, perturbed in the base frame
+  PathCovariance pose_covariance_;  // of T_odom_base, perturbed in the base frame
   Vector6d twist_;
   Matrix6d twist_covariance_;
 };

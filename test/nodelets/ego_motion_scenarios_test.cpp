@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "nodelet_fixture.h"
 
@@ -83,6 +85,70 @@ TEST_F(EgoMotionScenarios, a_covered_camera_holds_the_pose_and_goes_on_after_it)
   EXPECT_LT(after->pose.covariance[0], 1);
   EXPECT_LT((position(*after) - truth(0, 4).translation()).norm(), 0.05);
   EXPECT_TRUE(eventually([&] { return value("EgoMotion", "inliers") != "0"; }));
+}
+
+bool allFinite(const nav_msgs::Odometry& odometry) {
+  const auto finite = [](double value) { return std::isfinite(value); };
+  const auto& q = odometry.pose.pose.orientation;
+  const auto &v = odometry.twist.twist.linear, &w = odometry.twist.twist.angular;
+  return position(odometry).allFinite() && finite(q.x + q.y + q.z + q.w) &&
+         finite(v.x + v.y + v.z + w.x + w.y + w.z) &&
+         std::all_of(odometry.pose.covariance.begin(), odometry.pose.covariance.end(), finite) &&
+         std::all_of(odometry.twist.covariance.begin(), odometry.twist.covariance.end(), finite);
+}
+
+TEST_F(EgoMotionScenarios, images_that_freeze_for_ten_seconds_are_told) {
+  start();
+  nav_msgs::OdometryConstPtr odometry;
+  for (int i : {0, 1, 2}) ASSERT_TRUE(odometry = odometryOf(i));
+  const Eigen::Vector3d before = position(*odometry);
+  const auto later = [&](int index, double seconds) {
+    StereoPair pair = street().pair(index);
+    const auto shift = [&](auto& message) {
+      auto copy = boost::make_shared<std::decay_t<decltype(*message)>>(*message);
+      copy->header.stamp += ros::Duration(seconds);
+      message = copy;
+    };
+    shift(pair.left);
+    shift(pair.right);
+    shift(pair.left_info);
+    shift(pair.right_info);
+    return pair;
+  };
+  for (int k = 1; k <= 20; ++k) {
+    ASSERT_TRUE(odometry = odometryOf(later(2, 0.5 * k)));
+    EXPECT_TRUE(allFinite(*odometry));
+    EXPECT_LT((position(*odometry) - before).norm(), 0.01);
+    EXPECT_EQ(odometry->pose.covariance[0] == kUnknownVariance, k > 2) << k;
+  }
+  EXPECT_TRUE(says("EgoMotion", "both images have been the same for more than max_gap = 1 s"));
+  for (int i : {3, 4}) {
+    ASSERT_TRUE(odometry = odometryOf(later(i, 10)));
+    EXPECT_LT(odometry->pose.covariance[0], 1);
+    EXPECT_LT((position(*odometry) - truth(0, i).translation()).norm(), 0.05) << i;
+  }
+  EXPECT_TRUE(eventually([&] { return value("EgoMotion", "inliers") != "0"; }));
+}
+
+TEST_F(EgoMotionScenarios, swapped_images_are_told_and_leave_nothing_behind) {
+  start();
+  nav_msgs::OdometryConstPtr odometry;
+  for (int i : {0, 1}) ASSERT_TRUE(odometry = odometryOf(i));
+  const Eigen::Vector3d before = position(*odometry);
+  for (int i : {2, 3}) {
+    StereoPair pair = street().pair(i);
+    std::swap(pair.left, pair.right);
+    ASSERT_TRUE(odometry = odometryOf(pair));
+    EXPECT_TRUE(allFinite(*odometry));
+    EXPECT_EQ(odometry->pose.covariance[0], kUnknownVariance);
+    EXPECT_EQ(position(*odometry), before);
+  }
+  EXPECT_TRUE(says("EgoMotion", "the left image shows what the right camera sees"));
+  for (int i : {4, 5}) {
+    ASSERT_TRUE(odometry = odometryOf(i));
+    EXPECT_LT(odometry->pose.covariance[0], 1);
+    EXPECT_LT((position(*odometry) - truth(0, i).translation()).norm(), 0.08) << i;
+  }
 }
 
 TEST_F(EgoMotionScenarios, the_twist_is_of_the_time_that_passed) {
