@@ -115,7 +115,7 @@ struct EgoMotion::State {
                       const cv::Mat1b& moving_mask);
   StereoSearch stereoSearch() const;
   void findInRightImage(std::vector<StereoMatch>& stereo);
-  bool looksSwapped(const ReferenceFrame& here);
+  bool looksSwapped();
   float disparity(const StereoMatch& match) const;
   void updateRowAlignment(const std::vector<StereoMatch>& stereo);
   bool hardlyMoved(const PoseSolution& solution) const;
@@ -133,6 +133,7 @@ struct EgoMotion::State {
 
   // Of the points followed, how many agree with a motion that is beyond doubt.
   double usual_share = kFirstUsualShare;
+  bool doubted = false;  // whether the current frame's motion was
 
   CornerDetector detector;
   // Features of a reference that are found in the current frame; `id` is their place there.
@@ -163,11 +164,17 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   EgoMotionEstimate estimate;
   PoseSolution solution;
   correspondences.clear();
+  const double share_before = usual_share;
   size_t used = 0;
   for (; used < references.size(); ++used) {
     ++references[used].age;
     solution = moveSince(references[used], moving_mask);
     if (solution.found) break;
+  }
+  estimate.swapped = !references.empty() && (doubted || !solution.found) && looksSwapped();
+  if (estimate.swapped) {
+    solution = PoseSolution();
+    usual_share = share_before;
   }
   estimate.features = static_cast<int>(correspondences.size());
   estimate.inliers = solution.inliers;
@@ -204,9 +211,8 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
     // The pose is held; the next frame may be seen from the last good one, or else from this one.
     correspondences.clear();
     ReferenceFrame here = frameFromHere(solution);
-    estimate.swapped = !references.empty() && looksSwapped(here);
     if (!references.empty() && references.front().age >= kLongestWait) references.clear();
-    if (static_cast<int>(here.features.size()) >= kBlindFeatures) {
+    if (static_cast<int>(here.features.size()) >= kBlindFeatures && !estimate.swapped) {
       references.resize(std::min<size_t>(references.size(), 1));
       references.push_back(std::move(here));
     }
@@ -235,7 +241,8 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
   const auto asUsual = [&] {
     return best.found && best.inliers > kUsualShare * usual_share * followed;
   };
-  if (asUsual()) {
+  doubted = !asUsual();
+  if (!doubted) {
     usual_share = std::max(usual_share, best.inliers / followed);
     return best;
   }
@@ -354,20 +361,23 @@ void EgoMotion::State::findInRightImage(std::vector<StereoMatch>& stereo) {
                stereo.end());
 }
 
-// Whether most corners are found where the left camera cannot see them, and few where it can.
-bool EgoMotion::State::looksSwapped(const ReferenceFrame& here) {
+// Whether far more corners are found where the left camera cannot see them than where it can.
+bool EgoMotion::State::looksSwapped() {
   std::vector<cv::Point2f> corners;
-  detector.detect(here.left.level(0), params.features, {}, kBorderPx, corners);
-  std::vector<StereoMatch> stereo(corners.size());
-  for (size_t i = 0; i < corners.size(); ++i) stereo[i].point = corners[i];
-  StereoSearch search = stereoSearch();
-  const int nearest = search.largest_shift_px;
-  search.largest_shift_px = -kSwappedShiftPx;
-  search.smallest_shift_px = -nearest;
-  matchStereo(here.left, right_pyramid, RowOffsetModel(), search, stereo);
-  const auto found = std::count_if(stereo.begin(), stereo.end(),
-                                   [](const StereoMatch& match) { return match.found; });
-  return found >= kBlindFeatures && found > 2 * static_cast<long>(here.features.size());
+  detector.detect(left_pyramid.level(0), params.features, {}, kBorderPx, corners);
+  const auto found = [&](const StereoSearch& search) {
+    std::vector<StereoMatch> stereo(corners.size());
+    for (size_t i = 0; i < corners.size(); ++i) stereo[i].point = corners[i];
+    matchStereo(left_pyramid, right_pyramid, RowOffsetModel(), search, stereo);
+    return std::count_if(stereo.begin(), stereo.end(),
+                         [](const StereoMatch& match) { return match.found; });
+  };
+  const StereoSearch search = stereoSearch();
+  StereoSearch swapped = search;
+  swapped.largest_shift_px = -kSwappedShiftPx;
+  swapped.smallest_shift_px = -search.largest_shift_px;
+  const auto as_swapped = found(swapped);
+  return as_swapped >= kBlindFeatures && as_swapped > 2 * found(search);
 }
 
 float EgoMotion::State::disparity(const StereoMatch& match) const {
