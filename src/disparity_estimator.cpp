@@ -76,6 +76,7 @@ void DisparityEstimator::match(DisparityOutput& output) {
   watch.lap("matching", times_);
 
   filterBySupport(range, params_.min_support, match_.disparity_px, output.measured_disparity_px);
+  region_filter_.filter(range, params_.min_region_px, output.measured_disparity_px);
   measurementVariance(output.measured_disparity_px, match_.ambiguity, range, params_.variance,
                       output.measured_variance_px2);
   output.ambiguity = match_.ambiguity;

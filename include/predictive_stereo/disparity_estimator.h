@@ -10,6 +10,7 @@
 #include "predictive_stereo/matcher.h"
 #include "predictive_stereo/post_filter.h"
 #include "predictive_stereo/prediction.h"
+#include "predictive_stereo/region_filter.h"
 #include "predictive_stereo/row_alignment.h"
 #include "predictive_stereo/search_ranges.h"
 #include "predictive_stereo/stage_times.h"
@@ -26,6 +27,7 @@ struct DisparityParams {
   CorrectionParams correction;
   VarianceParams variance;
   int min_support = 10;  ///< see filterBySupport; applied to the match and to the filters; 0: off
+  int min_region_px = 100;  ///< smaller regions of the match are dropped, see RegionFilter; 0: none
   int max_hole_px = 40;  ///< narrower holes are filled in the published disparity where both sides
                          ///< agree or one hides them, see post_filter.h; 0: none
 
@@ -41,6 +43,7 @@ struct DisparityParams {
     v("correction", correction);
     v("variance", variance);
     v("min_support", min_support, 0, 25);
+    v("min_region_px", min_region_px, 0, 100000);
     v("max_hole_px", max_hole_px, 0, 1000);
     v("use_moving_mask", use_moving_mask);
   }
@@ -109,6 +112,7 @@ class DisparityEstimator {
   Predictor predictor_;
   SearchRangeBuilder range_builder_;
   StereoMatcher matcher_;
+  RegionFilter region_filter_;
 
   StereoRig rig_;
   cv::Mat1b left_, right_, shifted_right_, aligned_right_;
