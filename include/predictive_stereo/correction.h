@@ -26,7 +26,9 @@ struct CorrectionParams {
 /// Updates the filters with this frame's measurement: d = d_pred + K (d_z - d_pred), p = (1 - K)^2
 /// p_pred + K^2 r, K = p_pred / (p_pred + r). Without a prediction, or where the innovation fails
 /// the gate, the filter starts anew with the measurement; without a measurement the prediction
-/// lives on until max_missed_frames is exceeded.
+/// lives on until max_missed_frames is exceeded, but only if two successive frames have agreed on
+/// it before: a filter that starts anew counts as having missed max_missed_frames. What one frame
+/// alone has seen may be a false match, or a past that does not belong here.
 ///
 /// Predictions are not kept that the right camera sees through: where it matches something more
 /// than 3 px farther on the line of sight to such a point, no surface can be there. What a moving

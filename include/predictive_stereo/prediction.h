@@ -16,9 +16,11 @@ constexpr unsigned char kMovesByItself = 255;
 
 /// The filters' state, one filter a pixel: the only thing that matching carries to the next frame.
 struct DisparityState {
-  cv::Mat1f disparity_px;   ///< range.invalid() where unknown
-  cv::Mat1f variance_px2;   ///< 0 where unknown
-  cv::Mat1b missed_frames;  ///< frames since the pixel was last measured, or kMovesByItself
+  cv::Mat1f disparity_px;  ///< range.invalid() where unknown
+  cv::Mat1f variance_px2;  ///< 0 where unknown
+  /// Frames since the pixel was last measured (CorrectionParams::max_missed_frames where only one
+  /// frame has measured it, see correct()), or kMovesByItself.
+  cv::Mat1b missed_frames;
 
   bool empty() const { return disparity_px.empty(); }
 };

@@ -32,7 +32,7 @@ struct VarianceParams {
   double sigma_disagreement_px = 1.3;   ///< adds for each disagreement around
   double sigma_far_px = 0.67;           ///< adds at disparity 0, half of it at 10 px, a third at 20
   double sigma_per_row_offset = 0.015;  ///< adds this times the row offset [px] times the disparity
-  double max_sigma_px = 5.0;  ///< disparities less certain than this are not published; 0: all are
+  double max_sigma_px = 0.0;  ///< disparities less certain than this are not published; 0: all are
 
   template <class Visitor>
   void visit(Visitor&& v) {

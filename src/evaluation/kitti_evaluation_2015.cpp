@@ -44,15 +44,25 @@ std::string triple(const KittiScore& score, double (KittiCounts::*figure)() cons
 
 }  // namespace
 
-KittiSceneResult2015 evaluateKittiScene2015(const KittiScene2015& scene,
-                                            const std::vector<NamedMethod>& methods,
-                                            const DisparityRange& range,
-                                            std::vector<MethodOutput>& outputs) {
-  const MethodInput input{0, {scene.left, scene.right, scene.rig, Stamp()}, {}};
-  outputs.assign(methods.size(), {});
+std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<NamedMethod>& methods,
+                                                           const std::string& scene) {
+  std::vector<std::unique_ptr<DisparityMethod>> running;
+  for (const NamedMethod& method : methods) running.push_back(method.make("kitti2015_" + scene));
+  return running;
+}
+
+MethodInput inputOf(const KittiScene2015& scene, int index) {
+  return {index, {scene.left, scene.right, scene.rig, index * std::chrono::milliseconds(100)}, {}};
+}
+
+KittiSceneResult2015 evaluateKittiScene2015(
+    const KittiScene2015& scene, const MethodInput& input,
+    const std::vector<std::unique_ptr<DisparityMethod>>& running, const DisparityRange& range,
+    std::vector<MethodOutput>& outputs) {
+  outputs.resize(running.size());
   KittiSceneResult2015 results{scene.name, {}};
-  for (size_t m = 0; m < methods.size(); ++m) {
-    methods[m].make("kitti2015_" + scene.name)->run(input, outputs[m]);
+  for (size_t m = 0; m < running.size(); ++m) {
+    running[m]->run(input, outputs[m]);
     const cv::Mat1f& disparity_px = outputs[m].maps.disparity_px;
     cv::Mat1f interpolated_px = disparity_px.clone();
     interpolateAsKitti(range, interpolated_px);

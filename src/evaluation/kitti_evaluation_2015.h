@@ -1,7 +1,7 @@
 /// Methods on the single pairs of KITTI 2015: no past, D1 of the devkit.
 #pragma once
 
-#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,12 +24,21 @@ struct KittiSceneResult2015 {
   std::vector<KittiMethodResult2015> methods;  ///< in the order of the methods given
 };
 
-/// Runs every method on one scene, each as if the pair were the first of a sequence.
+/// The methods, new and without a past.
+std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<NamedMethod>& methods,
+                                                           const std::string& scene);
+
+/// Runs methods on one scene.
+/// @param running  new for each scene: then its pair is the first of a sequence. Or the same ones
+///   for all scenes: then each follows the one before as the next frame of a sequence.
+/// @param input  the pair in that sequence.
 /// @param outputs  of each method; disparities as published.
-KittiSceneResult2015 evaluateKittiScene2015(const KittiScene2015& scene,
-                                            const std::vector<NamedMethod>& methods,
-                                            const DisparityRange& range,
-                                            std::vector<MethodOutput>& outputs);
+KittiSceneResult2015 evaluateKittiScene2015(
+    const KittiScene2015& scene, const MethodInput& input,
+    const std::vector<std::unique_ptr<DisparityMethod>>& running, const DisparityRange& range,
+    std::vector<MethodOutput>& outputs);
+/// A scene's pair as frame `index` of a sequence.
+MethodInput inputOf(const KittiScene2015& scene, int index = 0);
 
 /// D1 of background, vehicles and all, with and without interpolation; pooled over scenes.
 Table kittiTable2015(const std::vector<std::string>& methods,

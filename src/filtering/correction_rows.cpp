@@ -52,8 +52,10 @@ HWY_INLINE int correctPixels(D d, const CorrectionRow& row, int width,
     hn::StoreU(hn::IfThenElse(is_measured, corrected_variance, kept_variance), d,
                row.variance_px2 + x);
     const auto kept_on = hn::RebindMask(di, hn::AndNot(is_measured, alive));
+    const auto unconfirmed = hn::RebindMask(di, hn::AndNot(agree, is_measured));
     const auto missed_again = hn::IfThenElseZero(kept_on, hn::Add(missed, hn::Set(di, 1)));
-    hn::StoreU(hn::DemoteTo(d8, missed_again), d8, row.missed_frames + x);
+    const auto missed_now = hn::IfThenElse(unconfirmed, most_missed, missed_again);
+    hn::StoreU(hn::DemoteTo(d8, missed_now), d8, row.missed_frames + x);
   }
   return x;
 }

@@ -31,6 +31,9 @@ Measures disparities against truth: KITTI raw drives against their laser scans, 
   --kitti2015 DIR     all pairs of a KITTI 2015 "training" folder, each by itself: D1 of background,
                       vehicles and all, as the devkit counts, pooled over pairs. --csv writes them
                       into FILE's name with _kitti2015, --html writes DIR/kitti2015.html
+  --kitti2015-as-sequence
+                      its pairs as one sequence; some show the same place some time apart, most
+                      do not
   --street SCENE      a scene of the synthetic street; may be given several times
   --street-frames N   its number of frames (default 40)
   --methods LIST      of opencv_hh, opencv_3way, opencv_hh_aligned, ours, ours_diagonal, ours_8,
@@ -117,7 +120,7 @@ std::string provenance(const CommandLine& command_line, PipelineParams params) {
 std::string picturesOf(const KittiScene2015& scene, const std::vector<NamedMethod>& methods,
                        const DisparityRange& range) {
   std::vector<MethodOutput> outputs;
-  evaluateKittiScene2015(scene, methods, range, outputs);
+  evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods, scene.name), range, outputs);
   const SequenceFrame frame{scene.left, scene.right, scene.truth_px, {}};
   std::string figures = "<h3>Scene " + scene.name + "</h3>\n";
   for (size_t m = 0; m < methods.size(); ++m)
@@ -136,10 +139,23 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   std::vector<MethodOutput> outputs;
   {
     Progress progress("KITTI 2015", static_cast<int>(names.size()));
+    const bool as_sequence = command_line.has("kitti2015-as-sequence");
+    PipelineParams shared = params;
+    shared.parts = {true, false, false};
+    Pipeline ego_motion(shared);
+    PipelineOutput motion;
+    std::vector<std::unique_ptr<DisparityMethod>> running;
     for (const std::string& name : names) {
-      progress.update(static_cast<int>(results.size()));
-      results.push_back(
-          evaluateKittiScene2015(readKittiScene2015(training_dir, name), methods, range, outputs));
+      const int index = static_cast<int>(results.size());
+      progress.update(index);
+      const KittiScene2015 scene = readKittiScene2015(training_dir, name);
+      MethodInput input = inputOf(scene, as_sequence ? index : 0);
+      if (!as_sequence || index == 0) running = startMethods(methods, name);
+      if (as_sequence) {
+        ego_motion.process(input.frame, motion);
+        input.ego_motion = motion.ego_motion;
+      }
+      results.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
     }
   }
   std::vector<std::string> method_names;
@@ -238,5 +254,5 @@ int main(int argc, char** argv) {
       argc, argv, predictive_stereo::kHelp,
       {"csv", "html", "kitti2012", "kitti2015", "street", "street-frames", "methods", "cache",
        "config", "set", "frames", "threads"},
-      {"quick", "list-parameters"}, predictive_stereo::evaluate);
+      {"quick", "list-parameters", "kitti2015-as-sequence"}, predictive_stereo::evaluate);
 }

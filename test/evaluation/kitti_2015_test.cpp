@@ -150,8 +150,8 @@ TEST(KittiScene2015, NamesWhatIsMissing) {
 class Constant : public DisparityMethod {
  public:
   void run(const MethodInput& input, MethodOutput& output) override {
-    EXPECT_FALSE(input.motion.has_value());
-    output.maps.disparity_px = cv::Mat1f(input.left.size(), 8.0f);
+    EXPECT_EQ(EgoMotionStatus::kFirstFrame, input.ego_motion.status);
+    output.maps.disparity_px = cv::Mat1f(input.frame.left.size(), 8.0f);
     output.maps.disparity_px.colRange(0, 8) = kX;
   }
 };
@@ -162,7 +162,8 @@ TEST(KittiEvaluation2015, PoolsScenes) {
   const std::vector<NamedMethod> methods = {
       {"constant", [](const std::string&) { return std::make_unique<Constant>(); }}};
   std::vector<MethodOutput> outputs;
-  const KittiSceneResult2015 result = evaluateKittiScene2015(scene, methods, kRange, outputs);
+  const KittiSceneResult2015 result = evaluateKittiScene2015(
+      scene, inputOf(scene), startMethods(methods, scene.name), kRange, outputs);
   const KittiScore& score = result.methods[0].score;
   const int half = Scene2015::kWidth / 2 * (Scene2015::kHeight - 1);
   EXPECT_EQ(half, score.background.pixels);
