@@ -52,7 +52,11 @@ HWY_INLINE int correctPixels(D d, const CorrectionRow& row, int width,
     hn::StoreU(hn::IfThenElse(is_measured, corrected_variance, kept_variance), d,
                row.variance_px2 + x);
     const auto kept_on = hn::RebindMask(di, hn::AndNot(is_measured, alive));
-    const auto unconfirmed = hn::RebindMask(di, hn::AndNot(agree, is_measured));
+    // Near discontinuities p is that of knowing nothing, which any measurement agrees with.
+    const auto surely =
+        hn::Le(hn::Mul(innovation, innovation), hn::Mul(gate, hn::Add(hn::Min(p, r), r)));
+    const auto confirmed = hn::And(agree, surely);
+    const auto unconfirmed = hn::RebindMask(di, hn::AndNot(confirmed, is_measured));
     const auto missed_again = hn::IfThenElseZero(kept_on, hn::Add(missed, hn::Set(di, 1)));
     const auto missed_now = hn::IfThenElse(unconfirmed, most_missed, missed_again);
     hn::StoreU(hn::DemoteTo(d8, missed_now), d8, row.missed_frames + x);

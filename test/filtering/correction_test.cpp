@@ -91,6 +91,25 @@ TEST(Correction, PredictionLivesOnForSomeFramesOnly) {
   }
 }
 
+TEST(Correction, WhatOneFrameAloneHasSeenIsNotKept) {
+  const CorrectionParams params;
+  const auto isKept = [&](float predicted_px, float variance_px2) {
+    Pixel pixel;
+    if (predicted_px > 0) pixel.predict(predicted_px, variance_px2);
+    pixel.measured_px = 20.0f;
+    pixel.correctBy(params);
+    pixel.predict(20.0f, kNoise, pixel.missed());
+    pixel.measured_px = kRange.invalid();
+    pixel.correctBy(params);
+    return pixel.disparity() == 20.0f;
+  };
+  EXPECT_FALSE(isKept(-1.0f, 0.0f));               // nothing was predicted
+  EXPECT_FALSE(isKept(40.0f, 0.6f));               // another disparity was
+  EXPECT_FALSE(isKept(40.0f, 128.0f * 128 / 12));  // ... near a discontinuity
+  EXPECT_TRUE(isKept(20.5f, 0.6f));                // two frames agree
+  EXPECT_TRUE(isKept(20.5f, 128.0f * 128 / 12));
+}
+
 TEST(Correction, ResetVarianceMeansThatTheMeasurementIsTaken) {
   Pixel pixel;
   pixel.predict(20.0f, 128.0f * 128 / 12);
@@ -109,7 +128,7 @@ TEST(Correction, WhatMovesByItselfIsNeitherFilteredNorKept) {
   pixel.correctBy(params);
   EXPECT_FLOAT_EQ(pixel.disparity(), 20.5f);
   EXPECT_FLOAT_EQ(pixel.variance(), kNoise);
-  EXPECT_EQ(pixel.missed(), 0);
+  EXPECT_EQ(pixel.missed(), params.max_missed_frames);
   pixel.measured_px = kRange.invalid();
   pixel.correctBy(params);
   EXPECT_EQ(pixel.disparity(), kRange.invalid());
@@ -230,7 +249,9 @@ TEST(Correction, IsTheNaiveOneOnEveryTarget) {
                       agree ? predicted + gain * innovation : measured_px(y, x));
             ASSERT_EQ(state.variance_px2(y, x),
                       agree ? rest * rest * p + gain * gain * kNoise : kNoise);
-            ASSERT_EQ(state.missed_frames(y, x), 0);
+            const bool confirmed =
+                agree && innovation * innovation <= 9.0f * (std::min(p, kNoise) + kNoise);
+            ASSERT_EQ(state.missed_frames(y, x), confirmed ? 0 : params.max_missed_frames);
             fused += agree;
             continue;
           }
