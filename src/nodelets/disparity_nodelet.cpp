@@ -257,11 +257,11 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   void report(const Loop::Job& job, const DisparityMessages& messages, const StageTimes& times) {
-    constexpr double kMostContradicted = 0.5;
+    constexpr double kMostContradicted = 0.3;
     if (messages.contradicted_fraction > kMostContradicted)
       health_->problem(
           "prediction", Health::Severity::kDegraded,
-          "most measured disparities contradict those that the motion of odom_frame '" +
+          "many measured disparities contradict those that the motion of odom_frame '" +
               params_.odom_frame + "' predicts: does this odometry jump?");
     else
       health_->solved("prediction");

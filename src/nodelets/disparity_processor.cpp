@@ -38,7 +38,7 @@ RowAlignment::Ptr rowAlignmentMsg(const RowOffsetModel& model, const std_msgs::H
 // See DisparityMessages::contradicted_fraction; 0 where little is predicted.
 double contradictedFraction(const cv::Mat1f& predicted_px, const cv::Mat1f& measured_px,
                             float min_disparity_px) {
-  constexpr int kStep = 4;  // pixels apart, which is enough for a share
+  constexpr int kStep = 2;  // pixels apart, which is enough for a share
   constexpr int kFewest = 300;
   int both = 0, contradicted = 0;
   for (int y = 0; y < predicted_px.rows; y += kStep)

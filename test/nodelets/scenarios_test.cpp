@@ -204,7 +204,9 @@ TEST_F(Scenarios, a_jump_of_anybodys_odometry_is_told) {
   ASSERT_TRUE(comesOut(moved(3, "jumping_camera", broadcaster), disparity));
   EXPECT_TRUE(allFinite(*disparity.last()));
   EXPECT_GT(validPixels(*disparity.last()), StreetCamera::kWidth * StreetCamera::kHeight / 2u);
-  EXPECT_TRUE(says("Disparity", "contradict those that the motion of odom_frame"));
+  EXPECT_TRUE(says("Disparity", "contradict those that the motion of odom_frame"))
+      << value("Disparity", "prediction contradicted [%]") << " % are contradicted; predicted are "
+      << validPixels(*predicted.at(street().stamp(3))) << " pixels";
   // All poses are off by the jump from now on, which does not matter.
   for (int i : {4, 5}) ASSERT_TRUE(comesOut(moved(i, "jumping_camera", broadcaster), disparity));
   EXPECT_GT(validPixels(*predicted.at(street().stamp(5))),
