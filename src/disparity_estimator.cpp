@@ -31,13 +31,18 @@ void DisparityEstimator::matchCoarsely() {
   Stopwatch watch;
 
   alignRightImage(right_, RowOffsetModel(), rig_.cx_left_px - rig_.cx_right_px, shifted_right_);
-  coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_);
-  watch.lap("half-resolution match", coarse_times_);
+  const bool align = params_.row_alignment.enabled;
+  if (align || params_.search.scheme == SearchScheme::kPredictive) {
+    coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_);
+    watch.lap("half-resolution match", coarse_times_);
+  }
 
-  row_alignment_ =
-      row_aligner_.estimate(left_, shifted_right_, coarse_disparity_px_, params_.matcher.range);
+  row_alignment_ = RowOffsetModel();
+  if (align)
+    row_alignment_ =
+        row_aligner_.estimate(left_, shifted_right_, coarse_disparity_px_, params_.matcher.range);
   alignRightImage(shifted_right_, row_alignment_, 0.0, aligned_right_);
-  watch.lap("row alignment", coarse_times_);
+  if (align) watch.lap("row alignment", coarse_times_);
 }
 
 void DisparityEstimator::predict(const DisparityState& past,

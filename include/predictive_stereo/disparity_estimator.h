@@ -59,7 +59,8 @@ struct DisparityOutput {
   cv::Mat1f measured_variance_px2;
   cv::Mat1f predicted_disparity_px;  ///< from the past alone; all invalid without a past
   cv::Mat1f predicted_variance_px2;  ///< see Prediction
-  cv::Mat1w search_width_px;  ///< disparities asked for; the matcher looks at 16 or more around
+  cv::Mat1w search_width_px;  ///< disparities asked for; without matcher/exact_ranges more are
+                              ///< searched, 16 at least
   cv::Mat1b ambiguity;        ///< of the measured disparity, see Match
   RowOffsetModel row_alignment;
   bool predicted = false;  ///< whether the past was used
@@ -75,7 +76,7 @@ class DisparityEstimator {
 
   /// @param left, right  rectified 8-bit grey images of rig.size.
   void begin(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
-  /// Half-resolution match and row alignment, which need no past.
+  /// Half-resolution match and row alignment, which need no past; each only where it is needed.
   void matchCoarsely();
   /// The filters of an earlier frame, moved by the camera's motion since then. Without a motion, or
   /// where `past` is empty, nothing is predicted.

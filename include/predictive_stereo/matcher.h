@@ -26,6 +26,7 @@ struct MatcherParams {
   int p2_edge = 30;                  ///< instead of p2 across a lasting step of grey, if lower
   int edge_step = 12;                ///< grey levels of such a step; 0: p2 is the same everywhere
   int left_right_tolerance_px = 2;   ///< larger left-right differences are invalid; -1: no check
+  bool exact_ranges = false;         ///< search ranges are not widened; scalar code, very slow
   std::string simd_target = "auto";  ///< see chooseSimdTarget (simd_target.h)
 
   template <class Visitor>
@@ -44,6 +45,7 @@ struct MatcherParams {
     v("p2_edge", p2_edge, 1, 220);
     v("edge_step", edge_step, 0, 255);
     v("left_right_tolerance_px", left_right_tolerance_px, -1, 256);
+    v("exact_ranges", exact_ranges);
     v("simd_target", simd_target);
   }
 };
@@ -61,7 +63,7 @@ struct Match {
   /// 255 * lowest aggregated cost / lowest one that is not next to it: 0 is certain, 255 is a tie.
   /// The best observable of error that a matcher has. 255 where there is no second.
   cv::Mat1b ambiguity;
-  /// Width of the window that was searched [px]: `count` after a full search, 0: not searched.
+  /// Disparities that were searched: `count` after a full search, 0: not searched.
   cv::Mat1w search_width;
 };
 
@@ -86,7 +88,8 @@ class StereoMatcher {
   void match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match);
 
   /// Searches only `ranges`. Where these cover the whole range the result is that of the full
-  /// search, bit for bit. Ranges are cut to `range`, and widened to the windows the kernels use.
+  /// search, bit for bit. Ranges are cut to `range`, and widened to the windows the kernels use;
+  /// where params().exact_ranges they are not widened.
   void match(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
              Match& match);
 

@@ -30,6 +30,7 @@ struct PredictionParams {
   bool use_motion_covariance = true;  ///< q grows by J Sigma J^T of the ego-motion
   double edge_jump_px = 3.0;          ///< neighbours that differ by more are a discontinuity
   int edge_margin_px = 2;             ///< pixels this near to a discontinuity are reset
+  bool reject_near_edges = false;     ///< these have no prediction then, as in the paper
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -37,14 +38,16 @@ struct PredictionParams {
     v("use_motion_covariance", use_motion_covariance);
     v("edge_jump_px", edge_jump_px, 0.5, 64.0);
     v("edge_margin_px", edge_margin_px, 0, 10);
+    v("reject_near_edges", reject_near_edges);
   }
 };
 
 /// What the past says of the current frame.
 struct Prediction {
   cv::Mat1f disparity_px;  ///< range.invalid() where nothing is predicted
-  /// 0 where nothing is predicted. Near predicted discontinuities it is reset to that of any
-  /// disparity of the range being equally likely, count^2 / 12, whatever the value predicted.
+  /// 0 where nothing is predicted, which includes what is rejected. Otherwise, near predicted
+  /// discontinuities it is reset to that of any disparity of the range being equally likely,
+  /// count^2 / 12, whatever the value predicted.
   cv::Mat1f variance_px2;
   cv::Mat1b missed_frames;  ///< as in DisparityState, moved along
   cv::Mat1b near_edge;      ///< 255 near a predicted discontinuity
@@ -72,6 +75,7 @@ class Predictor {
                    Prediction& prediction) const;
   void markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotion& motion,
                                 Prediction& prediction);
+  void rejectNearEdges(Prediction& prediction) const;
 
   DisparityRange range_;
   PredictionParams params_;

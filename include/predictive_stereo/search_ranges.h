@@ -18,7 +18,7 @@ enum class SearchScheme {
 
 struct SearchRangeParams {
   SearchScheme scheme = SearchScheme::kPredictive;
-  double margin_px = 2.25;     ///< least widening on both sides
+  double margin_px = 2.25;     ///< least widening on both sides; the paper has none: 0
   double margin_sigma = 3.0;   ///< predictive: widening by this many predicted standard deviations
   double max_margin_px = 4.0;  ///< predictive: largest widening
 

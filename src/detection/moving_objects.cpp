@@ -84,7 +84,7 @@ void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
     seen.size_m = shape->size_m;
     seen.distance_m = shape->distance_m;
     seen.centre_covariance = Eigen::Vector3d(0.25, 0.25, 1.0).asDiagonal();
-    seen.score = std::min(1.0, cv::mean(difference_px(box))[0] / params.paper.max_difference_px);
+    seen.score = cv::mean(mask)[0] / 255;
   }
 }
 

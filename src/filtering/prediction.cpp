@@ -84,6 +84,7 @@ void Predictor::predict(const DisparityState& previous, const StereoRig& rig,
   warp(previous, rig, motion);
   scatterAndFill(previous, prediction);
   markNearEdgesAndAddNoise(rig, motion, prediction);
+  if (params_.reject_near_edges) rejectNearEdges(prediction);
 }
 
 void Predictor::predictNothing(cv::Size size, Prediction& prediction) const {
@@ -173,6 +174,13 @@ void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previou
       missed[i] = previous_missed[x];
     }
   }
+}
+
+// Not while edges are looked for: bands look at rows of their neighbours.
+void Predictor::rejectNearEdges(Prediction& prediction) const {
+  prediction.disparity_px.setTo(range_.invalid(), prediction.near_edge);
+  prediction.variance_px2.setTo(0, prediction.near_edge);
+  prediction.missed_frames.setTo(0, prediction.near_edge);
 }
 
 // A pixel is near an edge where one lies within the margin in columns and in rows.

@@ -72,9 +72,12 @@ struct StereoMatcher::Workspace {
                     Match& match) {
     prepare(left.size(), match);
     windows.width = match.search_width;
-    planSearchWindows(ranges, params.range, left.size(), target_bit, windows);
+    if (params.exact_ranges)
+      planExactWindows(ranges, params.range, left.size(), windows);
+    else
+      planSearchWindows(ranges, params.range, left.size(), target_bit, windows);
     if (isFullSearch(windows, params.range)) return matchFully(left, right, match);
-    if (target_bit == kScalarTarget) {
+    if (params.exact_ranges || target_bit == kScalarTarget) {
       matchReference(left, right, params, windows, match);
     } else {
       census.transform(left, left_words);

@@ -128,18 +128,21 @@ class ReferenceSgm {
     return static_cast<uint8_t>(halve ? (down + up + 1) / 2 : std::min(down + up, 255));
   }
 
-  /// The right image's winners, searched along the diagonals of the left image's sums.
+  /// The right image's winners, searched along the diagonals of the left image's sums; of equals
+  /// that of the smallest disparity, which comes first.
   void chooseRightWinners(int y, std::vector<int>& indices) const {
     std::vector<int> lowest(size_.width, 255);  // saturated sums win nothing
     indices.assign(size_.width, kNoDisparity);
-    for (int index = 0; index < count_; ++index)
-      for (int x = 0; x < size_.width; ++x) {
+    for (int x = 0; x < size_.width; ++x) {
+      const uint8_t* sums = sumsOf(x, y);
+      const int first = windowOf(x, y).first, end = first + windows_.width(y, x);
+      for (int index = first; index < end; ++index) {
         const int right_x = x - params_.range.min_disparity - index;
-        const bool exists = right_x >= 0 && right_x < size_.width && isSearched(x, y, index);
-        if (!exists || sumsOf(x, y)[index] >= lowest[right_x]) continue;
-        lowest[right_x] = sumsOf(x, y)[index];
+        if (right_x < 0 || right_x >= size_.width || sums[index] >= lowest[right_x]) continue;
+        lowest[right_x] = sums[index];
         indices[right_x] = index;
       }
+    }
   }
 
   Winner findWinner(int x, int y) const {
@@ -180,14 +183,10 @@ class ReferenceSgm {
       match.disparity_px(y, x) += subpixelOffset(winner.below, winner.cost, winner.above);
   }
 
-  const WindowRun& windowOf(int x, int y) const { return windows_.row(y)[x / kWindowRun]; }
+  const WindowRun& windowOf(int x, int y) const { return windows_.row(y)[x / windows_.run_length]; }
   bool hasWindow(int x, int y) const {
     const bool inside = x >= 0 && x < size_.width && y >= 0 && y < size_.height;
     return inside && windowOf(x, y).width > 0;
-  }
-  bool isSearched(int x, int y, int index) const {
-    const int first = windowOf(x, y).first;
-    return index >= first && index < first + windows_.width(y, x);
   }
   size_t offsetOf(int x, int y) const {
     return (static_cast<size_t>(y) * size_.width + x) * count_;

@@ -20,8 +20,9 @@ void requireSize(const char* name, const cv::Mat1s& map, cv::Size size) {
 
 /// Room for an image's windows, and what `planRow` makes of each row, laid out.
 template <class PlanRow>
-void planRows(cv::Size size, SearchWindows& windows, const PlanRow& plan_row) {
-  windows.runs_per_row = (size.width + kWindowRun - 1) / kWindowRun;
+void planRows(cv::Size size, int run_length, SearchWindows& windows, const PlanRow& plan_row) {
+  windows.run_length = run_length;
+  windows.runs_per_row = (size.width + run_length - 1) / run_length;
   windows.runs.resize(static_cast<size_t>(size.height) * windows.runs_per_row);
   windows.width.create(size);
   windows.row_begins.assign(size.height + 1, 0);
@@ -32,7 +33,7 @@ void planRows(cv::Size size, SearchWindows& windows, const PlanRow& plan_row) {
       int position = 0;
       for (int i = 0; i < windows.runs_per_row; ++i) {
         runs[i].position = position;
-        position += kWindowRun * runs[i].width;
+        position += run_length * runs[i].width;
       }
       windows.row_begins[y + 1] = position;
     }
@@ -48,14 +49,28 @@ void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, 
   requireSize("ranges.first", ranges.first, size);
   requireSize("ranges.last", ranges.last, size);
   const PlanRowFunction plan = planRow(simd_target);
-  planRows(size, windows, [&](int y, WindowRun* runs, uint16_t* width) {
+  planRows(size, kWindowRun, windows, [&](int y, WindowRun* runs, uint16_t* width) {
     plan(ranges.first[y], ranges.last[y], size.width, range, runs, width);
+  });
+}
+
+void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
+                      SearchWindows& windows) {
+  requireSize("ranges.first", ranges.first, size);
+  requireSize("ranges.last", ranges.last, size);
+  planRows(size, 1, windows, [&](int y, WindowRun* runs, uint16_t* width) {
+    for (int x = 0; x < size.width; ++x) {
+      const int first = std::max<int>(ranges.first(y, x) - range.min_disparity, 0);
+      const int last = std::min<int>(ranges.last(y, x) - range.min_disparity, range.count - 1);
+      width[x] = static_cast<uint16_t>(std::max(last - first + 1, 0));
+      runs[x] = {0, width[x], static_cast<uint8_t>(width[x] > 0 ? first : 0)};
+    }
   });
 }
 
 void planFullSearch(const DisparityRange& range, cv::Size size, SearchWindows& windows) {
   const auto count = static_cast<uint16_t>(range.count);
-  planRows(size, windows, [&](int, WindowRun* runs, uint16_t* width) {
+  planRows(size, kWindowRun, windows, [&](int, WindowRun* runs, uint16_t* width) {
     std::fill_n(runs, windows.runs_per_row, WindowRun{0, count, 0});
     std::fill_n(width, size.width, count);
   });

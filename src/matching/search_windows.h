@@ -15,14 +15,16 @@ namespace predictive_stereo {
 /// neighbours anyway, hardly grow by it.
 constexpr int kWindowRun = 4;
 
-/// The window of a run, as indices into the disparity range (0 is min_disparity).
+/// The window of a run (or of a pixel, see planExactWindows), as indices into the disparity range
+/// (0 is min_disparity).
 struct WindowRun {
   int position;    ///< where its bytes begin among those of its row: `width` for each pixel
-  uint16_t width;  ///< 16, 32, 64 or the whole range; 0: no pixel of the run is searched
+  uint16_t width;  ///< 16, 32, 64, the whole range, or exact; 0: no pixel of it is searched
   uint8_t first;   ///< first index
 };
 
 struct SearchWindows {
+  int run_length = kWindowRun;  ///< 1 where each pixel has a window of its own
   int runs_per_row = 0;
   std::vector<WindowRun> runs;  ///< row by row
   /// Where the bytes of each row begin among those of the image; the last entry is their number.
@@ -40,6 +42,12 @@ struct SearchWindows {
 /// @throws std::invalid_argument where the ranges' sizes are not `size`.
 void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
                        int64_t simd_target, SearchWindows& windows);
+
+/// Every pixel has a window of its own, which is its range, cut to `range`. Only matchReference can
+/// search such windows.
+/// @throws std::invalid_argument where the ranges' sizes are not `size`.
+void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
+                      SearchWindows& windows);
 
 /// Whether every pixel searches everything, which the full search does faster.
 bool isFullSearch(const SearchWindows& windows, const DisparityRange& range);

@@ -320,5 +320,26 @@ TEST(Prediction, RefusesParametersByName) {
   }
 }
 
+TEST(Prediction, RejectsWhatIsNearDiscontinuitiesWhereAskedTo) {
+  cv::Mat1f disparity_px(60, 120, 10.0f);  // more than one band of rows
+  disparity_px(cv::Rect(40, 30, 40, 30)) = 25.0f;
+  DisparityState state = stateOf(disparity_px, 0.3f);
+  state.missed_frames.setTo(1);
+  PredictionParams params;
+  Prediction reset, rejected;
+  Predictor(kRange, params).predict(state, rigOf(disparity_px.size()), anyMotion(), reset);
+  params.reject_near_edges = true;
+  Predictor(kRange, params).predict(state, rigOf(disparity_px.size()), anyMotion(), rejected);
+  EXPECT_TRUE(equal(reset.near_edge, rejected.near_edge));
+  EXPECT_GT(cv::countNonZero(rejected.near_edge), 400);
+  EXPECT_EQ(cv::countNonZero((rejected.disparity_px != kRange.invalid()) & rejected.near_edge), 0);
+  EXPECT_EQ(cv::countNonZero((rejected.variance_px2 != 0) & rejected.near_edge), 0);
+  EXPECT_EQ(cv::countNonZero(rejected.missed_frames & rejected.near_edge), 0);
+  reset.disparity_px.setTo(kRange.invalid(), reset.near_edge);
+  reset.variance_px2.setTo(0, reset.near_edge);
+  EXPECT_TRUE(equal(reset.disparity_px, rejected.disparity_px)) << "the others stay as they are";
+  EXPECT_TRUE(equal(reset.variance_px2, rejected.variance_px2));
+}
+
 }  // namespace
 }  // namespace predictive_stereo

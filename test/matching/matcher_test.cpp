@@ -147,6 +147,63 @@ TEST(Matcher, EmptyRangesGiveNothingAndStopNothingElse) {
   EXPECT_GT(score(match, pair, params.range).correct, 0.93);
 }
 
+TEST(Matcher, ExactRangesAreSearchedAndNothingElse) {
+  const TestPair pair = makeTestPair({120, 60}, 2, 40, 5);
+  MatcherParams params = smallParams(-16, 64);
+  cv::RNG random(6);
+  SearchRanges ranges = uniformRanges(pair.left.size(), 0, 0);
+  for (int y = 0; y < ranges.first.rows; ++y)
+    for (int x = 0; x < ranges.first.cols; ++x) {
+      const int centre = cvRound(pair.disparity_px(y, x)) + random.uniform(-9, 10);
+      ranges.first(y, x) = static_cast<short>(centre - random.uniform(0, 5));
+      ranges.last(y, x) = static_cast<short>(centre + random.uniform(-1, 5));  // may be empty
+    }
+  const auto outside = [&](const Match& match) {
+    int count = 0;
+    for (int y = 0; y < ranges.first.rows; ++y)
+      for (int x = 0; x < ranges.first.cols; ++x) {
+        const float d = match.disparity_px(y, x);
+        count += params.range.isValid(d) && (d < ranges.first(y, x) || d > ranges.last(y, x));
+      }
+    return count;
+  };
+  for (const PathSet paths : {PathSet::kStraight4, PathSet::kDiagonal4, PathSet::kAll8}) {
+    params.paths = paths;
+    Match widened, exact;
+    params.exact_ranges = false;
+    StereoMatcher(params).match(pair.left, pair.right, ranges, widened);
+    EXPECT_GT(outside(widened), 100);
+    params.exact_ranges = true;
+    StereoMatcher(params).match(pair.left, pair.right, ranges, exact);
+    EXPECT_EQ(outside(exact), 0);
+    EXPECT_GT(score(exact, pair, params.range).density, 0.1);
+    for (int y = 0; y < ranges.first.rows; ++y)
+      for (int x = 0; x < ranges.first.cols; ++x) {
+        const int first = std::max<int>(ranges.first(y, x), -16);
+        const int last = std::min<int>(ranges.last(y, x), 47);
+        EXPECT_EQ(exact.search_width(y, x), std::max(last - first + 1, 0));
+      }
+  }
+}
+
+TEST(Matcher, ExactRangesThatCoverEverythingGiveTheFullSearch) {
+  const TestPair pair = makeTestPair({101, 40}, 0, 60, 2);
+  MatcherParams params = smallParams(0, 80);
+  params.exact_ranges = true;
+  StereoMatcher matcher(params);
+  SearchRanges ranges = uniformRanges(pair.left.size(), 0, 79);
+  Match full, exact;
+  matcher.match(pair.left, pair.right, full);
+  matcher.match(pair.left, pair.right, ranges, exact);
+  expectEqual(full, exact);
+  // With one narrow range scalar code takes over: far from it nothing changes, as P2 is paid there.
+  ranges.first(0, 0) = ranges.last(0, 0) = 40;
+  matcher.match(pair.left, pair.right, ranges, exact);
+  EXPECT_EQ(exact.search_width(0, 0), 1);
+  const cv::Rect far(60, 20, 41, 20);
+  EXPECT_EQ(cv::countNonZero(full.disparity_px(far) != exact.disparity_px(far)), 0);
+}
+
 TEST(Matcher, RefusesWhatItCannotMatch) {
   MatcherParams params;
   params.range.count = 40;

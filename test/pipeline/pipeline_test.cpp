@@ -281,6 +281,26 @@ TEST_F(DisparityLoop, GivenEgoMotionIsAsGoodAsOneThatIsAskedFor) {
   EXPECT_EQ(cv::norm(maps_.disparity_px, output.disparity.disparity_px, cv::NORM_INF), 0);
 }
 
+// The paper has no such match; row alignment takes its samples from it.
+TEST_F(DisparityLoop, HalfResolutionIsMatchedOnlyWhereItIsUsed) {
+  const StreetFrame frame = street_.render(0);
+  const auto isMatched = [&](SearchScheme scheme, bool align) {
+    DisparityParams params = disparityParams();
+    params.search.scheme = scheme;
+    params.row_alignment.enabled = align;
+    Pipeline pipeline(disparityAlone(params));
+    run(pipeline, frame);
+    int stages = 0;
+    for (const StageTime& stage : pipeline.times().disparity)
+      stages += stage.name == std::string("half-resolution match");
+    return stages > 0;
+  };
+  EXPECT_FALSE(isMatched(SearchScheme::kPaper, false));
+  EXPECT_FALSE(isMatched(SearchScheme::kFull, false));
+  EXPECT_TRUE(isMatched(SearchScheme::kPaper, true));
+  EXPECT_TRUE(isMatched(SearchScheme::kPredictive, false));
+}
+
 // Of ego-motion the pipeline knows which frame its motion starts from.
 class EgoMotionLink : public DisparityLoop {
  protected:
