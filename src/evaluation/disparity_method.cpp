@@ -17,6 +17,11 @@ double sum(const StageTimes& times) {
   return ms;
 }
 
+DisparityParams withRowAlignment(DisparityParams params) {
+  params.row_alignment.enabled = true;
+  return params;
+}
+
 PipelineParams withoutEgoMotion(PipelineParams params) {
   params.parts = {false, true, true};
   return params;
@@ -31,6 +36,7 @@ class PredictiveMethod : public DisparityMethod {
     std::swap(output_.disparity, output.maps);  // its memory is used again
     pipeline_.process(input.frame, output_, sources);
     std::swap(output_.disparity, output.maps);
+    output.objects = output_.detections.objects;
     output.times = pipeline_.times().disparity;
     output.ms = sum(output.times);
   }
@@ -89,7 +95,7 @@ class OpencvMethod : public DisparityMethod {
       : mode_(mode),
         params_(params),
         aligned_(aligned),
-        aligner_(params),
+        aligner_(withRowAlignment(params)),
         cache_(cache_dir, sequence,
                std::string(mode == OpencvMode::kHh ? "hh" : "3way") + (aligned ? "_aligned" : "")) {
   }

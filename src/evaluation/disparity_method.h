@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "evaluation/opencv_baseline.h"
 #include "evaluation/sequence.h"
@@ -17,8 +18,9 @@ struct MethodInput {
 };
 
 struct MethodOutput {
-  /// Of OpenCV only `disparity_px` is filled.
+  /// Of OpenCV only `disparity_px` is filled, and no objects are found.
   DisparityOutput maps;
+  std::vector<DetectedObject> objects;  ///< that move
   StageTimes times;
   double ms = 0;  ///< for the disparities; images, ego-motion and scoring not included
 };

@@ -6,6 +6,7 @@
 
 #include "evaluation/disparity_report.h"
 #include "evaluation/html.h"
+#include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
 namespace {
@@ -58,6 +59,20 @@ cv::Mat3b errorMap(const SequenceFrame& frame, const DisparityRange& range,
   return map;
 }
 
+/// What the paper's detector sums up, and what was found.
+cv::Mat3b differenceMap(const MethodOutput& output, const DisparityRange& range) {
+  constexpr float kLargest_px = 5.0f;
+  const cv::Mat1f &measured = output.maps.measured_disparity_px,
+                  &predicted = output.maps.predicted_disparity_px;
+  cv::Mat1f difference_px;
+  absoluteDifference(measured, predicted, range, kLargest_px, difference_px);
+  const cv::Mat1b known = (measured >= range.min_disparity) & (predicted >= range.min_disparity);
+  cv::Mat3b map = coloured(difference_px, kLargest_px, known);
+  for (const DetectedObject& object : output.objects)
+    cv::rectangle(map, cv::Rect(object.box_px), {255, 255, 255}, 3);
+  return map;
+}
+
 }  // namespace
 
 std::string figureHtml(const Panel& panel) {
@@ -71,7 +86,8 @@ std::string figureHtml(const Panel& panel) {
 
 std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title,
                             const std::string& method, bool first, const DisparityRange& range,
-                            const DisparityOutput& maps) {
+                            const MethodOutput& output) {
+  const DisparityOutput& maps = output.maps;
   std::vector<Panel> panels;
   if (first) {
     cv::Mat3b left;
@@ -97,6 +113,10 @@ std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title
         {method + ": disparities searched, 0 (blue) to " + std::to_string(range.count) + " (red)",
          coloured(maps.search_width_px, range.count, cv::Mat1b(valid.size(), uchar{255}))});
   }
+  if (maps.predicted)
+    panels.push_back({method + ": |measured - predicted|, 0 (blue) to 5 px (red), black unknown; " +
+                          "objects that were found",
+                      differenceMap(output, range)});
   return panels;
 }
 

@@ -41,6 +41,12 @@ Table paperTable(const std::vector<SequenceReport>& reports) {
   table.title = "The paper's Table 2: time per image [ms] and outliers among valid pixels [%]";
   table.header = {"sequence",       "ms OpenCV 8", "ms ours 4",     "ms ours 8", "% OpenCV 8",
                   "% ours nondiag", "% ours diag", "% ours 8-path", "images"};
+  const bool widened = std::any_of(reports.begin(), reports.end(), [](const SequenceReport& r) {
+    return r.find(kOursWidened) || r.find(kOurs8Widened);
+  });
+  if (widened)
+    for (const char* name : {"ms widened 4", "ms widened 8", "% widened 4", "% widened 8"})
+      table.header.push_back(name);
   for (const SequenceReport& report : reports) {
     const auto *opencv = report.find(kOpencvHh), *ours = report.find(kOurs),
                *diagonal = report.find(kOursDiagonal), *all = report.find(kOurs8);
@@ -48,6 +54,11 @@ Table paperTable(const std::vector<SequenceReport>& reports) {
     table.rows.push_back({report.name, time(opencv), time(ours), time(all), figure(opencv, d1, 2),
                           figure(ours, d1, 2), figure(diagonal, d1, 2), figure(all, d1, 2),
                           std::to_string(report.evaluations.front().images)});
+    if (!widened) continue;
+    const auto *four = report.find(kOursWidened), *eight = report.find(kOurs8Widened);
+    for (const std::string& cell :
+         {time(four), time(eight), figure(four, d1, 2), figure(eight, d1, 2)})
+      table.rows.back().push_back(cell);
   }
   return table;
 }
@@ -141,15 +152,22 @@ Table stageTable(const SequenceReport& report) {
   Table table;
   table.title = report.name + ": mean ms per stage";
   table.header = {"method"};
+  std::vector<std::string> stages;  // of any method
+  for (const DisparityEvaluation& e : report.evaluations)
+    for (const auto& stage : e.stage_ms)
+      if (std::find(stages.begin(), stages.end(), stage.first) == stages.end())
+        stages.push_back(stage.first);
+  table.header.insert(table.header.end(), stages.begin(), stages.end());
+  table.header.push_back("sum");
   for (size_t m = 0; m < report.methods.size(); ++m) {
     const DisparityEvaluation& e = report.evaluations[m];
     if (e.stage_ms.empty()) continue;
-    if (table.rows.empty()) {
-      for (const auto& stage : e.stage_ms) table.header.push_back(stage.first);
-      table.header.push_back("sum");
-    }
     std::vector<std::string> row = {report.methods[m]};
-    for (const auto& stage : e.stage_ms) row.push_back(fixed(stage.second, 2));
+    for (const std::string& name : stages) {
+      const auto stage = std::find_if(e.stage_ms.begin(), e.stage_ms.end(),
+                                      [&](const auto& known) { return known.first == name; });
+      row.push_back(stage == e.stage_ms.end() ? "-" : fixed(stage->second, 2));
+    }
     row.push_back(fixed(e.mean_ms, 2));
     table.rows.push_back(row);
   }

@@ -13,6 +13,8 @@ double ratio(double part, int64_t whole) { return whole ? part / static_cast<dou
 }  // namespace
 
 void ErrorHistogram::add(double error_px) {
+  sum_of_all_ += error_px;
+  sum_squares_of_all_ += error_px * error_px;
   if (!(std::abs(error_px) < kLimit_px)) {
     ++gross_;
     return;
@@ -30,6 +32,8 @@ ErrorHistogram& ErrorHistogram::operator+=(const ErrorHistogram& other) {
   gross_ += other.gross_;
   sum_ += other.sum_;
   sum_squares_ += other.sum_squares_;
+  sum_of_all_ += other.sum_of_all_;
+  sum_squares_of_all_ += other.sum_squares_of_all_;
   return *this;
 }
 
@@ -37,6 +41,11 @@ double ErrorHistogram::grossShare() const { return ratio(static_cast<double>(gro
 double ErrorHistogram::mean_px() const { return ratio(sum_, inside_); }
 double ErrorHistogram::variance_px2() const {
   return ratio(sum_squares_, inside_) - mean_px() * mean_px();
+}
+
+double ErrorHistogram::varianceOfAll_px2() const {
+  const double mean_px = ratio(sum_of_all_, count());
+  return ratio(sum_squares_of_all_, count()) - mean_px * mean_px;
 }
 
 double ErrorHistogram::quantile_px(double share) const {

@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 
 /// Distribution of disparity errors [px] in steps of 0.02 px from -3 to 3; what lies outside are
-/// gross errors, which are counted but are no noise.
+/// gross errors, which are counted but are no noise (the paper makes no such difference).
 class ErrorHistogram {
  public:
   static constexpr double kLimit_px = 3.0;
@@ -23,6 +23,8 @@ class ErrorHistogram {
   /// Of the errors that are not gross.
   double mean_px() const;
   double variance_px2() const;
+  /// Of all errors, gross ones included.
+  double varianceOfAll_px2() const;
   /// Half of the width that holds the middle 68.3 %: what sigma would be of a normal distribution.
   double robustSigma_px() const;
   double shareWithin(double limit_px) const;
@@ -39,6 +41,7 @@ class ErrorHistogram {
   std::array<int64_t, kSteps> steps_{};
   int64_t inside_ = 0, gross_ = 0;
   double sum_ = 0, sum_squares_ = 0;
+  double sum_of_all_ = 0, sum_squares_of_all_ = 0;
 };
 
 }  // namespace predictive_stereo

@@ -67,11 +67,14 @@ class PointGrid {
 };
 
 void addMeasurementErrors(const cv::Mat1f& measured_px, const DisparityRange& range,
-                          const cv::Mat1f& truth_px, ErrorHistogram& errors) {
+                          const cv::Mat1f& truth_px, ErrorHistogram& errors, ErrorImage& image) {
   for (int y = 0; y < truth_px.rows; ++y)
-    for (int x = 0; x < truth_px.cols; ++x)
-      if (hasTruth(truth_px(y, x)) && range.isValid(measured_px(y, x)))
-        errors.add(static_cast<double>(measured_px(y, x)) - truth_px(y, x));
+    for (int x = 0; x < truth_px.cols; ++x) {
+      if (!hasTruth(truth_px(y, x)) || !range.isValid(measured_px(y, x))) continue;
+      const double error_px = static_cast<double>(measured_px(y, x)) - truth_px(y, x);
+      errors.add(error_px);
+      image.add(x, y, error_px);
+    }
 }
 
 void addSamples(const DisparityOutput& maps, const DisparityRange& range, const cv::Mat1f& truth_px,
@@ -228,7 +231,7 @@ double rounded(double value) {
 void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
                       const std::vector<Eigen::Vector3d>& points, const StereoRig& rig,
                       const Eigen::Isometry3d& T_cam_prev, const cv::Mat1b& moving,
-                      ErrorHistogram& errors) {
+                      ErrorHistogram& errors, ErrorImage& image) {
   const PointGrid grid(points, rig.size);
   const Eigen::Matrix4d H = disparityMotion(rig, T_cam_prev);
   for (const Eigen::Vector3d& point : points_prev) {
@@ -238,7 +241,9 @@ void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
     if (x < 0 || y < 0 || x >= rig.size.width || y >= rig.size.height) continue;
     if (!moving.empty() && moving(y, x)) continue;
     double truth_px = 0;
-    if (grid.planeAt(moved.x(), moved.y(), truth_px)) errors.add(moved.z() - truth_px);
+    if (!grid.planeAt(moved.x(), moved.y(), truth_px)) continue;
+    errors.add(moved.z() - truth_px);
+    image.add(moved.x(), moved.y(), moved.z() - truth_px);
   }
 }
 
@@ -246,6 +251,8 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
                                const PipelineParams& params, int max_frames,
                                const std::function<void(int)>& progress) {
   NoiseObservations seen;
+  seen.process_image = ErrorImage(drive.rig().size);
+  seen.measurement_image = ErrorImage(drive.rig().size);
   const DisparityRange range = params.disparity.matcher.range;
   PipelineParams full = params;
   full.parts = {false, true, false};
@@ -270,11 +277,11 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
       truth_px.setTo(kNoTruth, moving);
       each_by_itself.process(frame, measured);
       addMeasurementErrors(measured.disparity.measured_disparity_px, range, truth_px,
-                           seen.measurement);
+                           seen.measurement, seen.measurement_image);
       if (index > 0) addSamples(published.disparity, range, truth_px, 1, seen.published);
       if (!points_prev.empty() && published.motion_start == stamp_prev)
         addProcessErrors(points_prev, points, drive.rig(), published.ego_motion.motion.T_cam_prev,
-                         moving, seen.process);
+                         moving, seen.process, seen.process_image);
       ++seen.frames;
     }
     points_prev = std::move(points);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "evaluation/error_histogram.h"
+#include "evaluation/error_image.h"
 #include "evaluation/kitti_drive.h"
 #include "evaluation/object_labels.h"
 #include "evaluation/sequence.h"
@@ -27,8 +28,9 @@ struct VarianceSample {
 
 /// What one drive tells. Only static pixels count: where `labels` has movers nothing is used.
 struct NoiseObservations {
-  ErrorHistogram process;                 ///< warped truth of the previous frame minus truth
-  ErrorHistogram measurement;             ///< full search without a past minus truth
+  ErrorHistogram process;      ///< warped truth of the previous frame minus truth
+  ErrorHistogram measurement;  ///< full search without a past minus truth
+  ErrorImage process_image, measurement_image;
   std::vector<VarianceSample> published;  ///< of the closed loop
   int frames = 0;
 };
@@ -53,7 +55,7 @@ std::vector<VarianceSample> observePublished(const Sequence& sequence, const Pip
 void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
                       const std::vector<Eigen::Vector3d>& points, const StereoRig& rig,
                       const Eigen::Isometry3d& T_cam_prev, const cv::Mat1b& moving,
-                      ErrorHistogram& errors);
+                      ErrorHistogram& errors, ErrorImage& image);
 
 /// Parameters of the published variance for which sigma is the 68.3 % and 2 sigma the 95.4 %
 /// quantile of the absolute error as nearly as both can be had, given what is known of each pixel:

@@ -28,7 +28,8 @@ and beyond it the parameters of the published variance, in closed loop, such tha
 2 sigma are the 68.3 and 95.4 % quantiles of the absolute error as nearly as both can be had.
 
 Writes to DIR: noise.yaml (parameters as pipeline configs have them, with provenance),
-process_noise.{png,csv}, measurement_noise.{png,csv}.
+process_noise.{png,csv}, measurement_noise.{png,csv}, and of each drive DRIVE_process_error.png and
+DRIVE_measurement_error.png: absolute errors accumulated over the image (the paper's figure 3).
 
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
   --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
@@ -36,6 +37,8 @@ process_noise.{png,csv}, measurement_noise.{png,csv}.
   --street SCENE      adds a scene of the synthetic street, whose truth has no noise, to what the
                       published variance is fitted to; may be given several times
   --street-frames N   its number of frames (default 20)
+  --all-errors        q and r are the variances of all errors, as in the paper; without it gross
+                      errors (> 3 px), which are no noise, do not count
   --config YAML       parameters to start from, as in evaluate_kitti
   --set NAME=VALUE    one parameter; may be given several times
   --frames N          at most so many frames of each drive
@@ -43,14 +46,14 @@ process_noise.{png,csv}, measurement_noise.{png,csv}.
 )";
 
 void printErrors(const char* name, const ErrorHistogram& errors, std::ostream& out) {
-  char line[256];
+  char line[320];
   std::snprintf(
       line, sizeof(line),
       "%s: %lld errors, mean %+.3f px, sigma %.3f px, robust sigma %.3f px, %.1f %% within "
-      "1 px, %.2f %% gross (> 3 px)",
+      "1 px, %.2f %% gross (> 3 px), sigma of all %.3f px",
       name, static_cast<long long>(errors.count()), errors.mean_px(),
       std::sqrt(errors.variance_px2()), errors.robustSigma_px(), 100 * errors.shareWithin(1),
-      100 * errors.grossShare());
+      100 * errors.grossShare(), std::sqrt(errors.varianceOfAll_px2()));
   out << line << "\n";
 }
 
@@ -68,11 +71,15 @@ void writeText(const fs::path& path, const std::string& text) {
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+void writePicture(const fs::path& path, const cv::Mat3b& picture) {
+  if (!cv::imwrite(path.string(), picture))
+    throw std::runtime_error(path.string() + ": cannot be written");
+}
+
 void writeHistogram(const fs::path& dir, const std::string& name, const std::string& title,
                     const ErrorHistogram& errors) {
   writeText(dir / (name + ".csv"), errors.csv());
-  if (!cv::imwrite((dir / (name + ".png")).string(), picture(errors.plot(title))))
-    throw std::runtime_error((dir / (name + ".png")).string() + ": cannot be written");
+  writePicture(dir / (name + ".png"), picture(errors.plot(title)));
 }
 
 int estimate(const CommandLine& command_line) {
@@ -82,6 +89,8 @@ int estimate(const CommandLine& command_line) {
   const PipelineParams params = readParams(command_line);
   const int max_frames = command_line.getInt("frames", 0, 2);
   useThreads(command_line);
+  const fs::path dir = command_line.get("output");
+  fs::create_directories(dir);
 
   std::ostringstream provenance;
   provenance << "# Noise, estimated from LiDAR by estimate_noise on " << today() << ".\n";
@@ -110,6 +119,8 @@ int estimate(const CommandLine& command_line) {
       *out << indent;
       printErrors("measurement", seen.measurement, *out);
     }
+    writePicture(dir / (drive.name() + "_process_error.png"), seen.process_image.picture());
+    writePicture(dir / (drive.name() + "_measurement_error.png"), seen.measurement_image.picture());
     process += seen.process;
     measurement += seen.measurement;
     published.push_back(std::move(seen.published));
@@ -134,10 +145,15 @@ int estimate(const CommandLine& command_line) {
   printErrors("process", process, yaml);
   yaml << "#   ";
   printErrors("measurement", measurement, yaml);
-  yaml << "disparity:\n  prediction:\n    process_noise_px2: " << process.variance_px2()
-       << "  # variance of errors that are not gross; holds the scans' own noise twice\n"
-       << "  correction:\n    measurement_noise_px2: " << measurement.variance_px2()
-       << "  # variance of errors that are not gross; holds the scans' own noise\n"
+  const bool all = command_line.has("all-errors");
+  const char* const errors_used = all ? "all errors" : "errors that are not gross";
+  const auto varianceOf = [all](const ErrorHistogram& errors) {
+    return all ? errors.varianceOfAll_px2() : errors.variance_px2();
+  };
+  yaml << "disparity:\n  prediction:\n    process_noise_px2: " << varianceOf(process)
+       << "  # variance of " << errors_used << "; holds the scans' own noise twice\n"
+       << "  correction:\n    measurement_noise_px2: " << varianceOf(measurement)
+       << "  # variance of " << errors_used << "; holds the scans' own noise\n"
        << "  variance:  # sigma, 2 sigma: 68.3, 95.4 % quantiles of the published error\n"
        << "    sigma_floor_px: " << variance.sigma_floor_px
        << "\n    sigma_ambiguous_px: " << variance.sigma_ambiguous_px
@@ -150,8 +166,6 @@ int estimate(const CommandLine& command_line) {
        << "\n    sigma_far_px: " << variance.sigma_far_px
        << "\n    sigma_per_row_offset: " << variance.sigma_per_row_offset << "\n";
 
-  const fs::path dir = command_line.get("output");
-  fs::create_directories(dir);
   writeHistogram(dir, "process_noise", "Process noise", process);
   writeHistogram(dir, "measurement_noise", "Measurement noise", measurement);
   writeText(dir / "noise.yaml", yaml.str());
@@ -165,6 +179,6 @@ int estimate(const CommandLine& command_line) {
 int main(int argc, char** argv) {
   return predictive_stereo::runTool(
       argc, argv, predictive_stereo::kHelp,
-      {"output", "labels", "street", "street-frames", "config", "set", "frames", "threads"}, {},
-      predictive_stereo::estimate);
+      {"output", "labels", "street", "street-frames", "config", "set", "frames", "threads"},
+      {"all-errors"}, predictive_stereo::estimate);
 }

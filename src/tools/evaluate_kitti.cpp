@@ -37,7 +37,9 @@ Measures disparities against truth: KITTI raw drives against their laser scans, 
   --street SCENE      a scene of the synthetic street; may be given several times
   --street-frames N   its number of frames (default 40)
   --methods LIST      of opencv_hh, opencv_3way, opencv_hh_aligned, ours, ours_diagonal, ours_8,
-                      ours_full; comma-separated (default: all)
+                      ours_full; comma-separated (default: all). With matcher/exact_ranges, as in
+                      config/paper.yaml, also ours_widened and ours_8_widened: search ranges as vector
+                      code widens them, whose times are the ones to compare
   --quick             only opencv_hh and ours
   --cache DIR         keeps OpenCV's disparities there, for the next run. Empty it after a change
                       of images or of row alignment.
@@ -65,7 +67,7 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
   diagonal.disparity.matcher.paths = PathSet::kDiagonal4;
   all.disparity.matcher.paths = PathSet::kAll8;
   full.disparity.search.scheme = SearchScheme::kFull;
-  const std::vector<NamedMethod> known = {
+  std::vector<NamedMethod> known = {
       {kOpencvHh, opencv(OpencvMode::kHh, false)},
       {kOpencv3Way, opencv(OpencvMode::k3Way, false)},
       {kOpencvHhAligned, opencv(OpencvMode::kHh, true)},
@@ -74,7 +76,14 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
       {kOurs8, ours(all)},
       {kOursFull, ours(full)},
   };
-  std::string list = command_line.get("methods", command_line.has("quick") ? "opencv_hh,ours" : "");
+  if (params.disparity.matcher.exact_ranges) {
+    PipelineParams widened = params, all_widened = all;
+    widened.disparity.matcher.exact_ranges = all_widened.disparity.matcher.exact_ranges = false;
+    known.push_back({kOursWidened, ours(widened)});
+    known.push_back({kOurs8Widened, ours(all_widened)});
+  }
+  const std::string list =
+      command_line.get("methods", command_line.has("quick") ? "opencv_hh,ours" : "");
   if (list.empty()) return known;
   std::vector<NamedMethod> chosen;
   std::istringstream names(list);
@@ -125,7 +134,7 @@ std::string picturesOf(const KittiScene2015& scene, const std::vector<NamedMetho
   std::string figures = "<h3>Scene " + scene.name + "</h3>\n";
   for (size_t m = 0; m < methods.size(); ++m)
     for (const Panel& panel :
-         panelsOf(frame, scene.name, methods[m].name, m == 0, range, outputs[m].maps))
+         panelsOf(frame, scene.name, methods[m].name, m == 0, range, outputs[m]))
       figures += figureHtml(panel);
   return figures;
 }
@@ -222,7 +231,7 @@ int evaluate(const CommandLine& command_line) {
         const std::string& method = methods[m].name;
         if (index + 1 != frames || !(m == 0 || method == kOpencvHh || method == kOurs)) return;
         const auto panels = panelsOf(frame, sequence->name() + ", frame " + std::to_string(index),
-                                     method, m == 0, range, output.maps);
+                                     method, m == 0, range, output);
         report.panels.insert(report.panels.end(), panels.begin(), panels.end());
       };
       Progress progress(sequence->name(), frames);

@@ -44,9 +44,9 @@ class ConstantMethod : public DisparityMethod {
  public:
   explicit ConstantMethod(bool own) : own_(own) {}
   void run(const MethodInput& input, MethodOutput& output) override {
-    const cv::Size size = input.left.size();
+    const cv::Size size = input.frame.left.size();
     output.maps.disparity_px = cv::Mat1f(size, 8.5f);
-    output.ms = 10 * (input.frame + 1);
+    output.ms = 10 * (input.index + 1);
     if (!own_) return;
     output.maps.disparity_px.rowRange(0, 16).setTo(-1.0f);
     output.maps.measured_disparity_px = output.maps.disparity_px.clone() + 0.5f;
@@ -55,6 +55,11 @@ class ConstantMethod : public DisparityMethod {
     output.maps.search_width_px = cv::Mat1w(size, ushort{16});
     output.maps.search_width_px.colRange(0, 40).setTo(128);
     output.maps.ambiguity = cv::Mat1b(size, uchar{64});
+    output.maps.predicted = true;
+    output.maps.predicted_disparity_px = cv::Mat1f(size, 9.0f);
+    output.maps.predicted_disparity_px.colRange(80, 160).setTo(11.5f);
+    output.objects = {DetectedObject()};
+    output.objects[0].box_px = {100, 30, 20, 20};
     output.times = {{"matching", output.ms}};
   }
 
@@ -74,11 +79,10 @@ SequenceReport evaluateWall(std::vector<Panel>* panels = nullptr) {
                          const MethodOutput& output) {
     if (index == 3 && panels)
       for (const Panel& made :
-           panelsOf(frame, "wall", methods[m].name, m == 0, DisparityRange{}, output.maps))
+           panelsOf(frame, "wall", methods[m].name, m == 0, DisparityRange{}, output))
         panels->push_back(made);
   };
-  evaluateDisparity(wall, methods, DisparityRange{}, EgoMotionParams{}, 0, nullptr, panel,
-                    report.evaluations);
+  evaluateDisparity(wall, methods, PipelineParams{}, 0, nullptr, panel, report.evaluations);
   return report;
 }
 
@@ -133,6 +137,25 @@ TEST(DisparityReport, TablesHoldTheFigures) {
   EXPECT_EQ(stageTable(report).header, (std::vector<std::string>{"method", "matching", "sum"}));
 }
 
+TEST(DisparityReport, PaperTableTellsOfWidenedRangesWhereExactOnesWereAskedFor) {
+  SequenceReport report = evaluateWall();
+  report.methods = {kOursWidened, kOurs};
+  const Table table = paperTable({report});
+  EXPECT_EQ(table.header.size(), 13u);
+  EXPECT_EQ(table.rows[0],
+            (std::vector<std::string>{"wall & <door>", "-", "30.0", "-", "-", "50.00", "-", "-",
+                                      "3", "30.0", "-", "50.00", "-"}));
+}
+
+TEST(DisparityReport, StagesOfMethodsThatHaveOthers) {
+  SequenceReport report = evaluateWall();
+  report.evaluations[0].stage_ms = {{"prediction", 2.0}, {"matching", 3.0}};
+  const Table table = stageTable(report);
+  EXPECT_EQ(table.header, (std::vector<std::string>{"method", "prediction", "matching", "sum"}));
+  EXPECT_EQ(table.rows[0], (std::vector<std::string>{"opencv_hh", "2.00", "3.00", "30.00"}));
+  EXPECT_EQ(table.rows[1], (std::vector<std::string>{"ours", "-", "30.00", "30.00"}));
+}
+
 TEST(DisparityReport, CsvLinesHaveAsManyFieldsAsTheHeader) {
   const SequenceReport report = evaluateWall();
   for (const std::string& text : {csv({report}), framesCsv({report})}) {
@@ -150,10 +173,16 @@ TEST(DisparityReport, CsvLinesHaveAsManyFieldsAsTheHeader) {
 TEST(DisparityReport, PageIsSelfContained) {
   std::vector<Panel> panels;
   SequenceReport report = evaluateWall(&panels);
-  ASSERT_EQ(panels.size(), 7u);  // left; disparity and errors of both; sigma and width of ours
+  // Left; disparity and errors of both; sigma, width and difference to the prediction of ours.
+  ASSERT_EQ(panels.size(), 8u);
   EXPECT_EQ(panels[2].image(10, 10), cv::Vec3b(0, 200, 42));    // 0.5 px off
   EXPECT_EQ(panels[2].image(10, 100), cv::Vec3b(0, 0, 255));    // an outlier
   EXPECT_EQ(panels[4].image(10, 100), cv::Vec3b(255, 0, 255));  // invalid
+  const cv::Mat3b& difference = panels[7].image;
+  EXPECT_EQ(difference(10, 100), cv::Vec3b(0, 0, 0));        // not measured
+  EXPECT_EQ(difference(40, 40), cv::Vec3b(128, 0, 0));       // as predicted
+  EXPECT_NE(difference(60, 140), difference(40, 40));        // 2.5 px apart
+  EXPECT_EQ(difference(30, 110), cv::Vec3b(255, 255, 255));  // an object's box
   report.panels = panels;
   const std::string page = htmlPage({report}, "evaluate <this>");
   EXPECT_NE(page.find("wall &amp; &lt;door&gt;"), std::string::npos);

@@ -18,9 +18,28 @@ TEST(ErrorHistogram, KnowsANormalDistribution) {
   for (int i = 0; i < 1000; ++i) errors.add(7);
   EXPECT_NEAR(errors.mean_px(), 0.1, 0.01);
   EXPECT_NEAR(errors.variance_px2(), 0.25, 0.005);
+  // 1 % of errors that lie 6.9 px off the others' mean.
+  EXPECT_NEAR(errors.varianceOfAll_px2(), 0.25 + 6.9 * 6.9 * (0.01 - 0.0001) * 100.0 / 101, 0.02);
   EXPECT_NEAR(errors.robustSigma_px(), 0.5, 0.01);
   EXPECT_NEAR(errors.grossShare(), 1000.0 / 101000, 1e-6);
   EXPECT_NEAR(errors.shareWithin(1.1), 0.9772 - 0.0082, 0.01);
+}
+
+TEST(ErrorImage, IsBluestWhereErrorsAddUpMost) {
+  ErrorImage errors({12, 8});
+  errors.add(1, 1, 0.5);
+  errors.add(2.4, 0, -1.0);  // of the same cell
+  errors.add(9, 5, 0.75);
+  errors.add(-1, 5, 9);  // outside
+  errors.add(3, 8, 9);
+  EXPECT_DOUBLE_EQ(errors.sum_px(0, 3), 1.5);
+  EXPECT_DOUBLE_EQ(errors.sum_px(4, 0), 0);
+  EXPECT_DOUBLE_EQ(errors.sum_px(11, 7), 0.75);
+  const cv::Mat3b picture = errors.picture();
+  ASSERT_EQ(picture.size(), cv::Size(12, 8));
+  EXPECT_EQ(picture(0, 0), cv::Vec3b(255, 0, 0));
+  EXPECT_EQ(picture(0, 4), cv::Vec3b(255, 255, 255));
+  EXPECT_NEAR(picture(7, 11)[2], 128, 1);
 }
 
 TEST(ErrorHistogram, WritesEveryStep) {
@@ -87,7 +106,8 @@ TEST(ProcessErrors, AreThoseOfTheEgoMotion) {
   const auto after = groundPoints(rig, T_cam_prev, 0.3);
 
   ErrorHistogram right, wrong, masked;
-  addProcessErrors(before, after, rig, T_cam_prev, {}, right);
+  ErrorImage image(rig.size), wrong_image(rig.size);
+  addProcessErrors(before, after, rig, T_cam_prev, {}, right, image);
   EXPECT_GT(right.count(), 1000);
   EXPECT_LT(std::sqrt(right.variance_px2()), 0.02);  // the ground is flat in disparity space
   EXPECT_NEAR(right.mean_px(), 0, 0.01);
@@ -95,10 +115,12 @@ TEST(ProcessErrors, AreThoseOfTheEgoMotion) {
   // Too low by 5 cm: disparities of the ground are wrong by d * 0.05 / 1.6.
   Eigen::Isometry3d lifted = T_cam_prev;
   lifted.translation().y() -= 0.05;
-  addProcessErrors(before, after, rig, lifted, {}, wrong);
+  addProcessErrors(before, after, rig, lifted, {}, wrong, wrong_image);
   EXPECT_GT(std::abs(wrong.mean_px()), 0.2);
+  EXPECT_GT(wrong_image.sum_px(320, 300), 10 * image.sum_px(320, 300));
+  EXPECT_EQ(wrong_image.sum_px(320, 100), 0) << "there is no ground above the horizon";
 
-  addProcessErrors(before, after, rig, T_cam_prev, cv::Mat1b(rig.size, uchar{255}), masked);
+  addProcessErrors(before, after, rig, T_cam_prev, cv::Mat1b(rig.size, uchar{255}), masked, image);
   EXPECT_EQ(masked.count(), 0);
 }
 
