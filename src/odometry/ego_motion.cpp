@@ -32,6 +32,10 @@ constexpr double kUsualShare = 2.0 / 3, kFirstUsualShare = 0.5;
 // Frames with fewer features show nothing: the reference then waits for better ones, a while.
 constexpr int kBlindFeatures = 30;
 constexpr int kLongestWait = 10;
+// Errors of neighbouring points go together (patches at the edges of depth, interpolation), which
+// the normal equations do not know. Measured on the synthetic street: mean e'C^-1e / 6 was 2.1
+// without.
+constexpr double kCommonErrors = 2.1;
 constexpr int kSwappedShiftPx = 3;  // by which points that are not far away lie on the wrong side
 // A motion less certain than this is not told.
 constexpr double kLargestSigma_m = 0.5, kLargestSigma_rad = 0.05;
@@ -109,6 +113,7 @@ struct EgoMotion::State {
   PoseSolverParams solverParams() const {
     PoseSolverParams solver;
     solver.offset_jitter_px = params.disparity_jitter_px;
+    solver.common_errors = kCommonErrors;
     return solver;
   }
   void followFeatures(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
@@ -297,7 +302,6 @@ PoseSolution EgoMotion::State::tryMotion(const ReferenceFrame& reference,
   // What the offset does is told apart from the noise.
   const Vector6d by_offset = solution.by_disparity_errors.col(0);
   solution.covariance -= by_offset * by_offset.transpose();
-  solution.covariance *= kCommonErrors;
   solution.found = solution.found && certain(solution.covariance);
   return solution;
 }

@@ -245,6 +245,7 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
       params_.offset_jitter_px > 0 ? 1 / (params_.offset_jitter_px * params_.offset_jitter_px)
                                    : kFixed);
 
+  const double variance_factor = kRobustCovariance * params_.common_errors;
   PoseSolution solution;
   const auto n = all_.size();
   solution.inlier.assign(n, 0);
@@ -281,14 +282,15 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
       b.noalias() += JtW * p.residual;
     }
     if (static_cast<int>(squared.size()) < params_.min_inliers) return solution;
-    A.diagonal().tail<2>() += sigma * sigma * prior_information;
-    b.tail<2>() += sigma * sigma *
-                   prior_information.cwiseProduct(
-                       Eigen::Vector2d(offset_.offset_px - previous_offset, -change));
+    // What is known before weighs as much as the covariance, which is told below, says.
+    const Eigen::Vector2d prior = variance_factor * sigma * sigma * prior_information;
+    A.diagonal().tail<2>() += prior;
+    b.tail<2>() +=
+        prior.cwiseProduct(Eigen::Vector2d(offset_.offset_px - previous_offset, -change));
     const Eigen::LDLT<Matrix8d> factors(A);
     const Vector8d step = factors.solve(b);
     if (!step.allFinite()) return solution;
-    spread = kCommonErrors * factors.solve(Matrix8d::Identity());
+    spread = params_.common_errors * factors.solve(Matrix8d::Identity());
     T = perturbed(T, step.head<6>());
     previous_offset += step[6];
     change += step[7];
@@ -324,7 +326,7 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
   const Eigen::FullPivLU<Matrix8d> lu(A);
   if (!lu.isInvertible()) return solution;
   const Matrix8d inverse = lu.inverse();
-  const Matrix8d covariance = kRobustCovariance * sigma * sigma * inverse;
+  const Matrix8d covariance = variance_factor * sigma * sigma * inverse;
   solution.found = true;
   solution.T_cam_prev = T;
   solution.sigma_px = sigma;

@@ -16,11 +16,6 @@ struct Correspondence {
   double trust = 1;  ///< weight in the vote between motions: how likely the point is static
 };
 
-/// Errors of neighbouring points go together (patches at the edges of depth, interpolation), which
-/// the normal equations do not know: what they say of covariances is to be multiplied by this.
-/// Measured on the synthetic street: mean e'C^-1e / 6 was 2.1 without.
-constexpr double kCommonErrors = 2.1;
-
 struct PoseSolverParams {
   double outlier_sigma = 4.0;  ///< residuals beyond this many sigma do not count as inliers
   int max_hypotheses = 400;
@@ -28,6 +23,8 @@ struct PoseSolverParams {
   /// How much the offset of all disparities varies from frame to frame [px]: cameras on a bumpy
   /// road shake against each other. 0: not at all.
   double offset_jitter_px = 0.5;
+  /// By which errors that neighbouring points have in common enlarge the covariance; 1: none.
+  double common_errors = 1;
 };
 
 /// A constant that is missing in every measured disparity, as after a small turn of one camera.
