@@ -21,7 +21,7 @@ struct EgoMotionParams {
   /// one camera. It shows when the camera moves: near and far points then disagree on how far. On
   /// KITTI it takes 0.7 % off the length of the path.
   bool estimate_disparity_offset = true;
-  double disparity_offset_sigma_px = 0.7;   ///< of that constant, before the first frame
+  double disparity_offset_sigma_px = 1.0;   ///< of that constant, before the first frame
   double disparity_offset_drift_px = 0.02;  ///< by which it wanders from frame to frame
   /// By which all disparities together change from frame to frame: cameras shake against each other
   /// on a bumpy road (on one KITTI drive by up to 0.8 px). 0: not at all.
@@ -50,6 +50,19 @@ struct EgoMotionParams {
   }
 };
 
+/// How far the right image lies from where the calibration says, in columns: a point that an ideal
+/// right camera sees in column x lies in column x + offset. So all measured disparities lack it,
+/// and adding it to the right camera's cx cures that.
+struct ColumnOffset {
+  bool known = false;    ///< the camera has moved enough to tell
+  double offset_px = 0;  ///< mean of the last frames: what cameras that shake come back to
+  double sigma_px = 0;
+  /// What to correct disparities by: the offset, in steps. It follows when it is more than 0.25 px
+  /// and 3 sigma away, because every step costs the user of it something. 0 until the offset is
+  /// known.
+  double correction_px = 0;
+};
+
 enum class EgoMotionStatus {
   kFirstFrame,  ///< nothing to compare with: after construction, a reset or a changed size
   kTracked,
@@ -72,6 +85,7 @@ struct EgoMotionEstimate {
   /// To be added to measured disparities of this frame, and its standard deviation; 0 if switched
   /// off. Its change from frame to frame is known far better than its value.
   double disparity_offset_px = 0, disparity_offset_sigma_px = 0;
+  ColumnOffset column_offset;  ///< what stays of that; unknown if switched off
 };
 
 /// Stereo odometry: corners, tracks, depth by a search along the row, RANSAC, robust Gauss-Newton
@@ -94,7 +108,7 @@ class EgoMotion {
   /// estimate_disparity_offset forgets the past frames.
   /// @throws std::invalid_argument for parameters outside their limits; nothing has changed then.
   void setParams(const EgoMotionParams& params);
-  /// Forgets the past frames. The estimated disparity offset, which belongs to the cameras, stays.
+  /// Forgets the past frames. The estimated disparity offset, which belongs to the rig, stays.
   void reset();
 
  private:

@@ -31,6 +31,8 @@ class Sequence {
  public:
   virtual ~Sequence() = default;
   virtual const std::string& name() const = 0;
+  /// The recording it is made of, by which label files are named.
+  virtual const std::string& recording() const { return name(); }
   virtual const StereoRig& rig() const = 0;
   virtual int frames() const = 0;
   /// @throws std::runtime_error that names the file which cannot be read.

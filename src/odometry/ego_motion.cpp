@@ -9,6 +9,7 @@
 #include "odometry/features.h"
 #include "odometry/pose_solver.h"
 #include "odometry/reference_frame.h"
+#include "odometry/steady_offset.h"
 #include "odometry/stereo_depth.h"
 #include "odometry/tracking.h"
 #include "predictive_stereo/rigid_motion.h"
@@ -99,6 +100,7 @@ struct EgoMotion::State {
   }
   void startOffset() {
     offset = DisparityOffset();
+    steady_offset = SteadyOffset();
     if (params.estimate_disparity_offset)
       offset.variance_px2 = params.disparity_offset_sigma_px * params.disparity_offset_sigma_px;
   }
@@ -131,7 +133,8 @@ struct EgoMotion::State {
   ImagePyramid left_pyramid, right_pyramid;  // of the current frame
   RowOffsetFilter row_offsets;
   RowOffsetModel alignment;
-  DisparityOffset offset;                                    // of the last frame that was tracked
+  DisparityOffset offset;  // of the last frame that was tracked
+  SteadyOffset steady_offset;
   Eigen::Isometry3d T_last = Eigen::Isometry3d::Identity();  // the last frame's motion
   // What the next frame is compared with, best first: one frame, or, after a loss, two.
   std::vector<ReferenceFrame> references;
@@ -161,7 +164,10 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   requireSize("left image", left, new_rig.size);
   requireSize("right image", right, new_rig.size);
   if (!moving_mask.empty()) requireSize("mask of moving objects", moving_mask, new_rig.size);
-  if (new_rig != rig) reset();
+  if (new_rig != rig) {
+    reset();
+    startOffset();
+  }
   rig = new_rig;
   left_pyramid.build(left, kLevels);
   right_pyramid.build(right, 2);
@@ -200,6 +206,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
     estimate.frames = reference.age;
     T_last = estimate.motion.T_cam_prev;
     offset = solution.offset;
+    steady_offset.update(offset);
     if (used == 0 && hardlyMoved(solution)) {
       reference.to_previous = {solution.T_cam_prev, solution.covariance};
       reference.by_disparity_errors = solution.by_disparity_errors;
@@ -226,6 +233,10 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   if (params.estimate_disparity_offset) {
     estimate.disparity_offset_px = offset.offset_px;
     estimate.disparity_offset_sigma_px = std::sqrt(offset.variance_px2);
+    estimate.column_offset.known = steady_offset.certain();
+    estimate.column_offset.offset_px = steady_offset.mean_px();
+    estimate.column_offset.sigma_px = steady_offset.sigma_px();
+    estimate.column_offset.correction_px = steady_offset.correction_px();
   }
   return estimate;
 }
@@ -312,6 +323,7 @@ void EgoMotion::State::followFeatures(const ReferenceFrame& reference,
                                       const Eigen::Isometry3d& T_expected,
                                       const cv::Mat1b& moving_mask) {
   const Eigen::Matrix4d H = disparityMotion(rig, T_expected);
+  const double offset_px = reference.offset.offset_px;
   const cv::Rect2d image(0, 0, rig.size.width, rig.size.height);
   tracks.clear();
   std::vector<float> expected_px(reference.features.size());
@@ -322,15 +334,15 @@ void EgoMotion::State::followFeatures(const ReferenceFrame& reference,
     track.id = static_cast<int>(i);
     track.origin = track.position = feature.position;
     expected_px[i] = feature.disparity_px;
-    Eigen::Vector4d expected =
-        H * Eigen::Vector4d(feature.position.x, feature.position.y, feature.disparity_px, 1);
+    Eigen::Vector4d expected = H * Eigen::Vector4d(feature.position.x, feature.position.y,
+                                                   feature.disparity_px + offset_px, 1);
     const double size_change = expected.w();  // depth then by depth before
     expected /= expected.w();
     if (size_change > 0 && image.contains(cv::Point2d(expected.x(), expected.y())) &&
         expected.z() < params.max_disparity_px) {
       track.position = cv::Point2d(expected.x(), expected.y());
       track.scale = static_cast<float>(std::clamp(size_change, 0.6, 1.6));
-      expected_px[i] = static_cast<float>(expected.z());
+      expected_px[i] = static_cast<float>(expected.z() - offset_px);
     }
     tracks.push_back(track);
   }

@@ -63,6 +63,16 @@ int CommandLine::getInt(const std::string& name, int otherwise, int smallest) co
   return value;
 }
 
+double CommandLine::getDouble(const std::string& name, double otherwise) const {
+  double value = otherwise;
+  try {
+    if (has(name)) parseParam("--" + name, get(name), value);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+  return value;
+}
+
 int runTool(int argc, char** argv, const char* help, const std::set<std::string>& options,
             const std::set<std::string>& flags, int (*body)(const CommandLine&)) {
   const std::string tool = std::filesystem::path(argv[0]).filename().string();

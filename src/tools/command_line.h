@@ -28,6 +28,8 @@ class CommandLine {
   std::vector<std::string> all(const std::string& name) const;
   /// @throws UsageError for what is no whole number of at least `smallest`.
   int getInt(const std::string& name, int otherwise, int smallest) const;
+  /// @throws UsageError for what is no number.
+  double getDouble(const std::string& name, double otherwise) const;
   const std::vector<std::string>& positional() const { return positional_; }
   /// The command as it was given, arguments separated by blanks.
   const std::string& command() const { return command_; }

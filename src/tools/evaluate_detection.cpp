@@ -31,6 +31,8 @@ Sequences, one or several:
   --kitti2012 DIR     all scenes of a KITTI 2012 "training" folder; nothing moves in them
   --street SCENE      a scene of the synthetic street (see street_to_bag --help)
   --street-frames N   its number of frames (default 40)
+  --shift-right PX    moves all right images so far to the right, as a rig whose right camera was
+                      turned after the calibration
 
 Labels and objects:
   --labels CSV        frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard with
@@ -71,7 +73,7 @@ std::optional<std::vector<ObjectLabel>> labelsFor(const CommandLine& command_lin
   if (!command_line.has("labels")) return std::nullopt;
   const fs::path path = command_line.get("labels");
   if (!fs::is_directory(path)) return readObjectLabels(path.string());
-  const fs::path file = path / (sequence.name() + ".csv");
+  const fs::path file = path / (sequence.recording() + ".csv");
   if (!fs::exists(file) && sequence.objects(0)) return std::nullopt;
   return readObjectLabels(file.string());
 }
@@ -183,6 +185,6 @@ int main(int argc, char** argv) {
   return predictive_stereo::runTool(
       argc, argv, predictive_stereo::kHelp,
       {"labels", "objects", "camera", "left", "right", "kitti2012", "street", "street-frames",
-       "scheme", "config", "set", "frames", "threads", "csv", "html"},
+       "shift-right", "scheme", "config", "set", "frames", "threads", "csv", "html"},
       {"list-parameters"}, predictive_stereo::evaluate);
 }

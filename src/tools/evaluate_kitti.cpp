@@ -36,6 +36,8 @@ Measures disparities against truth: KITTI raw drives against their laser scans, 
                       do not
   --street SCENE      a scene of the synthetic street; may be given several times
   --street-frames N   its number of frames (default 40)
+  --shift-right PX    moves all right images so far to the right, as a rig whose right camera was
+                      turned after the calibration
   --methods LIST      of opencv_hh, opencv_3way, opencv_hh_aligned, ours, ours_diagonal, ours_8,
                       ours_full; comma-separated (default: all). With matcher/exact_ranges, as in
                       config/paper.yaml, also ours_widened and ours_8_widened: search ranges as vector
@@ -261,7 +263,7 @@ int evaluate(const CommandLine& command_line) {
 int main(int argc, char** argv) {
   return predictive_stereo::runTool(
       argc, argv, predictive_stereo::kHelp,
-      {"csv", "html", "kitti2012", "kitti2015", "street", "street-frames", "methods", "cache",
-       "config", "set", "frames", "threads"},
+      {"csv", "html", "kitti2012", "kitti2015", "street", "street-frames", "shift-right", "methods",
+       "cache", "config", "set", "frames", "threads"},
       {"quick", "list-parameters", "kitti2015-as-sequence"}, predictive_stereo::evaluate);
 }

@@ -22,6 +22,8 @@ Measures ego-motion against true poses: of poses_gt_cam0.txt where the drive has
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it
   --street SCENE      a scene of the synthetic street; may be given several times
   --street-frames N   its number of frames (default 40)
+  --shift-right PX    moves all right images so far to the right, as a rig whose right camera was
+                      turned after the calibration
   --csv FILE          writes each frame's errors
   --pictures DIR      writes each path, seen from above, as PNG and SVG
   --config YAML       parameters, as in evaluate_kitti
@@ -104,8 +106,8 @@ int evaluate(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(
-      argc, argv, predictive_stereo::kHelp,
-      {"street", "street-frames", "csv", "pictures", "config", "set", "frames", "threads"}, {},
-      predictive_stereo::evaluate);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
+                                    {"street", "street-frames", "shift-right", "csv", "pictures",
+                                     "config", "set", "frames", "threads"},
+                                    {}, predictive_stereo::evaluate);
 }

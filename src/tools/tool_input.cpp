@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "evaluation/kitti_scene_2012.h"
+#include "evaluation/shifted_sequence.h"
 #include "nodelets/nodelet_params.h"
 #include "params/yaml_params.h"
 
@@ -85,6 +86,12 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
   }
   if (groups.empty() && !command_line.has("kitti2015"))
     throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
+  if (const double shift_px = command_line.getDouble("shift-right", 0); shift_px != 0)
+    for (SequenceGroup& group : groups) {
+      for (auto& sequence : group.sequences)
+        sequence = shiftedRightSequence(std::move(sequence), shift_px);
+      group.name += ", right " + command_line.get("shift-right") + " px";
+    }
   return groups;
 }
 

@@ -31,7 +31,7 @@ struct SequenceGroup {
 using OpenFile = std::function<std::unique_ptr<Sequence>(const std::string& path)>;
 
 /// Positional arguments DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] and the options
-/// --kitti2012, --street, --street-frames.
+/// --kitti2012, --street, --street-frames, --shift-right.
 /// @param open_file  opens positional arguments that are files; none: files are no sequences.
 /// @throws UsageError where nothing is named; std::runtime_error where it cannot be read.
 std::vector<SequenceGroup> openSequences(const CommandLine& command_line,

@@ -1,0 +1,32 @@
+#include "odometry/steady_offset.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kCertainPx = 0.1;  // sigma of a frame that counts
+constexpr int kFewestFrames = 5;    // that counted, before the mean does
+constexpr int kMostFrames = 20;     // of the mean: two seconds
+// Matches err by as much; real rigs shake by as much from second to second.
+constexpr double kStepPx = 0.25;
+
+}  // namespace
+
+void SteadyOffset::update(const DisparityOffset& offset) {
+  if (!(offset.variance_px2 > 0) || offset.variance_px2 > kCertainPx * kCertainPx) return;
+  const double information = 1 / offset.variance_px2;
+  weight_ *= std::min(1.0, (kMostFrames - 1.0) / std::max(frames_, 1));
+  frames_ = std::min(frames_ + 1, kMostFrames);
+  weight_ += information;
+  mean_px_ += information / weight_ * (offset.offset_px - mean_px_);
+  // Errors of consecutive frames go together: their mean is as certain as one of them.
+  sigma_px_ = std::sqrt(offset.variance_px2);
+  if (certain() && std::abs(mean_px_ - correction_px_) > std::max(kStepPx, 3 * sigma_px_))
+    correction_px_ = mean_px_;
+}
+
+bool SteadyOffset::certain() const { return frames_ >= kFewestFrames; }
+
+}  // namespace predictive_stereo
