@@ -16,6 +16,10 @@ using Matrix36d = Eigen::Matrix<double, 3, 6>;
 // Covariance of the robust estimate by that of least squares with the same weights held constant,
 // for normal noise in three dimensions and the weight 1 / (1 + m^2 / 4).
 constexpr double kRobustCovariance = 0.692;
+// Where translation moves the points by less [px, median], what the previous offset would explain
+// are the faults of the model (lenses, shutters, interpolation), not parallax: it is held.
+constexpr double kSmallestParallaxPx = 1.0;
+constexpr int kIterationsToHold = 2;  // until the motion is good enough to tell
 
 Eigen::Isometry3d perturbed(const Eigen::Isometry3d& T, const Vector6d& step) {
   const Eigen::Vector3d rotation = step.tail<3>();
@@ -24,6 +28,12 @@ Eigen::Isometry3d perturbed(const Eigen::Isometry3d& T, const Vector6d& step) {
   if (angle > 0) delta.linear() = Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
   delta.translation() = step.head<3>();
   return compose(delta, T);
+}
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 // How a correspondence looks under a motion. Written in q = R n + t d / (f B), n being the ray of
@@ -235,16 +245,14 @@ Eigen::Isometry3d Solver::vote(const Eigen::Isometry3d& T_expected) const {
 
 // Iteratively reweighted Gauss-Newton: every point's weight falls with its distance (Cauchy), and
 // the scale of the residuals is measured on the way. Unknowns: the motion, the offset of the
-// previous frame, and the change of the offset since.
+// previous frame, which is held where the motion does not show it, and its change since.
 PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
   using Matrix8d = Eigen::Matrix<double, 8, 8>;
   using Vector8d = Eigen::Matrix<double, 8, 1>;
   constexpr double kFixed = 1e12;  // information of an unknown that is known
-  const Eigen::Vector2d prior_information(
-      offset_.variance_px2 > 0 ? 1 / offset_.variance_px2 : kFixed,
-      params_.offset_jitter_px > 0 ? 1 / (params_.offset_jitter_px * params_.offset_jitter_px)
-                                   : kFixed);
-
+  const double jitter = params_.offset_jitter_px;
+  Eigen::Vector2d prior_information(kFixed, jitter > 0 ? 1 / (jitter * jitter) : kFixed);
+  bool held = true;
   const double variance_factor = kRobustCovariance * params_.common_errors;
   PoseSolution solution;
   const auto n = all_.size();
@@ -254,9 +262,15 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
   double sigma = expected_sigma_;
   double gate = coarse_gate_;
   Matrix8d A, spread;  // of the unknowns, as far as they are known after the last iteration
-  std::vector<double> squared;
+  std::vector<double> squared, parallax_px;
   bool tolerant = true;  // of what the uncertainty of the unknowns explains
   for (int iteration = 0; iteration < 10; ++iteration) {
+    if (iteration == kIterationsToHold && offset_.variance_px2 > 0 &&
+        median(parallax_px) >= kSmallestParallaxPx) {
+      held = false;
+      prior_information[0] = 1 / offset_.variance_px2;
+    }
+    parallax_px.clear();
     const Model model(rig_, T, previous_offset, previous_offset + change);
     A.setZero();
     Vector8d b = Vector8d::Zero();
@@ -275,6 +289,9 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
         tolerated = true;
       }
       squared.push_back(m2);
+      if (iteration < kIterationsToHold)
+        parallax_px.push_back(p.by_disparity.head<2>().norm() *
+                              std::abs(c.previous.z() + previous_offset));
       const double weight = 1 / (1 + m2 / (4 * sigma * sigma));
       const Eigen::Matrix<double, 3, 8> J = jacobian(model, p);
       const Eigen::Matrix<double, 8, 3> JtW = weight * J.transpose() * information.matrix();
@@ -295,11 +312,11 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
     previous_offset += step[6];
     change += step[7];
     // Median of chi-square with three degrees of freedom: 2.366.
-    const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
-    std::nth_element(squared.begin(), middle, squared.end());
-    sigma = std::max(std::sqrt(*middle / 2.366), 0.1 * expected_sigma_);
+    sigma = std::max(std::sqrt(median(squared) / 2.366), 0.1 * expected_sigma_);
     gate = std::min(coarse_gate_, std::max(params_.outlier_sigma * sigma, expected_sigma_));
-    if (step.head<3>().norm() > 1e-5 || step.segment<3>(3).norm() > 1e-6) continue;
+    if (iteration < kIterationsToHold || step.head<3>().norm() > 1e-5 ||
+        step.segment<3>(3).norm() > 1e-6)
+      continue;
     // In the end the motion is known: what still disagrees with it is an outlier.
     if (!tolerated) break;
     tolerant = false;
@@ -337,8 +354,9 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
     solution.by_disparity_errors.col(0) = covariance.topRightCorner<6, 2>().rowwise().sum() /
                                           std::sqrt(covariance.bottomRightCorner<2, 2>().sum());
   solution.by_disparity_errors.rightCols<2>() = inverse.topRows<6>() * by_tilt;
-  solution.offset.variance_px2 =
-      offset_.variance_px2 > 0 ? covariance.bottomRightCorner<2, 2>().sum() : 0;
+  if (offset_.variance_px2 > 0)
+    solution.offset.variance_px2 =
+        held ? offset_.variance_px2 + covariance(7, 7) : covariance.bottomRightCorner<2, 2>().sum();
   return solution;
 }
 

@@ -142,6 +142,54 @@ TEST(PoseSolver, FarPointsAloneGiveTheRotation) {
   EXPECT_GT(solution.inliers, 180);
 }
 
+// Measured disparities lack the offset.
+std::vector<Correspondence> withOffset(std::vector<Correspondence> all, double offset_px) {
+  for (Correspondence& c : all) {
+    c.previous.z() -= offset_px;
+    c.current.z() -= offset_px;
+  }
+  return all;
+}
+
+TEST(PoseSolver, TellsTheOffsetAndHowWellItIsKnown) {
+  const StereoRig rig = kittiRig();
+  PoseSolverParams params;
+  params.offset_jitter_px = 0.3;
+  const DisparityOffset unknown{0, 1};
+  double sum = 0, sigma_px = 0;
+  constexpr int kRuns = 200;
+  for (unsigned run = 0; run < kRuns; ++run) {
+    const auto all = withOffset(observe(rig, kDriving, 150, 0.2, run), 1.5);
+    const PoseSolution solution = solvePose(rig, all, kDriving, unknown, 0.3, params);
+    ASSERT_TRUE(solution.found);
+    const double error_px = solution.offset.offset_px - 1.5;
+    sum += error_px * error_px / solution.offset.variance_px2;
+    sigma_px += std::sqrt(solution.offset.variance_px2) / kRuns;
+  }
+  EXPECT_LT(sigma_px, 0.2);
+  EXPECT_GT(sum / kRuns, 0.7);
+  EXPECT_LT(sum / kRuns, 1.4);
+}
+
+// Where the camera turns, or stands, nothing is learnt: frame after frame it is as uncertain.
+TEST(PoseSolver, LearnsNoOffsetWithoutParallax) {
+  const StereoRig rig = kittiRig();
+  PoseSolverParams params;
+  params.offset_jitter_px = 0.3;
+  for (const auto& T : {motion({0, 0, 0}, {0, 0, 0}), motion({0, 0, 0.002}, {0.01, 0.05, -0.02})}) {
+    DisparityOffset offset{0, 1};
+    for (unsigned frame = 0; frame < 50; ++frame) {
+      const auto all = withOffset(observe(rig, T, 150, 0.2, frame), 1.5);
+      const PoseSolution solution = solvePose(rig, all, T, offset, 0.3, params);
+      ASSERT_TRUE(solution.found);
+      ASSERT_GE(solution.offset.variance_px2, offset.variance_px2);
+      offset = solution.offset;
+    }
+    EXPECT_NEAR(offset.offset_px, 0, 0.3);
+    EXPECT_LT(offset.variance_px2, 1.2);
+  }
+}
+
 TEST(PoseSolver, TooFewOrContradictoryPointsGiveNothing) {
   const StereoRig rig = kittiRig();
   const auto few = observe(rig, kDriving, 8, 0, 1);
