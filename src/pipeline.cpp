@@ -39,6 +39,7 @@ SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
   if (sequence.verdict == Verdict::kDuplicate) return sequence;
   if (sequence.verdict == Verdict::kBackward) startAnew();
   if (sequence.verdict != Verdict::kContinues) forgetFrames();
+  if (frame.rig != frame_.rig) column_offset_ = ColumnOffset();
   frame_ = frame;
   return sequence;
 }
@@ -46,9 +47,10 @@ SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
 // The block diagram of the paper.
 void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   times_ = {};
+  correctColumns(sources, output);
   std::future<void> matched_coarsely;
   if (disparity_) {
-    disparity_->begin(frame_.left, frame_.right, frame_.rig);
+    disparity_->begin(frame_.left, frame_.right, rig_);
     // What needs no motion runs beside it.
     const bool motion_takes_time = ego_motion_ || sources.motion;
     matched_coarsely = std::async(motion_takes_time ? std::launch::async : std::launch::deferred,
@@ -77,6 +79,17 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   }
 }
 
+void Pipeline::correctColumns(const FrameSources& sources, PipelineOutput& output) {
+  if (sources.column_offset) column_offset_ = *sources.column_offset;
+  output.column_offset = column_offset_;
+  if (!params_.disparity.correct_columns) output.column_offset.correction_px = 0;
+  StereoRig corrected = frame_.rig;
+  corrected.cx_right_px += output.column_offset.correction_px;
+  const double step_px = corrected.cx_right_px - rig_.cx_right_px;
+  if (step_px != 0) addToDisparities(params_.disparity.matcher.range, step_px, past_);
+  rig_ = corrected;
+}
+
 // The camera's pose, and the motion that led to it.
 void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output) {
   output.motion_start.reset();
@@ -94,6 +107,7 @@ void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output)
                                               fits ? sources.ignored : cv::Mat1b());
     watch.lap("ego-motion", times_.ego_motion);
   }
+  column_offset_ = output.ego_motion.column_offset;
   output.motion_start = startOf(output.ego_motion);
   output.T_odom_cam = T_odom_cam_.value_or(Eigen::Isometry3d::Identity());
   if (output.motion_start)
@@ -133,7 +147,7 @@ DisparityState& Pipeline::linkToPast(bool motion_known) {
 void Pipeline::detect(PipelineOutput& output) {
   Stopwatch watch;
   const DisparityOutput& maps = output.disparity;
-  detector_->detect({toSeconds(frame_.stamp), frame_.rig, frame_.left, maps.measured_disparity_px,
+  detector_->detect({toSeconds(frame_.stamp), rig_, frame_.left, maps.measured_disparity_px,
                      maps.measured_variance_px2, maps.predicted_disparity_px,
                      maps.predicted_variance_px2, output.pose_known, output.T_odom_cam},
                     output.detections);
@@ -184,6 +198,7 @@ void Pipeline::reset() {
 // EgoMotion::reset() would keep what it learnt of the calibration.
 void Pipeline::startAnew() {
   if (ego_motion_) ego_motion_.emplace(params_.ego_motion);
+  column_offset_ = ColumnOffset();
   T_odom_cam_.reset();
 }
 

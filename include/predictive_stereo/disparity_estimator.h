@@ -33,6 +33,9 @@ struct DisparityParams {
 
   /// What moved by itself in the frame before enters neither ranges nor filters, see Pipeline.
   bool use_moving_mask = true;
+  /// Disparities are corrected by what the ego-motion finds them to lack, where that is more than
+  /// 0.25 px and certain: see ColumnOffset.
+  bool correct_columns = true;
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -46,6 +49,7 @@ struct DisparityParams {
     v("min_region_px", min_region_px, 0, 100000);
     v("max_hole_px", max_hole_px, 0, 1000);
     v("use_moving_mask", use_moving_mask);
+    v("correct_columns", correct_columns);
   }
 };
 

@@ -52,6 +52,8 @@ struct FrameSources {
   cv::Mat1b ignored;
   /// Ego-motion that another pipeline estimated on the same frames.
   std::optional<EgoMotionEstimate> ego_motion;
+  /// What an ego-motion elsewhere knew of the right image's columns after the frame before.
+  std::optional<ColumnOffset> column_offset;
   /// The camera's motion from the frame `past` to this one; none: it is not known. Called once in
   /// each frame; without a past (nullopt) its result does not matter.
   std::function<std::optional<CameraMotion>(std::optional<Stamp> past)> motion;
@@ -69,6 +71,9 @@ struct PipelineOutput {
   /// The frame that ego_motion.motion starts from; none: it was not tracked.
   std::optional<Stamp> motion_start;
   bool pose_known = false;
+  /// What was known of the right image's columns when this frame was matched; correction_px is what
+  /// its disparities were corrected by.
+  ColumnOffset column_offset;
   /// Of the left camera's optical frame. It goes on from the origin and is held while lost.
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
   /// Where disparities are estimated elsewhere, the caller puts in what the detection needs.
@@ -91,6 +96,10 @@ struct PipelineTimes {
 /// correction/max_missed_frames of them, or where no motion can ever lead from the past to a later
 /// frame, the past is given up. What moved by itself is no past: where disparity/use_moving_mask,
 /// its disparities do not enter the next frame's ranges and filters, see kMovesByItself.
+///
+/// Disparities are matched with the right camera's cx corrected by what the ego-motion knew after
+/// the frame before (disparity/correct_columns). Where the correction changes, the past is
+/// corrected with it, and the detection starts anew as with another calibration.
 class Pipeline {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.
@@ -136,6 +145,7 @@ class Pipeline {
   const PipelineTimes& times() const { return times_; }
 
  private:
+  void correctColumns(const FrameSources& sources, PipelineOutput& output);
   void followCamera(const FrameSources& sources, PipelineOutput& output);
   std::optional<Stamp> startOf(const EgoMotionEstimate& estimate) const;
   std::optional<CameraMotion> motionFromPast(const FrameSources& sources,
@@ -154,10 +164,12 @@ class Pipeline {
   std::optional<MovingObjectDetector> detector_;
   SequenceGuard guard_;
   StereoFrame frame_;  // in work
+  StereoRig rig_;      // its rig, with corrected columns
   PipelineTimes times_;
 
   // What is carried to the next frame, beside what the parts remember.
   std::optional<Eigen::Isometry3d> T_odom_cam_;
+  ColumnOffset column_offset_;
   std::deque<Stamp> since_tracked_;  // the last frame that was not lost, and all after it
   DisparityState past_;              // filters, and the frame that they are of
   std::optional<Stamp> past_stamp_;

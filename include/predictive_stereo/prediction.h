@@ -25,6 +25,9 @@ struct DisparityState {
   bool empty() const { return disparity_px.empty(); }
 };
 
+/// Adds a constant to all known disparities; those that leave the range below become unknown.
+void addToDisparities(const DisparityRange& range, double offset_px, DisparityState& state);
+
 struct PredictionParams {
   double process_noise_px2 = 0.051;   ///< q of eq. 4, or its floor where motion covariance is used
   bool use_motion_covariance = true;  ///< q grows by J Sigma J^T of the ego-motion

@@ -81,11 +81,15 @@ class DisparityNodelet : public nodelet::Nodelet {
           odometry_.add(odometry);
           odometry_silent_ = false;
         });
+    columns_subscriber_ = node.subscribe<RowAlignment>(
+        "odometry/row_alignment", 5,
+        [this](const RowAlignmentConstPtr& columns) { columns_.add(columns); });
     input_ = std::make_unique<StereoInput>(
         node, private_node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) {
           tf_->goBackTo(stamp);
           odometry_.goBackTo(stamp);
+          columns_.goBackTo(stamp);
         });
     input_->start();
   }
@@ -149,6 +153,8 @@ class DisparityNodelet : public nodelet::Nodelet {
       return mask ? moved(*mask, *job.frame.left) : cv::Mat1b();
     };
     sources.measured = [&](const DisparityMessages& messages) { publishForDetection(messages); };
+    if (const RowAlignmentConstPtr told = columns_.before(job.frame.left->header.stamp))
+      sources.column_offset = columnOffset(*told);
     const DisparityMessages messages = processor_->process(sources);
     StageTimes times = processor_->times();
     times.insert(times.end(), waiting.begin(), waiting.end());
@@ -272,6 +278,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     health_->figure("disparity space searched [%]", 100 * messages.searched_fraction, "%.1f");
     health_->figure("largest row offset [px]", messages.row_alignment->largest_offset, "%.2f");
     health_->figure("row offset residual [px]", messages.row_alignment->residual, "%.2f");
+    health_->figure("columns corrected by [px]", messages.row_alignment->column_correction, "%.2f");
     health_->figure("dropped pairs", static_cast<double>(loop_->dropped()), "%.0f");
     health_->figure("unmatched left images", static_cast<double>(input_->unmatched()), "%.0f");
     health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
@@ -281,6 +288,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   std::unique_ptr<Health> health_;
   std::unique_ptr<TfInput> tf_;
   OdometryHistory odometry_;
+  MessageHistory<RowAlignment> columns_;
   std::atomic<bool> odometry_silent_{false};
   std::unique_ptr<DisparityProcessor> processor_;
 
@@ -294,7 +302,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   std::optional<PendingCloud> pending_cloud_;
   std::unique_ptr<MaskInput> masks_;
 
-  ros::Subscriber odometry_subscriber_;
+  ros::Subscriber odometry_subscriber_, columns_subscriber_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;
 };

@@ -25,16 +25,6 @@ PipelineParams pipelineParams(const DisparityProcessorParams& params) {
   return pipeline;
 }
 
-RowAlignment::Ptr rowAlignmentMsg(const RowOffsetModel& model, const std_msgs::Header& header) {
-  const auto message = boost::make_shared<RowAlignment>();
-  message->header = header;
-  for (int i = 0; i < 6; ++i) message->coefficients[i] = model.coefficients_px(i);
-  message->samples = static_cast<uint32_t>(model.samples);
-  message->residual = model.residual_px;
-  message->largest_offset = model.largest_offset_px;
-  return message;
-}
-
 // See DisparityMessages::contradicted_fraction; 0 where little is predicted.
 double contradictedFraction(const cv::Mat1f& predicted_px, const cv::Mat1f& measured_px,
                             float min_disparity_px) {
@@ -75,6 +65,7 @@ SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {
 DisparityMessages DisparityProcessor::process(const Sources& sources) {
   DisparityMessages result = allocate();
   FrameSources links;
+  links.column_offset = sources.column_offset;
   if (sources.motion)
     links.motion = [&](std::optional<Stamp> past) {
       return sources.motion(past ? std::optional(rosTime(*past)) : std::nullopt);
@@ -84,7 +75,8 @@ DisparityMessages DisparityProcessor::process(const Sources& sources) {
   pipeline_.process(links, output_);
 
   const DisparityOutput& maps = output_.disparity;
-  result.row_alignment = rowAlignmentMsg(maps.row_alignment, pair_.left->header);
+  result.row_alignment =
+      rowAlignmentMsg(maps.row_alignment, output_.column_offset, pair_.left->header);
   result.predicted = maps.predicted;
   result.contradicted_fraction =
       contradictedFraction(maps.predicted_disparity_px, maps.measured_disparity_px,

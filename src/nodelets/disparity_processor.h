@@ -37,6 +37,7 @@ class DisparityProcessor {
     std::function<cv::Mat1b(ros::Time before)> moved;
     /// `disparity` and `disparity_variance` have no values yet.
     std::function<void(const DisparityMessages&)> measured;
+    ColumnOffset column_offset;
   };
 
   explicit DisparityProcessor(const DisparityProcessorParams& params);

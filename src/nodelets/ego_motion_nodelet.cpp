@@ -2,6 +2,8 @@
 #include <sensor_msgs/Image.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <cmath>
+#include <cstdio>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
@@ -24,8 +26,8 @@ namespace predictive_stereo {
 ///
 /// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info;
 ///   moving_objects/mask where ~use_moving_mask is set.
-/// Publishes: odometry, odometry/pose, /tf (odom_frame -> base_frame), /diagnostics.
-/// Services: ~reset: the next frame is the origin; those of dynamic_reconfigure.
+/// Publishes: odometry, odometry/pose, odometry/row_alignment, /tf (odom_frame -> base_frame),
+/// /diagnostics. Services: ~reset: the next frame is the origin; those of dynamic_reconfigure.
 /// Parameters: EgoMotionNodeletParams.
 class EgoMotionNodelet : public nodelet::Nodelet {
  public:
@@ -56,6 +58,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     processor_ = std::make_unique<EgoMotionProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(node);
     odometry_publisher_ = node.advertise<nav_msgs::Odometry>("odometry", 10);
+    alignment_publisher_ = node.advertise<RowAlignment>("odometry/row_alignment", 10);
     pose_publisher_ = node.advertise<geometry_msgs::PoseWithCovarianceStamped>("odometry/pose", 10);
     if (params_.publish_tf) tf_publisher_ = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
     loop_ =
@@ -116,7 +119,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     return greyImage(*message, "moving_objects/mask", unused);
   }
 
+  // The alignment comes first: whoever waits for the motion then has it for its next frame.
   void publish(const EgoMotionMessages& messages) {
+    alignment_publisher_.publish(messages.row_alignment);
     if (params_.publish_tf) {
       tf2_msgs::TFMessagePtr tf = boost::make_shared<tf2_msgs::TFMessage>();
       tf->transforms.push_back(messages.transform);
@@ -139,6 +144,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     health_->figure("inliers", estimate.inliers, "%.0f");
     health_->figure("residual [px]", estimate.residual_px, "%.3f");
     health_->figure("largest row offset [px]", estimate.row_alignment.largest_offset_px, "%.2f");
+    reportColumns(estimate.column_offset);
     health_->figure("dropped pairs", static_cast<double>(loop_->dropped()), "%.0f");
     health_->figure("unmatched left images", static_cast<double>(input_->unmatched()), "%.0f");
     health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
@@ -159,11 +165,31 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     return "";
   }
 
+  void reportColumns(const ColumnOffset& columns) {
+    if (!columns.known) return;
+    health_->figure("column offset [px]", columns.offset_px, "%.2f");
+    health_->figure("column offset sigma [px]", columns.sigma_px, "%.2f");
+    if (std::abs(columns.offset_px) - 2 * columns.sigma_px <= kLargestColumnOffsetPx) {
+      health_->solved("calibration");
+      return;
+    }
+    char text[300];
+    std::snprintf(
+        text, sizeof text,
+        "the right image lies %.1f px (sigma %.1f) beside where the calibration has it, so "
+        "that all disparities lack as much: calibrate the cameras again, or add %.1f to "
+        "P[2] of right/camera_info",
+        columns.offset_px, columns.sigma_px, columns.offset_px);
+    health_->problem("calibration", Health::Severity::kDegraded, text);
+  }
+
+  static constexpr double kLargestColumnOffsetPx = 0.5;
+
   EgoMotionNodeletParams params_;
   std::unique_ptr<Health> health_;
   std::unique_ptr<TfInput> tf_;
   std::unique_ptr<EgoMotionProcessor> processor_;
-  ros::Publisher odometry_publisher_, pose_publisher_, tf_publisher_;
+  ros::Publisher odometry_publisher_, pose_publisher_, alignment_publisher_, tf_publisher_;
   std::unique_ptr<MaskInput> masks_;
   ros::Time last_stamp_;
   std::unique_ptr<Loop> loop_;

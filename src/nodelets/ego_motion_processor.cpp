@@ -131,6 +131,9 @@ EgoMotionMessages EgoMotionProcessor::messages(const StereoPair& pair) const {
   result.transform.header = header;
   result.transform.child_frame_id = baseFrame(pair);
   result.transform.transform = transformMsg(T_odom_base_);
+
+  result.row_alignment = rowAlignmentMsg(output_.ego_motion.row_alignment,
+                                         output_.ego_motion.column_offset, pair.left->header);
   return result;
 }
 

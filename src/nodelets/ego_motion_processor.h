@@ -3,6 +3,7 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <predictive_stereo/RowAlignment.h>
 
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@ struct EgoMotionMessages {
   nav_msgs::OdometryPtr odometry;
   geometry_msgs::PoseWithCovarianceStampedPtr pose;
   geometry_msgs::TransformStamped transform;  ///< odom_frame -> base frame
+  RowAlignment::Ptr row_alignment;            ///< its columns are for the frames after this one
 };
 
 /// Odometry messages from pairs; what the EgoMotion nodelet and `replay` run.

@@ -5,44 +5,12 @@
 namespace predictive_stereo {
 namespace {
 
-// Of the newest: what a frame asks for is as old as the frame before it.
-const ros::Duration kKept(3.0);
-constexpr size_t kMostKept = 2000;
-
 // Odometry this much later than a frame says nothing of it.
 bool saysNothing(const nav_msgs::Odometry& odometry, ros::Time frame) {
   return odometry.header.stamp - frame > ros::Duration(0.1);
 }
 
 }  // namespace
-
-void OdometryHistory::add(const nav_msgs::OdometryConstPtr& message) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!messages_.empty() && message->header.stamp < messages_.back()->header.stamp)
-    messages_.clear();
-  messages_.push_back(message);
-  while (messages_.size() > kMostKept ||
-         message->header.stamp - messages_.front()->header.stamp > kKept)
-    messages_.pop_front();
-}
-
-void OdometryHistory::goBackTo(ros::Time stamp) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  constexpr double kLeastJump_s = 0.5;
-  if (!messages_.empty() && (messages_.back()->header.stamp - stamp).toSec() > kLeastJump_s)
-    messages_.clear();
-}
-
-nav_msgs::OdometryConstPtr OdometryHistory::at(ros::Time stamp) const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  // Newest first: the one that is asked for is at the end.
-  nav_msgs::OdometryConstPtr found;
-  for (auto message = messages_.rbegin(); message != messages_.rend(); ++message) {
-    if ((*message)->header.stamp < stamp) break;
-    found = *message;
-  }
-  return found;
-}
 
 MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                           const std::string& camera, ros::Time previous, ros::Time now,

@@ -3,28 +3,15 @@
 #include <nav_msgs/Odometry.h>
 #include <tf2/buffer_core.h>
 
-#include <deque>
-#include <mutex>
 #include <optional>
 #include <string>
 
+#include "nodelets/message_history.h"
 #include "predictive_stereo/disparity_motion.h"
 
 namespace predictive_stereo {
 
-/// The last odometry messages. Thread-safe.
-class OdometryHistory {
- public:
-  void add(const nav_msgs::OdometryConstPtr& message);
-  /// Images went back to this stamp: forgets what is of a later pass.
-  void goBackTo(ros::Time stamp);
-  /// The first message that is not older than `stamp`; null: none yet.
-  nav_msgs::OdometryConstPtr at(ros::Time stamp) const;
-
- private:
-  mutable std::mutex mutex_;
-  std::deque<nav_msgs::OdometryConstPtr> messages_;
-};
+using OdometryHistory = MessageHistory<nav_msgs::Odometry>;
 
 /// What is known of the camera's motion between two frames.
 struct MotionAnswer {

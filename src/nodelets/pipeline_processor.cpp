@@ -32,7 +32,9 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   output.disparity = disparity_.process(
       {[&](std::optional<ros::Time> past) { return followCamera(pair, past, output); },
        [&](ros::Time) { return movedMask(*moving_mask_, *pair.left); },
-       {}});
+       {},
+       column_offset_});
+  column_offset_ = output.estimate.column_offset;
   output.times.insert(output.times.end(), disparity_.times().begin(), disparity_.times().end());
 
   Stopwatch watch;

@@ -49,6 +49,7 @@ class PipelineProcessor {
   EgoMotionProcessor ego_motion_;
   DisparityProcessor disparity_;
   MovingObjectsProcessor moving_objects_;
+  ColumnOffset column_offset_;         // after the frame before
   sensor_msgs::ImagePtr moving_mask_;  // of the frame before
 };
 

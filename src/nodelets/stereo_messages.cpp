@@ -3,6 +3,7 @@
 #include <sensor_msgs/image_encodings.h>
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
@@ -125,6 +126,31 @@ ros::Time rosTime(Stamp stamp) {
   ros::Time time;
   time.fromNSec(static_cast<uint64_t>(stamp.count()));
   return time;
+}
+
+RowAlignment::Ptr rowAlignmentMsg(const RowOffsetModel& rows, const ColumnOffset& columns,
+                                  const std_msgs::Header& header) {
+  const auto message = boost::make_shared<RowAlignment>();
+  message->header = header;
+  for (int i = 0; i < 6; ++i) message->coefficients[i] = rows.coefficients_px(i);
+  message->samples = static_cast<uint32_t>(rows.samples);
+  message->residual = rows.residual_px;
+  message->largest_offset = rows.largest_offset_px;
+  if (columns.known) {
+    message->column_offset = columns.offset_px;
+    message->column_offset_sigma = columns.sigma_px;
+  }
+  message->column_correction = columns.correction_px;
+  return message;
+}
+
+ColumnOffset columnOffset(const RowAlignment& message) {
+  ColumnOffset columns;
+  columns.known = message.column_offset_sigma > 0;
+  columns.offset_px = message.column_offset;
+  columns.sigma_px = message.column_offset_sigma;
+  columns.correction_px = message.column_correction;
+  return columns;
 }
 
 }  // namespace predictive_stereo

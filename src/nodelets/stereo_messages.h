@@ -1,6 +1,7 @@
 /// From camera messages to what the core takes.
 #pragma once
 
+#include <predictive_stereo/RowAlignment.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
@@ -36,6 +37,11 @@ StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1
 
 Stamp stampOf(ros::Time time);
 ros::Time rosTime(Stamp stamp);
+
+/// What is known of rows and columns of the right image.
+RowAlignment::Ptr rowAlignmentMsg(const RowOffsetModel& rows, const ColumnOffset& columns,
+                                  const std_msgs::Header& header);
+ColumnOffset columnOffset(const RowAlignment& message);
 
 /// A CameraInfo's 3x4 projection matrix in pixels of its (cropped, binned) images.
 Matrix34d projectionMatrix(const sensor_msgs::CameraInfo& info);

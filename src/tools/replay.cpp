@@ -134,6 +134,7 @@ class OutputBag {
   inline static const std::set<std::string> kTopics = {
       "odometry",
       "odometry/pose",
+      "odometry/row_alignment",
       "disparity",
       "disparity_variance",
       "measured_disparity",
@@ -167,6 +168,7 @@ void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, 
   const MovingObjectsMessages& moving = frame.moving_objects;
   out.write("odometry", time, *ego_motion.odometry);
   out.write("odometry/pose", time, *ego_motion.pose);
+  out.write("odometry/row_alignment", time, *ego_motion.row_alignment);
   out.write("disparity", time, *disparity.disparity);
   out.write("disparity_variance", time, *disparity.disparity_variance);
   out.write("measured_disparity", time, *disparity.measured_disparity);

@@ -70,7 +70,8 @@ TEST(AllOutputs, come_for_every_frame) {
       overlay(camera, "moving_objects/image");
   Recorder<sensor_msgs::CameraInfo> depth_info(camera, "depth/camera_info");
   Recorder<sensor_msgs::PointCloud2> cloud(camera, "points2");
-  Recorder<RowAlignment> row_alignment(camera, "row_alignment");
+  Recorder<RowAlignment> row_alignment(camera, "row_alignment"),
+      ego_alignment(camera, "odometry/row_alignment");
   Recorder<MovingObjectArray> objects(camera, "moving_objects");
   std::vector<visualization_msgs::MarkerArrayConstPtr> marker_arrays;
   const ros::Subscriber markers = camera.subscribe<visualization_msgs::MarkerArray>(
@@ -89,8 +90,9 @@ TEST(AllOutputs, come_for_every_frame) {
            measured_variance.connected() && predicted_variance.connected() && inner.connected() &&
            colour.connected() && deviation.connected() && search_range.connected() &&
            depth.connected() && depth_info.connected() && cloud.connected() &&
-           row_alignment.connected() && objects.connected() && mask.connected() &&
-           residual.connected() && overlay.connected() && markers.getNumPublishers() > 0;
+           row_alignment.connected() && ego_alignment.connected() && objects.connected() &&
+           mask.connected() && residual.connected() && overlay.connected() &&
+           markers.getNumPublishers() > 0;
   }));
   ros::Duration(1.0).sleep();  // until the subscribers' own connections stand both ways
 
@@ -104,6 +106,7 @@ TEST(AllOutputs, come_for_every_frame) {
       };
       ask("odometry", odometry);
       ask("odometry/pose", pose);
+      ask("odometry/row_alignment", ego_alignment);
       ask("disparity", disparity);
       ask("measured_disparity", measured);
       ask("predicted_disparity", predicted);

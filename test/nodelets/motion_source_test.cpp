@@ -31,6 +31,15 @@ TEST(OdometryHistory, gives_the_first_that_is_not_older) {
   EXPECT_EQ(history.at(ros::Time(10.3)), nullptr);
 }
 
+TEST(OdometryHistory, gives_the_last_that_is_older) {
+  OdometryHistory history;
+  EXPECT_EQ(history.before(ros::Time(10)), nullptr);
+  for (const double stamp_s : {10.0, 10.1, 10.2}) history.add(odometryAt(stamp_s));
+  EXPECT_EQ(history.before(ros::Time(10)), nullptr);
+  EXPECT_EQ(history.before(ros::Time(10.1))->header.stamp, ros::Time(10.0));
+  EXPECT_EQ(history.before(ros::Time(11))->header.stamp, ros::Time(10.2));
+}
+
 TEST(OdometryHistory, keeps_three_seconds_whatever_the_rate) {
   for (const int rate_hz : {10, 200}) {
     OdometryHistory history;

@@ -42,6 +42,7 @@ Values paper(const std::string& align, const std::string& q_px2, const std::stri
       {"disparity/min_region_px", "0"},
       {"disparity/max_hole_px", "0"},
       {"disparity/use_moving_mask", "false"},
+      {"disparity/correct_columns", "false"},
       {"ego_motion/row_alignment/enabled", align},
       {"ego_motion/use_moving_mask", "false"},
       {"moving_objects/scheme", "paper"},

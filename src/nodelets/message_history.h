@@ -1,0 +1,60 @@
+#pragma once
+
+#include <ros/time.h>
+
+#include <boost/shared_ptr.hpp>
+#include <deque>
+#include <mutex>
+
+namespace predictive_stereo {
+
+/// The messages of the last seconds, which have a header. Thread-safe.
+template <class Message>
+class MessageHistory {
+ public:
+  using ConstPtr = boost::shared_ptr<const Message>;
+
+  void add(const ConstPtr& message) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!messages_.empty() && message->header.stamp < messages_.back()->header.stamp)
+      messages_.clear();
+    messages_.push_back(message);
+    // What a frame asks for is as old as the frame before it.
+    while (messages_.size() > kMostKept ||
+           message->header.stamp - messages_.front()->header.stamp > ros::Duration(kKept_s))
+      messages_.pop_front();
+  }
+  /// Images went back to this stamp: forgets what is of a later pass.
+  void goBackTo(ros::Time stamp) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!messages_.empty() && (messages_.back()->header.stamp - stamp).toSec() > kLeastJump_s)
+      messages_.clear();
+  }
+  /// The first message that is not older than `stamp`; null: none yet.
+  ConstPtr at(ros::Time stamp) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    // Newest first: the one that is asked for is at the end.
+    ConstPtr found;
+    for (auto message = messages_.rbegin(); message != messages_.rend(); ++message) {
+      if ((*message)->header.stamp < stamp) break;
+      found = *message;
+    }
+    return found;
+  }
+  /// The last message that is older than `stamp`; null: none.
+  ConstPtr before(ros::Time stamp) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (auto message = messages_.rbegin(); message != messages_.rend(); ++message)
+      if ((*message)->header.stamp < stamp) return *message;
+    return {};
+  }
+
+ private:
+  static constexpr double kKept_s = 3.0, kLeastJump_s = 0.5;
+  static constexpr size_t kMostKept = 2000;
+
+  mutable std::mutex mutex_;
+  std::deque<ConstPtr> messages_;
+};
+
+}  // namespace predictive_stereo

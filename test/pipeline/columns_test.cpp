@@ -1,0 +1,142 @@
+/// A rig whose right camera was turned after the calibration: the pipeline learns it and corrects
+/// its disparities.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "predictive_stereo/pipeline.h"
+#include "simulation/street.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kFrames = 10;
+constexpr int kShiftPx = 2;
+
+class Columns : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    StreetParams params;
+    params.scene = "turn";
+    params.width = 621;
+    params.height = 188;
+    const Street street(params);
+    rig_ = street.rig();
+    for (int i = 0; i < kFrames; ++i) frames_.push_back(street.render(20 + i));
+  }
+  static void TearDownTestSuite() { frames_.clear(); }
+
+  static StereoFrame frameOf(int i, int shift_px) {
+    const StreetFrame& frame = frames_[static_cast<size_t>(i)];
+    cv::Mat1b right;
+    cv::copyMakeBorder(frame.right.colRange(0, rig_.size.width - shift_px), right, 0, 0, shift_px,
+                       0, cv::BORDER_REPLICATE);
+    return {frame.left, right, rig_, i * std::chrono::milliseconds(100)};
+  }
+
+  // Median error of the measured disparities [px].
+  static double bias(int i, const cv::Mat1f& disparity_px) {
+    const cv::Mat1f& truth = frames_[static_cast<size_t>(i)].disparity_px;
+    std::vector<float> errors;
+    for (int y = 0; y < truth.rows; ++y)
+      for (int x = 0; x < truth.cols; ++x)
+        if (truth(y, x) > 4 && disparity_px(y, x) >= 0)
+          errors.push_back(disparity_px(y, x) - truth(y, x));
+    std::nth_element(errors.begin(),
+                     errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+    return static_cast<double>(errors[errors.size() / 2]);
+  }
+
+  static PipelineParams params() {
+    PipelineParams params;
+    params.disparity.matcher.range.count = 64;
+    return params;
+  }
+
+  static std::vector<StreetFrame> frames_;
+  static StereoRig rig_;
+  PipelineOutput output_;
+};
+
+std::vector<StreetFrame> Columns::frames_;
+StereoRig Columns::rig_;
+
+TEST_F(Columns, DisparitiesAreCorrectedFromWhenTheOffsetIsKnown) {
+  Pipeline pipeline(params());
+  int steps = 0;
+  double correction_px = 0;
+  for (int i = 0; i < kFrames; ++i) {
+    ASSERT_TRUE(pipeline.process(frameOf(i, kShiftPx), output_));
+    const double step_px = output_.column_offset.correction_px - correction_px;
+    correction_px = output_.column_offset.correction_px;
+    steps += step_px != 0;
+    EXPECT_NEAR(bias(i, output_.disparity.measured_disparity_px), correction_px - kShiftPx, 0.15)
+        << i;
+    // The past goes on, with the same correction.
+    EXPECT_EQ(output_.disparity.predicted, i > 0) << i;
+    if (i > 0)
+      EXPECT_NEAR(bias(i, output_.disparity.predicted_disparity_px), correction_px - kShiftPx, 0.2)
+          << i;
+  }
+  EXPECT_EQ(steps, 1);
+  EXPECT_NEAR(correction_px, kShiftPx, 0.15);
+}
+
+TEST_F(Columns, NothingChangesWhereTheRigIsRight) {
+  PipelineParams without = params();
+  without.disparity.correct_columns = false;
+  Pipeline corrected(params()), plain(without);
+  PipelineOutput plain_output;
+  for (int i = 0; i < kFrames; ++i) {
+    ASSERT_TRUE(corrected.process(frameOf(i, 0), output_));
+    ASSERT_TRUE(plain.process(frameOf(i, 0), plain_output));
+    EXPECT_EQ(output_.column_offset.correction_px, 0);
+    EXPECT_EQ(
+        cv::norm(output_.disparity.disparity_px, plain_output.disparity.disparity_px, cv::NORM_INF),
+        0);
+  }
+  EXPECT_TRUE(output_.column_offset.known);
+}
+
+TEST_F(Columns, NothingIsCorrectedWhereItIsSwitchedOff) {
+  PipelineParams without = params();
+  without.disparity.correct_columns = false;
+  Pipeline pipeline(without);
+  for (int i = 0; i < kFrames; ++i) {
+    ASSERT_TRUE(pipeline.process(frameOf(i, kShiftPx), output_));
+    EXPECT_EQ(output_.column_offset.correction_px, 0);
+    EXPECT_EQ(output_.disparity.predicted, i > 0);
+  }
+  EXPECT_NEAR(output_.column_offset.offset_px, kShiftPx, 0.15);
+}
+
+// As in the nodelets, where the ego-motion runs elsewhere.
+TEST_F(Columns, ACorrectionFromElsewhereIsUsed) {
+  PipelineParams alone = params();
+  alone.parts = {false, true, false};
+  Pipeline pipeline(alone);
+  FrameSources sources;
+  sources.column_offset.emplace();
+  sources.column_offset->correction_px = kShiftPx;
+  ASSERT_TRUE(pipeline.process(frameOf(0, kShiftPx), output_, sources));
+  EXPECT_NEAR(bias(0, output_.disparity.measured_disparity_px), 0, 0.15);
+  EXPECT_EQ(output_.column_offset.correction_px, kShiftPx);
+}
+
+TEST_F(Columns, AnotherCalibrationStartsWithoutACorrection) {
+  Pipeline pipeline(params());
+  for (int i = 0; i < kFrames; ++i) ASSERT_TRUE(pipeline.process(frameOf(i, kShiftPx), output_));
+  ASSERT_NE(output_.column_offset.correction_px, 0);
+  StereoFrame frame = frameOf(0, kShiftPx);
+  frame.stamp = kFrames * std::chrono::milliseconds(100);
+  frame.rig.cx_right_px += kShiftPx;  // the cure that diagnostics tell
+  ASSERT_TRUE(pipeline.process(frame, output_));
+  EXPECT_EQ(output_.column_offset.correction_px, 0);
+  EXPECT_NEAR(bias(0, output_.disparity.measured_disparity_px), 0, 0.15);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
