@@ -27,7 +27,9 @@ constexpr NamedTarget kTargets[] = {
 };
 
 bool canRun(int64_t bit) {
-  return bit == kScalarTarget || (hwy::SupportedTargets() & HWY_TARGETS & bit) != 0;
+  // Asked once: to ask also makes Highway dispatch to the best target from then on.
+  static const int64_t supported = hwy::SupportedTargets();
+  return bit == kScalarTarget || (supported & HWY_TARGETS & bit) != 0;
 }
 
 std::atomic<int64_t> bit_in_use{kScalarTarget};
