@@ -1,5 +1,5 @@
-/// All parameters of the nodelets, with their defaults: `~name` of each. Knows no ROS, so that tools
-/// without ROS read the same files.
+/// All parameters of the nodelets, with their defaults: `~name` of each. Knows no ROS, so that
+/// tools without ROS read the same files.
 #pragma once
 
 #include <string>
