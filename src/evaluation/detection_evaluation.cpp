@@ -49,8 +49,9 @@ DetectionEvaluation evaluateDetection(
   return evaluation;
 }
 
-DetectionScore scoreOf(const std::vector<DetectionEvaluation>& evaluations) {
-  DetectionScore score;
+DetectionScore scoreOf(const std::vector<DetectionEvaluation>& evaluations,
+                       const DetectionScoreParams& params) {
+  DetectionScore score(params);
   for (const DetectionEvaluation& evaluation : evaluations) {
     score.startSequence();
     for (const EvaluatedFrame& frame : evaluation.frames) score.add(frame.labels, frame.objects);

@@ -48,7 +48,8 @@ DetectionEvaluation evaluateDetection(
     const Detector& detector, int max_frames,
     const std::function<void(const EvaluatedFrame&, const SequenceFrame&)>& seen);
 
-/// All sequences as one.
-DetectionScore scoreOf(const std::vector<DetectionEvaluation>& evaluations);
+/// All sequences as one, with the default threshold or another one.
+DetectionScore scoreOf(const std::vector<DetectionEvaluation>& evaluations,
+                       const DetectionScoreParams& params = {});
 
 }  // namespace predictive_stereo

@@ -1,6 +1,7 @@
 #include "evaluation/detection_report.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
@@ -86,7 +87,125 @@ Table tableOf(const std::string& title, const DetectionScore& score) {
   return table;
 }
 
+// Recall and precision at IoU 0.3 and 0.5, false boxes per frame.
+using Rates = std::array<double, 5>;
+const std::vector<std::string> kRateNames = {"recall", "precision", "recall 0.5", "precision 0.5",
+                                             "false / frame"};
+
+Rates ratesOf(const std::vector<DetectionEvaluation>& evaluations) {
+  DetectionScoreParams strict;
+  strict.min_iou = 0.5;
+  const DetectionScore score = scoreOf(evaluations), strict_score = scoreOf(evaluations, strict);
+  return {score.all().recall(), score.all().precision(), strict_score.all().recall(),
+          strict_score.all().precision(), score.falsePerFrame()};
+}
+
+std::vector<std::string> cells(const Rates& rates) {
+  std::vector<std::string> cells;
+  for (double rate : rates) cells.push_back(fixed(rate, 3));
+  return cells;
+}
+
+std::vector<std::string> row(std::vector<std::string> first, const std::vector<std::string>& rest) {
+  first.insert(first.end(), rest.begin(), rest.end());
+  return first;
+}
+
+// "mean +- standard deviation" of each rate, of those that are known.
+std::vector<std::string> meansAndSpreads(const std::vector<Rates>& runs) {
+  std::vector<std::string> cells;
+  for (size_t r = 0; r < kRateNames.size(); ++r) {
+    double sum = 0, squares = 0, count = 0;
+    for (const Rates& rates : runs) {
+      if (!std::isfinite(rates[r])) continue;
+      sum += rates[r];
+      squares += rates[r] * rates[r];
+      ++count;
+    }
+    const double mean = sum / count;
+    cells.push_back(count > 0
+                        ? fixed(mean, 3) + " +- " +
+                              fixed(std::sqrt(std::max(0.0, squares / count - mean * mean)), 3)
+                        : "-");
+  }
+  return cells;
+}
+
 }  // namespace
+
+Table pooledTable(const std::vector<DetectionEvaluation>& evaluations) {
+  Table table;
+  table.title = "recall and precision at IoU 0.3 and 0.5";
+  table.header = row({"", "frames", "demanded"}, row(kRateNames, {"ms"}));
+  const auto add = [&](const std::string& name, const std::vector<DetectionEvaluation>& some,
+                       double ms) {
+    const DetectionScore score = scoreOf(some);
+    table.rows.push_back(
+        row({name, std::to_string(score.frames()), std::to_string(score.all().demanded)},
+            row(cells(ratesOf(some)), {ms > 0 ? fixed(ms, 1) : "-"})));
+  };
+  std::vector<double> times_ms;
+  for (const DetectionEvaluation& evaluation : evaluations) {
+    add(evaluation.name, {evaluation}, evaluation.median_ms);
+    times_ms.push_back(evaluation.median_ms);
+  }
+  if (evaluations.size() > 1) add("all", evaluations, median(times_ms));
+  return table;
+}
+
+Table reliabilityTable(const std::vector<DetectionEvaluation>& evaluations) {
+  const std::vector<double> limits = {0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 1.0000001};
+  struct Bin {
+    int boxes = 0, right = 0;
+    double sum = 0;
+  };
+  std::vector<Bin> bins(limits.size() - 1);
+  for (const DetectionEvaluation& evaluation : evaluations)
+    for (const EvaluatedFrame& frame : evaluation.frames)
+      for (size_t o = 0; o < frame.objects.size(); ++o) {
+        if (frame.verdict.boxes[o] == FrameVerdict::kTolerated) continue;
+        const double score = frame.objects[o].score;
+        size_t b = 0;
+        while (b + 1 < bins.size() && score >= limits[b + 1]) ++b;
+        ++bins[b].boxes;
+        bins[b].right += frame.verdict.boxes[o] == FrameVerdict::kRight;
+        bins[b].sum += score;
+      }
+  Table table;
+  table.title = "reliability of scores";
+  table.header = {"score", "boxes", "mean score", "share right"};
+  for (size_t b = 0; b < bins.size(); ++b)
+    table.rows.push_back({fixed(limits[b], 2) + " to " + fixed(limits[b + 1], 2),
+                          std::to_string(bins[b].boxes), fixed(bins[b].sum / bins[b].boxes, 2),
+                          fixed(double(bins[b].right) / bins[b].boxes, 2)});
+  return table;
+}
+
+Table perturbationTable(const std::vector<PerturbedEvaluation>& runs) {
+  Table table;
+  table.title = "all sequences under perturbations";
+  table.header = row({"", "demanded"}, kRateNames);
+  std::vector<Rates> rates;
+  for (const PerturbedEvaluation& run : runs) {
+    rates.push_back(ratesOf(run.evaluations));
+    const int demanded = scoreOf(run.evaluations).all().demanded;
+    table.rows.push_back(row({run.perturbation, std::to_string(demanded)}, cells(rates.back())));
+  }
+  table.rows.push_back(row({"mean +- spread", ""}, meansAndSpreads(rates)));
+  return table;
+}
+
+Table spreadTable(const std::vector<PerturbedEvaluation>& runs) {
+  Table table;
+  table.title = "each sequence over perturbations, mean +- spread";
+  table.header = row({""}, kRateNames);
+  for (size_t s = 0; !runs.empty() && s < runs[0].evaluations.size(); ++s) {
+    std::vector<Rates> rates;
+    for (const PerturbedEvaluation& run : runs) rates.push_back(ratesOf({run.evaluations[s]}));
+    table.rows.push_back(row({runs[0].evaluations[s].name}, meansAndSpreads(rates)));
+  }
+  return table;
+}
 
 Table scoreTable(const DetectionEvaluation& evaluation) {
   std::string name = evaluation.name;

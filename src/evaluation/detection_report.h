@@ -15,6 +15,24 @@ Table scoreTable(const DetectionEvaluation& evaluation);
 /// All sequences as one.
 Table scoreTable(const std::vector<DetectionEvaluation>& evaluations);
 
+/// One line a sequence and one for all of them as one: recall and precision at IoU 0.3 and 0.5.
+Table pooledTable(const std::vector<DetectionEvaluation>& evaluations);
+
+/// What became of boxes by their score: a detector whose score is a probability has the same
+/// figures in both columns.
+Table reliabilityTable(const std::vector<DetectionEvaluation>& evaluations);
+
+/// The same sequences under one perturbation.
+struct PerturbedEvaluation {
+  std::string perturbation;
+  std::vector<DetectionEvaluation> evaluations;
+};
+/// Recall and precision of all sequences as one under each perturbation, their means and standard
+/// deviations over the perturbations.
+Table perturbationTable(const std::vector<PerturbedEvaluation>& runs);
+/// Means and standard deviations of each sequence over the perturbations.
+Table spreadTable(const std::vector<PerturbedEvaluation>& runs);
+
 /// Slowest speeds that the default scheme can see with a sequence's camera; see detectableSpeed.
 Table limitsTable(const Sequence& sequence, const PipelineParams& params);
 

@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "evaluation/detection_report.h"
+#include "evaluation/perturbation.h"
 #include "tools/bag_sequence.h"
 #include "tools/progress.h"
 #include "tools/tool_input.h"
@@ -22,6 +23,8 @@ constexpr char kHelp[] =
 Runs the package over stereo sequences and measures its moving objects against labels: recall,
 precision, false boxes per frame, IoU of boxes, id switches, errors of distance and speed; of all
 objects, by direction of motion against the line of sight (toward, away, crossing) and by distance.
+Of several sequences it prints recall and precision of each one and of all as one, at IoU 0.3 and
+0.5, and how often boxes of some score are right.
 
 Sequences, one or several:
   BAG                 a bag with a rectified stereo pair; frames are its pairs, from 0. Bags of
@@ -52,6 +55,11 @@ Parameters:
   --list-parameters   prints all parameters with their values and limits, and ends
   --frames N          at most so many frames of each sequence
   --threads N         (default: all cores)
+
+  --perturb           runs each sequence again with changes that should not matter: other search
+                      ranges, noise, contrast, mirrored images, columns that are off, missing
+                      frames, every second frame; prints the figures under each of them, their mean
+                      and their standard deviation
 
 Printed as well: the slowest speeds that the default scheme can see with this camera and frame rate,
 by distance.
@@ -141,8 +149,12 @@ int evaluate(const CommandLine& command_line) {
   std::optional<Pictures> pictures;
   if (command_line.has("html")) pictures.emplace(command_line.get("html"));
 
-  const bool recorded = command_line.has("objects");
+  const bool recorded = command_line.has("objects"), perturb = command_line.has("perturb");
+  if (recorded && perturb) throw UsageError("--perturb runs the package: it excludes --objects");
   std::vector<DetectionEvaluation> evaluations;
+  std::vector<PerturbedEvaluation> runs;
+  for (const Perturbation& change : perturbations())
+    if (perturb) runs.push_back({change.name, {}});
   std::vector<Table> limits;  // of each camera
   StereoRig last_rig;
   for (const SequenceGroup& group : groups)
@@ -161,11 +173,27 @@ int evaluate(const CommandLine& command_line) {
                               if (pictures) pictures->add(sequence->name(), images.left, frame);
                               progress.update(frame.index);
                             }));
+      if (!perturb) continue;
+      const auto known = remembered(*sequence, labels[evaluations.size() - 1], max_frames);
+      for (size_t i = 0; i < runs.size(); ++i) {
+        const Perturbation& change = perturbations()[i];
+        Progress steps(sequence->name() + ", " + change.name, 1);
+        runs[i].evaluations.push_back(
+            i == 0 ? evaluations.back()
+                   : evaluateDetection(*perturbed(*known, change), std::nullopt,
+                                       pipelineDetector(change.applied(params)), 0, {}));
+        steps.update(0);
+      }
     }
 
-  for (const DetectionEvaluation& evaluation : evaluations)
-    std::cout << scoreTable(evaluation).text() << "\n";
-  if (evaluations.size() > 1) std::cout << scoreTable(evaluations).text() << "\n";
+  if (evaluations.size() == 1)
+    std::cout << scoreTable(evaluations[0]).text() << "\n";
+  else
+    std::cout << scoreTable(evaluations).text() << "\n";
+  std::cout << pooledTable(evaluations).text() << "\n"
+            << reliabilityTable(evaluations).text() << "\n";
+  if (perturb)
+    std::cout << spreadTable(runs).text() << "\n" << perturbationTable(runs).text() << "\n";
   for (const Table& table : limits) std::cout << table.text();
   if (command_line.has("csv")) {
     const fs::path path = command_line.get("csv");
@@ -186,5 +214,5 @@ int main(int argc, char** argv) {
       argc, argv, predictive_stereo::kHelp,
       {"labels", "objects", "camera", "left", "right", "kitti2012", "street", "street-frames",
        "shift-right", "scheme", "config", "set", "frames", "threads", "csv", "html"},
-      {"list-parameters"}, predictive_stereo::evaluate);
+      {"list-parameters", "perturb"}, predictive_stereo::evaluate);
 }

@@ -1,0 +1,187 @@
+#include "evaluation/perturbation.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+namespace predictive_stereo {
+namespace {
+
+class RememberedSequence : public Sequence {
+ public:
+  RememberedSequence(const Sequence& from, const std::optional<std::vector<ObjectLabel>>& labels,
+                     int max_frames)
+      : name_(from.name()), rig_(from.rig()) {
+    const int frames = max_frames > 0 ? std::min(max_frames, from.frames()) : from.frames();
+    for (int i = 0; i < frames; ++i) {
+      frames_.push_back(from.frame(i));
+      frames_.back().truth_px.release();
+      frames_.back().regions.clear();
+      stamps_s_.push_back(from.stamp_s(i));
+      numbers_.push_back(from.fileNumber(i));
+      objects_.push_back(labels ? labelsOf(*labels, numbers_.back()) : from.objects(i));
+    }
+  }
+  const std::string& name() const override { return name_; }
+  const StereoRig& rig() const override { return rig_; }
+  int frames() const override { return static_cast<int>(frames_.size()); }
+  SequenceFrame frame(int index) const override { return frames_.at(static_cast<size_t>(index)); }
+  double stamp_s(int index) const override { return stamps_s_.at(static_cast<size_t>(index)); }
+  int fileNumber(int index) const override { return numbers_.at(static_cast<size_t>(index)); }
+  std::optional<std::vector<ObjectLabel>> objects(int index) const override {
+    return objects_.at(static_cast<size_t>(index));
+  }
+
+ private:
+  std::string name_;
+  StereoRig rig_;
+  std::vector<SequenceFrame> frames_;
+  std::vector<double> stamps_s_;
+  std::vector<int> numbers_;
+  std::vector<std::optional<std::vector<ObjectLabel>>> objects_;
+};
+
+cv::Mat1b withNoise(const cv::Mat1b& image, double sigma, uint64_t seed) {
+  cv::Mat1s noise(image.size());
+  // Tenths of grey levels: whole ones would be too coarse.
+  cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0.0, 10 * sigma);
+  cv::Mat1b noisy(image.size());
+  std::transform(image.begin(), image.end(), noise.begin(), noisy.begin(), [](uchar g, short n) {
+    return cv::saturate_cast<uchar>(g + 0.1f * static_cast<float>(n));
+  });
+  return noisy;
+}
+
+// A quadratic offset, `largest_px` in the lower left corner and the opposite in the upper right
+// one.
+cv::Mat1b withColumnOffset(const cv::Mat1b& image, double largest_px) {
+  cv::Mat1f x_px(image.size()), y_px(image.size());
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x) {
+      const double u = 2.0 * x / image.cols - 1, v = 2.0 * y / image.rows - 1;
+      x_px(y, x) = static_cast<float>(x + largest_px * (0.25 * (v - u) - 0.5 * u * v));
+      y_px(y, x) = static_cast<float>(y);
+    }
+  cv::Mat1b warped;
+  cv::remap(image, warped, x_px, y_px, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  return warped;
+}
+
+class PerturbedSequence : public Sequence {
+ public:
+  PerturbedSequence(const Sequence& from, const Perturbation& change)
+      : from_(from), change_(change), rig_(from.rig()) {
+    if (change.mirrored) {
+      const double last = rig_.size.width - 1;
+      rig_.cx_left_px = last - from.rig().cx_right_px;
+      rig_.cx_right_px = last - from.rig().cx_left_px;
+    }
+    for (int i = change.first; i < from.frames(); i += change.every)
+      if (change.drop_every == 0 || i % change.drop_every != 5) kept_.push_back(i);
+  }
+  const std::string& name() const override { return from_.name(); }
+  const StereoRig& rig() const override { return rig_; }
+  int frames() const override { return static_cast<int>(kept_.size()); }
+  double stamp_s(int index) const override { return from_.stamp_s(source(index)); }
+  int fileNumber(int index) const override { return from_.fileNumber(source(index)); }
+
+  SequenceFrame frame(int index) const override {
+    SequenceFrame frame = from_.frame(source(index));
+    if (change_.column_offset_px != 0)
+      frame.right = withColumnOffset(frame.right, change_.column_offset_px);
+    if (change_.mirrored) {
+      cv::Mat1b left, right;
+      cv::flip(frame.right, left, 1);
+      cv::flip(frame.left, right, 1);
+      frame.left = left;
+      frame.right = right;
+    }
+    uint64_t seed = 2 * static_cast<uint64_t>(source(index)) + 1;
+    for (cv::Mat1b* image : {&frame.left, &frame.right}) {
+      if (change_.gain != 1 || change_.offset != 0) {
+        cv::Mat1b changed;
+        image->convertTo(changed, CV_8U, change_.gain, change_.offset);
+        *image = changed;
+      }
+      if (change_.noise_sigma > 0) *image = withNoise(*image, change_.noise_sigma, seed++);
+    }
+    return frame;
+  }
+  std::optional<std::vector<ObjectLabel>> objects(int index) const override {
+    auto labels = from_.objects(source(index));
+    if (labels && change_.mirrored)
+      for (ObjectLabel& label : *labels) label = predictive_stereo::mirrored(label, from_.rig());
+    return labels;
+  }
+
+ private:
+  int source(int index) const { return kept_.at(static_cast<size_t>(index)); }
+
+  const Sequence& from_;
+  Perturbation change_;
+  StereoRig rig_;
+  std::vector<int> kept_;
+};
+
+std::vector<Perturbation> makePerturbations() {
+  std::vector<Perturbation> all;
+  const auto add = [&all](const char* name) -> Perturbation& {
+    all.emplace_back();
+    all.back().name = name;
+    return all.back();
+  };
+  add("as it is");
+  add("ranges 2 px").margin_px = 2;
+  add("ranges 2.5 px").margin_px = 2.5;
+  add("ranges 3 px").margin_px = 3;
+  add("noise 2 grey levels").noise_sigma = 2;
+  Perturbation& weak = add("contrast 0.7");
+  weak.gain = 0.7;
+  weak.offset = 20;
+  Perturbation& strong = add("contrast 1.3");
+  strong.gain = 1.3;
+  strong.offset = -20;
+  add("mirrored").mirrored = true;
+  add("columns off 1 px").column_offset_px = 1;
+  add("every 7th frame missing").drop_every = 7;
+  add("even frames").every = 2;
+  Perturbation& odd = add("odd frames");
+  odd.every = 2;
+  odd.first = 1;
+  return all;
+}
+
+}  // namespace
+
+PipelineParams Perturbation::applied(PipelineParams params) const {
+  if (margin_px > 0) params.disparity.search.margin_px = margin_px;
+  return params;
+}
+
+const std::vector<Perturbation>& perturbations() {
+  static const std::vector<Perturbation> all = makePerturbations();
+  return all;
+}
+
+std::unique_ptr<Sequence> remembered(const Sequence& sequence,
+                                     const std::optional<std::vector<ObjectLabel>>& labels,
+                                     int max_frames) {
+  return std::make_unique<RememberedSequence>(sequence, labels, max_frames);
+}
+
+ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig) {
+  ObjectLabel result = label;
+  const double disparity_px = label.distance_m ? rig.disparityTimesDepth() / *label.distance_m : 0;
+  const double shift_px = disparity_px + rig.cx_left_px - rig.cx_right_px;
+  const cv::Rect2d whole(rig.size.width - (label.box_px.br().x - shift_px), label.box_px.y,
+                         label.box_px.width, label.box_px.height);
+  result.box_px = whole & cv::Rect2d(0, 0, rig.size.width, rig.size.height);
+  if (result.box_px.width < 0.98 * whole.width) result.truncated = true;
+  if (!label.distance_m || result.box_px.area() < 0.5 * whole.area()) result.hard = true;
+  return result;
+}
+
+std::unique_ptr<Sequence> perturbed(const Sequence& sequence, const Perturbation& perturbation) {
+  return std::make_unique<PerturbedSequence>(sequence, perturbation);
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,46 @@
+/// A sequence as it might have been: what a detector says must not depend on luck.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evaluation/object_labels.h"
+#include "evaluation/sequence.h"
+#include "predictive_stereo/pipeline.h"
+
+namespace predictive_stereo {
+
+/// One change of the images, of the frames that there are, or of the search ranges.
+struct Perturbation {
+  std::string name;
+  double margin_px = 0;         ///< SearchRangeParams::margin_px; 0: as it is
+  double noise_sigma = 0;       ///< of grey levels, Gaussian, in both images
+  double gain = 1, offset = 0;  ///< of grey levels of both images
+  double column_offset_px = 0;  ///< largest error of the right image's columns, quadratic
+  bool mirrored = false;        ///< left and right exchanged: the right image becomes the left one
+  int every = 1, first = 0;     ///< frames `first`, `first + every`, ... alone
+  int drop_every = 0;           ///< frames 5, 5 + drop_every, ... are missing; 0: none
+
+  PipelineParams applied(PipelineParams params) const;
+};
+
+/// Those of evaluate_detection --perturb; the first one changes nothing.
+const std::vector<Perturbation>& perturbations();
+
+/// All images of a sequence in memory with what moves, so that it can be run often.
+/// @param labels  by Sequence::fileNumber; none: the sequence knows by itself.
+/// @param max_frames  0: all.
+std::unique_ptr<Sequence> remembered(const Sequence& sequence,
+                                     const std::optional<std::vector<ObjectLabel>>& labels,
+                                     int max_frames);
+
+/// A label in the mirrored world, whose left camera is the right one. It is tolerated where its
+/// distance is not known, or where the right image shows less than half of it.
+ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig);
+
+/// A view of `sequence`, which must outlive it.
+std::unique_ptr<Sequence> perturbed(const Sequence& sequence, const Perturbation& perturbation);
+
+}  // namespace predictive_stereo

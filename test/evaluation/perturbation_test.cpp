@@ -1,0 +1,149 @@
+/// Changes that should not matter: what they do to images, frames and labels.
+#include "evaluation/perturbation.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kFrames = 12;
+
+// Frame i shows grey level 10 i + x; a box of 20 px at depth 8 m, which is 10 px of disparity.
+class Ramp : public Sequence {
+ public:
+  Ramp() {
+    rig_.size = {100, 20};
+    rig_.fx_px = rig_.fy_px = 160;
+    rig_.cx_left_px = 48;
+    rig_.cx_right_px = 45;
+    rig_.cy_px = 10;
+    rig_.baseline_m = 0.5;
+  }
+  const std::string& name() const override { return name_; }
+  const StereoRig& rig() const override { return rig_; }
+  int frames() const override { return kFrames; }
+  int fileNumber(int index) const override { return 100 + index; }
+  SequenceFrame frame(int index) const override {
+    SequenceFrame frame{cv::Mat1b(rig_.size), cv::Mat1b(rig_.size), {}, {}};
+    for (int y = 0; y < 20; ++y)
+      for (int x = 0; x < 100; ++x) {
+        frame.left(y, x) = static_cast<uchar>(10 * index + x);
+        frame.right(y, x) = static_cast<uchar>(10 * index + x / 2);
+      }
+    return frame;
+  }
+  std::optional<std::vector<ObjectLabel>> objects(int) const override {
+    ObjectLabel label;
+    label.track = 1;
+    label.type = "car";
+    label.box_px = {40, 5, 20, 10};
+    label.distance_m = 8;
+    return std::vector<ObjectLabel>{label};
+  }
+
+ private:
+  StereoRig rig_;
+  std::string name_ = "ramp";
+};
+
+Perturbation change() { return {}; }
+
+TEST(Perturbation, TheFirstOneChangesNothing) {
+  const Ramp ramp;
+  const auto same = perturbed(ramp, perturbations()[0]);
+  ASSERT_EQ(same->frames(), kFrames);
+  EXPECT_EQ(cv::norm(same->frame(3).right, ramp.frame(3).right, cv::NORM_INF), 0);
+  EXPECT_EQ(perturbations()[0].applied({}).disparity.search.margin_px,
+            SearchRangeParams().margin_px);
+}
+
+TEST(Perturbation, TheMirroredWorldsLeftCameraIsTheRightOne) {
+  const Ramp ramp;
+  Perturbation mirror = change();
+  mirror.mirrored = true;
+  const auto once = perturbed(ramp, mirror);
+  EXPECT_EQ(once->frame(2).left(0, 0), ramp.frame(2).right(0, 99));
+  EXPECT_EQ(once->rig().cx_left_px, 99 - 45);
+  EXPECT_EQ(once->rig().cx_right_px, 99 - 48);
+  // Columns 40 to 59 are seen 10 + 3 px further left by the right camera: 27 to 46; mirrored, 53 to
+  // 72.
+  const ObjectLabel label = once->objects(2)->at(0);
+  EXPECT_EQ(label.box_px, cv::Rect2d(53, 5, 20, 10));
+  EXPECT_TRUE(label.isDemanded());
+
+  const auto twice = perturbed(*once, mirror);
+  EXPECT_EQ(twice->rig(), ramp.rig());
+  EXPECT_EQ(cv::norm(twice->frame(5).left, ramp.frame(5).left, cv::NORM_INF), 0);
+  EXPECT_EQ(twice->objects(5)->at(0).box_px, cv::Rect2d(40, 5, 20, 10));
+}
+
+TEST(Perturbation, AMirroredLabelIsToleratedWhereItIsNotKnown) {
+  const Ramp ramp;
+  ObjectLabel label = ramp.objects(0)->at(0);
+  label.distance_m.reset();
+  EXPECT_FALSE(mirrored(label, ramp.rig()).isDemanded()) << "without a distance";
+  label.distance_m = 8;
+  label.box_px.x = -2;
+  EXPECT_FALSE(mirrored(label, ramp.rig()).isDemanded()) << "the right camera sees 5 of 20 columns";
+}
+
+TEST(Perturbation, FramesAreLeftOut) {
+  const Ramp ramp;
+  Perturbation odd = change();
+  odd.every = 2;
+  odd.first = 1;
+  const auto half = perturbed(ramp, odd);
+  ASSERT_EQ(half->frames(), 6);
+  EXPECT_EQ(half->fileNumber(2), 105);
+  EXPECT_DOUBLE_EQ(half->stamp_s(2), ramp.stamp_s(5));
+  Perturbation dropping = change();
+  dropping.drop_every = 7;
+  const auto dropped = perturbed(ramp, dropping);
+  ASSERT_EQ(dropped->frames(), kFrames - 1);
+  EXPECT_EQ(dropped->fileNumber(4), 104);
+  EXPECT_EQ(dropped->fileNumber(5), 106);
+}
+
+TEST(Perturbation, NoiseHasItsSigmaAndIsTheSameAgain) {
+  const Ramp ramp;
+  Perturbation noise = change();
+  noise.noise_sigma = 2;
+  const auto noisy = perturbed(ramp, noise);
+  cv::Mat1f difference;
+  cv::subtract(noisy->frame(5).left, ramp.frame(5).left, difference, {}, CV_32F);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(difference, mean, deviation);
+  EXPECT_NEAR(mean[0], 0, 0.2);
+  EXPECT_NEAR(deviation[0], 2, 0.2) << "2000 pixels";
+  EXPECT_EQ(cv::norm(noisy->frame(5).left, noisy->frame(5).left, cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(noisy->frame(5).left, noisy->frame(6).left, cv::NORM_INF), 10);
+}
+
+TEST(Perturbation, ColumnsAreOffByAsMuchInTheCorner) {
+  const Ramp ramp;
+  Perturbation off = change();
+  off.column_offset_px = 4;
+  const auto shifted = perturbed(ramp, off);
+  EXPECT_EQ(cv::norm(shifted->frame(0).left, ramp.frame(0).left, cv::NORM_INF), 0);
+  // Lower left: column x shows what was at x + 4 px, whose grey level grows by 1 in 2 px.
+  EXPECT_NEAR(shifted->frame(0).right(19, 0), ramp.frame(0).right(19, 4), 1);
+  EXPECT_NEAR(shifted->frame(0).right(10, 50), ramp.frame(0).right(10, 50), 1);
+}
+
+TEST(Perturbation, RememberedSequencesHaveTheLabelsOfFiles) {
+  const Ramp ramp;
+  ObjectLabel label;
+  label.frame = 103;
+  label.type = "van";
+  const auto known = remembered(ramp, std::vector<ObjectLabel>{label}, 5);
+  ASSERT_EQ(known->frames(), 5);
+  EXPECT_TRUE(known->objects(2)->empty());
+  ASSERT_EQ(known->objects(3)->size(), 1u);
+  EXPECT_EQ(known->objects(3)->at(0).type, "van");
+  EXPECT_EQ(remembered(ramp, std::nullopt, 0)->objects(3)->at(0).type, "car");
+}
+
+}  // namespace
+}  // namespace predictive_stereo
