@@ -37,6 +37,9 @@ class Patch {
   /// to be subtracted from the column found. On oblique edges the two errors go together.
   float columnErrorFromRowError(float row_error_px) const;
 
+  /// Variance of a found column where the row is known, for image noise of one grey value [px^2].
+  float columnVariance() const { return 1 / moments_.xx; }
+
   /// Inverse of the summed products of gradients, per squared grey value, [px^2]: the covariance of
   /// a found position for image noise of one grey value.
   const cv::Matx22f& covariance() const { return inverse_; }

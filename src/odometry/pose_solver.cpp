@@ -104,7 +104,7 @@ struct Information {
   Eigen::Vector3d diagonal, along;  // diagonal matrix minus along along^T
 
   Information(const Correspondence& c, const Prediction& p, double disparity_variance)
-      : diagonal(1 / c.track_variance, 1 / c.track_variance, 1 / disparity_variance) {
+      : diagonal(1 / c.track_variance.x(), 1 / c.track_variance.y(), 1 / disparity_variance) {
     along = diagonal.cwiseProduct(p.by_disparity);
     along /= std::sqrt(1 / c.previous_disparity_variance + along.dot(p.by_disparity));
   }

@@ -10,7 +10,8 @@ namespace predictive_stereo {
 /// One point seen in two stereo pairs: (x, y, disparity) [px] in the previous and the current one.
 struct Correspondence {
   Eigen::Vector3d previous, current;
-  double track_variance = 1;               ///< of current x and y, relative to the others
+  /// Of current x and y, relative to the others.
+  Eigen::Vector2d track_variance = Eigen::Vector2d::Ones();
   double previous_disparity_variance = 1;  ///< relative to the others
   double current_disparity_variance = 1;   ///< relative to the others
   double trust = 1;  ///< weight in the vote between motions: how likely the point is static

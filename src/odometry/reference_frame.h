@@ -12,7 +12,8 @@ namespace predictive_stereo {
 struct Feature {
   cv::Point2f position;
   float disparity_px = 0;
-  double trust = 1;  ///< as Correspondence::trust
+  double disparity_variance = 1;  ///< as Correspondence::previous_disparity_variance
+  double trust = 1;               ///< as Correspondence::trust
 };
 
 /// The frame that motion is measured against: the previous one, or an earlier one while the camera

@@ -91,6 +91,7 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right,
     match.shift_px = point.x - fine.position.x;
     match.row_offset_px = fine.position.y - point.y;
     match.shift_by_row = patch.columnErrorFromRowError(1);
+    match.shift_variance_px2 = patch.columnVariance();
     match.found = true;
     return true;
   };

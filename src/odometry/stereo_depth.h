@@ -19,7 +19,8 @@ struct StereoMatch {
   /// Out: where the true row offset is known to be r, the best estimate of the shift is shift_px +
   /// shift_by_row * (row_offset_px - r): on oblique edges the two errors go together.
   float shift_by_row = 0;
-  bool found = false;  ///< out
+  float shift_variance_px2 = 0;  ///< out: of that estimate, for image noise of one grey value
+  bool found = false;            ///< out
 };
 
 struct StereoSearch {

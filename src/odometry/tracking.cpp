@@ -24,6 +24,7 @@ void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) 
   const Patch::Match match = patch.align(to.level(0), track.position, kFineIterations);
   track.position = match.position;
   track.found = match.converged && match.correlation > kSmallestCorrelation;
+  track.variance_px2 = {patch.covariance()(0, 0), patch.covariance()(1, 1)};
 }
 
 // Most points lie where nobody has looked for long.
