@@ -14,7 +14,7 @@ constexpr int kPerCell = 3;
 constexpr float kSmallestDistancePx = 8;
 // Least scores, tried one after the other until a row of cells has enough corners: strong ones
 // first, and at night whatever there is.
-constexpr std::array<int, 2> kScores = {20, 7};
+constexpr std::array<int, 2> kScores = {20, 4};
 
 bool strongerFirst(const FastCorner& a, const FastCorner& b) {
   if (a.score != b.score) return a.score > b.score;

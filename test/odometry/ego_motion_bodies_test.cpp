@@ -42,10 +42,16 @@ void follow(const std::string& scene, int first, int last, const Limits& limits,
   EXPECT_LE(lost, allowed_lost) << scene << " from frame " << first;
 }
 
-// Frame 13, where a person covers much of the view, is off by 2.4 mm.
-TEST(EgoMotionBodies, RobotAmongPeople) { follow("robot", 0, 16, {0.01, 0.002, 0.03}); }
+// Frame 13, where a person covers much of the view, is off by 2.1 mm on a way of 71 mm.
+TEST(EgoMotionBodies, RobotAmongPeople) { follow("robot", 0, 16, {0.01, 0.0015, 0.03}); }
 
 TEST(EgoMotionBodies, RobotTurnsIntoAnotherCorridor) { follow("robot", 84, 98, {}); }
+
+// Its frames 28 to 61, at rest and taking off, are off by up to 4 mm: all that it sees then is 10 m
+// and more away, with disparities of 3 to 5 px.
+TEST(EgoMotionBodies, DroneFlies) { follow("drone", 62, 76, {}); }
+
+TEST(EgoMotionBodies, DroneAboveTheChessboard) { follow("drone", 244, 258, {}); }
 
 TEST(EgoMotionBodies, HandheldCamera) { follow("handheld", 60, 72, {}); }
 

@@ -81,7 +81,7 @@ TEST_P(PerturbedInputs, LeaveTheWayAsItIs) {
     std::printf("%s, %s: %.2f m, %+.2f %% of the undisturbed way, %d lost\n", GetParam(),
                 perturbation.name.c_str(), way_m, 100 * (way_m / expected_m - 1), lost);
     EXPECT_EQ(lost, 0) << perturbation.name;
-    EXPECT_NEAR(way_m / expected_m, 1, 0.008) << perturbation.name;
+    EXPECT_NEAR(way_m / expected_m, 1, 0.006) << perturbation.name;
   }
 }
 
