@@ -198,7 +198,8 @@ class MovingObjectDetector {
   MovingObjectDetector(MovingObjectDetector&&) noexcept;
   MovingObjectDetector& operator=(MovingObjectDetector&&) noexcept;
 
-  /// Buffers of `detections` are reused where they have the right size.
+  /// Buffers of `detections` are reused where they have the right size. Another rig starts anew,
+  /// except that where only cx_right_px differs the past's disparities are changed by the step.
   void detect(const DetectionInput& input, Detections& detections);
   /// Other parameters from the next frame on. Tracks go on, unless scheme or range become others.
   /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.

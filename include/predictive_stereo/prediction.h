@@ -26,6 +26,7 @@ struct DisparityState {
 };
 
 /// Adds a constant to all known disparities; those that leave the range below become unknown.
+void addToDisparities(const DisparityRange& range, double offset_px, cv::Mat1f& disparity_px);
 void addToDisparities(const DisparityRange& range, double offset_px, DisparityState& state);
 
 struct PredictionParams {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "detection/work_pool.h"
+#include "predictive_stereo/prediction.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
@@ -25,6 +26,11 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   tasks.insert(tasks.end(), beside.begin(), beside.end());
   forEachInParallel(static_cast<int>(tasks.size()),
                     [&](int i) { tasks[static_cast<size_t>(i)](); });
+}
+
+void FrameHistory::addToDisparities(const DisparityRange& range, double step_px) {
+  for (RememberedFrame& frame : frames_)
+    if (!frame.empty()) predictive_stereo::addToDisparities(range, step_px, frame.disparity_px);
 }
 
 std::vector<PastFrame> FrameHistory::past() const {

@@ -40,6 +40,9 @@ class FrameHistory {
   /// @param beside  what is done at the same time, and needs nothing of this.
   void remember(const DetectionInput& input, const std::vector<Task>& beside = {});
   const RememberedFrame& current() const { return frames_[0]; }
+  /// The right image's columns are corrected otherwise from now on: `step_px` is added to the
+  /// disparities of the past.
+  void addToDisparities(const DisparityRange& range, double step_px);
   void setFollows(bool follows) { frames_[0].follows = follows; }
   /// Frames before the current one, the last first, as far as poses and stamps go on. Valid until
   /// the next frame.

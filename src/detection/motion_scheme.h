@@ -25,6 +25,8 @@ class MotionScheme {
   /// @return valid until the next call.
   const std::vector<ObservedObject>& observe(const DetectionInput& input,
                                              const ObjectTracker& known);
+  /// See FrameHistory.
+  void addToDisparities(double step_px) { frames_.addToDisparities(range_, step_px); }
   void reset();
 
  private:

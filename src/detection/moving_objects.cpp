@@ -66,8 +66,21 @@ struct MovingObjectDetector::State {
     tracker.reset();
     motion.reset();
   }
+  void setRig(const StereoRig& new_rig);
   void observeAsPaper(const DetectionInput& input);
 };
+
+// Other columns of the right image change all disparities by a step: what is remembered of the past
+// goes along. Any other change starts anew.
+void MovingObjectDetector::State::setRig(const StereoRig& new_rig) {
+  StereoRig other_columns = rig;
+  other_columns.cx_right_px = new_rig.cx_right_px;
+  if (other_columns != new_rig)
+    reset();
+  else if (rig != new_rig)
+    motion.addToDisparities(new_rig.cx_right_px - rig.cx_right_px);
+  rig = new_rig;
+}
 
 void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
   constexpr float kMovingPx = 1.0f;
@@ -103,8 +116,7 @@ MovingObjectDetector& MovingObjectDetector::operator=(MovingObjectDetector&&) no
 void MovingObjectDetector::detect(const DetectionInput& input, Detections& detections) {
   requireSizes(input);
   State& state = *state_;
-  if (input.rig != state.rig) state.reset();
-  state.rig = input.rig;
+  state.setRig(input.rig);
   state.observed.clear();
   state.tracker.predict(input.stamp_s, input.rig, input.T_odom_cam);
   if (state.params.scheme == DetectionScheme::kPaper)

@@ -74,13 +74,16 @@ void fillFromRowsAround(float smallest_valid, int y, Prediction& maps) {
 
 }  // namespace
 
+void addToDisparities(const DisparityRange& range, double offset_px, cv::Mat1f& disparity_px) {
+  const auto smallest = static_cast<float>(range.min_disparity);
+  cv::add(disparity_px, offset_px, disparity_px, disparity_px >= smallest);
+  disparity_px.setTo(range.invalid(), disparity_px < smallest);
+}
+
 void addToDisparities(const DisparityRange& range, double offset_px, DisparityState& state) {
   if (state.empty()) return;
-  const auto smallest = static_cast<float>(range.min_disparity);
-  cv::add(state.disparity_px, offset_px, state.disparity_px, state.disparity_px >= smallest);
-  const cv::Mat1b unknown = state.disparity_px < smallest;
-  state.disparity_px.setTo(range.invalid(), unknown);
-  state.variance_px2.setTo(0, unknown);
+  addToDisparities(range, offset_px, state.disparity_px);
+  state.variance_px2.setTo(0, state.disparity_px < static_cast<float>(range.min_disparity));
 }
 
 Predictor::Predictor(const DisparityRange& range, const PredictionParams& params)

@@ -206,6 +206,7 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   // What the MovingObjects nodelet waits for.
   void publishForDetection(const DisparityMessages& messages) {
+    row_alignment_.publish(messages.row_alignment);  // before what makes the frame complete
     measured_disparity_.publish(messages.measured_disparity);
     predicted_disparity_.publish(messages.predicted_disparity);
     measured_variance_.publish(messages.measured_variance);
@@ -215,7 +216,6 @@ class DisparityNodelet : public nodelet::Nodelet {
   void publish(const DisparityMessages& messages, const StereoPair& pair) {
     disparity_.publish(messages.disparity);
     disparity_variance_.publish(messages.disparity_variance);
-    row_alignment_.publish(messages.row_alignment);
     search_range_.publish(messages.search_range);
     if (disparity_image_.getNumSubscribers() > 0)
       disparity_image_.publish(innerImage(messages.disparity));

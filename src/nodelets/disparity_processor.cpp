@@ -71,12 +71,14 @@ DisparityMessages DisparityProcessor::process(const Sources& sources) {
       return sources.motion(past ? std::optional(rosTime(*past)) : std::nullopt);
     };
   if (sources.moved) links.moved = [&](Stamp before) { return sources.moved(rosTime(before)); };
-  if (sources.measured) links.measured = [&] { sources.measured(result); };
+  const DisparityOutput& maps = output_.disparity;
+  links.measured = [&] {
+    result.row_alignment =
+        rowAlignmentMsg(maps.row_alignment, output_.column_offset, pair_.left->header);
+    if (sources.measured) sources.measured(result);
+  };
   pipeline_.process(links, output_);
 
-  const DisparityOutput& maps = output_.disparity;
-  result.row_alignment =
-      rowAlignmentMsg(maps.row_alignment, output_.column_offset, pair_.left->header);
   result.predicted = maps.predicted;
   result.contradicted_fraction =
       contradictedFraction(maps.predicted_disparity_px, maps.measured_disparity_px,

@@ -13,6 +13,7 @@
 
 #include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
+#include "nodelets/message_history.h"
 #include "nodelets/moving_objects_processor.h"
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/nodelet_params.h"
@@ -27,7 +28,8 @@ namespace predictive_stereo {
 /// Moving objects from measured and predicted disparity.
 ///
 /// Subscribes: measured_disparity, measured_variance, predicted_disparity, predicted_variance,
-///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame).
+///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame); row_alignment, where
+///   somebody publishes it (by what the disparities' columns are corrected).
 /// Publishes: moving_objects, moving_objects/mask, and on demand moving_objects/residual,
 ///   moving_objects/markers, moving_objects/image; /diagnostics.
 /// Services: ~reset, and those of dynamic_reconfigure.
@@ -37,6 +39,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   ~MovingObjectsNodelet() override {
     if (health_) health_->stop();
     left_.shutdown();
+    columns_subscriber_.shutdown();
     for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
     if (loop_) loop_->stop();
   }
@@ -101,6 +104,9 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     subscribeTo(kMeasuredVariance, boost::shared_ptr<sensor_msgs::Image>());
     subscribeTo(kPredicted, boost::shared_ptr<stereo_msgs::DisparityImage>());
     subscribeTo(kPredictedVariance, boost::shared_ptr<sensor_msgs::Image>());
+    columns_subscriber_ = node.subscribe<RowAlignment>(
+        "row_alignment", queue,
+        [this](const RowAlignmentConstPtr& columns) { columns_.add(columns); });
     const image_transport::TransportHints hints("raw", ros::TransportHints().tcpNoDelay(),
                                                 getPrivateNodeHandle());
     left_ = image_transport::ImageTransport(node).subscribe(
@@ -115,7 +121,10 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     const std::lock_guard<std::mutex> lock(mutex_);
     last_received_[slot] = std::chrono::steady_clock::now();
     if (slot == kLeft) {
-      if (stamp < last_left_) tf_->goBackTo(stamp);
+      if (stamp < last_left_) {
+        tf_->goBackTo(stamp);
+        columns_.goBackTo(stamp);
+      }
       last_left_ = stamp;
     }
     for (const StampMatcher::Set& set :
@@ -132,6 +141,9 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
           static_pointer_cast<const sensor_msgs::Image>(set[kMeasuredVariance]);
       input.predicted_variance =
           static_pointer_cast<const sensor_msgs::Image>(set[kPredictedVariance]);
+      const ros::Time of_set = input.left->header.stamp;
+      const RowAlignmentConstPtr columns = columns_.at(of_set);
+      if (columns && columns->header.stamp == of_set) input.row_alignment = columns;
       loop_->push(input);
     }
   }
@@ -227,9 +239,11 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   std::unique_ptr<StampMatcher> matcher_;
   std::array<std::chrono::steady_clock::time_point, kTopics> last_received_{};
   ros::Time last_left_;
+  MessageHistory<RowAlignment> columns_;
 
   std::unique_ptr<Loop> loop_;
   std::array<ros::Subscriber, kTopics> subscribers_;
+  ros::Subscriber columns_subscriber_;
   image_transport::Subscriber left_;
 };
 

@@ -131,6 +131,7 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
   output_.detections.mask = writableView<uint8_t>(*result.mask);
   FrameSources sources;
   sources.T_odom_cam = T_odom_cam;
+  if (input.row_alignment) sources.column_offset = columnOffset(*input.row_alignment);
   pipeline_.process(sources, output_);
   last_ = input;
 

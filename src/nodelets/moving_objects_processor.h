@@ -1,6 +1,7 @@
 #pragma once
 
 #include <predictive_stereo/MovingObjectArray.h>
+#include <predictive_stereo/RowAlignment.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <stereo_msgs/DisparityImage.h>
@@ -19,6 +20,7 @@ struct MovingObjectsInput {
   sensor_msgs::CameraInfoConstPtr left_info;
   stereo_msgs::DisparityImageConstPtr measured_disparity, predicted_disparity;
   sensor_msgs::ImageConstPtr measured_variance, predicted_variance;
+  RowAlignmentConstPtr row_alignment;  ///< tells the correction of columns; null: as before
 };
 
 struct MovingObjectsMessages {

@@ -48,6 +48,7 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   input.predicted_disparity = output.disparity.predicted_disparity;
   input.measured_variance = output.disparity.measured_variance;
   input.predicted_variance = output.disparity.predicted_variance;
+  input.row_alignment = output.disparity.row_alignment;
   output.moving_objects = *moving_objects_.process(input, output.T_odom_cam).messages;
   moving_mask_ = output.moving_objects.mask;
   watch.lap("detection", output.times);

@@ -63,6 +63,20 @@ TEST(FrameHistory, CopiesWhatItKeeps) {
   expectPast(history.past(), 1, {0});
 }
 
+TEST(FrameHistory, AddsAStepToKnownDisparities) {
+  FrameHistory history;
+  DetectionInput input = frameOf(0);
+  const DisparityRange range;
+  input.measured_disparity_px.setTo(range.invalid());
+  input.measured_disparity_px(1, 2) = 7;
+  history.remember(input);
+  history.addToDisparities(range, 1.5);
+  history.remember(frameOf(1));
+  const cv::Mat1f& disparity_px = history.past().at(0).frame->disparity_px;
+  EXPECT_EQ(disparity_px(1, 2), 8.5f);
+  EXPECT_EQ(disparity_px(0, 0), range.invalid());
+}
+
 TEST(FrameHistory, EndsWhereAPoseIsUnknown) {
   FrameHistory history;
   for (int k = 0; k < 3; ++k) history.remember(frameOf(k));

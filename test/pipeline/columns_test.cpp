@@ -85,6 +85,28 @@ TEST_F(Columns, DisparitiesAreCorrectedFromWhenTheOffsetIsKnown) {
   EXPECT_NEAR(correction_px, kShiftPx, 0.15);
 }
 
+// The detector keeps what it remembers, moved by the step.
+TEST_F(Columns, ObjectsAreFollowedOverTheStep) {
+  Pipeline shifted(params()), right(params());
+  PipelineOutput of_right;
+  int before = 0, since_step = 0, of_right_since = 0;
+  for (int i = 0; i < kFrames; ++i) {
+    ASSERT_TRUE(shifted.process(frameOf(i, kShiftPx), output_));
+    ASSERT_TRUE(right.process(frameOf(i, 0), of_right));
+    const auto objects = static_cast<int>(output_.detections.objects.size());
+    if (output_.column_offset.correction_px == 0) {
+      before = objects;
+      continue;
+    }
+    since_step += objects;
+    of_right_since += static_cast<int>(of_right.detections.objects.size());
+  }
+  EXPECT_GT(before, 0);
+  EXPECT_GE(since_step, of_right_since - 1);
+  EXPECT_LE(since_step, of_right_since + 1);
+  EXPECT_GT(of_right_since, 2);
+}
+
 TEST_F(Columns, NothingChangesWhereTheRigIsRight) {
   PipelineParams without = params();
   without.disparity.correct_columns = false;
