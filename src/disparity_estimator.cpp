@@ -11,7 +11,7 @@ constexpr float kHoleTolerancePx = 3.0f;
 
 DisparityEstimator::DisparityEstimator(const DisparityParams& params)
     : params_(params),
-      coarse_matcher_(params.matcher),
+      coarse_matcher_(params.matcher, params.min_region_px),
       row_aligner_(params.row_alignment),
       predictor_(params.matcher.range, params.prediction),
       range_builder_(params.matcher.range, params.search),

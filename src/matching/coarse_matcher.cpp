@@ -11,7 +11,7 @@
 namespace predictive_stereo {
 namespace {
 
-/// Half disparities that cover the full-resolution interval.
+/// Parameters of the half resolution; half disparities cover the full-resolution interval.
 MatcherParams halved(MatcherParams params) {
   const DisparityRange full = params.range;
   const auto floorOfHalf = [](int value) { return (value - (value & 1)) / 2; };
@@ -19,13 +19,14 @@ MatcherParams halved(MatcherParams params) {
   const int needed = floorOfHalf(full.max_disparity()) - params.range.min_disparity + 1;
   params.range.count = (needed + 15) / 16 * 16;
   if (params.left_right_tolerance_px > 0) params.left_right_tolerance_px = 1;
+  params.census = CensusForm::k5x5;
   return params;
 }
 
 }  // namespace
 
-CoarseMatcher::CoarseMatcher(const MatcherParams& params)
-    : full_params_(params), matcher_(halved(params)) {}
+CoarseMatcher::CoarseMatcher(const MatcherParams& params, int min_region_px)
+    : full_params_(params), min_region_px_(min_region_px), matcher_(halved(params)) {}
 
 void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px) {
   if (left.cols < 2 || left.rows < 2) {
@@ -44,6 +45,9 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
   halveImage(left, simd_target, left_half_);
   halveImage(right, simd_target, right_half_);
   matcher_.match(left_half_, right_half_, match_);
+  constexpr int kPixelsOfHalf = 4;
+  region_filter_.filter(matcher_.params().range, min_region_px_ / kPixelsOfHalf,
+                        match_.disparity_px);
 
   // Half disparities that are invalid, or that the halved range has in addition, lie outside.
   const DisparityRange& range = full_params_.range;
