@@ -26,9 +26,9 @@ struct DisparityParams {
   SearchRangeParams search;
   CorrectionParams correction;
   VarianceParams variance;
-  int min_support = 10;    ///< see filterBySupport; applied to the match and to the filters; 0: off
-  int min_region_px = 50;  ///< smaller regions of the match are dropped, at full and at half
-                           ///< resolution, see RegionFilter; 0: none
+  int min_support = 10;  ///< see filterBySupport; applied to the match and to the filters; 0: off
+  int min_region_px = 100;  ///< smaller regions of the match are dropped, at full and at half
+                            ///< resolution, see RegionFilter; 0: none
   int max_hole_px = 40;  ///< narrower holes are filled in the published disparity where both sides
                          ///< agree or one hides them, see post_filter.h; 0: none
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "evaluation/disparity_metrics.h"
+#include "evaluation/kitti_scene_2015.h"
 #include "evaluation/lidar_truth.h"
 
 namespace predictive_stereo {
@@ -113,7 +114,9 @@ double commonVariance(const VarianceSample& sample, const VarianceParams& params
   return around_px * around_px + far_px * far_px + rig_px * rig_px;
 }
 
+/// What a prediction, or that there is none, adds to the variance of a match.
 double surprise(const VarianceSample& sample, const VarianceParams& params) {
+  if (!sample.predicted) return params.sigma_unpredicted_px * params.sigma_unpredicted_px;
   const double innovation_px = std::min<double>(sample.innovation_px, params.max_innovation_px);
   return params.innovation_weight * innovation_px * innovation_px;
 }
@@ -173,12 +176,12 @@ std::vector<VarianceSample> choose(const std::vector<std::vector<VarianceSample>
 }
 
 /// Mean loss as a function of floor, ambiguous, onset, innovation_weight, disagreement,
-/// per_row_offset (times 100), far.
+/// per_row_offset (times 100), far, unpredicted.
 class MatchLoss : public cv::MinProblemSolver::Function {
  public:
   MatchLoss(std::vector<VarianceSample> samples, const VarianceParams& start)
       : samples_(std::move(samples)), start_(start) {}
-  int getDims() const override { return 7; }
+  int getDims() const override { return 8; }
   double calc(const double* x) const override {
     // The solver knows no limits: outside of them the loss rises.
     double penalty = 0;
@@ -195,6 +198,7 @@ class MatchLoss : public cv::MinProblemSolver::Function {
     params.sigma_disagreement_px = limited(x[4], 0, 100);
     params.sigma_per_row_offset = limited(x[5], 0, 100) / 100;
     params.sigma_far_px = limited(x[6], 0, 100);
+    params.sigma_unpredicted_px = limited(x[7], 0, 100);
     double loss = 0;
     for (const VarianceSample& sample : samples_) {
       const double match_px = matchSigma(sample, params);
@@ -210,8 +214,8 @@ class MatchLoss : public cv::MinProblemSolver::Function {
   VarianceParams start_;
 };
 
-bool isFiltered(const VarianceSample& s) { return s.measured && s.predicted; }
-bool isUnpredicted(const VarianceSample& s) { return s.measured && !s.predicted; }
+bool isMeasured(const VarianceSample& s) { return s.measured; }
+bool isPredicted(const VarianceSample& s) { return s.predicted; }
 bool isKept(const VarianceSample& s) { return !s.measured && s.predicted; }
 bool isFilled(const VarianceSample& s) { return !s.measured && !s.predicted; }
 
@@ -309,43 +313,60 @@ std::vector<VarianceSample> observePublished(const Sequence& sequence, const Pip
   return samples;
 }
 
+std::vector<VarianceSample> observePublished2015(const std::string& training_dir,
+                                                 const PipelineParams& params, int step,
+                                                 const std::function<void(int)>& progress) {
+  std::vector<VarianceSample> samples;
+  PipelineParams alone = withAllPublished(params);
+  alone.parts = {false, true, false};
+  int pair = 0;
+  for (const std::string& name : listKittiScenes2015(training_dir)) {
+    const KittiScene2015 scene = readKittiScene2015(training_dir, name);
+    Pipeline pipeline(alone);
+    PipelineOutput published;
+    pipeline.process({scene.left, scene.right, scene.rig, {}}, published);
+    addSamples(published.disparity, params.disparity.matcher.range, scene.truth_px, step, samples);
+    if (progress) progress(pair++);
+  }
+  return samples;
+}
+
 VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
                            const VarianceParams& start) {
   constexpr size_t kSamples = 60000;
   VarianceParams fitted = start;
-  std::vector<VarianceSample> filtered = choose(sets, kSamples, isFiltered);
-  if (filtered.size() >= kMinSamples) {
-    const auto loss = cv::makePtr<MatchLoss>(std::move(filtered), start);
-    cv::Mat1d x = (cv::Mat1d(1, 7) << start.sigma_floor_px, start.sigma_ambiguous_px,
-                   start.ambiguity_onset, start.innovation_weight, start.sigma_disagreement_px,
-                   100 * start.sigma_per_row_offset, start.sigma_far_px);
+  std::vector<VarianceSample> measured = choose(sets, kSamples, isMeasured);
+  if (measured.size() >= kMinSamples) {
+    const auto with_past =
+        static_cast<size_t>(std::count_if(measured.begin(), measured.end(), isPredicted));
+    const size_t without_past = measured.size() - with_past;
+    const auto loss = cv::makePtr<MatchLoss>(std::move(measured), start);
+    cv::Mat1d x =
+        (cv::Mat1d(1, 8) << start.sigma_floor_px, start.sigma_ambiguous_px, start.ambiguity_onset,
+         start.innovation_weight, start.sigma_disagreement_px, 100 * start.sigma_per_row_offset,
+         start.sigma_far_px, start.sigma_unpredicted_px);
     const auto solver = cv::DownhillSolver::create(
-        loss, cv::Mat1d((cv::Mat1d(1, 7) << 0.1, 0.3, 0.1, 0.1, 0.5, 0.5, 0.2)),
-        cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 900, 1e-7));
+        loss, cv::Mat1d((cv::Mat1d(1, 8) << 0.1, 0.3, 0.1, 0.1, 0.5, 0.5, 0.2, 0.2)),
+        cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 1200, 1e-7));
     solver->minimize(x);
     fitted.sigma_floor_px = rounded(std::clamp(x(0), 0.05, 10.0));
     fitted.sigma_ambiguous_px = rounded(std::clamp(x(1), 0.0, 100.0));
     fitted.ambiguity_onset = rounded(std::clamp(x(2), 0.0, 0.9));
-    fitted.innovation_weight = rounded(std::clamp(x(3), 0.0, 1.0));
+    if (with_past >= kMinSamples) fitted.innovation_weight = rounded(std::clamp(x(3), 0.0, 1.0));
     fitted.sigma_disagreement_px = rounded(std::clamp(x(4), 0.0, 100.0));
     fitted.sigma_per_row_offset = rounded(std::clamp(x(5), 0.0, 100.0) / 100);
     fitted.sigma_far_px = rounded(std::clamp(x(6), 0.0, 100.0));
+    if (without_past >= kMinSamples)
+      fitted.sigma_unpredicted_px = rounded(std::clamp(x(7), 0.0, 100.0));
   }
-  const auto beyond = [&](bool (*kind)(const VarianceSample&), auto known) {
+  const auto beyondCommon = [&](bool (*kind)(const VarianceSample&)) {
     std::vector<KnownPart> parts;
     for (const VarianceSample& sample : choose(sets, kSamples, kind))
-      parts.push_back({sample.error_px, known(sample)});
+      parts.push_back({sample.error_px, commonVariance(sample, fitted)});
     return parts;
   };
-  const auto common = [&](const VarianceSample& s) { return commonVariance(s, fitted); };
-  const auto matched = [&](const VarianceSample& s) {
-    const double sigma_px = matchSigma(s, fitted);
-    return sigma_px * sigma_px + common(s);
-  };
-  fitted.sigma_unpredicted_px =
-      rounded(addedSigma(beyond(isUnpredicted, matched), start.sigma_unpredicted_px));
-  fitted.sigma_kept_px = rounded(addedSigma(beyond(isKept, common), start.sigma_kept_px));
-  fitted.sigma_filled_px = rounded(addedSigma(beyond(isFilled, common), start.sigma_filled_px));
+  fitted.sigma_kept_px = rounded(addedSigma(beyondCommon(isKept), start.sigma_kept_px));
+  fitted.sigma_filled_px = rounded(addedSigma(beyondCommon(isFilled), start.sigma_filled_px));
   return fitted;
 }
 

@@ -47,6 +47,12 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
 std::vector<VarianceSample> observePublished(const Sequence& sequence, const PipelineParams& params,
                                              int step, const std::function<void(int)>& progress);
 
+/// The same of the pairs of a KITTI 2015 "training" folder, each by itself: without a past.
+/// @throws std::runtime_error that names what cannot be read.
+std::vector<VarianceSample> observePublished2015(const std::string& training_dir,
+                                                 const PipelineParams& params, int step,
+                                                 const std::function<void(int)>& progress);
+
 /// Errors of laser points of one frame, moved by the ego-motion, against those of the next frame.
 /// Points are compared with the plane in disparity space through their neighbours of the next
 /// frame, where such a plane fits (smooth surfaces), so that the scans need not hit the same spots.
@@ -59,9 +65,10 @@ void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
 
 /// Parameters of the published variance for which sigma is the 68.3 % and 2 sigma the 95.4 %
 /// quantile of the absolute error as nearly as both can be had, given what is known of each pixel:
-/// quantile regression, first for what was measured and predicted, then for each other kind. Each
-/// set of samples (a drive, a scene) has the same weight. Kinds with fewer than 200 samples keep
-/// the values of `start`, and so does what no sample tells of.
+/// quantile regression, first for what was measured, with and without a prediction, then for what
+/// was kept and for what was filled. Each set of samples (a drive, a scene) has the same weight.
+/// Kinds with fewer than 200 samples keep the values of `start`, and so does what no sample tells
+/// of.
 VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
                            const VarianceParams& start);
 

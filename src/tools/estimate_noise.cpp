@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "evaluation/kitti_scene_2015.h"
 #include "evaluation/noise_estimation.h"
 #include "tools/command_line.h"
 #include "tools/progress.h"
@@ -37,6 +38,8 @@ DRIVE_measurement_error.png: absolute errors accumulated over the image (the pap
   --street SCENE      adds a scene of the synthetic street, whose truth has no noise, to what the
                       published variance is fitted to; may be given several times
   --street-frames N   its number of frames (default 20)
+  --kitti2015 DIR     adds the pairs of a KITTI 2015 "training" folder, each without a past:
+                      all together have the weight of one drive or scene
   --all-errors        q and r are the variances of all errors, as in the paper; without it gross
                       errors (> 3 px), which are no noise, do not count
   --config YAML       parameters to start from, as in evaluate_kitti
@@ -137,6 +140,15 @@ int estimate(const CommandLine& command_line) {
     provenance << "# " << sequence->name() << ", " << street.frames
                << " frames with exact truth, for the published variance\n";
   }
+  if (command_line.has("kitti2015")) {
+    const std::string training_dir = command_line.get("kitti2015");
+    const int pairs = static_cast<int>(listKittiScenes2015(training_dir).size());
+    constexpr int kStep = 2;
+    Progress progress("KITTI 2015", pairs);
+    published.push_back(observePublished2015(training_dir, params, kStep,
+                                             [&](int pair) { progress.update(pair); }));
+    provenance << "# KITTI 2015, " << pairs << " single pairs, for the published variance\n";
+  }
   const VarianceParams variance = fitVariance(published, params.disparity.variance);
 
   std::ostringstream yaml;
@@ -177,8 +189,8 @@ int estimate(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(
-      argc, argv, predictive_stereo::kHelp,
-      {"output", "labels", "street", "street-frames", "config", "set", "frames", "threads"},
-      {"all-errors"}, predictive_stereo::estimate);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
+                                    {"output", "labels", "street", "street-frames", "kitti2015",
+                                     "config", "set", "frames", "threads"},
+                                    {"all-errors"}, predictive_stereo::estimate);
 }

@@ -164,5 +164,26 @@ TEST(FitVariance, FindsTheParametersThatMadeTheErrors) {
   EXPECT_DOUBLE_EQ(fitted.sigma_filled_px, VarianceParams{}.sigma_filled_px);  // no such samples
 }
 
+TEST(FitVariance, LearnsOfPredictionsOnlyWhereThereAreSome) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal;
+  std::vector<std::vector<VarianceSample>> alone(1), followed(1);
+  for (int i = 0; i < 4000; ++i) {
+    VarianceSample s{};
+    s.measured = true;
+    s.disparity_px = 40;
+    s.innovation_px = 1;
+    s.error_px = 0.8f * normal(random);
+    alone[0].push_back(s);
+    s.predicted = true;
+    followed[0].push_back(s);
+  }
+  const VarianceParams start;
+  EXPECT_EQ(fitVariance(alone, start).innovation_weight, start.innovation_weight);
+  EXPECT_NE(fitVariance(alone, start).sigma_unpredicted_px, start.sigma_unpredicted_px);
+  EXPECT_EQ(fitVariance(followed, start).sigma_unpredicted_px, start.sigma_unpredicted_px);
+  EXPECT_NE(fitVariance(followed, start).innovation_weight, start.innovation_weight);
+}
+
 }  // namespace
 }  // namespace predictive_stereo

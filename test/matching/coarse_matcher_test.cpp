@@ -29,6 +29,40 @@ TEST(CoarseMatcher, FindsFullResolutionDisparities) {
   }
 }
 
+// A square of 24x24 px, 10 px nearer than the wall that the rest shows.
+TEST(CoarseMatcher, DropsSmallRegions) {
+  TestPair pair = makeTestPair({400, 120}, 20, 20, 3);
+  const cv::Rect square(200, 50, 24, 24);
+  pair.right(square - cv::Point(20, 0)).copyTo(pair.right(square - cv::Point(30, 0)));
+  cv::GaussianBlur(pair.left, pair.left, {5, 5}, 1.5);
+  cv::GaussianBlur(pair.right, pair.right, {5, 5}, 1.5);
+  const auto nearPixels = [&](int min_region_px) {
+    cv::Mat1f disparity_px;
+    CoarseMatcher(MatcherParams(), min_region_px).match(pair.left, pair.right, disparity_px);
+    const cv::Rect around(90, 15, 32, 32);
+    return cv::countNonZero(cv::abs(disparity_px(around) - 30) < 1.5);
+  };
+  // It covers 576 px, at half resolution 144; the match adds or takes away some at its edges.
+  const int found = nearPixels(0);
+  EXPECT_NEAR(found, 144, 60);
+  EXPECT_EQ(nearPixels(4 * found / 2), found);
+  EXPECT_EQ(nearPixels(4 * found * 2), 0);
+}
+
+TEST(CoarseMatcher, DoesNotDependOnTheFullResolutionsCensus) {
+  const TestPair pair = makeTestPair({400, 120}, 10, 40, 4);
+  const auto match = [&](CensusForm census) {
+    MatcherParams params;
+    params.census = census;
+    cv::Mat1f disparity_px;
+    CoarseMatcher(params).match(pair.left, pair.right, disparity_px);
+    return disparity_px;
+  };
+  const cv::Mat1f expected = match(CensusForm::k5x5);
+  for (const CensusForm form : {CensusForm::kCentreSymmetric9x5, CensusForm::kCentreSymmetric9x7})
+    EXPECT_EQ(cv::countNonZero(match(form) != expected), 0);
+}
+
 TEST(CoarseMatcher, RefusesWhatItCannotMatch) {
   CoarseMatcher matcher{MatcherParams()};
   cv::Mat1f disparity_px;
