@@ -43,9 +43,12 @@ void RegionFilter::findRuns(const cv::Mat1f& disparity_px, float smallest_valid)
       int32_t run = y * width;
       for (int x = 0; x < width; ++x) {
         if (row[x] < smallest_valid) continue;
-        const auto* last =
-            static_cast<const uint8_t*>(std::memchr(across + x, 0, static_cast<size_t>(width - x)));
-        const int end = static_cast<int>(last - across) + 1;
+        int last = x;
+        if (across[x] != 0)
+          last = static_cast<int>(static_cast<const uint8_t*>(
+                                      std::memchr(across + x, 0, static_cast<size_t>(width - x))) -
+                                  across);
+        const int end = last + 1;
         runs_[run] = {x, end, run, end - x};
         ++run;
         x = end - 1;
@@ -64,7 +67,9 @@ void RegionFilter::connectRows(int y) {
   while (above < above_end && here < here_end) {
     const int begin = std::max(runs_[above].begin, runs_[here].begin);
     const int end = std::min(runs_[above].end, runs_[here].end);
-    if (begin < end && std::memchr(down + begin, 1, static_cast<size_t>(end - begin)))
+    const bool known = runs_[above].parent == runs_[here].parent;
+    if (begin < end && !known &&
+        (down[begin] != 0 || std::memchr(down + begin, 1, static_cast<size_t>(end - begin))))
       unite(above, here);
     if (runs_[above].end < runs_[here].end)
       ++above;

