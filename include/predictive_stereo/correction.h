@@ -10,7 +10,7 @@
 namespace predictive_stereo {
 
 struct CorrectionParams {
-  double measurement_noise_px2 = 0.456;  ///< r of eq. 6
+  double measurement_noise_px2 = 0.454;  ///< r of eq. 6
   double gate_sigma =
       3.0;  ///< a larger |innovation| resets the filter to the measurement; 0: never
   int max_missed_frames = 3;  ///< predictions outlive this many frames without a measurement

@@ -23,7 +23,7 @@ struct MatcherParams {
   PathSet paths = PathSet::kStraight4;
   int p1 = 10;                       ///< penalty of a disparity change by 1 (eq. 1)
   int p2 = 70;                       ///< penalty of a larger change, > p1 (eq. 1)
-  int p2_edge = 30;                  ///< instead of p2 across a lasting step of grey, if lower
+  int p2_edge = 24;                  ///< instead of p2 across a lasting step of grey, if lower
   int edge_step = 12;                ///< grey levels of such a step; 0: p2 is the same everywhere
   int left_right_tolerance_px = 2;   ///< larger left-right differences are invalid; -1: no check
   bool exact_ranges = false;         ///< search ranges are not widened; scalar code, very slow

@@ -22,15 +22,15 @@ namespace predictive_stereo {
 /// disparities and which nothing undoes.
 struct VarianceParams {
   double sigma_floor_px = 0.15;
-  double sigma_ambiguous_px = 0.94;
-  double ambiguity_onset = 0.52;
-  double innovation_weight = 0.23;  ///< share of the squared innovation that adds to the variance
-  double max_innovation_px = 4.0;   ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 0.63;   ///< adds to a match that nothing was predicted for
+  double sigma_ambiguous_px = 0.84;
+  double ambiguity_onset = 0.49;
+  double innovation_weight = 0.2;  ///< share of the squared innovation that adds to the variance
+  double max_innovation_px = 4.0;  ///< a larger innovation counts as this one
+  double sigma_unpredicted_px = 0.64;   ///< adds to a match that nothing was predicted for
   double sigma_kept_px = 0.91;          ///< of a prediction that was not measured
-  double sigma_filled_px = 1.4;         ///< of what was filled
-  double sigma_disagreement_px = 1.6;   ///< adds for each disagreement around
-  double sigma_far_px = 0.7;            ///< adds at disparity 0, half of it at 10 px, a third at 20
+  double sigma_filled_px = 1.5;         ///< of what was filled
+  double sigma_disagreement_px = 1.5;   ///< adds for each disagreement around
+  double sigma_far_px = 0.68;           ///< adds at disparity 0, half of it at 10 px, a third at 20
   double sigma_per_row_offset = 0.013;  ///< adds this times the row offset [px] times the disparity
   double max_sigma_px = 0.0;  ///< disparities less certain than this are not published; 0: all are
 
