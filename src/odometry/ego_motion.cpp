@@ -20,10 +20,10 @@ namespace {
 constexpr int kLevels = 4;
 constexpr int kBorderPx = 10;             // so that a patch with its gradients fits in
 constexpr double kExpectedSigmaPx = 0.3;  // of a coordinate, before it has been measured
-// Variance of coordinates, relative to what interpolation and depth within a patch make of a
-// tracked one (0.07 px): of a disparity, and for image noise, by what one grey value makes of it.
-// Measured on the scenes drone, robot and handheld: grey noise of 4 to 5.
-constexpr double kDisparityVariance = 2, kNoiseVariance = 3000;
+// By how much image noise adds to the variance of a coordinate, relative to what interpolation and
+// depth within a patch make of it (0.07 px), where one grey value of noise makes a variance of 1
+// px^2. Measured on the scenes drone, robot and handheld.
+constexpr double kNoiseVariance = 3000;
 constexpr double kLostCovariance = 9999;
 // How likely a point is static: at first sight, after it moved with the camera, and after it did
 // not.
@@ -74,7 +74,7 @@ Eigen::Vector2d relativeVariance(const Track& track) {
   return {1 + kNoiseVariance * track.variance_px2[0], 1 + kNoiseVariance * track.variance_px2[1]};
 }
 double relativeVariance(const StereoMatch& match) {
-  return kDisparityVariance + kNoiseVariance * match.shift_variance_px2;
+  return 1 + kNoiseVariance * match.shift_variance_px2;
 }
 
 // How likely static the points are, in all, that agree with a motion.
