@@ -20,9 +20,9 @@ namespace {
 constexpr int kLevels = 4;
 constexpr int kBorderPx = 10;             // so that a patch with its gradients fits in
 constexpr double kExpectedSigmaPx = 0.3;  // of a coordinate, before it has been measured
-// By how much image noise adds to the variance of a coordinate, relative to what interpolation and
-// depth within a patch make of it (0.07 px), where one grey value of noise makes a variance of 1
-// px^2. Measured on the scenes drone, robot and handheld.
+// The relative variance of a coordinate is 1 (interpolation, depth within the patch: 0.07 px) plus
+// this times the variance that image noise of one grey value makes of it [px^2]. Measured on the
+// scenes drone, robot and handheld.
 constexpr double kNoiseVariance = 3000;
 constexpr double kLostCovariance = 9999;
 // How likely a point is static: at first sight, after it moved with the camera, and after it did
