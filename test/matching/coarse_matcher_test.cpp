@@ -33,7 +33,7 @@ TEST(CoarseMatcher, FindsFullResolutionDisparities) {
 TEST(CoarseMatcher, DropsSmallRegions) {
   TestPair pair = makeTestPair({400, 120}, 20, 20, 3);
   const cv::Rect square(200, 50, 24, 24);
-  pair.right(square - cv::Point(20, 0)).copyTo(pair.right(square - cv::Point(30, 0)));
+  pair.right(square - cv::Point(20, 0)).clone().copyTo(pair.right(square - cv::Point(30, 0)));
   cv::GaussianBlur(pair.left, pair.left, {5, 5}, 1.5);
   cv::GaussianBlur(pair.right, pair.right, {5, 5}, 1.5);
   const auto nearPixels = [&](int min_region_px) {
