@@ -34,6 +34,9 @@ constexpr double kHoldInliers = 0.6;  // share of the reference's features that 
 // A motion is doubted that fewer of the points agree with that were followed than this part of what
 // is usual; others are tried as well.
 constexpr double kUsualShare = 2.0 / 3, kFirstUsualShare = 0.5;
+// Motions that expect most points at the same places, up to this, are not tried one after the
+// other: tracking reaches much farther.
+constexpr double kSamePlacePx = 2;
 // Frames with fewer features show nothing: the reference then waits for better ones, a while.
 constexpr int kBlindFeatures = 30;
 constexpr int kLongestWait = 10;
@@ -83,6 +86,28 @@ double support(const PoseSolution& solution, const std::vector<Correspondence>& 
   for (size_t i = 0; i < correspondences.size(); ++i)
     if (solution.inlier[i]) sum += correspondences[i].trust;
   return sum;
+}
+
+// The 0.9 quantile.
+double high(std::vector<double>& values) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 9 / 10);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+// Whether two motions expect the features at the same places.
+bool expectTheSame(const StereoRig& rig, const std::vector<Feature>& features,
+                   const DisparityOffset& offset, const Eigen::Isometry3d& T_a,
+                   const Eigen::Isometry3d& T_b) {
+  const Eigen::Matrix4d by_a = disparityMotion(rig, T_a), by_b = disparityMotion(rig, T_b);
+  std::vector<double> apart_px;
+  for (const Feature& feature : features) {
+    const Eigen::Vector4d point(feature.position.x, feature.position.y,
+                                feature.disparity_px + offset.offset_px, 1);
+    apart_px.push_back(
+        ((by_a * point).hnormalized() - (by_b * point).hnormalized()).head<2>().norm());
+  }
+  return high(apart_px) < kSamePlacePx;
 }
 
 bool certain(const Matrix6d& covariance) {
@@ -182,7 +207,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   }
   rig = new_rig;
   left_pyramid.build(left, kLevels);
-  right_pyramid.build(right, 2);
+  right_pyramid.buildOn(right, 2);
 
   EgoMotionEstimate estimate;
   PoseSolution solution;
@@ -277,7 +302,11 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
 
   std::vector<StereoMatch> best_matches = matches;
   std::vector<Correspondence> best_correspondences = correspondences;
+  std::vector<Eigen::Isometry3d> tried = {T_expected};
   const auto tryInstead = [&](const Eigen::Isometry3d& T) {
+    for (const Eigen::Isometry3d& before : tried)
+      if (expectTheSame(rig, reference.features, reference.offset, before, T)) return;
+    tried.push_back(T);
     const PoseSolution other = tryMotion(reference, T, moving_mask);
     if (!other.found ||
         (best.found && support(other, correspondences) <= support(best, best_correspondences)))
@@ -440,9 +469,7 @@ bool EgoMotion::State::hardlyMoved(const PoseSolution& solution) const {
     if (solution.inlier[i])
       flow_px.push_back(
           (correspondences[i].current - correspondences[i].previous).head<2>().norm());
-  const auto high = flow_px.begin() + static_cast<std::ptrdiff_t>(flow_px.size() * 9 / 10);
-  std::nth_element(flow_px.begin(), high, flow_px.end());
-  return *high < kHoldFlowPx;
+  return high(flow_px) < kHoldFlowPx;
 }
 
 // Makes a reference of the current frame: its tracks go on, new corners fill the gaps. Takes the

@@ -14,12 +14,12 @@ constexpr int kPerCell = 3;
 constexpr float kSmallestDistancePx = 8;
 // Least scores, tried one after the other until a row of cells has enough corners: strong ones
 // first, and at night whatever there is.
-constexpr std::array<int, 2> kScores = {20, 4};
+constexpr std::array<int, 2> kScores = {20, 5};
 
-bool strongerFirst(const FastCorner& a, const FastCorner& b) {
+constexpr auto strongerFirst = [](const FastCorner& a, const FastCorner& b) {
   if (a.score != b.score) return a.score > b.score;
   return a.position.y != b.position.y ? a.position.y < b.position.y : a.position.x < b.position.x;
-}
+};
 
 bool farFromAll(cv::Point2f point, const std::vector<cv::Point2f>& others) {
   return std::none_of(others.begin(), others.end(), [&](cv::Point2f other) {

@@ -10,12 +10,16 @@ class ImagePyramid {
  public:
   /// Copies `image`; buffers are reused while the size stays.
   void build(const cv::Mat1b& image, int levels);
+  /// Does not copy it: it must stay as it is while the pyramid is in use.
+  void buildOn(const cv::Mat1b& image, int levels);
 
   int levels() const { return static_cast<int>(levels_.size()); }
   const cv::Mat1b& level(int k) const { return levels_[k]; }
   bool empty() const { return levels_.empty(); }
 
  private:
+  void buildUpper();
+
   std::vector<cv::Mat1b> levels_;
 };
 

@@ -10,8 +10,7 @@ namespace {
 
 constexpr int kArea = kPatchSize * kPatchSize;
 constexpr float kSmallestEigenvalue = 4;  // of the mean squared gradient [grey^2 / px^2]
-constexpr float kStopPx = 0.015f;
-constexpr float kFarthestPx = 8;  // from the start: beyond, the linearisation does not hold
+constexpr float kFarthestPx = 8;          // from the start: beyond, the linearisation does not hold
 
 // The pixel above and to the left of a sub-pixel position in the image, and how far it is.
 struct SubPixel {
@@ -103,7 +102,8 @@ bool Patch::sample(const cv::Mat1b& image, cv::Point2f centre, float scale) {
   return true;
 }
 
-Patch::Match Patch::align(const cv::Mat1b& image, cv::Point2f start, int max_iterations) const {
+Patch::Match Patch::align(const cv::Mat1b& image, cv::Point2f start, int max_iterations,
+                          float stop_px) const {
   constexpr float kHalf = 0.5f * (kSize - 1);
   Match match;
   match.position = start;
@@ -125,7 +125,7 @@ Patch::Match Patch::align(const cv::Mat1b& image, cv::Point2f start, int max_ite
     match.position -= step;
     const cv::Point2f moved = match.position - start;
     if (!(moved.dot(moved) < kFarthestPx * kFarthestPx)) return match;
-    if (step.dot(step) < kStopPx * kStopPx) {
+    if (step.dot(step) < stop_px * stop_px) {
       match.converged = true;
       return match;
     }

@@ -30,8 +30,10 @@ class Patch {
   /// False where it leaves the image or has no texture in some direction.
   bool sample(const cv::Mat1b& image, cv::Point2f centre, float scale = 1);
 
-  /// Finds the patch near `start`.
-  Match align(const cv::Mat1b& image, cv::Point2f start, int max_iterations) const;
+  /// Finds the patch near `start`. Has converged with a step below `stop_px`, after which the error
+  /// is far smaller.
+  Match align(const cv::Mat1b& image, cv::Point2f start, int max_iterations,
+              float stop_px = 0.015f) const;
 
   /// Given that the true row differs from the one found by `row_error_px` (found - true): what has
   /// to be subtracted from the column found. On oblique edges the two errors go together.

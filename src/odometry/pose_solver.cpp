@@ -12,6 +12,9 @@ namespace predictive_stereo {
 namespace {
 
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
+using Matrix38d = Eigen::Matrix<double, 3, 8>;
+using Matrix8d = Eigen::Matrix<double, 8, 8>;
+using Vector8d = Eigen::Matrix<double, 8, 1>;
 
 // Covariance of the robust estimate by that of least squares with the same weights held constant,
 // for normal noise in three dimensions and the weight 1 / (1 + m^2 / 4).
@@ -36,14 +39,11 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-// How a correspondence looks under a motion. Written in q = R n + t d / (f B), n being the ray of
-// the previous frame: that is the moved point divided by its previous depth, and works for d <= 0
-// (far points of a rig that squints) as well.
+// How a correspondence looks under a motion.
 struct Prediction {
   Eigen::Vector3d residual;      // current - predicted (x, y, d)
   Eigen::Vector3d by_disparity;  // derivative of the prediction by the previous disparity
-  Eigen::Vector3d q;
-  double inverse_depth;  // d / (f B) of the previous frame
+  double x, y, inverse_depth;    // predicted: the ray (x, y, 1), and d / (f B)
   bool in_front;
 };
 
@@ -56,45 +56,49 @@ class Model {
         R_(T.linear()),
         t_(T.translation()),
         k_(1 / rig.disparityTimesDepth()),
+        per_fx_(1 / rig.fx_px),
+        per_fy_(1 / rig.fy_px),
         previous_offset_(previous_offset_px),
         current_offset_(current_offset_px) {}
 
+  // Written in q = R n + t d / (f B), n being the ray of the previous frame: that is the moved
+  // point divided by its previous depth, and works for d <= 0 (far points of a rig that squints) as
+  // well.
   Prediction predict(const Correspondence& c) const {
     Prediction p;
     const double d = c.previous.z() + previous_offset_;
-    const Eigen::Vector3d ray((c.previous.x() - rig_.cx_left_px) / rig_.fx_px,
-                              (c.previous.y() - rig_.cy_px) / rig_.fy_px, 1);
-    p.inverse_depth = d * k_;
-    p.q = R_ * ray + t_ * p.inverse_depth;
-    p.in_front = p.q.z() > 0.05;
+    const Eigen::Vector3d ray((c.previous.x() - rig_.cx_left_px) * per_fx_,
+                              (c.previous.y() - rig_.cy_px) * per_fy_, 1);
+    const Eigen::Vector3d q = R_ * ray + t_ * (d * k_);
+    p.in_front = q.z() > 0.05;
     if (!p.in_front) return p;
-    const double w = 1 / p.q.z();
-    const double x = p.q.x() * w, y = p.q.y() * w;
-    p.residual << c.current.x() - (rig_.fx_px * x + rig_.cx_left_px),
-        c.current.y() - (rig_.fy_px * y + rig_.cy_px), c.current.z() + current_offset_ - d * w;
-    p.by_disparity << rig_.fx_px * (t_.x() - x * t_.z()) * k_ * w,
-        rig_.fy_px * (t_.y() - y * t_.z()) * k_ * w, w - d * w * w * t_.z() * k_;
+    const double w = 1 / q.z();
+    p.x = q.x() * w;
+    p.y = q.y() * w;
+    p.inverse_depth = d * k_ * w;
+    p.residual << c.current.x() - (rig_.fx_px * p.x + rig_.cx_left_px),
+        c.current.y() - (rig_.fy_px * p.y + rig_.cy_px), c.current.z() + current_offset_ - d * w;
+    p.by_disparity << rig_.fx_px * (t_.x() - p.x * t_.z()) * k_ * w,
+        rig_.fy_px * (t_.y() - p.y * t_.z()) * k_ * w, w - w * t_.z() * p.inverse_depth;
     return p;
   }
 
   // Derivative of the prediction by a left-multiplied perturbation of the motion.
   Matrix36d jacobian(const Prediction& p) const {
-    const double w = 1 / p.q.z();
-    Eigen::Matrix3d by_q;
-    by_q << rig_.fx_px * w, 0, -rig_.fx_px * p.q.x() * w * w,  //
-        0, rig_.fy_px * w, -rig_.fy_px * p.q.y() * w * w,      //
-        0, 0, -p.inverse_depth / k_ * w * w;
-    Matrix36d q_by_step;
-    q_by_step.leftCols<3>() = Eigen::Matrix3d::Identity() * p.inverse_depth;
-    q_by_step.rightCols<3>() << 0, p.q.z(), -p.q.y(), -p.q.z(), 0, p.q.x(), p.q.y(), -p.q.x(), 0;
-    return by_q * q_by_step;
+    const double fx = rig_.fx_px, fy = rig_.fy_px, d = p.inverse_depth / k_;
+    const double x = p.x, y = p.y, z = p.inverse_depth;
+    Matrix36d J;
+    J << fx * z, 0, -fx * x * z, -fx * x * y, fx * (1 + x * x), -fx * y,  //
+        0, fy * z, -fy * y * z, -fy * (1 + y * y), fy * x * y, fy * x,    //
+        0, 0, -d * z, -d * y, d * x, 0;
+    return J;
   }
 
  private:
   const StereoRig& rig_;
   Eigen::Matrix3d R_;
   Eigen::Vector3d t_;
-  double k_;
+  double k_, per_fx_, per_fy_;
   double previous_offset_, current_offset_;
 };
 
@@ -106,7 +110,7 @@ struct Information {
   Information(const Correspondence& c, const Prediction& p, double disparity_variance)
       : diagonal(1 / c.track_variance.x(), 1 / c.track_variance.y(), 1 / disparity_variance) {
     along = diagonal.cwiseProduct(p.by_disparity);
-    along /= std::sqrt(1 / c.previous_disparity_variance + along.dot(p.by_disparity));
+    along *= 1 / std::sqrt(1 / c.previous_disparity_variance + along.dot(p.by_disparity));
   }
   double squaredNorm(const Eigen::Vector3d& residual) const {
     const double projected = along.dot(residual);
@@ -140,8 +144,8 @@ class Solver {
     return c.current_disparity_variance + jitter * jitter;
   }
   // Derivative of the prediction, against what is measured, by all unknowns of refine().
-  static Eigen::Matrix<double, 3, 8> jacobian(const Model& model, const Prediction& p) {
-    Eigen::Matrix<double, 3, 8> J;
+  static Matrix38d jacobian(const Model& model, const Prediction& p) {
+    Matrix38d J;
     J.leftCols<6>() = model.jacobian(p);
     J.col(6) = p.by_disparity - Eigen::Vector3d::UnitZ();
     J.col(7) = -Eigen::Vector3d::UnitZ();
@@ -150,12 +154,15 @@ class Solver {
   // Whether the uncertainty of the unknowns, where it exceeds that of the measurement, explains a
   // residual. Near points are sensitive to a motion that many far ones leave uncertain: they are no
   // outliers before it is known as well as they tell it.
-  static bool explains(const Eigen::Matrix<double, 8, 8>& spread, const Information& information,
-                       const Prediction& p, const Eigen::Matrix<double, 3, 8>& J, double gate) {
-    const Eigen::Matrix3d noise = information.matrix().inverse();
-    const Eigen::Matrix3d by_unknowns = J * spread * J.transpose();
-    return by_unknowns.trace() > noise.trace() &&
-           p.residual.dot((noise + by_unknowns).inverse() * p.residual) < gate * gate;
+  static bool explains(const Matrix8d& spread, const Correspondence& c, const Prediction& p,
+                       const Matrix38d& J, double gate) {
+    Eigen::Matrix3d noise =
+        c.previous_disparity_variance * p.by_disparity * p.by_disparity.transpose();
+    noise.diagonal() +=
+        Eigen::Vector3d(c.track_variance.x(), c.track_variance.y(), c.current_disparity_variance);
+    const Matrix38d J_spread = J * spread;
+    if (J_spread.cwiseProduct(J).sum() < noise.trace()) return false;
+    return p.residual.dot((noise + J_spread * J.transpose()).inverse() * p.residual) < gate * gate;
   }
   // Column and row, 0 in the image's centre and 1 at its right and its lower border.
   Eigen::RowVector2d fromCentre(const Eigen::Vector3d& point) const {
@@ -247,8 +254,6 @@ Eigen::Isometry3d Solver::vote(const Eigen::Isometry3d& T_expected) const {
 // the scale of the residuals is measured on the way. Unknowns: the motion, the offset of the
 // previous frame, which is held where the motion does not show it, and its change since.
 PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
-  using Matrix8d = Eigen::Matrix<double, 8, 8>;
-  using Vector8d = Eigen::Matrix<double, 8, 1>;
   constexpr double kFixed = 1e12;  // information of an unknown that is known
   const double jitter = params_.offset_jitter_px;
   Eigen::Vector2d prior_information(kFixed, jitter > 0 ? 1 / (jitter * jitter) : kFixed);
@@ -283,8 +288,7 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
           c, p, iteration == 0 ? coarseVariance(c) : c.current_disparity_variance);
       const double m2 = information.squaredNorm(p.residual);
       if (m2 > gate * gate) {
-        if (iteration == 0 || !tolerant ||
-            !explains(spread, information, p, jacobian(model, p), gate))
+        if (iteration == 0 || !tolerant || !explains(spread, c, p, jacobian(model, p), gate))
           continue;
         tolerated = true;
       }
@@ -293,7 +297,7 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) const {
         parallax_px.push_back(p.by_disparity.head<2>().norm() *
                               std::abs(c.previous.z() + previous_offset));
       const double weight = 1 / (1 + m2 / (4 * sigma * sigma));
-      const Eigen::Matrix<double, 3, 8> J = jacobian(model, p);
+      const Matrix38d J = jacobian(model, p);
       const Eigen::Matrix<double, 8, 3> JtW = weight * J.transpose() * information.matrix();
       A.noalias() += JtW * J;
       b.noalias() += JtW * p.residual;

@@ -6,6 +6,7 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kCoarseIterations = 6;
+constexpr float kCoarseStopPx = 0.1f;  // only a start for the next finer level
 constexpr int kFineIterations = 12;
 constexpr float kSmallestCorrelation = 0.8f;
 
@@ -15,7 +16,8 @@ void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) 
     const float shrink = 1.f / static_cast<float>(1 << k);
     // Only the finest levels are worth the true scale.
     if (!patch.sample(from.level(k), track.origin * shrink, k > 1 ? 1.f : track.scale)) continue;
-    const Patch::Match match = patch.align(to.level(k), track.position * shrink, kCoarseIterations);
+    const Patch::Match match =
+        patch.align(to.level(k), track.position * shrink, kCoarseIterations, kCoarseStopPx);
     // A coarse level that fails, as on small structures before another background, is skipped.
     if (match.correlation > 0.5f) track.position = match.position / shrink;
   }
