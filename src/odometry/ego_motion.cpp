@@ -34,6 +34,7 @@ constexpr double kHoldInliers = 0.6;  // share of the reference's features that 
 // A motion is doubted that fewer of the points agree with that were followed than this part of what
 // is usual; others are tried as well.
 constexpr double kUsualShare = 2.0 / 3, kFirstUsualShare = 0.5;
+constexpr double kSimilarSupport = 2.0 / 3;
 // Motions that expect most points at the same places, up to this, are not tried one after the
 // other: tracking reaches much farther.
 constexpr double kSamePlacePx = 2;
@@ -86,6 +87,15 @@ double support(const PoseSolution& solution, const std::vector<Correspondence>& 
   for (size_t i = 0; i < correspondences.size(); ++i)
     if (solution.inlier[i]) sum += correspondences[i].trust;
   return sum;
+}
+
+// Whether a motion is to be preferred to another one, with their support. Of two that are supported
+// alike, the one that its points determine better: the static world surrounds the camera, but what
+// moves together is in few places.
+bool better(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b) {
+  if (support_a < kSimilarSupport * support_b) return false;
+  if (support_b < kSimilarSupport * support_a) return true;
+  return a.covariance.determinant() < b.covariance.determinant();
 }
 
 // The 0.9 quantile.
@@ -283,7 +293,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
 // found as the expectation; that the camera stands still, which is also what points say where they
 // are looked for without an expectation; and what the rest agrees with, because among vehicles that
 // move along with the camera most of the street is out of reach until it is expected where it is.
-// The best supported one is taken, so that a wrong motion does not make the next expectation.
+// The best one is taken, so that a wrong motion does not make the next expectation.
 PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
                                          const cv::Mat1b& moving_mask) {
   const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
@@ -308,8 +318,8 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
       if (expectTheSame(rig, reference.features, reference.offset, before, T)) return;
     tried.push_back(T);
     const PoseSolution other = tryMotion(reference, T, moving_mask);
-    if (!other.found ||
-        (best.found && support(other, correspondences) <= support(best, best_correspondences)))
+    if (!other.found || (best.found && !better(other, support(other, correspondences), best,
+                                               support(best, best_correspondences))))
       return;
     best = other;
     best_matches = matches;
