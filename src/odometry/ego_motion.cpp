@@ -9,6 +9,7 @@
 #include "odometry/features.h"
 #include "odometry/pose_solver.h"
 #include "odometry/reference_frame.h"
+#include "odometry/rival_motions.h"
 #include "odometry/steady_offset.h"
 #include "odometry/stereo_depth.h"
 #include "odometry/tracking.h"
@@ -34,10 +35,6 @@ constexpr double kHoldInliers = 0.6;  // share of the reference's features that 
 // A motion is doubted that fewer of the points agree with that were followed than this part of what
 // is usual; others are tried as well.
 constexpr double kUsualShare = 2.0 / 3, kFirstUsualShare = 0.5;
-constexpr double kSimilarSupport = 2.0 / 3;
-// Motions that expect most points at the same places, up to this, are not tried one after the
-// other: tracking reaches much farther.
-constexpr double kSamePlacePx = 2;
 // Frames with fewer features show nothing: the reference then waits for better ones, a while.
 constexpr int kBlindFeatures = 30;
 constexpr int kLongestWait = 10;
@@ -79,45 +76,6 @@ Eigen::Vector2d relativeVariance(const Track& track) {
 }
 double relativeVariance(const StereoMatch& match) {
   return 1 + kNoiseVariance * match.shift_variance_px2;
-}
-
-// How likely static the points are, in all, that agree with a motion.
-double support(const PoseSolution& solution, const std::vector<Correspondence>& correspondences) {
-  double sum = 0;
-  for (size_t i = 0; i < correspondences.size(); ++i)
-    if (solution.inlier[i]) sum += correspondences[i].trust;
-  return sum;
-}
-
-// Whether a motion is to be preferred to another one, with their support. Of two that are supported
-// alike, the one that its points determine better: the static world surrounds the camera, but what
-// moves together is in few places.
-bool better(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b) {
-  if (support_a < kSimilarSupport * support_b) return false;
-  if (support_b < kSimilarSupport * support_a) return true;
-  return a.covariance.determinant() < b.covariance.determinant();
-}
-
-// The 0.9 quantile.
-double high(std::vector<double>& values) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 9 / 10);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-// Whether two motions expect the features at the same places.
-bool expectTheSame(const StereoRig& rig, const std::vector<Feature>& features,
-                   const DisparityOffset& offset, const Eigen::Isometry3d& T_a,
-                   const Eigen::Isometry3d& T_b) {
-  const Eigen::Matrix4d by_a = disparityMotion(rig, T_a), by_b = disparityMotion(rig, T_b);
-  std::vector<double> apart_px;
-  for (const Feature& feature : features) {
-    const Eigen::Vector4d point(feature.position.x, feature.position.y,
-                                feature.disparity_px + offset.offset_px, 1);
-    apart_px.push_back(
-        ((by_a * point).hnormalized() - (by_b * point).hnormalized()).head<2>().norm());
-  }
-  return high(apart_px) < kSamePlacePx;
 }
 
 bool certain(const Matrix6d& covariance) {
@@ -315,7 +273,7 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
   std::vector<Eigen::Isometry3d> tried = {T_expected};
   const auto tryInstead = [&](const Eigen::Isometry3d& T) {
     for (const Eigen::Isometry3d& before : tried)
-      if (expectTheSame(rig, reference.features, reference.offset, before, T)) return;
+      if (expectTheSame(rig, reference, before, T)) return;
     tried.push_back(T);
     const PoseSolution other = tryMotion(reference, T, moving_mask);
     if (!other.found || (best.found && !better(other, support(other, correspondences), best,
@@ -479,7 +437,7 @@ bool EgoMotion::State::hardlyMoved(const PoseSolution& solution) const {
     if (solution.inlier[i])
       flow_px.push_back(
           (correspondences[i].current - correspondences[i].previous).head<2>().norm());
-  return high(flow_px) < kHoldFlowPx;
+  return highQuantile(flow_px) < kHoldFlowPx;
 }
 
 // Makes a reference of the current frame: its tracks go on, new corners fill the gaps. Takes the

@@ -1,0 +1,48 @@
+#include "odometry/rival_motions.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "predictive_stereo/disparity_motion.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kSimilarSupport = 2.0 / 3;
+constexpr double kSamePlacePx = 2;  // tracking reaches much farther
+
+}  // namespace
+
+double support(const PoseSolution& solution, const std::vector<Correspondence>& correspondences) {
+  double sum = 0;
+  for (size_t i = 0; i < correspondences.size(); ++i)
+    if (solution.inlier[i]) sum += correspondences[i].trust;
+  return sum;
+}
+
+bool better(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b) {
+  if (support_a < kSimilarSupport * support_b) return false;
+  if (support_b < kSimilarSupport * support_a) return true;
+  return a.covariance.determinant() < b.covariance.determinant();
+}
+
+bool expectTheSame(const StereoRig& rig, const ReferenceFrame& reference,
+                   const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b) {
+  const Eigen::Matrix4d by_a = disparityMotion(rig, T_a), by_b = disparityMotion(rig, T_b);
+  std::vector<double> apart_px;
+  for (const Feature& feature : reference.features) {
+    const Eigen::Vector4d point(feature.position.x, feature.position.y,
+                                feature.disparity_px + reference.offset.offset_px, 1);
+    apart_px.push_back(
+        ((by_a * point).hnormalized() - (by_b * point).hnormalized()).head<2>().norm());
+  }
+  return highQuantile(apart_px) < kSamePlacePx;
+}
+
+double highQuantile(std::vector<double>& values) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 9 / 10);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace predictive_stereo
