@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kSimilarSupport = 2.0 / 3;
 constexpr double kSamePlacePx = 2;  // tracking reaches much farther
+constexpr double kFarPx = 1e6;      // and what is not a number, for points beside the camera
 
 }  // namespace
 
@@ -33,8 +34,9 @@ bool expectTheSame(const StereoRig& rig, const ReferenceFrame& reference,
   for (const Feature& feature : reference.features) {
     const Eigen::Vector4d point(feature.position.x, feature.position.y,
                                 feature.disparity_px + reference.offset.offset_px, 1);
-    apart_px.push_back(
-        ((by_a * point).hnormalized() - (by_b * point).hnormalized()).head<2>().norm());
+    const double px =
+        ((by_a * point).hnormalized() - (by_b * point).hnormalized()).head<2>().norm();
+    apart_px.push_back(std::min(kFarPx, px));
   }
   return highQuantile(apart_px) < kSamePlacePx;
 }
