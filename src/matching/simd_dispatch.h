@@ -4,9 +4,28 @@
 /// by PREDICTIVE_STEREO_DISPATCH to one that the caller names.
 #pragma once
 
-// SSSE3 and AVX3_DL gain little over their neighbours; the kernels want vectors of a known size.
-#define HWY_DISABLED_TARGETS \
-  (HWY_SSSE3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+// Those that gain little over their neighbours: later releases of Highway have more of them. The
+// kernels want vectors of a known size.
+#define HWY_DISABLED_TARGETS                                                         \
+  (HWY_SSE2 | HWY_SSSE3 | HWY_AVX3_DL | HWY_AVX3_ZEN4 | HWY_AVX3_SPR | HWY_AVX10_2 | \
+   HWY_NEON_BF16 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include <hwy/detect_targets.h>
+// Not known to every release from 1.0 on.
+#ifndef HWY_SSE2
+#define HWY_SSE2 0
+#endif
+#ifndef HWY_AVX3_ZEN4
+#define HWY_AVX3_ZEN4 0
+#endif
+#ifndef HWY_AVX3_SPR
+#define HWY_AVX3_SPR 0
+#endif
+#ifndef HWY_AVX10_2
+#define HWY_AVX10_2 0
+#endif
+#ifndef HWY_NEON_BF16
+#define HWY_NEON_BF16 0
+#endif
 
 /// Whether the target being compiled has vectors. Kernels are empty where it has not, and never
 /// called: the plain reference takes their place.
@@ -23,6 +42,9 @@ constexpr int64_t kScalarTarget = 0;
 
 /// Highway's bit of a target named by chooseSimdTarget; kScalarTarget for "scalar".
 int64_t simdTargetBit(const std::string& name);
+
+/// Bits of the targets that can run where Highway detects `detected` (hwy::SupportedTargets).
+int64_t runnableSimdTargets(int64_t detected);
 
 /// That of useSimdTarget.
 int64_t simdTargetBitInUse();

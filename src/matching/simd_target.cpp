@@ -14,22 +14,44 @@ struct NamedTarget {
   int64_t bit;
 };
 
-/// Best first.
+/// In the order in which "auto" prefers them. AVX-512 comes after AVX2: where it was measured, its
+/// wider vectors made the kernels slower (docs/benchmarks.md).
 constexpr NamedTarget kTargets[] = {
 #if HWY_ARCH_X86
-    {"avx3", HWY_AVX3},
     {"avx2", HWY_AVX2},
+    {"avx3", HWY_AVX3},
     {"sse4", HWY_SSE4},
 #elif HWY_ARCH_ARM
     {"neon", HWY_NEON},
+#ifdef HWY_NEON_WITHOUT_AES  // Highway 1.0 has HWY_NEON alone
+    {"neon_without_aes", HWY_NEON_WITHOUT_AES},
+#endif
 #endif
     {"scalar", kScalarTarget},
 };
 
 bool canRun(int64_t bit) {
   // Asked once: to ask also makes Highway dispatch to the best target from then on.
-  static const int64_t supported = hwy::SupportedTargets();
-  return bit == kScalarTarget || (supported & HWY_TARGETS & bit) != 0;
+  static const int64_t runnable = runnableSimdTargets(hwy::SupportedTargets());
+  return bit == kScalarTarget || (runnable & bit) != 0;
+}
+
+#if HWY_ARCH_X86
+constexpr char kCure[] =
+    "the CPU shows neither AVX2 nor SSE4.2 with AES. In a virtual machine, pass the host's CPU on "
+    "(QEMU: -cpu host); otherwise use another CPU";
+#elif HWY_ARCH_ARM
+constexpr char kCure[] =
+    "this build or CPU has no NEON. Use a 64-bit system; on 32 bits, compile with "
+    "-DCMAKE_CXX_FLAGS=-mfpu=neon-vfpv4";
+#else
+constexpr char kCure[] = "the kernels are written for x86 and Arm CPUs. Use one of these";
+#endif
+
+// Where "auto" is decided by somebody else.
+std::string targetOfEnvironment() {
+  const char* name = std::getenv("PREDICTIVE_STEREO_SIMD");
+  return name ? name : "";
 }
 
 std::atomic<int64_t> bit_in_use{kScalarTarget};
@@ -51,6 +73,12 @@ void use(int64_t bit) {
 
 }  // namespace
 
+int64_t runnableSimdTargets(int64_t detected) {
+  // The compiler may use HWY_STATIC_TARGET everywhere, so no detection can forbid it. Highway 1.0
+  // does: it grants NEON only to CPUs with AES, which a Raspberry Pi 4 lacks. No kernel uses AES.
+  return (detected | HWY_STATIC_TARGET) & HWY_TARGETS;
+}
+
 int64_t simdTargetBitInUse() { return bit_in_use; }
 
 int64_t simdTargetBit(const std::string& name) {
@@ -68,8 +96,8 @@ std::vector<std::string> availableSimdTargets() {
 
 std::string chooseSimdTarget(const std::string& requested) {
   std::string name = requested, origin = "simd_target";
-  const char* environment = std::getenv("PREDICTIVE_STEREO_SIMD");
-  if (name == "auto" && environment && *environment) {
+  const std::string environment = targetOfEnvironment();
+  if (name == "auto" && !environment.empty()) {
     name = environment;
     origin = "environment variable PREDICTIVE_STEREO_SIMD";
   }
@@ -85,6 +113,17 @@ std::string chooseSimdTarget(const std::string& requested) {
 
 void useSimdTarget(const std::string& requested) {
   use(simdTargetBit(chooseSimdTarget(requested)));
+}
+
+std::string slowTargetWarning(const std::string& requested, const std::string& target) {
+  if (target != "scalar") return "";
+  const std::string slow =
+      "simd_target is scalar: no SIMD instructions are used, and a frame takes some 30 times as "
+      "long. ";
+  if (requested != "auto") return slow + "Cure: set simd_target to auto";
+  if (!targetOfEnvironment().empty())
+    return slow + "Cure: unset the environment variable PREDICTIVE_STEREO_SIMD";
+  return slow + "Cause and cure: " + kCure;
 }
 
 std::string simdTargetInUse() {

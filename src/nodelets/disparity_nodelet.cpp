@@ -65,6 +65,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     for (const std::string& warning : setFromRosParams(private_node, table))
       health_->event(warning);
     processor_ = std::make_unique<DisparityProcessor>(params_.processor);
+    reportSimdTarget();
     tf_ = std::make_unique<TfInput>(node);
     advertise(node);
     loop_ = std::make_unique<Loop>(
@@ -262,6 +263,15 @@ class DisparityNodelet : public nodelet::Nodelet {
     pending_cloud_.reset();
   }
 
+  void reportSimdTarget() {
+    const std::string slow = processor_->slowTargetWarning();
+    if (slow.empty())
+      health_->solved("SIMD target");
+    else
+      health_->problem("SIMD target", Health::Severity::kDegraded, slow);
+    health_->figure("SIMD target", processor_->simdTarget());
+  }
+
   void report(const Loop::Job& job, const DisparityMessages& messages, const StageTimes& times) {
     constexpr double kMostContradicted = 0.3;
     if (messages.contradicted_fraction > kMostContradicted)
@@ -272,7 +282,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     else
       health_->solved("prediction");
     health_->figure("prediction contradicted [%]", 100 * messages.contradicted_fraction, "%.1f");
-    health_->figure("SIMD target", processor_->simdTarget());
+    reportSimdTarget();
     health_->figure("predicted", messages.predicted ? "yes" : "no");
     health_->figure("mean search width [px]", messages.mean_search_width_px, "%.1f");
     health_->figure("disparity space searched [%]", 100 * messages.searched_fraction, "%.1f");

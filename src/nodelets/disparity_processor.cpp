@@ -10,6 +10,7 @@
 #include <string>
 
 #include "nodelets/image_messages.h"
+#include "predictive_stereo/simd_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -51,6 +52,10 @@ DisparityProcessor::DisparityProcessor(const DisparityProcessorParams& params)
 void DisparityProcessor::setParams(const DisparityParams& params) {
   pipeline_.setParams(params);
   params_.disparity = params;
+}
+
+std::string DisparityProcessor::slowTargetWarning() const {
+  return predictive_stereo::slowTargetWarning(params_.disparity.matcher.simd_target, simdTarget());
 }
 
 SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {

@@ -54,6 +54,8 @@ class DisparityProcessor {
   void reset() { pipeline_.reset(); }
 
   const std::string& simdTarget() const { return pipeline_.disparity().simdTarget(); }
+  /// See simd_target.h; empty where all is well.
+  std::string slowTargetWarning() const;
   const StageTimes& times() const { return pipeline_.times().disparity; }
 
  private:

@@ -34,6 +34,9 @@ class PipelineProcessor {
   /// and the camera's motion where EgoMotion does not publish it.
   tf2::BufferCore& tf() { return tf_; }
 
+  /// Of the disparity; see simd_target.h. Empty where all is well.
+  std::string slowTargetWarning() const { return disparity_.slowTargetWarning(); }
+
   /// @returns none where the pair has the stamp of the one before.
   /// @throws std::invalid_argument for a pair that cannot be used, or without an extrinsic.
   std::optional<Output> process(const StereoPair& pair);

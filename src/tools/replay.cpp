@@ -285,6 +285,8 @@ class Replay {
       base.clear();
     }
     processor_.emplace(params_);
+    if (const std::string slow = processor_->slowTargetWarning(); !slow.empty())
+      std::cerr << "warning: " << slow << "\n";
     bool replaced = false;
     for (const auto& [transform, is_static] : transforms_) {
       if (isOurs(transform))

@@ -23,6 +23,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <vector>
 
@@ -86,6 +87,37 @@ TEST_F(SimdTarget, StaysWhereTheNameIsUnknown) {
   EXPECT_THROW(useSimdTarget("mmx"), std::invalid_argument);
   EXPECT_THROW(Pipeline{paramsFor("mmx")}, std::invalid_argument);
   expectAllUse("scalar");
+}
+
+TEST_F(SimdTarget, OfAutoIsAvx2RatherThanAvx512) {
+  const std::vector<std::string> available = availableSimdTargets();
+  const auto has = [&](const char* name) {
+    return std::find(available.begin(), available.end(), name) != available.end();
+  };
+  if (!has("avx3")) GTEST_SKIP() << "this CPU has no AVX-512";
+  ASSERT_TRUE(has("avx2"));
+  useSimdTarget("auto");
+  expectAllUse("avx2");
+  useSimdTarget("avx3");
+  expectAllUse("avx3");
+}
+
+TEST_F(SimdTarget, CanBeWhatTheCompilerMayUseEverywhere) {
+  EXPECT_EQ(runnableSimdTargets(0), HWY_STATIC_TARGET);  // e.g. NEON, whatever Highway detects
+  EXPECT_EQ(runnableSimdTargets(HWY_TARGETS), HWY_TARGETS);
+  EXPECT_EQ(runnableSimdTargets(~int64_t{0}), HWY_TARGETS) << "what is not compiled cannot run";
+}
+
+TEST_F(SimdTarget, OfSlowProcessesIsToldWithTheCure) {
+  for (const std::string& target : availableSimdTargets())
+    EXPECT_EQ(slowTargetWarning("auto", target).empty(), target != "scalar") << target;
+  const auto has = [](const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(has(slowTargetWarning("scalar", "scalar"), "set simd_target to auto"));
+  EXPECT_TRUE(has(slowTargetWarning("auto", "scalar"), "CPU"));
+  setenv("PREDICTIVE_STEREO_SIMD", "scalar", 1);
+  EXPECT_TRUE(has(slowTargetWarning("auto", "scalar"), "unset the environment variable"));
 }
 
 TEST_F(SimdTarget, ChangesNoResult) {

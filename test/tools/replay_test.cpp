@@ -120,6 +120,18 @@ TEST_F(Replay, RectifiesRawImages) {
   }
 }
 
+TEST_F(Replay, WarnsWhereNoSimdInstructionsAreUsed) {
+  const std::string arguments =
+      "--bag " + street() + " --topics odometry --duration 0.05 --output ";
+  const Result fast = replay(arguments + files_.path("fast.bag"));
+  ASSERT_EQ(fast.status, 0) << fast.errors;
+  EXPECT_EQ(fast.errors.find("simd_target"), std::string::npos) << fast.errors;
+  const Result slow =
+      replay(arguments + files_.path("slow.bag") + " --set disparity/matcher/simd_target=scalar");
+  ASSERT_EQ(slow.status, 0) << slow.errors;
+  EXPECT_NE(slow.errors.find("warning: simd_target is scalar"), std::string::npos) << slow.errors;
+}
+
 TEST_F(Replay, MistakesAreNamedAndLeaveNothingBehind) {
   expectRefused("--bag " + files_.path("none.bag"), "none.bag");
   expectRefused("--bag " + street() + " --topics depth", "there is no output 'depth'");
