@@ -1,0 +1,30 @@
+# Target hwy::hwy, Google's Highway: the system's from 1.0 on, otherwise a pinned release, which is
+# downloaded and becomes a part of libpredictive_stereo. Ubuntu 20.04 has none, 22.04 has 0.16.
+# Without a network: -DFETCHCONTENT_SOURCE_DIR_HIGHWAY=<folder of the unpacked release>.
+find_package(hwy 1.0 QUIET)
+if(hwy_FOUND)
+  message(STATUS "Highway ${hwy_VERSION}: the system's")
+  return()
+endif()
+
+include(FetchContent)
+FetchContent_Declare(highway
+  URL https://github.com/google/highway/archive/refs/tags/1.2.0.tar.gz
+  URL_HASH SHA256=7e0be78b8318e8bdbf6fa545d2ecb4c90f947df03f7aadc42c1967f019e63343
+)
+foreach(part CONTRIB EXAMPLES INSTALL TESTS)
+  set(HWY_ENABLE_${part} OFF CACHE BOOL "" FORCE)
+endforeach()
+set(HWY_FORCE_STATIC_LIBS ON CACHE BOOL "" FORCE)
+message(STATUS "Highway: the system has none from 1.0 on, FetchContent takes 1.2.0")
+FetchContent_MakeAvailable(highway)
+set_property(DIRECTORY ${highway_SOURCE_DIR} PROPERTY EXCLUDE_FROM_ALL TRUE)
+
+# The target in use is a variable of Highway. Were it hidden in libpredictive_stereo, tests that
+# choose a target would choose it for themselves alone.
+set_target_properties(hwy PROPERTIES POSITION_INDEPENDENT_CODE ON)
+target_compile_options(hwy PRIVATE -w -fvisibility=default)
+# Its headers' warnings are not ours.
+get_target_property(includes hwy INTERFACE_INCLUDE_DIRECTORIES)
+set_target_properties(hwy PROPERTIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${includes}")
+add_library(hwy::hwy ALIAS hwy)
