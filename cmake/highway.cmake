@@ -7,6 +7,9 @@ if(hwy_FOUND)
   return()
 endif()
 
+if(POLICY CMP0135)
+  cmake_policy(SET CMP0135 NEW)  # unpacked files have the time of unpacking
+endif()
 include(FetchContent)
 FetchContent_Declare(highway
   URL https://github.com/google/highway/archive/refs/tags/1.2.0.tar.gz
