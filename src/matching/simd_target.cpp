@@ -118,7 +118,7 @@ void useSimdTarget(const std::string& requested) {
 std::string slowTargetWarning(const std::string& requested, const std::string& target) {
   if (target != "scalar") return "";
   const std::string slow =
-      "simd_target is scalar: no SIMD instructions are used, and a frame takes some 30 times as "
+      "simd_target is scalar: no SIMD instructions are used, and a frame takes some 20 times as "
       "long. ";
   if (requested != "auto") return slow + "Cure: set simd_target to auto";
   if (!targetOfEnvironment().empty())

@@ -136,6 +136,13 @@ TEST_F(Diagnosis, refused_parameters_are_told_and_the_manager_lives) {
   EXPECT_TRUE(says("MovingObjects", "queue_size = 0"));
 }
 
+TEST_F(Diagnosis, a_target_without_simd_is_told_with_the_cure) {
+  setParam("Disparity", "matcher/simd_target", "scalar");
+  load("Disparity");
+  EXPECT_TRUE(says("Disparity", "simd_target is scalar: no SIMD instructions are used"));
+  EXPECT_TRUE(says("Disparity", "Cure: set simd_target to auto"));
+}
+
 TEST_F(Diagnosis, bad_pairs_are_told_and_good_ones_go_on) {
   load("Disparity");
   DisparityRecorder disparity(node_, "disparity");
