@@ -19,7 +19,8 @@ foreach(part CONTRIB EXAMPLES INSTALL TESTS)
   set(HWY_ENABLE_${part} OFF CACHE BOOL "" FORCE)
 endforeach()
 set(HWY_FORCE_STATIC_LIBS ON CACHE BOOL "" FORCE)
-message(STATUS "Highway: the system has none from 1.0 on, FetchContent takes 1.2.0")
+message(STATUS "Highway: the system has none from 1.0 on; 1.2.0 is downloaded. Without a network: "
+  "-DFETCHCONTENT_SOURCE_DIR_HIGHWAY=<folder of the unpacked release>")
 FetchContent_MakeAvailable(highway)
 set_property(DIRECTORY ${highway_SOURCE_DIR} PROPERTY EXCLUDE_FROM_ALL TRUE)
 
