@@ -48,10 +48,11 @@ constexpr char kCure[] =
 constexpr char kCure[] = "the kernels are written for x86 and Arm CPUs. Use one of these";
 #endif
 
-// Where "auto" is decided by somebody else.
+// What "auto" means to somebody else; empty where it is ours to decide.
 std::string targetOfEnvironment() {
-  const char* name = std::getenv("PREDICTIVE_STEREO_SIMD");
-  return name ? name : "";
+  const char* variable = std::getenv("PREDICTIVE_STEREO_SIMD");
+  const std::string name = variable ? variable : "";
+  return name == "auto" ? "" : name;
 }
 
 std::atomic<int64_t> bit_in_use{kScalarTarget};

@@ -118,6 +118,8 @@ TEST_F(SimdTarget, OfSlowProcessesIsToldWithTheCure) {
   EXPECT_TRUE(has(slowTargetWarning("auto", "scalar"), "CPU"));
   setenv("PREDICTIVE_STEREO_SIMD", "scalar", 1);
   EXPECT_TRUE(has(slowTargetWarning("auto", "scalar"), "unset the environment variable"));
+  setenv("PREDICTIVE_STEREO_SIMD", "auto", 1);
+  EXPECT_TRUE(has(slowTargetWarning("auto", "scalar"), "CPU"));
 }
 
 TEST_F(SimdTarget, ChangesNoResult) {
