@@ -1,5 +1,5 @@
 /// How many candidates a frame looks at, so that its time is bounded. Crowds and foliage have 5
-/// across the line of sight, 12 along it and 20 slow ones; the largest come first.
+/// across the line of sight and 20 along it; the largest come first.
 #pragma once
 
 #include <optional>
@@ -8,8 +8,7 @@
 
 namespace predictive_stereo {
 
-constexpr size_t kMostAcross = 8, kMostAlong = 12, kMostSlow = 12;
-constexpr size_t kMostFits = 6;  ///< of disparities of the past; each takes 0.3 ms
+constexpr size_t kMostAcross = 8, kMostAlong = 12;
 
 /// What `make` makes of the first items that it makes something of; the rest is not looked at.
 /// @param make  returns a std::optional.

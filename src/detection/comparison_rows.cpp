@@ -135,58 +135,6 @@ HWY_NOINLINE void mismatchRow(SurroundingRows deviation, const float* HWY_RESTRI
   }
 }
 
-// To the nearest integer, ties to the even one; of less than 2^22.
-HWY_INLINE float rounded(float value) {
-  constexpr float kShift = 12582912.0f;  // 1.5 * 2^23: the sum has no bits left for fractions
-  return (value + kShift) - kShift;
-}
-
-HWY_NOINLINE void residualRow(const LatticeRow& row, const RowSources& sources,
-                              const float* HWY_RESTRICT predicted_px,
-                              const float* HWY_RESTRICT variance_px2,
-                              const float* HWY_RESTRICT before_px, int before_stride,
-                              int before_columns, int before_rows, const DenseLimits& limits,
-                              float* HWY_RESTRICT residual_px) {
-  float forward[kChunk], before[kChunk];
-  int32_t offset[kChunk], usable[kChunk];
-  const float smallest = limits.smallest_px, most = limits.most_variance,
-              largest = limits.largest_px, unknown = limits.unknown;
-  const auto last_x = static_cast<float>(before_columns - 1),
-             last_y = static_cast<float>(before_rows - 1);
-  // What the next row is likely to look at is asked for meanwhile.
-  constexpr int kPerCacheLine = 8;  // points: every second pixel
-  const int last_row = (before_rows - 1) * before_stride;
-  for (int first = 0; first < row.width; first += kChunk) {
-    const int n = std::min(kChunk, row.width - first);
-    const float *HWY_RESTRICT source_x = sources.x() + first,
-                              *HWY_RESTRICT source_y = sources.y() + first,
-                              *HWY_RESTRICT source_d = sources.disparity() + first,
-                              *HWY_RESTRICT is_seen = sources.seen() + first;
-    const float* HWY_RESTRICT of_chunk = row.disparity_px + 2 * first;
-    const float* HWY_RESTRICT prediction = predicted_px + 2 * first;
-    const float* HWY_RESTRICT variance = variance_px2 + 2 * first;
-    for (int i = 0; i < n; ++i) {
-      const float x = rounded(source_x[i]), y = rounded(source_y[i]);
-      const float p = prediction[2 * i];
-      const bool use = (is_seen[i] != 0) & (p >= smallest) & (variance[2 * i] <= most) &
-                       (x <= last_x) & (y <= last_y);
-      usable[i] = use ? 1 : 0;
-      offset[i] = use ? static_cast<int32_t>(y) * before_stride + static_cast<int32_t>(x) : 0;
-      forward[i] = std::min(std::max(of_chunk[2 * i] - p, -largest), largest);
-    }
-    for (int i = 0; i < n; i += kPerCacheLine)
-      hwy::Prefetch(before_px + std::min(offset[i] + 2 * before_stride, last_row));
-    for (int i = 0; i < n; ++i) before[i] = before_px[offset[i]];
-    for (int i = 0; i < n; ++i) {
-      const float f = forward[i];
-      const float b = std::min(std::max(source_d[i] - before[i], -largest), largest);
-      const float smaller = std::abs(f) < std::abs(b) ? f : b;
-      const float both = f * b <= 0 ? 0.0f : smaller;
-      residual_px[first + i] = (usable[i] != 0) & (before[i] >= smallest) ? both : unknown;
-    }
-  }
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace predictive_stereo
 HWY_AFTER_NAMESPACE();
@@ -198,7 +146,6 @@ HWY_EXPORT(projectRow);
 HWY_EXPORT(compareRow);
 HWY_EXPORT(deviationRow);
 HWY_EXPORT(mismatchRow);
-HWY_EXPORT(residualRow);
 
 void projectRow(const LatticeRow& row, RowSources& sources) {
   HWY_DYNAMIC_DISPATCH(projectRow)
@@ -218,15 +165,6 @@ void deviationRow(SurroundingRows difference, SurroundingRows known, int width, 
 void mismatchRow(SurroundingRows deviation, const float* known, const float* count, int width,
                  float fewest, float unknown, float* mismatch) {
   HWY_DYNAMIC_DISPATCH(mismatchRow)(deviation, known, count, width, fewest, unknown, mismatch);
-}
-
-void residualRow(const LatticeRow& row, const RowSources& sources, const float* predicted_px,
-                 const float* variance_px2, const float* before_px, int before_stride,
-                 int before_columns, int before_rows, const DenseLimits& limits,
-                 float* residual_px) {
-  HWY_DYNAMIC_DISPATCH(residualRow)
-  (row, sources, predicted_px, variance_px2, before_px, before_stride, before_columns, before_rows,
-   limits, residual_px);
 }
 
 }  // namespace predictive_stereo

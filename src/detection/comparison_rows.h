@@ -1,4 +1,4 @@
-/// The loops of compareFrames and denseResidualRow over one row of the lattice, compiled for every
+/// The loops of compareFrames over one row of the lattice, compiled for every
 /// SIMD target and dispatched at run time. Every target gives the same results, bit by bit.
 #pragma once
 
@@ -63,19 +63,5 @@ void deviationRow(SurroundingRows difference, SurroundingRows known, int width, 
 /// or fewer than `fewest` are.
 void mismatchRow(SurroundingRows deviation, const float* known, const float* count, int width,
                  float fewest, float unknown, float* mismatch);
-
-struct DenseLimits {
-  float smallest_px;    ///< valid disparities begin here
-  float most_variance;  ///< predictions of a larger one are left out [px^2]
-  float largest_px;     ///< larger residuals are cut to it
-  float unknown;        ///< in place of a residual
-};
-/// See denseResidualRow.
-/// @param predicted_px, variance_px2  of the first point, as LatticeRow::disparity_px.
-/// @param before_px  the previous disparity map, `before_stride` floats from row to row.
-void residualRow(const LatticeRow& row, const RowSources& sources, const float* predicted_px,
-                 const float* variance_px2, const float* before_px, int before_stride,
-                 int before_columns, int before_rows, const DenseLimits& limits,
-                 float* residual_px);
 
 }  // namespace predictive_stereo

@@ -70,8 +70,7 @@ bool Uncovered::operator()(cv::Point pixel, float disparity_px) const {
 
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison,
-                   const std::function<void(const LatticeRow&, const RowSources&)>& beside_row) {
+                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison) {
   const cv::Mat1b& now = current.level(1);
   const cv::Mat1b& before = previous.level(1);
   CV_Assert(before.isContinuous());
@@ -89,7 +88,6 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
       RowSources sources(area.width);
       projectRow(row, sources);
       compareRow(row, sources, now[y] + area.x, before.data, difference.row(v), known.row(v));
-      if (beside_row && v >= band.start && v < band.end) beside_row(row, sources);
     };
     const auto deviate = [&](int v) {
       if (!exists(v)) return deviation.clear(v);

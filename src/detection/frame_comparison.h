@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
-#include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -57,11 +56,8 @@ struct Comparison {
 
 /// Compares the current image with the previous one as moved by H_prev_cam, through the measured
 /// disparities.
-/// @param beside_row  called for each lattice row of the area by the thread that compares it.
-void compareFrames(
-    const ImagePyramid& current, const cv::Mat1f& disparity_px, const DisparityRange& range,
-    const ImagePyramid& previous, const SourceOf& source_of, const cv::Rect& area,
-    Comparison& comparison,
-    const std::function<void(const LatticeRow&, const RowSources&)>& beside_row = {});
+void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
+                   const DisparityRange& range, const ImagePyramid& previous,
+                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison);
 
 }  // namespace predictive_stereo

@@ -34,7 +34,6 @@ struct FrameView {
 struct Baseline {
   const PastFrame& past;
   const Comparison& static_world;  ///< of the whole lattice, or as far as a hypothesis reaches
-  const cv::Mat1f& residual_px;    ///< see denseResidualRow, longResidual
 };
 
 }  // namespace predictive_stereo

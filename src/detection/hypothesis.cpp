@@ -32,7 +32,7 @@ std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
   return pixels;
 }
 
-bool isLargeEnough(const FrameView& frame, const DenseGroup& group) {
+bool isLargeEnough(const FrameView& frame, const ResidualGroup& group) {
   const double pixels_per_m = group.disparity_px / frame.input.rig.baseline_m;
   const double area_m2 =
       static_cast<double>(group.points.size()) * 4 / (pixels_per_m * pixels_per_m);
@@ -40,7 +40,7 @@ bool isLargeEnough(const FrameView& frame, const DenseGroup& group) {
 }
 
 std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& past,
-                                    const DenseGroup& group) {
+                                    const ResidualGroup& group) {
   const MotionDetectionParams& params = frame.params;
   const auto shift =
       searchShift(frame.current.pyramid, past.frame->pyramid, frame.staticSource(past),
@@ -64,7 +64,7 @@ std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& 
   constexpr int kLeastArea_px = 100;
   constexpr size_t kFewestSeeds = 8;
   const DetectionInput& input = frame.input;
-  const cv::Rect box = known.reach_px & cv::Rect(cv::Point(), input.rig.size);
+  const cv::Rect box = known.last.box_px & cv::Rect(cv::Point(), input.rig.size);
   if (box.area() < kLeastArea_px) return std::nullopt;
   Hypothesis hypothesis;
   hypothesis.source = Hypothesis::Source::kKnown;
@@ -72,7 +72,6 @@ std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& 
       static_cast<float>(input.rig.disparityTimesDepth() / known.last.centre_m.z());
   const Eigen::Vector3d velocity_mps = known.state.tail<3>();
   hypothesis.moved_m = past.frame->T_odom_cam.linear().transpose() * velocity_mps * past.seconds;
-  hypothesis.velocity_mps = input.T_odom_cam.linear().transpose() * velocity_mps;
   if (hypothesis.moved_m.norm() < frame.params.min_displacement_m) return std::nullopt;
   const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
   for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)

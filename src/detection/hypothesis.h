@@ -5,25 +5,23 @@
 #include <optional>
 #include <vector>
 
-#include "detection/dense_channel.h"
 #include "detection/frame_view.h"
+#include "detection/residual_groups.h"
 #include "detection/tracker.h"
 
 namespace predictive_stereo {
 
 /// A guess that something at this depth moves like this.
 struct Hypothesis {
-  /// What it was told from: points that were followed, a group of residuals, disparities of several
-  /// past frames, an object that is followed.
-  enum class Source { kTracks, kDense, kSlow, kKnown };
+  /// Who found it: AcrossChannel, AlongChannel, or the tracker, who knows it.
+  enum class Source { kAcross, kAlong, kKnown };
 
-  Source source = Source::kTracks;
-  std::vector<cv::Point> seeds;                            ///< lattice points that belong to it
-  float disparity_px = 0;                                  ///< median of the seeds
-  float nearest_px = 0, farthest_px = 0;                   ///< disparities of its layer
-  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();       ///< in the previous camera's frame
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();    ///< of moved_m; not of what is known
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< the same, in this camera's axes
+  Source source = Source::kAcross;
+  std::vector<cv::Point> seeds;                          ///< lattice points that belong to it
+  float disparity_px = 0;                                ///< median of the seeds
+  float nearest_px = 0, farthest_px = 0;                 ///< disparities of its layer
+  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();     ///< in the previous camera's frame
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of moved_m; not of what is known
 };
 
 /// Sets the layer: the disparities of the seeds, and a little beyond.
@@ -37,9 +35,9 @@ struct GroupMotion {
 };
 /// None where the group is too small, or too few of its points are found again.
 std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& past,
-                                    const DenseGroup& group);
+                                    const ResidualGroup& group);
 /// Whether a group is as large as an object has to be.
-bool isLargeEnough(const FrameView& frame, const DenseGroup& group);
+bool isLargeEnough(const FrameView& frame, const ResidualGroup& group);
 
 /// A known object where it should be, with its layer. None where it hardly moves, or too little of
 /// its disparity is there.

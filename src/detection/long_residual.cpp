@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <opencv2/core/utility.hpp>
 
-#include "detection/dense_channel.h"
+#include "detection/frame_comparison.h"
 #include "detection/long_rows.h"
 
 namespace predictive_stereo {
@@ -28,7 +28,7 @@ PastDisparities disparitiesOf(const PastFrame& past, const SourceOf& source_of) 
 }
 
 template <class T>
-void twice(const T* points, int width, T* lattice) {
+void repeatEach(const T* points, int width, T* lattice) {
   for (int i = 0; i < width / 2; ++i) lattice[2 * i] = lattice[2 * i + 1] = points[i];
   if (width % 2 != 0) lattice[width - 1] = points[width / 2];
 }
@@ -37,14 +37,6 @@ void twice(const T* points, int width, T* lattice) {
 
 float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Vector3f& point_px) {
   return cameraOf(rig, past).parallax(point_px.x(), point_px.y(), point_px.z());
-}
-
-int pairWithin(const StereoRig& rig, const std::vector<PastPair>& pairs,
-               const Eigen::Vector3d& point_px, double most_px) {
-  for (size_t k = 0; k < pairs.size(); ++k)
-    if (parallaxSince(rig, pairs[k].past, point_px.cast<float>()) <= most_px)
-      return static_cast<int>(k);
-  return -1;
 }
 
 void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const DisparityRange& range,
@@ -71,8 +63,8 @@ void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const Dis
                        static_cast<float>(range.min_disparity), static_cast<float>(most_px),
                        kLargest_px, kUnknownResidual, kNoPair},
                       residuals.data(), pairs_of.data());
-      twice(residuals.data(), lattice.width, residual_px[v]);
-      twice(pairs_of.data(), lattice.width, pair[v]);
+      repeatEach(residuals.data(), lattice.width, residual_px[v]);
+      repeatEach(pairs_of.data(), lattice.width, pair[v]);
       if (v + 1 == lattice.height) continue;
       std::copy_n(residual_px[v], lattice.width, residual_px[v + 1]);
       std::copy_n(pair[v], lattice.width, pair[v + 1]);

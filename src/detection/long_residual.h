@@ -17,17 +17,15 @@ struct PastPair {
 /// rotation moved all points by [px]; infinite where it was behind the camera.
 float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Vector3f& point_px);
 
-/// The first pair since which a static point has not moved by more than `most_px`, -1: none. Beyond
-/// that, what was seen at its place was often something else.
-int pairWithin(const StereoRig& rig, const std::vector<PastPair>& pairs,
-               const Eigen::Vector3d& point_px, double most_px);
-
 constexpr uchar kNoPair = 255;
-/// Signed evidence of slow motion along the line of sight, on the lattice of compareFrames [px]:
-/// the disparity that a static point had in the past, less what was measured there, of the first
-/// pair within `most_px`. The frame halfway has to agree: the residual has the same sign there, and
-/// half the size. Errors of measured disparities do not accumulate over frames, motion does. Found
-/// for every second lattice point and row, which stand for their neighbours.
+constexpr float kUnknownResidual = -1e6f;
+
+/// Signed evidence of motion along the line of sight, on the lattice of compareFrames [px]: the
+/// disparity that a static point had in the past, less what was measured there, of the first pair
+/// with a parallax of at most `most_px`: beyond that, what was seen at its place was often
+/// something else. The frame halfway has to agree: the residual has the same sign there, and half
+/// the size. Errors of measured disparities do not accumulate over frames, motion does. Found for
+/// every second lattice point and row, which stand for their neighbours.
 /// @param pairs  the farthest first.
 /// @param residual_px  kUnknownResidual where a disparity is unknown.
 /// @param pair  of each lattice point, or kNoPair.

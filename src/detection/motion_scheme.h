@@ -1,14 +1,13 @@
-/// The default detector: tracks and dense residuals against the static world.
+/// The default detector: images and disparities against the static world.
 #pragma once
 
 #include <vector>
 
-#include "detection/dense_channel.h"
+#include "detection/across_channel.h"
+#include "detection/along_channel.h"
 #include "detection/frame_history.h"
 #include "detection/frame_view.h"
 #include "detection/pose_check.h"
-#include "detection/slow_channel.h"
-#include "detection/suspicion.h"
 #include "detection/tracker.h"
 #include "detection/verification.h"
 
@@ -18,7 +17,7 @@ class MotionScheme {
  public:
   MotionScheme(const DisparityRange& range, const MotionDetectionParams& params)
       : range_(range), params_(params) {}
-  /// The previous frame is kept.
+  /// The past is kept.
   void setParams(const MotionDetectionParams& params) { params_ = params; }
 
   /// @param known  objects that are followed, moved to this frame.
@@ -30,10 +29,6 @@ class MotionScheme {
   void reset();
 
  private:
-  Baseline baseline() const { return {past_, static_world_, residual_px_}; }
-  const std::vector<cv::Point>& compare(const FrameView& frame);
-  void findAcross(const FrameView& frame, const std::vector<cv::Point>& suspects_px);
-  void findAlong(const FrameView& frame);
   void findKnown(const FrameView& frame, const ObjectTracker& known);
 
   DisparityRange range_;
@@ -42,13 +37,8 @@ class MotionScheme {
   PoseCheck pose_check_;
 
   // The frame in work.
-  PastFrame past_;  // the last one
-  Comparison static_world_;
-  cv::Mat1f residual_px_;
-  Suspicion suspicion_;
-  std::vector<cv::Point> unexplained_px_;
-  DenseGroups along_groups_;
-  SlowChannel slow_;
+  AcrossChannel since_last_, since_second_last_;  // against the frame before, and the one before it
+  AlongChannel along_;
   Verification verification_;
 };
 

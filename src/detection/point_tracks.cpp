@@ -15,8 +15,7 @@ using Eigen::Vector3d;
 
 // The disparity of all points may be off together, by calibration and rows that are not aligned.
 constexpr double kDisparityBias_px2 = 0.5;
-constexpr double kHuber = 2;  // standard deviations
-constexpr double kPlacedSigma_px = 2;
+constexpr double kHuber = 2, kInlier = 5;  // standard deviations
 
 // Derivative of (x, y, d) by the point that is seen there.
 Matrix3d projectionJacobian(const StereoRig& rig, const Vector3d& p) {
@@ -32,23 +31,6 @@ float disparityAt(const cv::Mat1f& map, const DisparityRange& range, const Vecto
   const int x = cvRound(at.x()), y = cvRound(at.y());
   if (x < 0 || y < 0 || x >= map.cols || y >= map.rows || !range.isValid(map(y, x))) return -1;
   return map(y, x);
-}
-
-// Whether a static point with one of the disparities nearby would have been seen where this one
-// was.
-bool explainedNearby(const TrackingView& view, const SourceOf& source_of, cv::Point point,
-                     const Vector3d& found, double tolerance_px) {
-  for (int dy = -3; dy <= 3; dy += 3)
-    for (int dx = -3; dx <= 3; dx += 3) {
-      const int x = std::clamp(point.x + dx, 0, view.disparity_px.cols - 1);
-      const int y = std::clamp(point.y + dy, 0, view.disparity_px.rows - 1);
-      const float d = view.disparity_px(y, x);
-      if (!view.range.isValid(d) || !(d > 0)) continue;
-      const Eigen::Vector3f source =
-          source_of(static_cast<float>(point.x), static_cast<float>(point.y), d);
-      if ((source.cast<double>() - found).head<2>().norm() < tolerance_px) return true;
-    }
-  return false;
 }
 
 void judge(const TrackingView& view, const MotionDetectionParams& params, const SourceOf& source_of,
@@ -79,10 +61,8 @@ void judge(const TrackingView& view, const MotionDetectionParams& params, const 
           .norm();
   const bool visible = residual.head<2>().norm() >= params.min_flow_px ||
                        std::abs(residual.z()) >= params.min_disparity_change_px;
-  track.moving =
-      visible && moved_m >= params.min_displacement_m &&
-      track.mahalanobis >= params.min_mahalanobis &&
-      !explainedNearby(view, source_of, track.position, track.found_px, params.min_flow_px);
+  track.moving = visible && moved_m >= params.min_displacement_m &&
+                 track.mahalanobis >= params.min_mahalanobis;
 }
 
 // The points that have a disparity, with where the static world puts them.
@@ -134,28 +114,10 @@ std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetec
   return found;
 }
 
-std::vector<PointTrack> placePoints(const TrackingView& view, const MotionDetectionParams& params,
-                                    const std::vector<cv::Point>& points_px, cv::Point2f shift_px) {
-  const SourceOf source_of(disparityMotion(view.rig, view.T_prev_cam));
-  std::vector<PointTrack> tracks = expectedTracks(view, points_px);
-  for (PointTrack& track : tracks) {
-    track.placed = true;
-    judgeFoundAt(view, params, source_of,
-                 shift_px + cv::Point2f(static_cast<float>(track.static_px.x()),
-                                        static_cast<float>(track.static_px.y())),
-                 track);
-  }
-  return tracks;
-}
-
 Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members) {
   Displacement fit;
-  // One shift for all of a group hides how it varies: it counts only where little else is known.
-  const auto tracked =
-      std::count_if(members.begin(), members.end(), [&](size_t i) { return !tracks[i].placed; });
-  const bool has_tracked = tracked >= params.min_tracks;
   // Start from the median displacement across the line of sight, which does not need depth.
   for (int k = 0; k < 2; ++k) {
     std::vector<double> values;
@@ -180,16 +142,14 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
       const Vector3d before = track.static_m - fit.moved_m;
       if (!(before.z() > 0.5)) continue;
       Vector3d residual = track.found_px - rig.disparityFromPoint(before);
-      const double flow_sigma = track.placed ? kPlacedSigma_px : params.flow_sigma_px;
-      const double flow_variance = flow_sigma * flow_sigma;
+      const double flow_variance = params.flow_sigma_px * params.flow_sigma_px;
       Vector3d weight(
           1 / flow_variance, 1 / flow_variance,
           1 / (track.variance_px2 + kPreviousDisparitySigma_px * kPreviousDisparitySigma_px));
       if (track.found_px.z() < 0) weight.z() = residual.z() = 0;
-      const double flow_error = residual.head<2>().norm() / flow_sigma;
+      const double flow_error = residual.head<2>().norm() / params.flow_sigma_px;
       const double disparity_error = std::abs(residual.z()) * std::sqrt(weight.z());
-      if (flow_error < (track.placed ? 2 : 5)) fit.inliers.push_back(i);
-      if (track.placed && has_tracked) continue;
+      if (flow_error < kInlier) fit.inliers.push_back(i);
       weight.head<2>() *= std::min(1.0, kHuber / std::max(flow_error, 1e-9));
       weight.z() *= std::min(1.0, kHuber / std::max(disparity_error, 1e-9));
       const Matrix3d j = -projectionJacobian(rig, before);

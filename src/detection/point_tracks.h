@@ -23,7 +23,6 @@ struct PointTrack {
   Eigen::Vector3d found_px;   ///< (x, y, d) where it was found; d < 0: unknown
   double mahalanobis = 0;     ///< squared, of found_px - static_px given the errors of both
   bool moving = false;
-  bool placed = false;  ///< put there by placePoints: good to a few pixels
 
   Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
 };
@@ -39,17 +38,12 @@ struct TrackingView {
   const Eigen::Isometry3d& T_prev_cam;
 };
 
-/// Follows lattice points back by Lucas-Kanade and tells the moving from the static ones: these
-/// are explained by ego-motion and one of the disparities around them. Points that are not found
-/// are left out.
+/// Follows lattice points back by Lucas-Kanade and tells the moving from the static ones. Points
+/// that are not found are left out.
 /// @param shift_px  where the search begins, from where a static point would have been.
 std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
                                      const std::vector<cv::Point>& points_px,
                                      cv::Point2f shift_px = {});
-
-/// Takes lattice points to have been this far from where static points would have been.
-std::vector<PointTrack> placePoints(const TrackingView& view, const MotionDetectionParams& params,
-                                    const std::vector<cv::Point>& points_px, cv::Point2f shift_px);
 
 /// A displacement in the previous camera's frame [m] and its covariance.
 struct Displacement {

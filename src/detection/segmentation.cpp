@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/long_residual.h"
 #include "detection/segmentation_rows.h"
 
 namespace predictive_stereo {
@@ -13,38 +14,28 @@ constexpr float kDecisive_grey = 2.0f;  // difference of mismatches that is no n
 constexpr float kContradiction_grey = 0.7f;
 constexpr float kMostSupport_grey = 15.0f;
 constexpr int kFewestCells = 24;
-constexpr int kFewestVotes = 3;
-// A disparity that contradicts one of two motions says as much as the largest mismatch.
-constexpr float kGreyPerCost = kMostSupport_grey / DisparityHistory::kMostCost;
 // How far the comparison's windows (twice 2), the smoothing (2) and the opening (1) look.
 constexpr int kReachOfWindows = 8;
 
-// Columns and rows that hardly belong to the object: ground beside wheels, branches.
-// Counted among all that could be reached, so that objects that fill little of it stay as they are:
-// cutting those by their own columns and rows loses far ones, see docs/benchmarks.md.
-/// @param of  how many columns or rows there are with those outside of `mask`, which are empty.
-void trim(cv::Mat1b& mask, bool columns, int of) {
-  const int n = columns ? mask.cols : mask.rows;
-  std::vector<int> sizes(static_cast<size_t>(n));
-  for (int y = 0; y < mask.rows; ++y) {
-    const uchar* row = mask[y];
-    if (columns)
-      for (int x = 0; x < mask.cols; ++x) sizes[static_cast<size_t>(x)] += row[x] != 0;
-    else
-      sizes[static_cast<size_t>(y)] =
-          static_cast<int>(mask.cols - std::count(row, row + mask.cols, uchar{0}));
+// Shadows, ground and branches beside an object are lower than it is: what is lower than a third of
+// its tallest columns is no part of it.
+void dropLowParts(cv::Mat1b& mask) {
+  constexpr double kLowest = 0.35, kTallest = 0.95;  // of the height; of the columns
+  std::vector<int> heights;                          // of the longest run of each column
+  for (int x = 0; x < mask.cols; ++x) {
+    int run = 0, longest = 0;
+    for (int y = 0; y < mask.rows; ++y) {
+      run = mask(y, x) ? run + 1 : 0;
+      longest = std::max(longest, run);
+    }
+    if (longest > 0) heights.push_back(longest);
   }
-  std::vector<int> sorted = sizes;
-  const int rank = static_cast<int>(0.8 * (of - 1)) - (of - n);
-  int high = 0;
-  if (rank >= 0) {
-    std::nth_element(sorted.begin(), sorted.begin() + rank, sorted.end());
-    high = sorted[static_cast<size_t>(rank)];
-  }
-  const int least = std::max(1, static_cast<int>((columns ? 0.3 : 0.2) * high));
-  for (int i = 0; i < n; ++i)
-    if (const int size = sizes[static_cast<size_t>(i)]; size > 0 && size < least)
-      (columns ? mask.col(i) : mask.row(i)).setTo(0);
+  if (heights.empty()) return;
+  const auto tallest = heights.begin() + static_cast<std::ptrdiff_t>(
+                                             kTallest * static_cast<double>(heights.size() - 1));
+  std::nth_element(heights.begin(), tallest, heights.end());
+  const int lowest = cvRound(kLowest * *tallest);
+  if (lowest > 1) cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::Mat1b::ones(lowest, 1));
 }
 
 // The smallest box around all of the layer that is connected to a seed; empty where no seed lies in
@@ -82,7 +73,7 @@ cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
 std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
                                const Hypothesis& hypothesis, SegmentationWork& work) {
   if (hypothesis.seeds.empty()) return std::nullopt;
-  const cv::Rect reachable = reachOf(view.rig, params, hypothesis, view.dense_residual_px.size());
+  const cv::Rect reachable = reachOf(view.rig, params, hypothesis, view.residual_px.size());
   const float lowest_m = view.ground.lowestIn(reachable, work.heights);
   cv::Mat1b whole_layer = work.layer.map(reachable.size());
   const float farthest =
@@ -126,7 +117,6 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
       if (of_row[u] > 0 && in_layer[u] && uncovered({2 * (area.x + u), y}, disparity[2 * u]))
         of_row[u] = 0;
   }
-  if (view.history) view.history->addGain(area, hypothesis.velocity_mps, kGreyPerCost, support);
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
   // What the object's motion explains better, and what lies close to it and does not object.
   cv::Mat1b core = work.core.map(area.size()), member = work.member.map(area.size());
@@ -155,16 +145,10 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   const int best_label = static_cast<int>(best - votes.begin());
   if (*best * 3 < static_cast<int>(hypothesis.seeds.size())) return std::nullopt;
   cv::Mat1b mask = work.mask.map(area.size());
-  // Parts on both sides of something nearer, as a pole, are one object.
-  const int least_votes = std::max(kFewestVotes, static_cast<int>(hypothesis.seeds.size() / 4));
-  std::vector<uchar> value(votes.size());
-  for (size_t label = 0; label < votes.size(); ++label)
-    value[label] = static_cast<int>(label) == best_label || votes[label] >= least_votes ? 255 : 0;
   for (int v = 0; v < area.height; ++v)
-    for (int u = 0; u < area.width; ++u) mask[v][u] = value[static_cast<size_t>(labels[v][u])];
+    for (int u = 0; u < area.width; ++u) mask(v, u) = labels(v, u) == best_label ? 255 : 0;
   growOverLayer(layer, support, smooth, -kContradiction_grey, kDecisive_grey, mask, work.growing);
-  trim(mask, true, reachable.width);
-  trim(mask, false, reachable.height);
+  dropLowParts(mask);
   const cv::Rect box = cv::boundingRect(mask);
   if (box.empty()) return std::nullopt;
 
@@ -174,7 +158,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   int better = 0, worse = 0, positive = 0, negative = 0, known = 0;
   const float least_residual = 0.5f * static_cast<float>(params.dense_min_residual_px);
   for (int v = box.y; v < box.br().y; ++v) {
-    const float *of_row = support[v], *residual = view.dense_residual_px[area.y + v] + area.x;
+    const float *of_row = support[v], *residual = view.residual_px[area.y + v] + area.x;
     const uchar *in_layer = layer[v], *in_mask = mask[v];
     for (int u = box.x; u < box.br().x; ++u) {
       // What contradicts inside the layer counts, although it is left out of the mask.

@@ -9,7 +9,6 @@
 #include "detection/ground.h"
 #include "detection/grown_segment.h"
 #include "detection/hypothesis.h"
-#include "detection/layer_motion.h"
 #include "detection/scratch.h"
 #include "predictive_stereo/moving_objects.h"
 
@@ -36,10 +35,8 @@ struct SegmentationView {
   const cv::Mat1f& previous_disparity_px;
   double seconds;                  ///< between both frames
   const Comparison& static_world;  ///< at least as far as reachOf the hypothesis
-  const cv::Mat1f& dense_residual_px;
+  const cv::Mat1f& residual_px;
   const LevelGround& ground;
-  /// Disparities of the past, to be asked beside the images; null: not asked.
-  const DisparityHistory* history = nullptr;
 };
 
 /// Memory that is used again from hypothesis to hypothesis.

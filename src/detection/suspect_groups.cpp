@@ -13,11 +13,6 @@ namespace {
 constexpr double kGroupRadius_m = 2.5;    // half a vehicle's length
 constexpr double kLargestSpeed_mps = 40;  // over ground
 constexpr float kLeastGain = 1.5f;
-// Points of a group agree with it within this and this share of its shift. Where so many of them
-// agree, and the group has this gain, the others follow it.
-constexpr double kAgreement_px = 2, kAgreementShare = 0.2;
-constexpr double kLeastAgreeing = 0.15;
-constexpr float kClearGain = 2.0f;
 
 double linkDisparity(const StereoRig& rig, const MotionDetectionParams& params, double d) {
   return 1 + params.link_depth_m * d * d / rig.disparityTimesDepth();
@@ -80,38 +75,6 @@ void search(const TrackingView& view, const MotionDetectionParams& params,
   group.gain = found->gain;
 }
 
-float median(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// The motion and the depth of a group, from the tracks that agree with its shift.
-void complete(const TrackingView& view, const MotionDetectionParams& params,
-              const SuspectGroup& group, std::vector<PointTrack>& tracks) {
-  std::vector<float> x, y;
-  std::vector<bool> agrees(tracks.size());
-  size_t moving = 0;
-  const double size = std::hypot(group.shift_px.x, group.shift_px.y);
-  for (size_t i = 0; i < tracks.size(); ++i) {
-    const Eigen::Vector2d flow = tracks[i].flow();
-    agrees[i] = std::hypot(flow.x() - group.shift_px.x, flow.y() - group.shift_px.y) <
-                kAgreement_px + kAgreementShare * size;
-    if (!agrees[i]) continue;
-    moving += tracks[i].moving;
-    x.push_back(static_cast<float>(flow.x()));
-    y.push_back(static_cast<float>(flow.y()));
-  }
-  if (group.gain < kClearGain || moving == 0 ||
-      static_cast<double>(moving) < kLeastAgreeing * static_cast<double>(group.points_px.size()))
-    return;
-  std::vector<PointTrack> all = placePoints(view, params, group.points_px, {median(x), median(y)});
-  for (PointTrack& track : all)
-    for (size_t i = 0; i < tracks.size(); ++i)
-      if (agrees[i] && tracks[i].position == track.position) track = tracks[i];
-  tracks = std::move(all);
-}
-
 }  // namespace
 
 std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
@@ -140,9 +103,7 @@ std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetec
     const size_t count = group.points_px.size() / step;
     for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
     group.points_px.resize(count);
-    std::vector<PointTrack>& tracks = followed[static_cast<size_t>(i)];
-    tracks = followPoints(view, params, group.points_px, group.shift_px);
-    complete(view, params, group, tracks);
+    followed[static_cast<size_t>(i)] = followPoints(view, params, group.points_px, group.shift_px);
   });
   std::vector<PointTrack> all;
   for (const auto& tracks : followed) all.insert(all.end(), tracks.begin(), tracks.end());

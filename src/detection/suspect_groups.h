@@ -24,9 +24,7 @@ std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
                                         const MotionDetectionParams& params,
                                         const std::vector<cv::Point>& points_px, double seconds);
 
-/// Follows the points of groups from where these were found, at most params.max_tracks. In a group
-/// that was found clearly, and some of whose points agree, those that are lost or went astray are
-/// put where the others say.
+/// Follows the points of groups from where these were found, at most params.max_tracks.
 std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetectionParams& params,
                                      const std::vector<SuspectGroup>& groups);
 

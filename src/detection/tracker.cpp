@@ -58,14 +58,6 @@ cv::Rect movedBox(const StereoRig& rig, const cv::Rect& box, const Eigen::Vector
           cv::Size(cvRound(scale * box.width), cvRound(scale * box.height))};
 }
 
-// What is looked for next: what was seen, unless that is a part of what was looked for now.
-cv::Rect reachAfter(const cv::Rect& seen, const cv::Rect& reach) {
-  constexpr double kInside = 0.8, kLargestPart = 0.7;
-  const bool is_part =
-      (seen & reach).area() > kInside * seen.area() && seen.area() < kLargestPart * reach.area();
-  return is_part ? reach : seen;
-}
-
 }  // namespace
 
 Eigen::Vector3d ObjectTracker::centreInCamera(const ObjectTrack& track) const {
@@ -98,7 +90,6 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
     const Eigen::Vector3d centre = centreInCamera(track);
     if (!(centre.z() > 0.5)) continue;
     track.last.box_px = movedBox(rig, track.last.box_px, track.last.centre_m, centre);
-    track.reach_px = movedBox(rig, track.reach_px, track.last.centre_m, centre);
     track.last.distance_m += centre.z() - track.last.centre_m.z();
     track.last.centre_m = centre;
     kept.push_back(track);
@@ -155,7 +146,6 @@ void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) 
     kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
                  track.state, track.covariance);
   track.last = observation;
-  track.reach_px = reachAfter(observation.box_px, track.reach_px);
   track.history |= 1;
 }
 
@@ -166,7 +156,6 @@ ObjectTrack ObjectTracker::start(const Observation& observation) {
   track.age = 1;
   track.confirmed = params_.confirm_frames <= 1;
   track.last = observation;
-  track.reach_px = observation.box_px;
   const Eigen::Matrix3d R = T_odom_cam_.linear();
   const double speed = params_.largest_speed_mps;
   track.state << T_odom_cam_ * observation.centre_m, Eigen::Vector3d::Zero();

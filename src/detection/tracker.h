@@ -34,10 +34,8 @@ struct ObjectTrack {
   int age = 0;           ///< frames since it was first seen
   unsigned history = 0;  ///< bit k: seen k frames ago
   bool confirmed = false;
-  int observation = -1;  ///< of this frame; -1: not seen
-  Observation last;      ///< with the box moved along where not seen
-  /// Where to look for it: a frame may show a part only, which does not make the object smaller.
-  cv::Rect reach_px;
+  int observation = -1;               ///< of this frame; -1: not seen
+  Observation last;                   ///< with the box moved along where not seen
   Eigen::Matrix<double, 6, 1> state;  ///< position [m], velocity [m/s] in the odom frame
   Eigen::Matrix<double, 6, 6> covariance;
 };

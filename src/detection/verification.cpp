@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "detection/joined_parts.h"
 #include "detection/object_shape.h"
 #include "detection/plausible_object.h"
 #include "detection/same_object.h"
@@ -58,15 +57,11 @@ void Verification::findGround(const DetectionInput& input, const DisparityRange&
   ground_.setFrame(input.rig, range, input.measured_disparity_px);
 }
 
-void Verification::setFrame(const FrameView& frame) {
+void Verification::setFrame(const FrameView& frame, const cv::Mat1f& residual_px) {
+  residual_px_ = residual_px;
   taken_.create(frame.lattice());
   taken_.setTo(0);
   objects_.clear();
-}
-
-void Verification::joinParts(const FrameView& frame) {
-  predictive_stereo::joinParts(frame.input.rig, frame.range, frame.input.measured_disparity_px,
-                               frame.params.max_width_m, objects_);
 }
 
 bool Verification::isFree(const Hypothesis& hypothesis) const {
@@ -77,7 +72,6 @@ bool Verification::isFree(const Hypothesis& hypothesis) const {
 
 std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const Baseline& baseline,
                                                    const Hypothesis& hypothesis,
-                                                   const DisparityHistory* history,
                                                    VerificationWork& work) const {
   const DetectionInput& input = frame.input;
   const PastFrame& past = baseline.past;
@@ -92,14 +86,13 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
                               past.frame->disparity_px,
                               past.seconds,
                               baseline.static_world,
-                              baseline.residual_px,
-                              ground_,
-                              history};
+                              residual_px_,
+                              ground_};
   auto found = segment(view, frame.params, hypothesis, work.segmentation);
   if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
   if (!by_images &&
-      (hypothesis.source == Source::kTracks || !showsInResiduals(frame.params, *found)))
+      (hypothesis.source == Source::kAcross || !showsInResiduals(frame.params, *found)))
     return std::nullopt;
 
   ObservedObject object = observed(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
@@ -146,8 +139,8 @@ bool Verification::add(const FrameView& frame, VerifiedObject&& verified) {
   const Observation& seen = verified.object.observation;
   if (!isFree(hypothesis)) return false;
   // Points of one frame tell velocities well enough to keep neighbours apart, but not from a part.
-  const bool weak = hypothesis.source == Source::kKnown || hypothesis.source == Source::kSlow;
-  const double largest_part = weak ? std::numeric_limits<double>::infinity() : kLargestPart;
+  const double largest_part =
+      hypothesis.source == Source::kKnown ? std::numeric_limits<double>::infinity() : kLargestPart;
   for (const ObservedObject& other : objects_)
     if (overlaps(frame.params, seen, other.observation) ||
         belongsTo(frame.params, seen, other.observation, largest_part))

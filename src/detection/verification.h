@@ -8,7 +8,6 @@
 #include "detection/frame_view.h"
 #include "detection/ground.h"
 #include "detection/hypothesis.h"
-#include "detection/layer_motion.h"
 #include "detection/road_line.h"
 #include "detection/segmentation.h"
 #include "detection/tracker.h"
@@ -37,26 +36,22 @@ class Verification {
   void findRoad(const DetectionInput& input, const DisparityRange& range);
   void findGround(const DetectionInput& input, const DisparityRange& range);
   /// After both. Objects of the frame before are forgotten.
-  void setFrame(const FrameView& frame);
+  /// @param residual_px  see longResidual; shared, not copied.
+  void setFrame(const FrameView& frame, const cv::Mat1f& residual_px);
   const LevelGround& ground() const { return ground_; }
   const std::vector<ObservedObject>& objects() const { return objects_; }
 
   /// Whether most of it is no part of an object that was found already.
   bool isFree(const Hypothesis& hypothesis) const;
   /// The object that it turns out to be, if it is one.
-  /// @param history  disparities of the past, to be asked beside the images; null: not asked.
   std::optional<VerifiedObject> verify(const FrameView& frame, const Baseline& baseline,
-                                       const Hypothesis& hypothesis,
-                                       const DisparityHistory* history,
-                                       VerificationWork& work) const;
+                                       const Hypothesis& hypothesis, VerificationWork& work) const;
 
   using Finder = std::function<std::optional<VerifiedObject>(int, VerificationWork&)>;
   /// Asks for candidates 0 ... count - 1, in parallel, and then adds those that are new in this
   /// order, so that earlier ones are preferred.
   /// @return of each candidate whether it was added.
   std::vector<bool> addAll(const FrameView& frame, int count, const Finder& find);
-  /// After the last one of the frame: parts of one object become one.
-  void joinParts(const FrameView& frame);
   void forgetObjects() { objects_.clear(); }
   void reset() { road_.reset(); }
 
@@ -67,6 +62,7 @@ class Verification {
   std::optional<RoadLine> road_;  // the last one that was found
   WorkPool<VerificationWork> works_;
   std::vector<ObservedObject> objects_;
+  cv::Mat1f residual_px_;
   cv::Mat1b taken_;  // lattice points of objects_
 };
 

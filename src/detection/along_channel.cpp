@@ -1,0 +1,87 @@
+#include "detection/along_channel.h"
+
+#include "detection/candidates.h"
+
+namespace predictive_stereo {
+namespace {
+
+// Frames that are compared, as far as static points have not moved more since then.
+constexpr size_t kFramesBack[] = {8, 6, 4, 2};
+static_assert(kFramesBack[0] == FrameHistory::kFarthest);
+constexpr double kMostParallax_px = 16;
+// Squared ratio of its way to its error, and of the errors by which the way to the frame halfway
+// may differ; 40 m/s.
+constexpr double kLeastWay = 16, kMostDeviation = 12, kLargestSpeed_mps = 40;
+constexpr float kLeastDisparity_px = 10;  // errors are too large a share of smaller ones
+
+// Whether what moved so since the far past did its share of it since the frame halfway, and whether
+// the way is longer than errors are.
+bool isSteady(const FrameView& frame, const PastPair& pair, const GroupMotion& motion) {
+  const PastFrame &past = pair.past, &halfway = pair.halfway;
+  const Displacement& fit = motion.fit;
+  if (fit.moved_m.norm() > kLargestSpeed_mps * past.seconds) return false;
+  if (fit.moved_m.dot(fit.covariance.inverse() * fit.moved_m) < kLeastWay) return false;
+  const double share = halfway.seconds / past.seconds;
+  const auto tracks = followPoints(frame.trackingInto(halfway), frame.params, motion.sample_px,
+                                   static_cast<float>(share) * motion.shift_px);
+  if (static_cast<int>(tracks.size()) < frame.params.min_tracks) return false;
+  const Displacement half = fitDisplacement(frame.input.rig, frame.params, tracks);
+  if (static_cast<int>(half.inliers.size()) < frame.params.min_tracks) return false;
+  const Eigen::Matrix3d R = (past.T_past_cam * halfway.T_past_cam.inverse()).linear();
+  const Eigen::Vector3d difference = R * half.moved_m - share * fit.moved_m;
+  const Eigen::Matrix3d covariance =
+      R * half.covariance * R.transpose() + share * share * fit.covariance;
+  return difference.dot(covariance.inverse() * difference) < kMostDeviation;
+}
+
+}  // namespace
+
+void AlongChannel::compare(const FrameView& frame, const std::vector<PastFrame>& past) {
+  pairs_.clear();
+  for (size_t k : kFramesBack)
+    if (k <= past.size()) pairs_.push_back({past[k - 1], past[k / 2 - 1]});
+  longResidual(frame.input.rig, frame.input.measured_disparity_px, frame.range, pairs_,
+               kMostParallax_px, frame.lattice(), residual_px_, pair_);
+}
+
+void AlongChannel::find(const FrameView& frame, Verification& verification) {
+  const auto groups =
+      firstFew(kMostAlong,
+               groups_.find(residual_px_, pair_, frame.input.measured_disparity_px, frame.params),
+               [&](const ResidualGroup& group) {
+                 return group.disparity_px >= kLeastDisparity_px && isLargeEnough(frame, group)
+                            ? std::optional(&group)
+                            : std::nullopt;
+               });
+  verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, VerificationWork& work) {
+    return verify(frame, *groups[static_cast<size_t>(i)], verification, work);
+  });
+}
+
+std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
+                                                   const ResidualGroup& group,
+                                                   const Verification& verification,
+                                                   VerificationWork& work) const {
+  Hypothesis hypothesis;
+  hypothesis.source = Hypothesis::Source::kAlong;
+  hypothesis.seeds = group.points;
+  if (!verification.isFree(hypothesis)) return std::nullopt;
+  setLayer(frame, hypothesis);
+  // What comes towards the camera grows too much to be found again over the longest time.
+  for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
+    const PastFrame& past = pairs_[k].past;
+    const auto motion = motionOf(frame, past, group);
+    if (!motion || !isSteady(frame, pairs_[k], *motion)) continue;
+    hypothesis.moved_m = motion->fit.moved_m;
+    hypothesis.covariance = motion->fit.covariance;
+    compareFrames(frame.current.pyramid, frame.input.measured_disparity_px, frame.range,
+                  past.frame->pyramid, frame.staticSource(past),
+                  reachOf(frame.input.rig, frame.params, hypothesis, frame.lattice()),
+                  work.static_world);
+    if (auto found = verification.verify(frame, {past, work.static_world}, hypothesis, work))
+      return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace predictive_stereo
