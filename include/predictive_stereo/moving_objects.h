@@ -88,31 +88,24 @@ struct PaperDetectionParams {
 /// motion does.
 struct MotionDetectionParams {
   // Points that are followed back into the previous frame.
-  double min_mismatch = 0.35;            ///< of the image against the static world, by its texture
-  int max_tracks = 500;                  ///< points followed; an even sample where there are more
-  double flow_sigma_px = 0.5;            ///< standard deviation of a point's position
-  double ego_motion_sigma_m = 0.02;      ///< standard deviation of ego-motion between frames
-  double min_mahalanobis = 20;           ///< squared distance from the static world in 3 dimensions
-  double min_flow_px = 1.5;              ///< in the image against the static world, or ...
-  double min_disparity_change_px = 1.0;  ///< ... in disparity
-  double min_displacement_m = 0.12;      ///< between two frames
+  double min_mismatch = 0.4;          ///< of the image against the static world, by its texture
+  int max_tracks = 500;               ///< points followed; an even sample where there are more
+  double flow_sigma_px = 0.4;         ///< standard deviation of a point's position
+  double ego_motion_sigma_m = 0.015;  ///< standard deviation of ego-motion between frames
+  double min_mahalanobis = 20;        ///< squared distance from the static world in 3 dimensions
   // Groups of them.
   double link_distance_m = 2.5;  ///< across the line of sight
   double link_depth_m = 1.5;     ///< along it
   double link_flow_share = 0.3;  ///< of the larger flow, beside 1.5 px
   int min_tracks = 4;
   // Dense disparity residuals.
-  double dense_min_residual_px = 0.7;  ///< mean over 15x15 pixels
-  double dense_one_sign = 0.9;         ///< share of these pixels
+  double dense_min_residual_px = 0.7;  ///< mean over 10x10 pixels
   double dense_min_area_m2 = 0.3;      ///< of a group of such pixels
-  double dense_min_share = 0.7;        ///< of an object's pixels with such a residual
   // Verification in the object's disparity layer.
-  double layer_margin_m = 0.8;  ///< it reaches so far beyond the depths of the points
+  double layer_margin_m = 0.6;  ///< it reaches so far beyond the depths of the points
   double reach_m = 4;           ///< farthest that an object extends beyond its points
-  double gap_m = 0.35;          ///< texture-less gaps within an object, or ...
-  double gap_share = 0.4;       ///< ... this share of the width of its points
+  double gap_m = 0.25;          ///< texture-less gaps within an object
   double min_explained = 0.6;   ///< share of the layer that the object's motion explains better
-  int min_decisive_cells = 16;  ///< 2x2 pixels where static world and object's motion differ
   // Sizes that an object may have.
   double min_height_m = 0.8, max_height_m = 4.5;
   double min_width_m = 0.2, max_width_m = 9;
@@ -124,23 +117,16 @@ struct MotionDetectionParams {
     v("flow_sigma_px", flow_sigma_px, 0.05, 10.0);
     v("ego_motion_sigma_m", ego_motion_sigma_m, 0.0, 10.0);
     v("min_mahalanobis", min_mahalanobis, 0.0, 1e6);
-    v("min_flow_px", min_flow_px, 0.0, 100.0);
-    v("min_disparity_change_px", min_disparity_change_px, 0.0, 100.0);
-    v("min_displacement_m", min_displacement_m, 0.0, 100.0);
     v("link_distance_m", link_distance_m, 0.01, 100.0);
     v("link_depth_m", link_depth_m, 0.01, 100.0);
     v("link_flow_share", link_flow_share, 0.0, 10.0);
     v("min_tracks", min_tracks, 2, 1000);
     v("dense_min_residual_px", dense_min_residual_px, 0.05, 100.0);
-    v("dense_one_sign", dense_one_sign, 0.5, 1.0);
     v("dense_min_area_m2", dense_min_area_m2, 0.0, 100.0);
-    v("dense_min_share", dense_min_share, 0.0, 1.0);
     v("layer_margin_m", layer_margin_m, 0.1, 100.0);
     v("reach_m", reach_m, 0.1, 100.0);
     v("gap_m", gap_m, 0.0, 10.0);
-    v("gap_share", gap_share, 0.0, 2.0);
     v("min_explained", min_explained, 0.0, 1.0);
-    v("min_decisive_cells", min_decisive_cells, 1, 100000);
     v("min_height_m", min_height_m, 0.0, 100.0);
     v("max_height_m", max_height_m, 0.1, 100.0);
     v("min_width_m", min_width_m, 0.0, 100.0);

@@ -27,8 +27,7 @@ void AcrossChannel::find(const FrameView& frame, Verification& verification) {
       followGroups(view, params, groupSuspects(view, params, unexplained_px_, past_.seconds));
   const auto hypothesisOf = [&](const std::vector<size_t>& members) -> std::optional<Hypothesis> {
     const Displacement fit = fitDisplacement(rig, params, tracks, members);
-    if (static_cast<int>(fit.inliers.size()) < params.min_tracks ||
-        fit.moved_m.norm() < params.min_displacement_m)
+    if (static_cast<int>(fit.inliers.size()) < params.min_tracks || !fit.isSignificant(params))
       return std::nullopt;
     Hypothesis hypothesis;
     hypothesis.source = Hypothesis::Source::kAcross;

@@ -9,18 +9,15 @@ namespace {
 constexpr size_t kFramesBack[] = {8, 6, 4, 2};
 static_assert(kFramesBack[0] == FrameHistory::kFarthest);
 constexpr double kMostParallax_px = 16;
-// Squared ratio of its way to its error, and of the errors by which the way to the frame halfway
-// may differ; 40 m/s.
-constexpr double kLeastWay = 16, kMostDeviation = 12, kLargestSpeed_mps = 40;
+// Squared ratio of the difference that the way to the frame halfway may have, to its error.
+constexpr double kMostDeviation = 12, kLargestSpeed_mps = 40;
 constexpr float kLeastDisparity_px = 10;  // errors are too large a share of smaller ones
 
-// Whether what moved so since the far past did its share of it since the frame halfway, and whether
-// the way is longer than errors are.
+// Whether what moved so since the far past did its share of it since the frame halfway.
 bool isSteady(const FrameView& frame, const PastPair& pair, const GroupMotion& motion) {
   const PastFrame &past = pair.past, &halfway = pair.halfway;
   const Displacement& fit = motion.fit;
   if (fit.moved_m.norm() > kLargestSpeed_mps * past.seconds) return false;
-  if (fit.moved_m.dot(fit.covariance.inverse() * fit.moved_m) < kLeastWay) return false;
   const double share = halfway.seconds / past.seconds;
   const auto tracks = followPoints(frame.trackingInto(halfway), frame.params, motion.sample_px,
                                    static_cast<float>(share) * motion.shift_px);

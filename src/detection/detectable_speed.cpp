@@ -11,6 +11,8 @@
 namespace predictive_stereo {
 namespace {
 
+constexpr int kFramesBack = 2;  // that both channels compare with at least
+
 void requirePositive(const char* name, double value) {
   if (!(value > 0 && std::isfinite(value)))
     throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
@@ -29,20 +31,19 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
   const double sigmas = std::sqrt(detection.min_mahalanobis);
 
   const double ego_flow_px = rig.fx_px * detection.ego_motion_sigma_m / depth_m;
-  const double flow_px =
-      std::max(detection.min_flow_px, sigmas * std::hypot(detection.flow_sigma_px, ego_flow_px));
-  const double across_m = std::max(detection.min_displacement_m, flow_px * depth_m / rig.fx_px);
+  const double flow_px = sigmas * std::hypot(detection.flow_sigma_px, ego_flow_px);
+  const double across_m = flow_px * depth_m / rig.fx_px;
 
   const double match_px2 = std::max<double>(variance.sigma_floor_px * variance.sigma_floor_px,
                                             kLeastDisparityVariance_px2);
   const double previous_px2 = kPreviousDisparitySigma_px * kPreviousDisparitySigma_px;
   const double ego_px = disparity_px * detection.ego_motion_sigma_m / depth_m;
-  const double point_px = std::max(detection.min_disparity_change_px,
-                                   sigmas * std::sqrt(match_px2 + previous_px2 + ego_px * ego_px));
+  const double point_px = sigmas * std::sqrt(match_px2 + previous_px2 + ego_px * ego_px);
   const double change_px = std::min(point_px, detection.dense_min_residual_px);
   const double along_m = change_px < disparity_px ? fB / (disparity_px - change_px) - depth_m
                                                   : std::numeric_limits<double>::infinity();
-  return {across_m / frame_interval_s, along_m / frame_interval_s};
+  const double seconds = kFramesBack * frame_interval_s;
+  return {across_m / seconds, along_m / seconds};
 }
 
 }  // namespace predictive_stereo

@@ -54,7 +54,7 @@ std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& pas
   if (static_cast<int>(followed.size()) < params.min_tracks) return std::nullopt;
   motion.fit = fitDisplacement(frame.input.rig, params, followed);
   if (static_cast<int>(motion.fit.inliers.size()) < params.min_tracks ||
-      motion.fit.moved_m.norm() < params.min_displacement_m)
+      !motion.fit.isSignificant(params))
     return std::nullopt;
   return motion;
 }
@@ -72,7 +72,6 @@ std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& 
       static_cast<float>(input.rig.disparityTimesDepth() / known.last.centre_m.z());
   const Eigen::Vector3d velocity_mps = known.state.tail<3>();
   hypothesis.moved_m = past.frame->T_odom_cam.linear().transpose() * velocity_mps * past.seconds;
-  if (hypothesis.moved_m.norm() < frame.params.min_displacement_m) return std::nullopt;
   const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
   for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)
     for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2)

@@ -54,15 +54,7 @@ void judge(const TrackingView& view, const MotionDetectionParams& params, const 
     covariance(2, 2) += 1e6;
   }
   track.mahalanobis = residual.dot(covariance.inverse() * residual);
-  const double depth = track.static_m.z();
-  const double moved_m =
-      Vector3d(residual.x() * depth / view.rig.fx_px, residual.y() * depth / view.rig.fy_px,
-               residual.z() * depth / track.static_px.z())
-          .norm();
-  const bool visible = residual.head<2>().norm() >= params.min_flow_px ||
-                       std::abs(residual.z()) >= params.min_disparity_change_px;
-  track.moving = visible && moved_m >= params.min_displacement_m &&
-                 track.mahalanobis >= params.min_mahalanobis;
+  track.moving = track.mahalanobis >= params.min_mahalanobis;
 }
 
 // The points that have a disparity, with where the static world puts them.
@@ -112,6 +104,10 @@ std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetec
     judgeFoundAt(view, params, source_of, tracks[i].position, found.back());
   }
   return found;
+}
+
+bool Displacement::isSignificant(const MotionDetectionParams& params) const {
+  return moved_m.dot(covariance.inverse() * moved_m) >= params.min_mahalanobis;
 }
 
 Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,

@@ -50,6 +50,9 @@ struct Displacement {
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   std::vector<size_t> inliers;  ///< of the tracks that were used
+
+  /// Whether it is longer than its error, by params.min_mahalanobis.
+  bool isSignificant(const MotionDetectionParams& params) const;
 };
 
 /// The translation that moves these points from where they were to where they are, robustly.

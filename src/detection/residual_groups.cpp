@@ -9,8 +9,9 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr int kFewestKnown = 15;   // of a window's 25 points
-constexpr int kFewestPoints = 20;  // of a group
+constexpr int kFewestKnown = 15;    // of a window's 25 points
+constexpr float kLeastSign = 0.8f;  // 90 % of one sign, the rest of the other one
+constexpr int kFewestPoints = 20;   // of a group
 
 float medianOf(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -37,10 +38,8 @@ const std::vector<ResidualGroup>& ResidualGroups::find(const cv::Mat1f& residual
                                                        const cv::Mat1b& pair,
                                                        const cv::Mat1f& disparity_px,
                                                        const MotionDetectionParams& params) {
-  // 90 % of one sign, the rest of the other one: a sum of 0.8.
   const SeedLimits limits{kUnknownResidual, kFewestKnown,
-                          static_cast<float>(params.dense_min_residual_px),
-                          static_cast<float>(2 * params.dense_one_sign - 1)};
+                          static_cast<float>(params.dense_min_residual_px), kLeastSign};
   seeds_.create(residual_px.size());
   seeds_of_row_.resize(static_cast<size_t>(residual_px.rows));
   cv::parallel_for_(cv::Range(0, residual_px.rows), [&](const cv::Range& range) {

@@ -84,9 +84,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
              hypothesis.nearest_px, lowest_m, whole_layer[v]);
   // What is not connected to a seed does not matter, but for what is near.
   const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
-  const int extent = cv::boundingRect(hypothesis.seeds).width;
-  const double gap_or_share = std::max(params.gap_m * lattice_per_m, params.gap_share * extent);
-  const int gap = std::clamp(static_cast<int>(gap_or_share), 1, 20);
+  const int gap = std::clamp(static_cast<int>(params.gap_m * lattice_per_m), 1, 20);
   const int near = gap + kReachOfWindows;
   const cv::Rect layer_box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole_layer);
   if (layer_box.empty()) return std::nullopt;

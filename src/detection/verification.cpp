@@ -13,7 +13,9 @@ namespace {
 using Source = Hypothesis::Source;
 
 constexpr double kFastest_mps = 55;
-constexpr double kLargestPart = 0.25;  // of the area of the object that it is a part of
+constexpr int kFewestDecisive = 16;  // cells where static world and object's motion differ
+constexpr double kLeastWithResidual = 0.7;  // of the pixels of what moves along
+constexpr double kLargestPart = 0.25;       // of the area of the object that it is a part of
 
 // Full-resolution pixels of a segment: its lattice cells, cut to the layer of the disparities.
 ObservedObject observed(const DetectionInput& input, const Segment& segment, float nearest,
@@ -38,13 +40,13 @@ ObservedObject observed(const DetectionInput& input, const Segment& segment, flo
 
 // Whether its motion explains the images.
 bool explainsImages(const MotionDetectionParams& params, const Segment& segment) {
-  return segment.decisive >= params.min_decisive_cells && segment.explained >= params.min_explained;
+  return segment.decisive >= kFewestDecisive && segment.explained >= params.min_explained;
 }
 
 // Whether residuals of the disparity show that it moves along, and the images do not refute it.
-bool showsInResiduals(const MotionDetectionParams& params, const Segment& segment) {
-  return segment.dense >= params.dense_min_share &&
-         (segment.explained >= 0.5 || segment.decisive < params.min_decisive_cells);
+bool showsInResiduals(const Segment& segment) {
+  return segment.dense >= kLeastWithResidual &&
+         (segment.explained >= 0.5 || segment.decisive < kFewestDecisive);
 }
 
 }  // namespace
@@ -92,7 +94,7 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
   if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
   if (!by_images &&
-      (hypothesis.source == Source::kAcross || !showsInResiduals(frame.params, *found)))
+      (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
     return std::nullopt;
 
   ObservedObject object = observed(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);

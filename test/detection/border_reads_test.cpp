@@ -7,12 +7,11 @@
 #include <vector>
 
 #include "detection/comparison_rows.h"
-#include "detection/dense_rows.h"
 #include "detection/displacement_search.h"
 #include "detection/ground_rows.h"
-#include "detection/history_rows.h"
 #include "detection/long_rows.h"
 #include "detection/patch_rows.h"
+#include "detection/residual_group_rows.h"
 #include "detection/road_rows.h"
 #include "detection/segmentation_rows.h"
 #include "detection/shift_rows.h"
@@ -57,21 +56,17 @@ constexpr float kMoved[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -1, 0, 1};
 TEST(BorderReads, OfComparedFrames) {
   forEveryRow([](Guard guard, const auto& for_every_width) {
     const int most = span(kMostGuarded, 2);
-    const Floats disparity = floats(guard, -1, 30, most), predicted = floats(guard, -1, 30, most),
-                 variance = floats(guard, 0, 4, most), difference = floats(guard, 0, 0),
-                 known = floats(guard, 0, 0), residual = floats(guard, 0, 0);
+    const Floats disparity = floats(guard, -1, 30, most), difference = floats(guard, 0, 0),
+                 known = floats(guard, 0, 0);
     const Bytes grey(kMostGuarded, guard, 0, 256);
     for_every_width([&](int n) {
       for (const int rows : {1, 2, 3}) {
         const int size = span(n, 2);
         const Bytes before(n * rows, guard, 0, 256);
-        const Floats before_px = floats(guard, -1, 30, 2 * n * 2 * rows);
         const LatticeRow row{kMoved, disparity(size), 0, 2, n, 0, n, rows};
         RowSources sources(n);
         projectRow(row, sources);
         compareRow(row, sources, grey(n), before(n * rows), difference(n), known(n));
-        residualRow(row, sources, predicted(size), variance(size), before_px(4 * n * rows), 2 * n,
-                    2 * n, 2 * rows, {0, 3, 8, kUnknown}, residual(n));
       }
     });
   });
@@ -100,11 +95,10 @@ TEST(BorderReads, OfSeeds) {
     const Floats residual = floats(guard, -2, 3);
     const Bytes seeds(kMostGuarded, guard), pair(kMostGuarded, guard, 0, 3);
     for_every_width([&](int n) {
-      std::array<const float*, kDenseSide> rows;
+      if (n < kResidualSide) return;
+      std::array<const float*, kResidualSide> rows;
       rows.fill(residual(n));
-      const SeedLimits limits{kUnknown, 3, 0.1f, 0.1f};
-      seedRow(rows.data(), n, limits, seeds(n));
-      if (n >= kSlowSide) slowSeedRow(rows.data(), pair(n), n, limits, seeds(n));
+      seedRow(rows.data(), pair(n), n, {kUnknown, 3, 0.1f, 0.1f}, seeds(n));
     });
   });
 }
@@ -129,19 +123,13 @@ TEST(BorderReads, OfGroundAndSegments) {
 
 TEST(BorderReads, OfPastDisparities) {
   forEveryRow([](Guard guard, const auto& for_every_width) {
-    const Floats x = floats(guard, 0, kMostGuarded), y = floats(guard, 0, 4),
-                 d = floats(guard, 1, 30), cost = floats(guard, 0, 0), gain = floats(guard, 0, 0),
-                 disparity = floats(guard, -1, 30, span(kMostGuarded, kLongStep_px)),
+    const Floats disparity = floats(guard, -1, 30, span(kMostGuarded, kLongStep_px)),
                  residual = floats(guard, 0, 0);
     const Bytes known(kMostGuarded, guard);
     for_every_width([&](int n) {
       constexpr int kRows = 3;
       const Floats past = floats(guard, -1, 30, n * kRows);
       const PastDisparities then{kMoved, past(n * kRows), n, n, kRows};
-      const PointRow points{x(n), y(n), d(n), n};
-      const CostLimits limits{0.5f, 0.01f, 9, 4, 0};
-      costRow(points, then, limits, cost(n));
-      gainRow(points, kMoved, then, limits, gain(n), known(n));
       const PastCamera camera{0, 0, -0.1f, 100, 50, 50, 50};
       const PastPairOfRow pair{camera, then, then, 2};
       longResidualRow({disparity(span(n, kLongStep_px)), 2, n, &pair, 1, 0, 100, 8, kUnknown, 255},

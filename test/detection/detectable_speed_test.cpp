@@ -20,28 +20,24 @@ StereoRig kittiRig() {
 
 TEST(DetectableSpeed, AcrossTheLineOfSightIsAFewPixels) {
   const StereoRig rig = kittiRig();
-  MotionDetectionParams params;
-  params.min_mahalanobis = 0;  // only the fixed thresholds
-  const auto across = [&](double depth_m) {
-    return detectableSpeed(rig, depth_m, 0.1, params).across_mps;
-  };
-  EXPECT_DOUBLE_EQ(across(10), params.min_displacement_m / 0.1);
-  EXPECT_DOUBLE_EQ(across(100), params.min_flow_px * 100 / rig.fx_px / 0.1);
-  // Noise: 20 = 4.47^2 of 0.5 px and 0.02 m.
-  const double at_60_m = std::sqrt(20.0) * std::hypot(0.5, 0.02 * rig.fx_px / 60);
-  EXPECT_NEAR(detectableSpeed(rig, 60, 0.1).across_mps, at_60_m * 60 / rig.fx_px / 0.1, 1e-9);
+  const MotionDetectionParams params;
+  // Noise of the point and of the ego-motion, over two frames.
+  const double at_60_m =
+      std::sqrt(params.min_mahalanobis) *
+      std::hypot(params.flow_sigma_px, params.ego_motion_sigma_m * rig.fx_px / 60);
+  EXPECT_NEAR(detectableSpeed(rig, 60, 0.1).across_mps, at_60_m * 60 / rig.fx_px / 0.2, 1e-9);
 }
 
 TEST(DetectableSpeed, AlongItGrowsWithTheSquareOfDistance) {
   const StereoRig rig = kittiRig();
   const double fB = rig.disparityTimesDepth();
   for (double depth_m : {5.0, 20.0, 60.0}) {
-    const double moved_m = 0.1 * detectableSpeed(rig, depth_m, 0.1).along_mps;
+    const double moved_m = 0.2 * detectableSpeed(rig, depth_m, 0.1).along_mps;
     EXPECT_NEAR(fB / depth_m - fB / (depth_m + moved_m),
                 MotionDetectionParams().dense_min_residual_px, 1e-9)
         << depth_m;
   }
-  EXPECT_NEAR(detectableSpeed(rig, 20, 0.1).along_mps, 7.5, 0.1);
+  EXPECT_NEAR(detectableSpeed(rig, 20, 0.1).along_mps, 3.75, 0.05);
   EXPECT_TRUE(std::isinf(detectableSpeed(rig, 600, 0.1).along_mps)) << "disparity 0.65 px";
 }
 

@@ -1,12 +1,10 @@
-/// compareFrames and denseResidualRow against plain references, bit by bit, on every SIMD target.
+/// compareFrames against a plain reference, bit by bit, on every SIMD target.
 #include "detection/frame_comparison.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include <opencv2/imgproc.hpp>
-
-#include "detection/dense_channel.h"
 
 namespace predictive_stereo {
 namespace {
@@ -51,22 +49,19 @@ struct Frames {
       return cv::Mat1f(larger(cv::Rect(cv::Point(2, 1), size)));
     };
     const cv::Mat1f noise = map(-1, 1);
-    for (cv::Mat1f* disparity : {&disparity_px, &predicted_px, &before_px}) {
-      *disparity = map(-1.2, 1.2);
-      for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x) {
-          float& d = (*disparity)(y, x);
-          const float surface = 2 + 20.0f * static_cast<float>(y) / static_cast<float>(size.height);
-          d = rng.uniform(0, 12) == 0 ? -1.0f : std::max(surface + d + noise(y, x), 0.0f);
-        }
-    }
-    variance_px2 = map(0, 900);
+    disparity_px = map(-1.2, 1.2);
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x) {
+        float& d = disparity_px(y, x);
+        const float surface = 2 + 20.0f * static_cast<float>(y) / static_cast<float>(size.height);
+        d = rng.uniform(0, 12) == 0 ? -1.0f : std::max(surface + d + noise(y, x), 0.0f);
+      }
   }
 
   StereoRig rig;
   Eigen::Isometry3d T_prev_cam = Eigen::Isometry3d::Identity();
   ImagePyramid current, previous;
-  cv::Mat1f disparity_px, predicted_px, before_px, variance_px2;
+  cv::Mat1f disparity_px;
   DisparityRange range{0, 128};
 };
 
@@ -134,28 +129,6 @@ cv::Mat1f mismatch(const Frames& frames, const SourceOf& source_of, cv::Rect are
   return result;
 }
 
-cv::Mat1f residual(const Frames& frames, const SourceOf& source_of) {
-  const cv::Mat3f source = sources(frames, source_of);
-  cv::Mat1f result(source.size(), kUnknownResidual);
-  for (int v = 0; v < result.rows; ++v)
-    for (int u = 0; u < result.cols; ++u) {
-      const cv::Vec3f& at = source(v, u);
-      const float predicted = frames.predicted_px(2 * v, 2 * u);
-      if (at[2] < 0 || predicted < 0 || frames.variance_px2(2 * v, 2 * u) > 0.5f * 128 * 128 / 12)
-        continue;
-      const int x = cvRound(at[0]), y = cvRound(at[1]);
-      if (x >= frames.rig.size.width || y >= frames.rig.size.height) continue;
-      const float before = frames.before_px(y, x);
-      if (before < 0) continue;
-      const float forward = std::clamp(frames.disparity_px(2 * v, 2 * u) - predicted, -8.f, 8.f);
-      const float backward = std::clamp(at[2] - before, -8.f, 8.f);
-      result(v, u) = forward * backward <= 0                  ? 0.0f
-                     : std::abs(forward) < std::abs(backward) ? forward
-                                                              : backward;
-    }
-  return result;
-}
-
 void expectEqual(const cv::Mat1f& a, const cv::Mat1f& b) {
   ASSERT_EQ(a.size(), b.size());
   for (int y = 0; y < a.rows; ++y)
@@ -190,35 +163,6 @@ TEST(FrameComparison, MismatchIsThatOfTheReference) {
         expectEqual(comparison.mismatch, expected);
       });
     }
-  }
-}
-
-TEST(FrameComparison, DenseResidualIsThatOfTheReference) {
-  for (cv::Size size : kSizes) {
-    SCOPED_TRACE(size);
-    const Frames frames(size);
-    const SourceOf source_of(disparityMotion(frames.rig, frames.T_prev_cam));
-    DetectionInput input;
-    input.rig = frames.rig;
-    input.measured_disparity_px = frames.disparity_px;
-    input.predicted_disparity_px = frames.predicted_px;
-    input.predicted_variance_px2 = frames.variance_px2;
-    const cv::Mat1f expected = residual(frames, source_of);
-    if (expected.total() > 5000) {
-      EXPECT_GT(cv::countNonZero(expected > 0), static_cast<int>(expected.total() / 20));
-      EXPECT_GT(cv::countNonZero(expected == 0), static_cast<int>(expected.total() / 20));
-    }
-    forEveryTarget([&] {
-      cv::Mat1f found;
-      found.create(expected.size());
-      Comparison comparison;
-      compareFrames(frames.current, frames.disparity_px, frames.range, frames.previous, source_of,
-                    cv::Rect(cv::Point(), found.size()), comparison,
-                    [&](const LatticeRow& row, const RowSources& sources) {
-                      denseResidualRow(input, frames.range, row, sources, frames.before_px, found);
-                    });
-      expectEqual(found, expected);
-    });
   }
 }
 

@@ -1,5 +1,5 @@
-/// Seeds of dense groups against a plain reference, on every SIMD target.
-#include "detection/dense_rows.h"
+/// Seeds of residual groups against a plain reference, on every SIMD target.
+#include "detection/residual_group_rows.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -10,7 +10,7 @@
 namespace predictive_stereo {
 namespace {
 
-const SeedLimits kLimits{-1e6f, 30, 0.7f, 0.8f};
+const SeedLimits kLimits{-1e6f, 15, 0.7f, 0.8f};
 
 // Residuals in sixteenths of a pixel, whose sums are exact: patches of either sign, noise, holes.
 cv::Mat1f residuals(cv::Size size) {
@@ -27,98 +27,39 @@ cv::Mat1f residuals(cv::Size size) {
   return map;
 }
 
-cv::Mat1b reference(const cv::Mat1f& map) {
+// Inside of the map only.
+cv::Mat1b reference(const cv::Mat1f& map, const cv::Mat1b& pair) {
   cv::Mat1b seeds(map.size(), kNoSeed);
-  for (int v = 0; v < map.rows; ++v)
-    for (int u = 0; u < map.cols; ++u) {
+  for (int v = 2; v < map.rows - 2; ++v)
+    for (int u = 2; u < map.cols - 2; ++u) {
+      if (map(v, u) == kLimits.unknown || std::abs(map(v, u)) < 0.5f * kLimits.least_mean) continue;
       int known = 0, sign = 0;
       float sum = 0;
-      for (int y = std::max(v - 3, 0); y <= std::min(v + 3, map.rows - 1); ++y)
-        for (int x = std::max(u - 3, 0); x <= std::min(u + 3, map.cols - 1); ++x) {
+      for (int y = v - 2; y <= v + 2; ++y)
+        for (int x = u - 2; x <= u + 2; ++x) {
           const float r = map(y, x);
           if (r == kLimits.unknown) continue;
           ++known;
           sum += r;
           sign += (r > 0) - (r < 0);
         }
-      if (map(v, u) == kLimits.unknown || known < kLimits.fewest_known ||
+      if (known < kLimits.fewest_known ||
           std::abs(sum) < kLimits.least_mean * static_cast<float>(known) ||
           static_cast<float>(std::abs(sign)) < kLimits.least_sign * static_cast<float>(known))
-        continue;
-      seeds(v, u) = sum > 0 ? kPositiveSeed : kNegativeSeed;
-    }
-  return seeds;
-}
-
-TEST(DenseRows, SeedsAreThoseOfTheReference) {
-  for (const cv::Size size :
-       {cv::Size(1, 1), cv::Size(3, 40), cv::Size(7, 7), cv::Size(40, 3), cv::Size(63, 30),
-        cv::Size(64, 21), cv::Size(67, 50), cv::Size(300, 90)}) {
-    SCOPED_TRACE(size);
-    const cv::Mat1f map = residuals(size);
-    const cv::Mat1b expected = reference(map);
-    const std::vector<float> outside(static_cast<size_t>(size.width), kLimits.unknown);
-    if (size.width == 300) {
-      EXPECT_GT(cv::countNonZero(expected == kPositiveSeed), 500);
-      EXPECT_GT(cv::countNonZero(expected == kNegativeSeed), 500);
-      EXPECT_GT(cv::countNonZero(expected == kNoSeed), 5000);
-    }
-    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-      const auto target = targets & ~(targets - 1);
-      hwy::SetSupportedTargetsForTest(target);
-      SCOPED_TRACE(hwy::TargetName(target));
-      for (int v = 0; v < size.height; ++v) {
-        const float* rows[kDenseSide];
-        for (int k = 0; k < kDenseSide; ++k) {
-          const int y = v + k - kDenseReach;
-          rows[k] = y < 0 || y >= size.height ? outside.data() : map[y];
-        }
-        std::vector<uint8_t> seeds(static_cast<size_t>(size.width));
-        EXPECT_EQ(seedRow(rows, size.width, kLimits, seeds.data()),
-                  cv::countNonZero(expected.row(v)));
-        for (int u = 0; u < size.width; ++u)
-          ASSERT_EQ(seeds[static_cast<size_t>(u)], expected(v, u)) << u << ' ' << v;
-      }
-    }
-    hwy::SetSupportedTargetsForTest(0);
-  }
-}
-
-// For squares of five points; inside of the map only.
-cv::Mat1b slowReference(const cv::Mat1f& map, const cv::Mat1b& pair, const SeedLimits& limits) {
-  cv::Mat1b seeds(map.size(), kNoSeed);
-  for (int v = 2; v < map.rows - 2; ++v)
-    for (int u = 2; u < map.cols - 2; ++u) {
-      if (map(v, u) == limits.unknown || std::abs(map(v, u)) < 0.5f * limits.least_mean) continue;
-      int known = 0, sign = 0;
-      float sum = 0;
-      for (int y = v - 2; y <= v + 2; ++y)
-        for (int x = u - 2; x <= u + 2; ++x) {
-          const float r = map(y, x);
-          if (r == limits.unknown) continue;
-          ++known;
-          sum += r;
-          sign += (r > 0) - (r < 0);
-        }
-      if (known < limits.fewest_known ||
-          std::abs(sum) < limits.least_mean * static_cast<float>(known) ||
-          static_cast<float>(std::abs(sign)) < limits.least_sign * static_cast<float>(known))
         continue;
       seeds(v, u) = static_cast<uchar>((sum > 0 ? kPositiveSeed : kNegativeSeed) + 2 * pair(v, u));
     }
   return seeds;
 }
 
-TEST(DenseRows, SlowSeedsAreThoseOfTheReference) {
-  SeedLimits limits = kLimits;
-  limits.fewest_known = 15;
+TEST(ResidualGroupRows, SeedsAreThoseOfTheReference) {
   for (const cv::Size size :
        {cv::Size(5, 5), cv::Size(12, 9), cv::Size(67, 50), cv::Size(300, 90)}) {
     SCOPED_TRACE(size);
     const cv::Mat1f map = residuals(size);
     cv::Mat1b pair(size);
     cv::RNG(3).fill(pair, cv::RNG::UNIFORM, 0, 4);
-    const cv::Mat1b expected = slowReference(map, pair, limits);
+    const cv::Mat1b expected = reference(map, pair);
     if (size.width == 300) {
       EXPECT_GT(cv::countNonZero(expected), 1000);
     }
@@ -126,11 +67,11 @@ TEST(DenseRows, SlowSeedsAreThoseOfTheReference) {
       const auto target = targets & ~(targets - 1);
       hwy::SetSupportedTargetsForTest(target);
       SCOPED_TRACE(hwy::TargetName(target));
-      for (int v = kSlowReach; v < size.height - kSlowReach; ++v) {
-        const float* rows[kSlowSide];
-        for (int k = 0; k < kSlowSide; ++k) rows[k] = map[v + k - kSlowReach];
+      for (int v = kResidualReach; v < size.height - kResidualReach; ++v) {
+        const float* rows[kResidualSide];
+        for (int k = 0; k < kResidualSide; ++k) rows[k] = map[v + k - kResidualReach];
         std::vector<uint8_t> seeds(static_cast<size_t>(size.width), 77);
-        EXPECT_EQ(slowSeedRow(rows, pair[v], size.width, limits, seeds.data()),
+        EXPECT_EQ(seedRow(rows, pair[v], size.width, kLimits, seeds.data()),
                   cv::countNonZero(expected.row(v)));
         for (int u = 0; u < size.width; ++u)
           ASSERT_EQ(seeds[static_cast<size_t>(u)], expected(v, u)) << u << ' ' << v;

@@ -100,26 +100,6 @@ TEST(SuspectGroups, FewPointsAreNoGroup) {
   EXPECT_TRUE(groupSuspects(scene.view(), scene.params, points, Passing::kSeconds).empty());
 }
 
-TEST(SuspectGroups, PointsThatAreLostFollowTheOthers) {
-  Passing scene;
-  // Half of the mover is too smooth for Lucas-Kanade.
-  cv::GaussianBlur(scene.now(cv::Rect(160, 48, 48, 64)), scene.now(cv::Rect(160, 48, 48, 64)),
-                   {31, 31}, 12);
-  scene.now(cv::Rect(176, 64, 24, 32)).setTo(scene.now(64, 176));
-  scene.move(kMover, 14);
-  const TrackingView view = scene.view();
-  const auto alone = followPoints(view, scene.params, pointsIn(kWithin), {14, 0});
-  EXPECT_LT(alone.size(), pointsIn(kWithin).size());
-  const auto tracks = followGroups(
-      view, scene.params, groupSuspects(view, scene.params, pointsIn(kWithin), Passing::kSeconds));
-  ASSERT_EQ(tracks.size(), pointsIn(kWithin).size());
-  for (const PointTrack& track : tracks) {
-    EXPECT_NEAR(track.flow().x(), 14, 1) << track.position;
-    EXPECT_NEAR(track.flow().y(), 0, 1) << track.position;
-    EXPECT_TRUE(track.moving);
-  }
-}
-
 TEST(PointTracks, AnErrorThatAllDisparitiesHaveInCommonIsNoMotion) {
   Passing scene;
   scene.disparity += 4.0f;

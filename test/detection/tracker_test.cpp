@@ -86,26 +86,6 @@ TEST(ObjectTracker, ConfirmsTwoOfThreeAndForgets) {
   EXPECT_TRUE(tracker.tracks().empty());
 }
 
-TEST(ObjectTracker, LooksForAllOfWhatWasSeenInPart) {
-  const StereoRig rig = testRig();
-  ObjectTracker tracker{TrackingParams()};
-  const Observation whole = at(rig, {0, 0, 20});
-  Observation part = whole;
-  part.box_px.width /= 2;
-  const auto reachAfter = [&](int k, const Observation& seen) {
-    tracker.predict(0.1 * k, rig, Eigen::Isometry3d::Identity());
-    tracker.update({seen});
-    return tracker.tracks().at(0).reach_px;
-  };
-  EXPECT_EQ(reachAfter(0, part), part.box_px) << "no more is known of it";
-  EXPECT_EQ(reachAfter(1, whole), whole.box_px);
-  EXPECT_EQ(reachAfter(2, part), whole.box_px);
-  EXPECT_EQ(tracker.tracks()[0].last.box_px, part.box_px) << "what is reported was seen";
-  Observation shifted = part;  // hardly inside
-  shifted.box_px.x -= part.box_px.width / 2;
-  EXPECT_EQ(reachAfter(3, shifted), shifted.box_px);
-}
-
 TEST(ObjectTracker, KeepsObjectsThatPassApart) {
   const StereoRig rig = testRig();
   ObjectTracker tracker{TrackingParams()};
