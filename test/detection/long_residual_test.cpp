@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "detection/frame_comparison.h"
 #include "driving_scene.h"
 
 namespace predictive_stereo {
