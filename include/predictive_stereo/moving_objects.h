@@ -96,7 +96,6 @@ struct MotionDetectionParams {
   // Groups of them.
   double link_distance_m = 2.5;  ///< across the line of sight
   double link_depth_m = 1.5;     ///< along it
-  double link_flow_share = 0.3;  ///< of the larger flow, beside 1.5 px
   int min_tracks = 4;
   // Dense disparity residuals.
   double dense_min_residual_px = 0.7;  ///< mean over 10x10 pixels
@@ -106,9 +105,11 @@ struct MotionDetectionParams {
   double reach_m = 4;           ///< farthest that an object extends beyond its points
   double gap_m = 0.25;          ///< texture-less gaps within an object
   double min_explained = 0.6;   ///< share of the layer that the object's motion explains better
-  // Sizes that an object may have.
+  // What an object may be: the defaults are those of roads.
   double min_height_m = 0.8, max_height_m = 4.5;
   double min_width_m = 0.2, max_width_m = 9;
+  double max_foot_m = 1.2;  ///< above the road or floor is its lower end, where it can be seen
+  double largest_speed_mps = 40;  ///< over ground
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -119,7 +120,6 @@ struct MotionDetectionParams {
     v("min_mahalanobis", min_mahalanobis, 0.0, 1e6);
     v("link_distance_m", link_distance_m, 0.01, 100.0);
     v("link_depth_m", link_depth_m, 0.01, 100.0);
-    v("link_flow_share", link_flow_share, 0.0, 10.0);
     v("min_tracks", min_tracks, 2, 1000);
     v("dense_min_residual_px", dense_min_residual_px, 0.05, 100.0);
     v("dense_min_area_m2", dense_min_area_m2, 0.0, 100.0);
@@ -131,6 +131,8 @@ struct MotionDetectionParams {
     v("max_height_m", max_height_m, 0.1, 100.0);
     v("min_width_m", min_width_m, 0.0, 100.0);
     v("max_width_m", max_width_m, 0.1, 100.0);
+    v("max_foot_m", max_foot_m, 0.0, 100.0);
+    v("largest_speed_mps", largest_speed_mps, 0.1, 1000.0);
   }
 };
 

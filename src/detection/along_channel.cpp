@@ -10,14 +10,13 @@ constexpr size_t kFramesBack[] = {8, 6, 4, 2};
 static_assert(kFramesBack[0] == FrameHistory::kFarthest);
 constexpr double kMostParallax_px = 16;
 // Squared ratio of the difference that the way to the frame halfway may have, to its error.
-constexpr double kMostDeviation = 12, kLargestSpeed_mps = 40;
+constexpr double kMostDeviation = 12;
 constexpr float kLeastDisparity_px = 10;  // errors are too large a share of smaller ones
 
 // Whether what moved so since the far past did its share of it since the frame halfway.
 bool isSteady(const FrameView& frame, const PastPair& pair, const GroupMotion& motion) {
   const PastFrame &past = pair.past, &halfway = pair.halfway;
   const Displacement& fit = motion.fit;
-  if (fit.moved_m.norm() > kLargestSpeed_mps * past.seconds) return false;
   const double share = halfway.seconds / past.seconds;
   const auto tracks = followPoints(frame.trackingInto(halfway), frame.params, motion.sample_px,
                                    static_cast<float>(share) * motion.shift_px);

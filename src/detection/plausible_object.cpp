@@ -5,8 +5,8 @@
 namespace predictive_stereo {
 namespace {
 
-// What moves stands on the road: its foot is not seen higher than this, uphill included.
-constexpr double kHighestFoot_m = 1.2, kRoadSlope = 0.03;
+// The foot of what is far may be seen higher, uphill.
+constexpr double kRoadSlope = 0.03;
 constexpr double kLeastVisible = 0.5;  // of the height of what is half hidden
 
 }  // namespace
@@ -50,7 +50,7 @@ bool isPlausible(const StereoRig& rig, const MotionDetectionParams& params,
       lower_end == LowerEnd::kHidden ? (1 - kLeastVisible) * params.max_height_m : 0;
   const double end_m = road->heightOf(box.br().y, layer_px, rig.baseline_m);
   const double layer_m = rig.disparityTimesDepth() / layer_px;
-  return !(end_m > hidden_m + kHighestFoot_m + kRoadSlope * layer_m);
+  return !(end_m > hidden_m + params.max_foot_m + kRoadSlope * layer_m);
 }
 
 }  // namespace predictive_stereo

@@ -15,6 +15,8 @@ using Eigen::Vector3d;
 
 // The disparity of all points may be off together, by calibration and rows that are not aligned.
 constexpr double kDisparityBias_px2 = 0.5;
+// By which flows of one object may differ.
+constexpr double kFlowNoise_px = 1.5, kFlowShare = 0.3;
 constexpr double kHuber = 2, kInlier = 5;  // standard deviations
 
 // Derivative of (x, y, d) by the point that is seen there.
@@ -195,7 +197,7 @@ std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
       const double link_d = 1.0 + params.link_depth_m * mean_d * mean_d / rig.disparityTimesDepth();
       if (std::abs(p.disparity_px - q.disparity_px) > link_d) continue;
       const double flow = std::max(p.flow().norm(), q.flow().norm());
-      if ((p.flow() - q.flow()).norm() > 1.5 + params.link_flow_share * flow) continue;
+      if ((p.flow() - q.flow()).norm() > kFlowNoise_px + kFlowShare * flow) continue;
       parent[root(a)] = root(b);
     }
   std::vector<std::vector<size_t>> by_root(moving.size());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 
 #include "detection/long_residual.h"
@@ -17,25 +18,28 @@ constexpr int kFewestCells = 24;
 // How far the comparison's windows (twice 2), the smoothing (2) and the opening (1) look.
 constexpr int kReachOfWindows = 8;
 
-// Shadows, ground and branches beside an object are lower than it is: what is lower than a third of
-// its tallest columns is no part of it.
-void dropLowParts(cv::Mat1b& mask) {
-  constexpr double kLowest = 0.35, kTallest = 0.95;  // of the height; of the columns
-  std::vector<int> heights;                          // of the longest run of each column
-  for (int x = 0; x < mask.cols; ++x) {
-    int run = 0, longest = 0;
-    for (int y = 0; y < mask.rows; ++y) {
-      run = mask(y, x) ? run + 1 : 0;
-      longest = std::max(longest, run);
+// Shadows, ground and branches beside an object are lower than it is: a column from whose upper to
+// whose lower end it is less than this share of the tallest columns is no part of it.
+void dropLowColumns(cv::Mat1b& mask) {
+  constexpr double kLowest = 0.4, kTallest = 0.95;  // of the height; of the columns
+  std::vector<int> heights(static_cast<size_t>(mask.cols));
+  std::vector<int> top(heights.size(), -1);
+  for (int y = 0; y < mask.rows; ++y)
+    for (int x = 0; x < mask.cols; ++x) {
+      if (!mask(y, x)) continue;
+      const auto column = static_cast<size_t>(x);
+      if (top[column] < 0) top[column] = y;
+      heights[column] = y + 1 - top[column];
     }
-    if (longest > 0) heights.push_back(longest);
-  }
-  if (heights.empty()) return;
-  const auto tallest = heights.begin() + static_cast<std::ptrdiff_t>(
-                                             kTallest * static_cast<double>(heights.size() - 1));
-  std::nth_element(heights.begin(), tallest, heights.end());
-  const int lowest = cvRound(kLowest * *tallest);
-  if (lowest > 1) cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::Mat1b::ones(lowest, 1));
+  std::vector<int> sorted;
+  std::copy_if(heights.begin(), heights.end(), std::back_inserter(sorted),
+               [](int h) { return h > 0; });
+  if (sorted.empty()) return;
+  const auto tallest = sorted.begin() + static_cast<std::ptrdiff_t>(
+                                            kTallest * static_cast<double>(sorted.size() - 1));
+  std::nth_element(sorted.begin(), tallest, sorted.end());
+  for (int x = 0; x < mask.cols; ++x)
+    if (heights[static_cast<size_t>(x)] < kLowest * *tallest) mask.col(x).setTo(0);
 }
 
 // The smallest box around all of the layer that is connected to a seed; empty where no seed lies in
@@ -146,7 +150,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   for (int v = 0; v < area.height; ++v)
     for (int u = 0; u < area.width; ++u) mask(v, u) = labels(v, u) == best_label ? 255 : 0;
   growOverLayer(layer, support, smooth, -kContradiction_grey, kDecisive_grey, mask, work.growing);
-  dropLowParts(mask);
+  dropLowColumns(mask);
   const cv::Rect box = cv::boundingRect(mask);
   if (box.empty()) return std::nullopt;
 

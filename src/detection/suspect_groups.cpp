@@ -10,8 +10,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr double kGroupRadius_m = 2.5;    // half a vehicle's length
-constexpr double kLargestSpeed_mps = 40;  // over ground
 constexpr float kLeastGain = 1.5f;
 
 double linkDisparity(const StereoRig& rig, const MotionDetectionParams& params, double d) {
@@ -29,7 +27,7 @@ std::vector<SuspectGroup> groupsInSpace(const TrackingView& view,
   for (size_t first = 0; first < points_px.size(); ++first) {
     if (used[first]) continue;
     const float d = disparities[first];
-    const double radius_px = kGroupRadius_m * d / view.rig.baseline_m;
+    const double radius_px = params.link_distance_m * d / view.rig.baseline_m;
     const double link_px = linkDisparity(view.rig, params, d);
     SuspectGroup group;
     for (size_t i = first; i < points_px.size(); ++i) {
@@ -66,7 +64,7 @@ std::vector<cv::Point> surroundings(const TrackingView& view, const MotionDetect
 void search(const TrackingView& view, const MotionDetectionParams& params,
             const SourceOf& static_source, double seconds, SuspectGroup& group) {
   const double d = view.disparity_px(group.points_px.front());
-  const double most_px = kLargestSpeed_mps * seconds * d / view.rig.baseline_m;
+  const double most_px = params.largest_speed_mps * seconds * d / view.rig.baseline_m;
   const auto found =
       searchShift(view.current, view.previous.pyramid, static_source, view.disparity_px,
                   surroundings(view, params, group), static_cast<int>(most_px / 2));

@@ -12,8 +12,7 @@ namespace {
 
 using Source = Hypothesis::Source;
 
-constexpr double kFastest_mps = 55;
-constexpr int kFewestDecisive = 16;  // cells where static world and object's motion differ
+constexpr int kFewestDecisive = 16;         // cells where static world and object's motion differ
 constexpr double kLeastWithResidual = 0.7;  // of the pixels of what moves along
 constexpr double kLargestPart = 0.25;       // of the area of the object that it is a part of
 
@@ -77,7 +76,8 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
                                                    VerificationWork& work) const {
   const DetectionInput& input = frame.input;
   const PastFrame& past = baseline.past;
-  if (hypothesis.moved_m.norm() > kFastest_mps * past.seconds) return std::nullopt;
+  if (hypothesis.moved_m.norm() > frame.params.largest_speed_mps * past.seconds)
+    return std::nullopt;
   if (!isFree(hypothesis)) return std::nullopt;
   const SegmentationView view{input.rig,
                               frame.range,
@@ -93,8 +93,7 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
   auto found = segment(view, frame.params, hypothesis, work.segmentation);
   if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
-  if (!by_images &&
-      (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
+  if (!by_images && (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
     return std::nullopt;
 
   ObservedObject object = observed(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
