@@ -21,7 +21,7 @@ constexpr int kReachOfWindows = 8;
 // Shadows, ground and branches beside an object are lower than it is: a column from whose upper to
 // whose lower end it is less than this share of the tallest columns is no part of it.
 void dropLowColumns(cv::Mat1b& mask) {
-  constexpr double kLowest = 0.4, kTallest = 0.95;  // of the height; of the columns
+  constexpr double kLowest = 0.35, kTallest = 0.95;  // of the height; of the columns
   std::vector<int> heights(static_cast<size_t>(mask.cols));
   std::vector<int> top(heights.size(), -1);
   for (int y = 0; y < mask.rows; ++y)
@@ -104,21 +104,10 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   compareFrames(view.current, view.disparity_px, view.range, view.previous,
                 SourceOf(disparityMotion(view.rig, T_source)), area, comparison);
   cv::Mat1f support = work.support.map(area.size()), smooth = work.smooth.map(area.size());
-  const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
-  const Uncovered uncovered(view.rig, static_source, view.previous_disparity_px, view.seconds);
-  for (int v = 0; v < area.height; ++v) {
-    float* of_row = support[v];
-    const cv::Point first = area.tl() - view.static_world.area.tl();
+  const cv::Point first = area.tl() - view.static_world.area.tl();
+  for (int v = 0; v < area.height; ++v)
     supportRow(view.static_world.mismatch[first.y + v] + first.x, comparison.mismatch[v],
-               area.width, kMostSupport_grey, of_row);
-    // What the static world could not show is no argument against it.
-    const uchar* in_layer = layer[v];
-    const int y = 2 * (area.y + v);
-    const float* disparity = view.disparity_px[y] + 2 * area.x;
-    for (int u = 0; u < area.width; ++u)
-      if (of_row[u] > 0 && in_layer[u] && uncovered({2 * (area.x + u), y}, disparity[2 * u]))
-        of_row[u] = 0;
-  }
+               area.width, kMostSupport_grey, support[v]);
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
   // What the object's motion explains better, and what lies close to it and does not object.
   cv::Mat1b core = work.core.map(area.size()), member = work.member.map(area.size());

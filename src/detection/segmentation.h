@@ -32,8 +32,6 @@ struct SegmentationView {
   const ImagePyramid& previous;
   const cv::Mat1f& disparity_px;
   const Eigen::Isometry3d& T_prev_cam;
-  const cv::Mat1f& previous_disparity_px;
-  double seconds;                  ///< between both frames
   const Comparison& static_world;  ///< at least as far as reachOf the hypothesis
   const cv::Mat1f& residual_px;
   const LevelGround& ground;

@@ -85,8 +85,6 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
                               past.frame->pyramid,
                               input.measured_disparity_px,
                               past.T_past_cam,
-                              past.frame->disparity_px,
-                              past.seconds,
                               baseline.static_world,
                               residual_px_,
                               ground_};
