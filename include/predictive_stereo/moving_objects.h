@@ -29,7 +29,7 @@ struct DetectedObject {
 };
 
 /// One frame as the detector sees it. All maps have rig.size; see Match, Prediction for invalid
-/// values.
+/// values. The predicted ones are for the paper's scheme.
 struct DetectionInput {
   double stamp_s = 0;
   StereoRig rig;
