@@ -15,7 +15,7 @@ struct NamedTarget {
 };
 
 /// In the order in which "auto" prefers them. AVX-512 comes after AVX2: where it was measured, its
-/// wider vectors made the kernels slower (docs/benchmarks.md).
+/// wider vectors made the kernels slower (docs/design_notes.md).
 constexpr NamedTarget kTargets[] = {
 #if HWY_ARCH_X86
     {"avx2", HWY_AVX2},
