@@ -99,7 +99,7 @@ struct PipelineTimes {
 ///
 /// Disparities are matched with the right camera's cx corrected by what the ego-motion knew after
 /// the frame before (disparity/correct_columns). Where the correction changes, the past is
-/// corrected with it, and the detection starts anew as with another calibration.
+/// corrected with it, also that of the detection.
 class Pipeline {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.
