@@ -17,11 +17,11 @@ struct DetectableSpeed {
 
 /// The limits at one depth, for an object that is large and textured enough.
 ///
-/// Between two frames an object on the optical axis that moves across by m changes its column by
-/// fx m / Z, one that moves along by m changes its disparity by fx B m / (Z (Z + m)). These changes
-/// have to exceed the thresholds of MotionDetectionParams: for a point, min_flow_px or
-/// min_disparity_change_px, min_displacement_m, and min_mahalanobis against the noise of flow,
-/// disparity and ego-motion; or, along the line of sight, dense_min_residual_px on average. So the
+/// An object on the optical axis that moves across by m changes its column by fx m / Z, one that
+/// moves along by m changes its disparity by fx B m / (Z (Z + m)). The detector compares with
+/// frames two back and more. Over two frames these changes have to exceed the thresholds of
+/// MotionDetectionParams: min_mahalanobis against the noise of flow, disparity and ego-motion; or,
+/// along the line of sight, dense_min_residual_px on average. So the
 /// speed across grows with Z at most, that along with Z^2: what drives along far away cannot be
 /// seen in disparity, whatever the thresholds. Off the axis motion along the line of sight also
 /// moves the image, and is seen earlier.

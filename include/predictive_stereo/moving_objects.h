@@ -47,7 +47,7 @@ struct Detections {
 };
 
 enum class DetectionScheme {
-  kDefault,  ///< tracks and disparities against the static world, verified, followed over frames
+  kDefault,  ///< images and disparities against the static world, verified, followed over frames
   kPaper,    ///< section 4: windows of large disparity differences, merged; each frame by itself
 };
 
@@ -87,11 +87,11 @@ struct PaperDetectionParams {
 /// The default scheme: what the static world does not explain, in image and disparity, and another
 /// motion does.
 struct MotionDetectionParams {
-  // Points that are followed back into the previous frame.
+  // Points that are followed back into a past frame.
   double min_mismatch = 0.4;          ///< of the image against the static world, by its texture
   int max_tracks = 500;               ///< points followed; an even sample where there are more
   double flow_sigma_px = 0.4;         ///< standard deviation of a point's position
-  double ego_motion_sigma_m = 0.015;  ///< standard deviation of ego-motion between frames
+  double ego_motion_sigma_m = 0.015;  ///< standard deviation of ego-motion since then
   double min_mahalanobis = 20;        ///< squared distance from the static world in 3 dimensions
   // Groups of them.
   double link_distance_m = 2.5;  ///< across the line of sight

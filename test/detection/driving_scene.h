@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <vector>
 
 #include "detection/frame_history.h"
 #include "predictive_stereo/stereo_rig.h"
@@ -40,12 +39,6 @@ class DrivenWay {
     past.T_past_cam.translation().z() = kAhead_mps * seconds;
     past.seconds = seconds;
     return past;
-  }
-  /// The last first.
-  std::vector<PastFrame> all() const {
-    std::vector<PastFrame> all;
-    for (const auto& [seconds, frame] : frames_) all.push_back(past(seconds));
-    return all;
   }
 
  private:

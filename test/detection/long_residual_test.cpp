@@ -5,6 +5,7 @@
 #include <hwy/targets.h>
 
 #include <algorithm>
+#include <vector>
 
 #include "detection/frame_comparison.h"
 #include "driving_scene.h"
