@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 
+#include "bag_messages.h"
 #include "tool_fixture.h"
 
 namespace predictive_stereo {

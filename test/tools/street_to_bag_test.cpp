@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "bag_messages.h"
 #include "simulation/street.h"
 #include "tool_fixture.h"
 

@@ -1,16 +1,12 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
 #include <fstream>
-#include <map>
 #include <sstream>
 #include <string>
-#include <vector>
 
 #include "evaluation/kitti_fixture.h"
 
@@ -38,16 +34,5 @@ class ToolTest : public testing::Test {
 
   TemporaryDirectory files_;
 };
-
-/// All messages of one type by topic, in order.
-template <class Message>
-std::map<std::string, std::vector<typename Message::ConstPtr>> messagesIn(const std::string& path) {
-  std::map<std::string, std::vector<typename Message::ConstPtr>> result;
-  rosbag::Bag bag(path);
-  for (const rosbag::MessageInstance& instance : rosbag::View(bag))
-    if (const auto message = instance.instantiate<Message>())
-      result[instance.getTopic()].push_back(message);
-  return result;
-}
 
 }  // namespace predictive_stereo

@@ -1,0 +1,49 @@
+# What needs no ROS. The core: every stage of the paper's block diagram.
+predictive_stereo_library(predictive_stereo
+  FOLDERS . geometry matching filtering odometry detection
+  INSTALL EXPORT predictive_stereoTargets COMPONENT core
+)
+target_compile_features(predictive_stereo PUBLIC cxx_std_17)
+target_include_directories(predictive_stereo PUBLIC
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>
+)
+target_link_libraries(predictive_stereo
+  PUBLIC Eigen3::Eigen opencv_core opencv_imgproc
+  PRIVATE hwy::hwy Threads::Threads
+)
+install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${predictive_stereo_include} COMPONENT core)
+# Lets their loops with conditions be vectorised; no result changes.
+file(GLOB loops CONFIGURE_DEPENDS src/*/*_rows.cpp src/detection/residual.cpp)
+set_source_files_properties(${loops}
+  PROPERTIES COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math"
+)
+
+# The synthetic street with exact truth, used by tests, benchmarks and tools.
+predictive_stereo_library(predictive_stereo_simulation FOLDERS simulation)
+target_link_libraries(predictive_stereo_simulation PUBLIC predictive_stereo)
+
+# Parameter structs from and to yaml and command lines.
+predictive_stereo_library(predictive_stereo_params FOLDERS params)
+target_link_libraries(predictive_stereo_params PUBLIC predictive_stereo PRIVATE yaml-cpp)
+
+# Sequences with truth (KITTI, the synthetic street), metrics.
+predictive_stereo_library(predictive_stereo_evaluation FOLDERS evaluation)
+target_link_libraries(predictive_stereo_evaluation
+  PUBLIC predictive_stereo predictive_stereo_simulation opencv_calib3d opencv_imgcodecs
+)
+
+# What tools have in common.
+predictive_stereo_library(predictive_stereo_tools FILES
+  src/tools/command_line.cpp
+  src/tools/interruption.cpp
+  src/tools/progress.cpp
+  src/tools/tool_input.cpp
+)
+target_link_libraries(predictive_stereo_tools
+  PUBLIC predictive_stereo_evaluation predictive_stereo_params
+)
+
+foreach(tool estimate_noise evaluate_kitti evaluate_odometry)
+  predictive_stereo_executable(${tool} src/tools/${tool}.cpp)
+  target_link_libraries(predictive_stereo_${tool} predictive_stereo_tools)
+endforeach()

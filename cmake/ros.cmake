@@ -1,0 +1,72 @@
+# What needs ROS: nodelets, nodes, tools on bags and topics.
+
+# ROS without nodes: messages in, messages out. Nodelets and replay run the same code.
+predictive_stereo_library(predictive_stereo_ros FILES
+  src/nodelets/disparity_processor.cpp
+  src/nodelets/disparity_views.cpp
+  src/nodelets/ego_motion_processor.cpp
+  src/nodelets/image_messages.cpp
+  src/nodelets/motion_source.cpp
+  src/nodelets/moving_objects_processor.cpp
+  src/nodelets/moving_objects_views.cpp
+  src/nodelets/pipeline_processor.cpp
+  src/nodelets/rectifier.cpp
+  src/nodelets/stamp_matcher.cpp
+  src/nodelets/stereo_messages.cpp
+  src/nodelets/transforms.cpp
+)
+add_dependencies(predictive_stereo_ros ${PROJECT_NAME}_generate_messages_cpp)
+target_include_directories(predictive_stereo_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
+target_link_libraries(predictive_stereo_ros PUBLIC predictive_stereo opencv_calib3d ${catkin_LIBRARIES})
+
+# The nodelets, and each of them as a node.
+predictive_stereo_library(predictive_stereo_nodelets FILES
+  src/nodelets/disparity_nodelet.cpp
+  src/nodelets/ego_motion_nodelet.cpp
+  src/nodelets/health.cpp
+  src/nodelets/live_params.cpp
+  src/nodelets/moving_objects_nodelet.cpp
+  src/nodelets/rectify_nodelet.cpp
+  src/nodelets/ros_params.cpp
+  src/nodelets/stereo_input.cpp
+  src/nodelets/tf_input.cpp
+  src/nodelets/topic_state.cpp
+)
+target_link_libraries(predictive_stereo_nodelets
+  PRIVATE predictive_stereo_ros predictive_stereo_params)
+
+function(predictive_stereo_node name nodelet)
+  set(target predictive_stereo_${name})
+  predictive_stereo_executable(${name} src/nodelets/standalone_node.cpp)
+  target_compile_definitions(${target}
+    PRIVATE NODE_NAME="${name}" NODELET_TYPE="${PROJECT_NAME}/${nodelet}")
+  target_include_directories(${target} SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
+  target_link_libraries(${target} PRIVATE ${catkin_LIBRARIES})
+  add_dependencies(${target} predictive_stereo_nodelets)
+endfunction()
+predictive_stereo_node(ego_motion_node EgoMotion)
+predictive_stereo_node(disparity_node Disparity)
+predictive_stereo_node(moving_objects_node MovingObjects)
+predictive_stereo_node(rectify_node Rectify)
+
+# Tools on bags and topics.
+predictive_stereo_library(predictive_stereo_bag_tools FILES
+  src/tools/bag_check.cpp
+  src/tools/bag_file.cpp
+  src/tools/bag_layouts.cpp
+  src/tools/bag_sequence.cpp
+  src/tools/kitti_bag.cpp
+  src/tools/live_load.cpp
+  src/tools/stereo_topics.cpp
+)
+target_link_libraries(predictive_stereo_bag_tools
+  PUBLIC predictive_stereo_ros predictive_stereo_tools
+)
+foreach(tool check_bag evaluate_detection kitti_to_bag load_test replay street_to_bag)
+  predictive_stereo_executable(${tool} src/tools/${tool}.cpp)
+  target_link_libraries(predictive_stereo_${tool} predictive_stereo_bag_tools)
+endforeach()
+add_dependencies(predictive_stereo_load_test predictive_stereo_nodelets)
+
+install(FILES nodelets.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(DIRECTORY config launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})

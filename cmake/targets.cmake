@@ -1,0 +1,37 @@
+# How libraries and executables are declared, and where they are installed. Names of targets begin
+# with the package's: a catkin workspace has one set of targets for all packages.
+if(NOT PREDICTIVE_STEREO_ROS)
+  include(GNUInstallDirs)
+  set(predictive_stereo_lib ${CMAKE_INSTALL_LIBDIR})
+  set(predictive_stereo_bin ${CMAKE_INSTALL_BINDIR})
+  set(predictive_stereo_include ${CMAKE_INSTALL_INCLUDEDIR}/${PROJECT_NAME})
+  # Installed programs and libraries find each other wherever the prefix is.
+  set(CMAKE_INSTALL_RPATH $ORIGIN $ORIGIN/../${CMAKE_INSTALL_LIBDIR})
+else()
+  set(predictive_stereo_lib ${CATKIN_PACKAGE_LIB_DESTINATION})
+  set(predictive_stereo_bin ${CATKIN_PACKAGE_BIN_DESTINATION})
+  set(predictive_stereo_include ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
+endif()
+
+# A folder that is one library has no list: every .cpp in it belongs to the library, and
+# CONFIGURE_DEPENDS looks for new ones at each build.
+# predictive_stereo_library(name FOLDERS folder... | FILES file... [INSTALL option...])
+function(predictive_stereo_library name)
+  cmake_parse_arguments(ARG "" "" "FOLDERS;FILES;INSTALL" ${ARGN})
+  set(sources ${ARG_FILES})
+  foreach(folder ${ARG_FOLDERS})
+    file(GLOB found CONFIGURE_DEPENDS src/${folder}/*.cpp)
+    list(APPEND sources ${found})
+  endforeach()
+  add_library(${name} SHARED ${sources})
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
+  install(TARGETS ${name} ${ARG_INSTALL} LIBRARY DESTINATION ${predictive_stereo_lib})
+endfunction()
+
+# Target predictive_stereo_NAME; the executable is NAME.
+function(predictive_stereo_executable name)
+  set(target predictive_stereo_${name})
+  add_executable(${target} ${ARGN})
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name})
+  install(TARGETS ${target} RUNTIME DESTINATION ${predictive_stereo_bin})
+endfunction()

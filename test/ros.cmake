@@ -1,0 +1,109 @@
+# Tests that need ROS.
+
+# Parameters, and the shipped files of them.
+predictive_stereo_unit_tests(params predictive_stereo_ros predictive_stereo_params yaml-cpp)
+foreach(name config_files paper_config)
+  target_compile_definitions(predictive_stereo_params_${name}_test
+    PRIVATE CONFIG_FOLDER="${PROJECT_SOURCE_DIR}/config"
+  )
+endforeach()
+
+# Tools; some are run as a user does it.
+predictive_stereo_unit_tests(tools predictive_stereo_bag_tools)
+foreach(name street_to_bag replay evaluate_detection)
+  set(target predictive_stereo_tools_${name}_test)
+  add_dependencies(${target}
+    predictive_stereo_evaluate_detection predictive_stereo_replay predictive_stereo_street_to_bag
+  )
+  target_compile_definitions(${target} PRIVATE
+    EVALUATE_DETECTION="$<TARGET_FILE:predictive_stereo_evaluate_detection>"
+    REPLAY="$<TARGET_FILE:predictive_stereo_replay>"
+    STREET_TO_BAG="$<TARGET_FILE:predictive_stereo_street_to_bag>"
+  )
+endforeach()
+
+# Messages in, messages out, and parts of the nodelets.
+foreach(name message_pool motion_source moving_objects_views stamp_matcher stereo_messages transforms)
+  predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
+endforeach()
+
+# Nodelets: each .test file starts what it tests.
+find_package(rostest REQUIRED)
+function(predictive_stereo_rostest name)
+  set(target predictive_stereo_${name})
+  add_rostest_gtest(${target} ${ARGN})
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name})
+  target_include_directories(${target} PRIVATE
+    ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/nodelets
+  )
+  target_link_libraries(${target} predictive_stereo_bag_tools gtest)
+  add_dependencies(${target} predictive_stereo_nodelets)
+endfunction()
+predictive_stereo_rostest(all_outputs_test
+  nodelets/all_outputs_nodelets.test nodelets/all_outputs_test.cpp
+)
+predictive_stereo_rostest(diagnosis_test nodelets/diagnosis.test nodelets/diagnosis_test.cpp)
+predictive_stereo_rostest(scenarios_test nodelets/scenarios.test nodelets/scenarios_test.cpp)
+predictive_stereo_rostest(ego_motion_scenarios_test
+  nodelets/ego_motion_scenarios.test nodelets/ego_motion_scenarios_test.cpp
+)
+predictive_stereo_rostest(neighbours_test nodelets/neighbours.test nodelets/neighbours_test.cpp)
+target_link_libraries(predictive_stereo_neighbours_test ${CMAKE_DL_LIBS})
+predictive_stereo_rostest(rectify_test nodelets/rectify.test nodelets/rectify_test.cpp)
+predictive_stereo_rostest(stereo_input_test
+  nodelets/stereo_input.test nodelets/stereo_input_test.cpp
+)
+target_link_libraries(predictive_stereo_stereo_input_test predictive_stereo_nodelets)
+predictive_stereo_rostest(live_params_test nodelets/live_params.test nodelets/live_params_test.cpp)
+add_rostest(nodelets/all_outputs_nodes.test DEPENDENCIES
+  predictive_stereo_all_outputs_test predictive_stereo_disparity_node
+  predictive_stereo_ego_motion_node predictive_stereo_moving_objects_node
+)
+# Load: what is lost is counted, and memory does not grow.
+predictive_stereo_rostest(live_load_test nodelets/live_load.test nodelets/live_load_test.cpp)
+target_compile_definitions(predictive_stereo_live_load_test PRIVATE
+  STREET_TO_BAG="$<TARGET_FILE:predictive_stereo_street_to_bag>"
+)
+add_dependencies(predictive_stereo_live_load_test predictive_stereo_street_to_bag)
+
+# Bags, through nodelets in one manager and as nodes.
+add_executable(predictive_stereo_bag_test EXCLUDE_FROM_ALL nodelets/bag_test.cpp)
+set_target_properties(predictive_stereo_bag_test PROPERTIES OUTPUT_NAME bag_test)
+target_compile_definitions(predictive_stereo_bag_test PRIVATE
+  REPLAY="$<TARGET_FILE:predictive_stereo_replay>"
+  STREET_TO_BAG="$<TARGET_FILE:predictive_stereo_street_to_bag>"
+)
+target_include_directories(predictive_stereo_bag_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_link_libraries(predictive_stereo_bag_test predictive_stereo_bag_tools gtest)
+add_dependencies(predictive_stereo_bag_test
+  predictive_stereo_nodelets predictive_stereo_replay predictive_stereo_street_to_bag
+)
+add_dependencies(tests predictive_stereo_bag_test)
+foreach(source street kitti_0009)
+  foreach(standalone false true)
+    add_rostest(nodelets/bag.test ARGS source:=${source} standalone:=${standalone}
+      DEPENDENCIES predictive_stereo_bag_test)
+  endforeach()
+endforeach()
+add_rostest(nodelets/bag.test ARGS source:=kitti_0002 DEPENDENCIES predictive_stereo_bag_test)
+add_rostest(nodelets/bag.test ARGS source:=kitti_0020 DEPENDENCIES predictive_stereo_bag_test)
+
+# Programs that are tests, for ctest alone.
+add_test(NAME launch_files
+  COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/launch_files_test.py
+    ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
+)
+add_test(NAME rviz
+  COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/rviz_test.py
+    ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
+)
+set_tests_properties(rviz PROPERTIES RUN_SERIAL TRUE SKIP_RETURN_CODE 77)
+# Decided: scripts are for the repository, benchmarks for the build folder; Debian's headers are the
+# system's; a checkout may have any name; targets are written out, to be found by a search; variables
+# have the package's name in capitals; FetchContent's commands are written as CMake's pages do.
+add_test(NAME catkin_lint
+  COMMAND /usr/bin/catkin_lint -q -W2 --strict --ignore uninstalled_script
+    --ignore uninstalled_target --ignore external_interface_path --ignore package_path_name
+    --ignore literal_project_name --ignore global_var_collision --ignore cmd_case
+    ${PROJECT_SOURCE_DIR}
+)
