@@ -32,6 +32,16 @@ install_dependencies() {
   fi
   as_root+=(env DEBIAN_FRONTEND=noninteractive)
   "${as_root[@]}" apt-get update -qq
+  # Older releases lack some, as Debian 11 has no Highway; cmake says what that means.
+  local known lacking=()
+  known="$(apt-cache policy "${missing[@]}" |
+    awk '/^[^ ]/ {name = $1} /Candidate:/ && $2 != "(none)" {sub(":$", "", name); print name}')"
+  for package in "${missing[@]}"; do
+    grep -qxF "$package" <<< "$known" || lacking+=("$package")
+  done
+  [ ${#lacking[@]} -eq 0 ] || say "This release has no package ${lacking[*]}"
+  [ -n "$known" ] || return 0
+  mapfile -t missing <<< "$known"
   "${as_root[@]}" apt-get install -y -qq --no-install-recommends -o DPkg::Lock::Timeout=300 \
     "${missing[@]}" > "${TMPDIR:-/tmp}/predictive_stereo_apt.$$.log" 2>&1 || {
     tail -30 "${TMPDIR:-/tmp}/predictive_stereo_apt.$$.log" >&2
