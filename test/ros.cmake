@@ -99,8 +99,9 @@ add_test(NAME rviz
 )
 set_tests_properties(rviz PROPERTIES RUN_SERIAL TRUE SKIP_RETURN_CODE 77)
 # Decided: scripts are for the repository, benchmarks for the build folder; Debian's headers are the
-# system's; a checkout may have any name; targets are written out, to be found by a search; variables
-# have the package's name in capitals; FetchContent's commands are written as CMake's pages do.
+# system's; a checkout may have any name; targets are written out, to be found by a search; options
+# have the package's name in capitals, or are meant for a whole workspace; FetchContent's commands are
+# written as CMake's pages do.
 add_test(NAME catkin_lint
   COMMAND /usr/bin/catkin_lint -q -W2 --strict --ignore uninstalled_script
     --ignore uninstalled_target --ignore external_interface_path --ignore package_path_name
