@@ -17,6 +17,7 @@ class KittiCalibrationFile {
   /// @throws std::runtime_error where the file cannot be read.
   explicit KittiCalibrationFile(const std::string& path);
 
+  const std::string& path() const { return path_; }
   bool has(const std::string& name) const { return entries_.count(name) > 0; }
   /// @throws std::runtime_error that names file and entry where it is missing, or has not exactly
   ///   `count` numbers.

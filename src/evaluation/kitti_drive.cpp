@@ -19,6 +19,8 @@ namespace fs = std::filesystem;
   throw std::runtime_error(file + ": " + reason);
 }
 
+constexpr int kLargestFile = 1000000000;
+
 /// Numbers of the files <number>.<extension> in a folder.
 std::set<int> fileNumbers(const std::string& folder, const std::string& extension) {
   if (!fs::is_directory(folder)) fail(folder, "folder not found");
@@ -28,7 +30,9 @@ std::set<int> fileNumbers(const std::string& folder, const std::string& extensio
     if (entry.path().extension() != extension || stem.size() != 10 ||
         stem.find_first_not_of("0123456789") != std::string::npos)
       continue;
-    numbers.insert(std::stoi(stem));
+    const long long number = std::stoll(stem);
+    if (number > kLargestFile) fail(entry.path().string(), "its number is too large");
+    numbers.insert(static_cast<int>(number));
   }
   if (numbers.empty()) fail(folder, "has no images (0000000000" + extension + ", ...)");
   return numbers;
@@ -48,8 +52,9 @@ std::optional<int64_t> parseTimestamp(const std::string& line) {
   if (std::sscanf(line.c_str(), "%4d-%2d-%2d %2d:%2d:%2d%n", &year, &month, &day, &hour, &minute,
                   &second, &used) != 6)
     return std::nullopt;
-  if (year < 1970 || month < 1 || month > 12 || day < 1 || day > 31 || hour < 0 || hour > 23 ||
-      minute < 0 || minute > 59 || second < 0 || second > 60)
+  // ROS has 32 bits for seconds: they end in 2106.
+  if (year < 1970 || year > 2105 || month < 1 || month > 12 || day < 1 || day > 31 || hour < 0 ||
+      hour > 23 || minute < 0 || minute > 59 || second < 0 || second > 60)
     return std::nullopt;
   std::string fraction = line.substr(static_cast<size_t>(used));
   if (!fraction.empty()) {

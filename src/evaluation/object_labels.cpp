@@ -32,7 +32,16 @@ double number(const std::string& text) {
   return value;
 }
 
-int whole(const std::string& text) { return static_cast<int>(std::lround(number(text))); }
+// Larger ones are neither frames nor pixels, and would not fit into an int.
+constexpr double kLargest = 1e9;
+
+double bounded(const std::string& text) {
+  const double value = number(text);
+  if (std::abs(value) > kLargest) throw std::invalid_argument(text);
+  return value;
+}
+
+int whole(const std::string& text) { return static_cast<int>(std::lround(bounded(text))); }
 int wholeOrZero(const std::string& text) { return text.empty() ? 0 : whole(text); }
 
 ObjectLabel parse(const std::vector<std::string>& f) {
@@ -41,7 +50,7 @@ ObjectLabel parse(const std::vector<std::string>& f) {
   label.frame = whole(f[0]);
   label.track = whole(f[1]);
   label.type = f[2];
-  const cv::Point2d first(number(f[3]), number(f[4])), last(number(f[5]), number(f[6]));
+  const cv::Point2d first(bounded(f[3]), bounded(f[4])), last(bounded(f[5]), bounded(f[6]));
   if (!(first.x < last.x && first.y < last.y)) throw std::invalid_argument("empty box");
   label.box_px = cv::Rect2d(first, last);
   if (!f[7].empty()) label.distance_m = number(f[7]);

@@ -45,6 +45,9 @@ StereoRig StereoRig::fromProjections(const Matrix34d& P_left, const Matrix34d& P
     refuse("baseline " + std::to_string(rig.baseline_m) +
                " m is not positive; are left and right swapped, or is the pair not calibrated?",
            P_left, P_right);
+  if (!std::isfinite(rig.baseline_m) || !std::isfinite(rig.disparityTimesDepth()))
+    refuse("the disparities that this focal length and baseline give are not finite", P_left,
+           P_right);
   return rig;
 }
 

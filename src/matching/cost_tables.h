@@ -13,13 +13,15 @@ struct CostTables {
   explicit CostTables(int p2) {
     for (unsigned left = 0; left < 16; ++left)
       for (unsigned right = 0; right < 16; ++right) {
-        distance[left][right] = static_cast<uint8_t>(std::bitset<4>(left ^ right).count());
-        distance_and_p2[left][right] = static_cast<uint8_t>(distance[left][right] + p2);
+        const unsigned at = 16 * left + right;
+        distance[at] = static_cast<uint8_t>(std::bitset<4>(left ^ right).count());
+        distance_and_p2[at] = static_cast<uint8_t>(distance[at] + p2);
       }
   }
 
-  alignas(64) uint8_t distance[16][16];
-  alignas(64) uint8_t distance_and_p2[16][16];  ///< P2 included, for the first four bits of a word
+  // Row after row: the planes of the left image hold the places where rows begin.
+  alignas(64) uint8_t distance[16 * 16];
+  alignas(64) uint8_t distance_and_p2[16 * 16];  ///< P2 included, for the first four bits of a word
 };
 
 }  // namespace predictive_stereo

@@ -133,8 +133,8 @@ class RowAggregation {
     const uint32_t* const offsets = row_.entry_offsets + (row_.width - 1 - x);
     V tables[kNibbles];
     for (int n = 0; n < kNibbles; ++n) {
-      const auto* rows = n == 0 ? row_.tables->distance_and_p2 : row_.tables->distance;
-      tables[n] = hn::LoadDup128(d_, rows[0] + left[n * row_.left_stride]);
+      const uint8_t* rows = n == 0 ? row_.tables->distance_and_p2 : row_.tables->distance;
+      tables[n] = hn::LoadDup128(d_, rows + left[n * row_.left_stride]);
     }
     for (int k = 0; k < kK; ++k) {
       V parts[kNibbles];

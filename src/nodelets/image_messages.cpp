@@ -41,6 +41,12 @@ cv::Mat1f floatView(const sensor_msgs::Image& message, const std::string& name) 
 }
 
 DisparityRange rangeOf(const stereo_msgs::DisparityImage& message) {
+  constexpr float kLargest_px = 1e6f;
+  if (!(std::abs(message.min_disparity) <= kLargest_px &&
+        std::abs(message.max_disparity) <= kLargest_px))
+    throw std::invalid_argument("disparity message has the range " +
+                                std::to_string(message.min_disparity) + " to " +
+                                std::to_string(message.max_disparity) + " px: no such disparities");
   DisparityRange range;
   range.min_disparity = static_cast<int>(std::floor(message.min_disparity));
   range.count = static_cast<int>(std::ceil(message.max_disparity)) - range.min_disparity + 1;

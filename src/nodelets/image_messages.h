@@ -28,6 +28,7 @@ cv::Mat_<Pixel> writableView(sensor_msgs::Image& message) {
 cv::Mat1f floatView(const sensor_msgs::Image& message, const std::string& name);
 
 /// The range that a DisparityImage declares; its invalid pixels lie below min_disparity.
+/// @throws std::invalid_argument for numbers that no range has.
 DisparityRange rangeOf(const stereo_msgs::DisparityImage& message);
 
 }  // namespace predictive_stereo

@@ -62,6 +62,19 @@ TEST(KittiDrive, NamesBrokenCalibrationEntries) {
   files.write("calib_cam_to_cam.txt", "S_rect_00: 64 32\nK_00: 1 2 3\n");
   EXPECT_TRUE(contains(messageOf([&] { KittiDrive(files.path(), KittiFixture::kDrive); }),
                        "K_00 has 3 numbers, expected 9"));
+  for (const std::string size : {"1e300 32", "64 nan", "-64 32"}) {
+    files.write("calib_cam_to_cam.txt", "S_rect_00: " + size + "\n");
+    EXPECT_TRUE(contains(messageOf([&] { KittiDrive(files.path(), KittiFixture::kDrive); }),
+                         "pixels, expected 1 to 100000"))
+        << size;
+  }
+}
+
+TEST(KittiDrive, NamesFilesWithNumbersThatAreNone) {
+  const KittiFixture files;
+  files.write(KittiFixture::data("image_00/data/9999999999.png"), "");
+  EXPECT_TRUE(contains(messageOf([&] { KittiDrive(files.path(), KittiFixture::kDrive); }),
+                       "9999999999.png: its number is too large"));
 }
 
 TEST(KittiDrive, NamesBrokenScansAndImages) {
@@ -87,6 +100,14 @@ TEST(KittiTimestamps, ReadsNanosecondsAndStopsBeforeWhatIsNotNeeded) {
   EXPECT_EQ(readKittiTimestamps(path, 3),
             (std::vector<int64_t>{86401000000002, 1317042504973999360, 1317042505000000000}));
   EXPECT_TRUE(contains(messageOf([&] { readKittiTimestamps(path, 4); }), "line 5 \"garbage\""));
+}
+
+TEST(KittiTimestamps, YearsThatRosCannotHoldAreRefused) {
+  const TemporaryDirectory files;
+  const std::string path =
+      files.write("timestamps.txt", "2105-12-31 23:59:60\n9999-12-31 23:59:59\n");
+  EXPECT_EQ(readKittiTimestamps(path, 1)[0], 4291747200000000000);
+  EXPECT_TRUE(contains(messageOf([&] { readKittiTimestamps(path, 2); }), "line 2 \"9999-"));
 }
 
 TEST(KittiTimestamps, TooFewAreRefused) {

@@ -72,6 +72,12 @@ TEST(ObjectLabels, MaskWhatMovesOrMayMove) {
 
   files.write("a.csv", header + "3,1,car,ten,5,20,15,8.5,0,1,toward,0\n");
   EXPECT_NE(messageOf([&] { readObjectLabels(path); }).find("line 2"), std::string::npos);
+  for (const std::string line :
+       {"1e300,1,car,10,5,20,15", "3,1,car,-1e300,5,20,15", "3,1,car,10,5,1e10,15"}) {
+    files.write("a.csv", header + line + ",8.5,0,1,toward,0\n");
+    EXPECT_NE(messageOf([&] { readObjectLabels(path); }).find("is no label"), std::string::npos)
+        << line;
+  }
   files.write("a.csv", "x,y\n");
   EXPECT_NE(messageOf([&] { readObjectLabels(path); }).find("first line"), std::string::npos);
 }

@@ -41,6 +41,13 @@ TEST(StereoRig, RefusesUncalibratedCameras) {
                std::invalid_argument);
 }
 
+TEST(StereoRig, RefusesDisparitiesThatAreNotFinite) {
+  constexpr double kHuge = 1e308;
+  EXPECT_THROW(StereoRig::fromProjections(projection(700, 320, 240, kHuge),
+                                          projection(700, 320, 240, -kHuge), {1280, 720}),
+               std::invalid_argument);
+}
+
 TEST(StereoRig, DisparityAndPointAreInverse) {
   const StereoRig rig = kittiColour();
   const Eigen::Vector3d point_m(1.5, -0.7, 12.0);

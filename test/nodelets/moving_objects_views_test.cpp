@@ -178,5 +178,14 @@ TEST(MovingObjectResidual, IsInStandardDeviations) {
                std::invalid_argument);
 }
 
+TEST(MovingObjectResidual, RangesThatNoDisparityHasAreRefused) {
+  for (const float limit :
+       {1e30f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    stereo_msgs::DisparityImage measured = disparities({40, 20}, 10);
+    measured.max_disparity = limit;
+    EXPECT_THROW(rangeOf(measured), std::invalid_argument) << limit;
+  }
+}
+
 }  // namespace
 }  // namespace predictive_stereo
