@@ -36,6 +36,7 @@ target_link_libraries(predictive_stereo_evaluation
 predictive_stereo_library(predictive_stereo_tools FILES
   src/tools/command_line.cpp
   src/tools/interruption.cpp
+  src/tools/output_file.cpp
   src/tools/progress.cpp
   src/tools/tool_input.cpp
 )

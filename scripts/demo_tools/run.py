@@ -3,7 +3,10 @@
 
 import argparse
 import os
+import re
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -57,7 +60,7 @@ def say(text):
     print('\n== ' + text, flush=True)
 
 
-def prepare(options, output):
+def prepare(options, output, work):
     """Makes or finds the bag; returns (title, bag, launch file, launch arguments)."""
     if options.bag:
         bag = os.path.abspath(options.bag)
@@ -72,18 +75,31 @@ def prepare(options, output):
                 check=False)
             if found.returncode:
                 raise DemoError('the bag cannot be used as it is')
-            line = found.stdout.split() + options.launch  # the later of two arguments holds
+            line = shlex.split(found.stdout) + options.launch  # the later of two arguments holds
         return os.path.basename(bag), bag, line[0], line[1:]
     if options.kitti:
         folder, drive = options.kitti
-        bag = os.path.join(output, drive + '.bag')
+        bag = os.path.join(output, os.path.basename(os.path.normpath(drive)) + '.bag')
         say('Converting %s' % drive)
-        tool('kitti_to_bag', folder, drive, bag, '--cameras', options.cameras)
+        made = os.path.join(work, 'made.bag')
+        tool('kitti_to_bag', folder, drive, made, '--cameras', options.cameras)
+        os.replace(made, bag)
         return 'KITTI ' + drive, bag, 'kitti.launch', ['cameras:=' + options.cameras]
     bag = os.path.join(output, 'street.bag')
     say('Rendering %d frames of a synthetic street' % options.frames)
-    tool('street_to_bag', bag, '--frames', str(options.frames))
+    made = os.path.join(work, 'made.bag')
+    tool('street_to_bag', made, '--frames', str(options.frames))
+    os.replace(made, bag)
     return 'Synthetic street', bag, 'demo_street.launch', []
+
+
+def plainly_named(bag, work):
+    """A name without what roslaunch takes for its own: a link to the bag where it has such a one."""
+    if not re.search(r"['\"\\$]", bag):
+        return bag
+    link = os.path.join(work, 'recording.bag')
+    os.symlink(bag, link)
+    return link
 
 
 def play(options, bag, launch_file, launch_arguments, work):
@@ -116,26 +132,39 @@ def play(options, bag, launch_file, launch_arguments, work):
 def main():
     options = parse(sys.argv[1:])
     output = os.path.abspath(options.output)
-    os.makedirs(output, exist_ok=True)
     started = time.time()
-    work = tempfile.mkdtemp(prefix='.demo_', dir=output)
+    # So that roslaunch ends and the working folder goes.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
-        title, bag, launch_file, launch_arguments = prepare(options, output)
+        os.makedirs(output, exist_ok=True)
+        work = tempfile.mkdtemp(prefix='.demo_', dir=output)
+    except OSError as error:
+        print('demo: --output %s: cannot be written: %s' % (options.output, error.strerror),
+              file=sys.stderr)
+        return 1
+    try:
+        title, bag, launch_file, launch_arguments = prepare(options, output, work)
         if options.config:
             launch_arguments.append('config:=' + os.path.abspath(options.config))
-        result, rate = play(options, bag, launch_file, launch_arguments, work)
+        result, rate = play(options, plainly_named(bag, work), launch_file, launch_arguments, work)
         say('Drawing %d frames' % len(result.frames))
-        pictures = os.path.join(output, 'panels')
-        shutil.rmtree(pictures, ignore_errors=True)
-        os.makedirs(pictures)
-        drawn = panels.draw_all(result, bag, pictures)
+        pictures, drawing = os.path.join(output, 'panels'), os.path.join(work, 'panels')
+        os.makedirs(drawing)
+        drawn = panels.draw_all(result, bag, drawing)
         page = os.path.join(output, 'report.html')
-        report.write(page, report.Run(title=title, bag=bag, rate=rate, launch_file=launch_file,
-                                      recording=result, drawn=drawn))
+        written = os.path.join(work, 'report.html')
+        report.write(written, report.Run(title=title, bag=bag, rate=rate, launch_file=launch_file,
+                                         recording=result, drawn=drawn))
+        shutil.rmtree(pictures, ignore_errors=True)
+        os.replace(drawing, pictures)
+        os.replace(written, page)
         say('Done in %.0f s' % (time.time() - started))
         print('Pictures: %s\nReport:   %s\nBag:      %s' % (pictures, page, bag))
         return 0
-    except (DemoError, launching.LaunchError) as error:
+    except KeyboardInterrupt:
+        print('demo: interrupted', file=sys.stderr)
+        return 1
+    except (DemoError, launching.LaunchError, OSError) as error:
         print('demo: %s' % error, file=sys.stderr)
         log = os.path.join(work, 'log')
         if os.path.isdir(log):

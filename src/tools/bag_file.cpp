@@ -4,35 +4,63 @@
 
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 namespace predictive_stereo {
 
 BagFile::BagFile(const std::string& path)
-    : path_(path), temporary_(path + ".part" + std::to_string(getpid())) {
+    : path_(path),
+      temporary_(path + ".part" + std::to_string(getpid())),
+      bag_(std::make_unique<rosbag::Bag>()) {
   if (std::filesystem::is_directory(path))
     throw std::runtime_error(path + ": is a folder, not the name of a bag");
   try {
-    bag_.open(temporary_, rosbag::bagmode::Write);
+    bag_->open(temporary_, rosbag::bagmode::Write);
   } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(path + ": cannot be written; does its folder exist? (" + error.what() +
-                             ")");
+    const bool made = std::filesystem::exists(temporary_);
+    abandon();
+    if (made) fail(error.what());  // but its first bytes could not be written
+    throw std::runtime_error(path +
+                             ": cannot be written; is there such a folder, and may you write "
+                             "to it? (" +
+                             error.what() + ")");
   }
 }
 
 BagFile::~BagFile() {
-  if (finished_) return;
+  if (!finished_) abandon();
+}
+
+void BagFile::abandon() {
   try {
-    bag_.close();
-  } catch (const std::exception&) {  // the file goes anyway
+    bag_->close();
+  } catch (const std::exception&) {
+    // Its destructor would try again, throw, and so end the process: it must not run.
+    static_cast<void>(bag_.release());
   }
   std::error_code ignored;
   std::filesystem::remove(temporary_, ignored);
 }
 
 void BagFile::finish() {
-  bag_.close();
-  std::filesystem::rename(temporary_, path_);
+  try {
+    bag_->close();
+  } catch (const rosbag::BagIOException& error) {
+    fail(error.what());
+  }
+  std::error_code error;
+  std::filesystem::rename(temporary_, path_, error);
+  if (error) fail(error.message());
   finished_ = true;
+}
+
+// rosbag does not say that the disk is full: how much room there is does.
+void BagFile::fail(const std::string& reason) const {
+  std::error_code error;
+  const auto space = std::filesystem::space(std::filesystem::absolute(path_).parent_path(), error);
+  constexpr std::uintmax_t kLittle_bytes = 1 << 20;
+  const bool full = !error && space.available < kLittle_bytes;
+  throw std::runtime_error(path_ + ": cannot be written: " + (full ? "the disk is full" : reason));
 }
 
 }  // namespace predictive_stereo

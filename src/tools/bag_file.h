@@ -2,6 +2,7 @@
 
 #include <rosbag/bag.h>
 
+#include <memory>
 #include <string>
 
 namespace predictive_stereo {
@@ -16,13 +17,27 @@ class BagFile {
   BagFile(const BagFile&) = delete;
   BagFile& operator=(const BagFile&) = delete;
 
-  rosbag::Bag& bag() { return bag_; }
+  void setCompression(rosbag::compression::CompressionType type) { bag_->setCompression(type); }
+  /// As rosbag::Bag::write.
+  /// @throws std::runtime_error where the disk is full, or does not take it for another reason.
+  template <class... Arguments>
+  void write(const Arguments&... arguments) {
+    try {
+      bag_->write(arguments...);
+    } catch (const rosbag::BagIOException& error) {
+      fail(error.what());
+    }
+  }
   /// Closes the bag and gives it its name.
+  /// @throws as write().
   void finish();
 
  private:
+  void abandon();
+  [[noreturn]] void fail(const std::string& reason) const;
+
   std::string path_, temporary_;
-  rosbag::Bag bag_;
+  std::unique_ptr<rosbag::Bag> bag_;
   bool finished_ = false;
 };
 

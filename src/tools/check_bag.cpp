@@ -1,5 +1,8 @@
 /// Says whether a bag can be used and, if not, what to change.
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 
@@ -16,7 +19,8 @@ where they cannot: topics, encodings, sizes, calibrations, stamps, tf. Needs no 
 
   --camera NS           check this camera: NS/{left,right}/{image_rect,camera_info}
   --left T --right T    check these image topics, with camera_info beside them
-  --launch              print nothing but the launch file and its arguments, faults on stderr
+  --launch              print nothing but the launch file and its arguments, quoted for a shell
+                        where that is needed; faults on stderr
 
 Exit status: 0: the bag can be used; 1: it cannot; 2: wrong use.
 )";
@@ -32,9 +36,20 @@ const char* mark(BagFinding::Level level) {
   }
 }
 
+// As one word for a shell: names of files and topics may hold anything.
+std::string quoted(const std::string& word) {
+  const auto harmless = [](unsigned char c) {
+    return std::isalnum(c) || (c != 0 && std::strchr("_-./:=,+@", c) != nullptr);
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), harmless)) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
 std::string launchLine(const BagCheck& check) {
   std::string line = check.launch_file;
-  for (const std::string& argument : check.arguments) line += " " + argument;
+  for (const std::string& argument : check.arguments) line += " " + quoted(argument);
   return line;
 }
 
@@ -72,7 +87,8 @@ int check(const CommandLine& command_line) {
     std::cout << mark(finding.level) << finding.text << "\n";
   if (result.usable())
     std::cout << "\nThis bag can be used:\n  roslaunch predictive_stereo " << launchLine(result)
-              << " bag:=" << std::filesystem::absolute(path).string() << " rviz:=true\n";
+              << " " << quoted("bag:=" + std::filesystem::absolute(path).string())
+              << " rviz:=true\n";
   else
     std::cout << "\nThis bag cannot be used like this.\n";
   return result.usable() ? 0 : 1;

@@ -3,14 +3,13 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
 #include "evaluation/kitti_scene_2015.h"
 #include "evaluation/noise_estimation.h"
 #include "tools/command_line.h"
+#include "tools/output_file.h"
 #include "tools/progress.h"
 #include "tools/tool_input.h"
 
@@ -67,18 +66,6 @@ std::string today() {
   return text;
 }
 
-void writeText(const fs::path& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
-}
-
-void writePicture(const fs::path& path, const cv::Mat3b& picture) {
-  if (!cv::imwrite(path.string(), picture))
-    throw std::runtime_error(path.string() + ": cannot be written");
-}
-
 void writeHistogram(const fs::path& dir, const std::string& name, const std::string& title,
                     const ErrorHistogram& errors) {
   writeText(dir / (name + ".csv"), errors.csv());
@@ -93,7 +80,7 @@ int estimate(const CommandLine& command_line) {
   const int max_frames = command_line.getInt("frames", 0, 2);
   useThreads(command_line);
   const fs::path dir = command_line.get("output");
-  fs::create_directories(dir);
+  makeFolder(dir);
 
   std::ostringstream provenance;
   provenance << "# Noise, estimated from LiDAR by estimate_noise on " << today() << ".\n";
@@ -122,8 +109,9 @@ int estimate(const CommandLine& command_line) {
       *out << indent;
       printErrors("measurement", seen.measurement, *out);
     }
-    writePicture(dir / (drive.name() + "_process_error.png"), seen.process_image.picture());
-    writePicture(dir / (drive.name() + "_measurement_error.png"), seen.measurement_image.picture());
+    const std::string name = fileName(drive.name());  // stays in `dir`
+    writePicture(dir / (name + "_process_error.png"), seen.process_image.picture());
+    writePicture(dir / (name + "_measurement_error.png"), seen.measurement_image.picture());
     process += seen.process;
     measurement += seen.measurement;
     published.push_back(std::move(seen.published));

@@ -1,12 +1,11 @@
 /// Moving objects against labels: KITTI drives, bags and synthetic streets.
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <opencv2/imgcodecs.hpp>
 
 #include "evaluation/detection_report.h"
 #include "evaluation/perturbation.h"
 #include "tools/bag_sequence.h"
+#include "tools/output_file.h"
 #include "tools/progress.h"
 #include "tools/tool_input.h"
 
@@ -89,14 +88,13 @@ std::optional<std::vector<ObjectLabel>> labelsFor(const CommandLine& command_lin
 /// Writes each frame, remembers those with errors.
 class Pictures {
  public:
-  explicit Pictures(const fs::path& dir) : dir_(dir) { fs::create_directories(dir / "frames"); }
+  explicit Pictures(const fs::path& dir) : dir_(dir) { makeFolder(dir / "frames"); }
 
   void add(const std::string& sequence, const cv::Mat1b& left, const EvaluatedFrame& frame) {
     char number[16];
     std::snprintf(number, sizeof(number), "_%06d", frame.index);
     const std::string file = "frames/" + fileName(sequence) + number + ".png";
-    if (!cv::imwrite((dir_ / file).string(), picture(left, frame)))
-      throw std::runtime_error((dir_ / file).string() + ": cannot be written");
+    writePicture(dir_ / file, picture(left, frame));
     if (frame.hasErrors())
       with_errors_.push_back({file, sequence + ", frame " + std::to_string(frame.index)});
   }
@@ -106,13 +104,6 @@ class Pictures {
   fs::path dir_;
   std::vector<FramePicture> with_errors_;
 };
-
-void write(const fs::path& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
-}
 
 int evaluate(const CommandLine& command_line) {
   if (command_line.has("list-parameters")) {
@@ -145,7 +136,7 @@ int evaluate(const CommandLine& command_line) {
   if (sequences > 1 && command_line.has("objects"))
     throw UsageError("--objects goes with one sequence only");
   if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
-    fs::create_directories(folder);
+    makeFolder(folder);
   std::optional<Pictures> pictures;
   if (command_line.has("html")) pictures.emplace(command_line.get("html"));
 
@@ -197,12 +188,12 @@ int evaluate(const CommandLine& command_line) {
   for (const Table& table : limits) std::cout << table.text();
   if (command_line.has("csv")) {
     const fs::path path = command_line.get("csv");
-    write(path, csv(evaluations));
-    write(path.parent_path() / (path.stem().string() + "_frames.csv"), framesCsv(evaluations));
+    writeText(path, csv(evaluations));
+    writeText(framesFile(path), framesCsv(evaluations));
   }
   if (pictures)
-    write(fs::path(command_line.get("html")) / "index.html",
-          htmlPage(evaluations, limits, pictures->withErrors(), command_line.command()));
+    writeText(fs::path(command_line.get("html")) / "index.html",
+              htmlPage(evaluations, limits, pictures->withErrors(), command_line.command()));
   return 0;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <sstream>
 
@@ -11,6 +10,7 @@
 #include "evaluation/html.h"
 #include "evaluation/kitti_evaluation_2015.h"
 #include "params/param_table.h"
+#include "tools/output_file.h"
 #include "tools/progress.h"
 #include "tools/tool_input.h"
 
@@ -107,13 +107,6 @@ void print(const SequenceReport& report) {
   std::cout << stageTable(report).text() << std::endl;
 }
 
-void write(const fs::path& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
-}
-
 /// The command and the parameters that differ from their defaults.
 std::string provenance(const CommandLine& command_line, PipelineParams params) {
   std::ostringstream text;
@@ -183,8 +176,8 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
     if (!table.rows.empty()) std::cout << table.text();
   if (command_line.has("csv")) {
     const fs::path path = command_line.get("csv");
-    write(path.parent_path() / (path.stem().string() + "_kitti2015.csv"),
-          kittiCsv2015(method_names, results));
+    writeText(path.parent_path() / (path.stem().string() + "_kitti2015.csv"),
+              kittiCsv2015(method_names, results));
   }
   if (!command_line.has("html")) return;
   std::string page =
@@ -195,8 +188,8 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
     if (!table.rows.empty()) page += table.html();
   for (const size_t scene : worstSceneIndices2015(results, shown, kWorst))
     page += picturesOf(readKittiScene2015(training_dir, names[scene]), methods, range);
-  write(fs::path(command_line.get("html")) / "kitti2015.html",
-        htmlDocument("KITTI 2015, single pairs", page, provenance(command_line, params)));
+  writeText(fs::path(command_line.get("html")) / "kitti2015.html",
+            htmlDocument("KITTI 2015, single pairs", page, provenance(command_line, params)));
 }
 
 int evaluate(const CommandLine& command_line) {
@@ -211,9 +204,9 @@ int evaluate(const CommandLine& command_line) {
   const auto groups = openSequences(command_line);
 
   // Folders now: nobody wants to hear of them after an hour.
-  if (command_line.has("html")) fs::create_directories(command_line.get("html"));
+  if (command_line.has("html")) makeFolder(command_line.get("html"));
   if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
-    fs::create_directories(folder);
+    makeFolder(folder);
 
   if (command_line.has("kitti2015")) evaluateKitti2015(command_line, params, methods);
   if (groups.empty()) return 0;
@@ -247,12 +240,12 @@ int evaluate(const CommandLine& command_line) {
   std::cout << paperTable(reports).text();
   if (command_line.has("csv")) {
     const fs::path path = command_line.get("csv");
-    write(path, csv(reports));
-    write(path.parent_path() / (path.stem().string() + "_frames.csv"), framesCsv(reports));
+    writeText(path, csv(reports));
+    writeText(framesFile(path), framesCsv(reports));
   }
   if (command_line.has("html")) {
     const fs::path dir = command_line.get("html");
-    write(dir / "index.html", htmlPage(reports, provenance(command_line, params)));
+    writeText(dir / "index.html", htmlPage(reports, provenance(command_line, params)));
   }
   return 0;
 }

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "evaluation/odometry_evaluation.h"
 #include "tools/command_line.h"
+#include "tools/output_file.h"
 #include "tools/progress.h"
 #include "tools/tool_input.h"
 
@@ -24,7 +24,8 @@ Measures ego-motion against true poses: of poses_gt_cam0.txt where the drive has
   --street-frames N   its number of frames (default 40)
   --shift-right PX    moves all right images so far to the right, as a rig whose right camera was
                       turned after the calibration
-  --csv FILE          writes each frame's errors
+  --csv FILE          writes the figures of each sequence; those of each frame into FILE's name with
+                      _frames
   --pictures DIR      writes each path, seen from above, as PNG and SVG
   --config YAML       parameters, as in evaluate_kitti
   --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
@@ -59,8 +60,31 @@ void print(const OdometryEvaluation& e) {
   std::fflush(stdout);
 }
 
-void writeCsv(const std::string& path, const std::vector<OdometryEvaluation>& evaluations) {
-  std::ofstream csv(path);
+std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
+  std::ostringstream csv;
+  csv << "sequence,motions,length_m,translation_error_m,rotation_error_deg,"
+         "largest_translation_error_m,length_error_percent,translation_error_percent,"
+         "rotation_error_deg_per_m,mean_normalized_error,median_normalized_error,lost,mean_ms,"
+         "median_ms,p95_ms\n";
+  for (const OdometryEvaluation& e : evaluations) {
+    // KITTI's figure: of the longest stretches that the path has.
+    const auto relative = std::find_if(e.relative.rbegin(), e.relative.rend(),
+                                       [](const auto& error) { return error.stretches > 0; });
+    csv << e.name << ',' << e.motions.size() << ',' << e.length_m << ',' << e.mean.translation_m
+        << ',' << e.mean.rotation_rad * 180 / M_PI << ',' << e.largest.translation_m << ','
+        << e.length_error_percent << ',';
+    if (relative != e.relative.rend())
+      csv << relative->translation_percent << ',' << relative->rotation_deg_per_m;
+    else
+      csv << ',';
+    csv << ',' << e.mean_normalized_error << ',' << e.median_normalized_error << ',' << e.lost
+        << ',' << e.mean_ms << ',' << e.median_ms << ',' << e.p95_ms << '\n';
+  }
+  return csv.str();
+}
+
+std::string framesCsv(const std::vector<OdometryEvaluation>& evaluations) {
+  std::ostringstream csv;
   csv << "sequence,frame,status,translation_error_m,rotation_error_deg,normalized_error,features,"
          "inliers,residual_px,ms\n";
   for (const OdometryEvaluation& e : evaluations)
@@ -69,17 +93,14 @@ void writeCsv(const std::string& path, const std::vector<OdometryEvaluation>& ev
           << m.error.translation_m << ',' << m.error.rotation_rad * 180 / M_PI << ','
           << m.normalized_error << ',' << m.features << ',' << m.inliers << ',' << m.residual_px
           << ',' << m.ms << '\n';
-  csv.close();
-  if (!csv) throw std::runtime_error(path + ": cannot be written");
+  return csv.str();
 }
 
 void drawPath(const std::string& dir, const OdometryEvaluation& e) {
-  std::filesystem::create_directories(dir);
   const Plot plot = pathPlot(e);
   const std::string file = (std::filesystem::path(dir) / fileName(e.name)).string();
-  std::ofstream(file + ".svg") << svg(plot);
-  if (!cv::imwrite(file + ".png", picture(plot)))
-    throw std::runtime_error(file + ".png: cannot be written");
+  writeText(file + ".svg", svg(plot));
+  writePicture(file + ".png", picture(plot));
 }
 
 int evaluate(const CommandLine& command_line) {
@@ -98,7 +119,11 @@ int evaluate(const CommandLine& command_line) {
     print(evaluation);
     if (command_line.has("pictures")) drawPath(command_line.get("pictures"), evaluation);
   }
-  if (command_line.has("csv")) writeCsv(command_line.get("csv"), evaluations);
+  if (command_line.has("csv")) {
+    const std::filesystem::path path = command_line.get("csv");
+    writeText(path, csv(evaluations));
+    writeText(framesFile(path), framesCsv(evaluations));
+  }
   return 0;
 }
 

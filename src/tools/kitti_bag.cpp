@@ -90,7 +90,7 @@ sensor_msgs::PointCloud2 pointCloud(const std::vector<LidarPoint>& points) {
 
 class DriveWriter {
  public:
-  DriveWriter(const KittiDrive& drive, rosbag::Bag& bag)
+  DriveWriter(const KittiDrive& drive, BagFile& bag)
       : drive_(drive),
         bag_(bag),
         has_oxts_(drive.hasOxts()),
@@ -205,7 +205,7 @@ class DriveWriter {
   }
 
   const KittiDrive& drive_;
-  rosbag::Bag& bag_;
+  BagFile& bag_;
   bool has_oxts_;
   std::vector<int64_t> left_stamps_, right_stamps_, oxts_stamps_, lidar_stamps_;
   tf2_msgs::TFMessage static_;
@@ -217,7 +217,7 @@ class DriveWriter {
 void writeKittiBag(const KittiDrive& drive, const std::string& path,
                    const std::function<void(int)>& progress) {
   BagFile file(path);
-  DriveWriter writer(drive, file.bag());
+  DriveWriter writer(drive, file);
   for (int frame = 0; frame < drive.frames(); ++frame) {
     writer.write(frame);
     if (progress) progress(frame);

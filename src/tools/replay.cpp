@@ -23,7 +23,9 @@
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/interruption.h"
+#include "tools/output_file.h"
 #include "tools/progress.h"
+#include "tools/replay_figures.h"
 #include "tools/stage_table.h"
 #include "tools/stereo_topics.h"
 
@@ -50,6 +52,8 @@ not depend on the number of threads.
   --topics A,B,...      write these outputs only (e.g. disparity,odometry); the default is all of
                         them: about 30 MB for an image of 1242x375
   --compress            compress OUT (lz4)
+  --csv FILE            writes what can be told without truth: pairs, how many were lost or without
+                        prediction, density, objects, ms per frame
   --threads N           threads to use; the default is all
   --parameters          print all parameters with their values and limits as yaml, and end
   --help
@@ -63,6 +67,7 @@ struct Options {
       : bag(line.get("bag")),
         output(line.get("output")),
         config(line.get("config")),
+        csv(line.get("csv")),
         topics{line.get("camera"), line.get("left"), line.get("right"), line.has("rectify")},
         assignments(line.all("set")),
         compress(line.has("compress")) {
@@ -79,7 +84,7 @@ struct Options {
     if (line.has("duration")) duration_s = seconds(line, "duration");
   }
 
-  std::string bag, output, config;
+  std::string bag, output, config, csv;
   StereoTopicChoice topics;
   std::vector<std::string> assignments;
   std::set<std::string> outputs;
@@ -108,24 +113,23 @@ class OutputBag {
         for (const std::string& known : kTopics) text += " " + known;
         throw UsageError(text);
       }
-    if (compress) file_.bag().setCompression(rosbag::compression::LZ4);
+    if (compress) file_.setCompression(rosbag::compression::LZ4);
   }
 
   bool wants(const std::string& topic) const { return wanted_.empty() || wanted_.count(topic); }
 
   template <class Message>
   void write(const std::string& topic, ros::Time time, const Message& message) {
-    if (wants(topic)) file_.bag().write(ns_ + "/" + topic, time, message);
+    if (wants(topic)) file_.write(ns_ + "/" + topic, time, message);
   }
   // A message of the input, as it is.
   void copy(const rosbag::MessageInstance& message) {
-    file_.bag().write(message.getTopic(), message.getTime(), message,
-                      message.getConnectionHeader());
+    file_.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
   }
   void writeTf(ros::Time time, const geometry_msgs::TransformStamped& transform) {
     tf2_msgs::TFMessage message;
     message.transforms.push_back(transform);
-    file_.bag().write("/tf", time, message);
+    file_.write("/tf", time, message);
   }
 
   void complete() { file_.finish(); }
@@ -245,8 +249,10 @@ class Replay {
       for (const auto& set : add(message, matcher)) processSet(set, message.getTime(), out);
       if (topic == topics_.left) progress.update(lefts_++);
     }
-    if (pairs_ == 0) throw std::runtime_error(noPair(lefts.size(), matcher));
+    if (figures_.pairs() == 0) throw std::runtime_error(noPair(lefts.size(), matcher));
     out.complete();
+    if (!options_.csv.empty())
+      writeText(options_.csv, figures_.csv(options_.bag, matcher.unmatched(), duplicates_, table_));
     report(matcher);
   }
 
@@ -327,8 +333,9 @@ class Replay {
       ++duplicates_;
       return;
     }
-    ++pairs_;
-    if (!frame->event.empty()) std::cerr << "\npair " << pairs_ << ": " << frame->event << "\n";
+    figures_.add(*frame);
+    if (!frame->event.empty())
+      std::cerr << "\npair " << figures_.pairs() << ": " << frame->event << "\n";
     if (params_.ego_motion.publish_tf) out.writeTf(time, frame->ego_motion.transform);
     writeFrame(*frame, pair, time, out);
     table_.add(frame->times);
@@ -351,7 +358,7 @@ class Replay {
   }
 
   void report(const StampMatcher& matcher) const {
-    std::cout << pairs_ << " pairs";
+    std::cout << figures_.pairs() << " pairs";
     if (matcher.unmatched()) std::cout << ", " << matcher.unmatched() << " left images unmatched";
     if (duplicates_) std::cout << ", " << duplicates_ << " duplicates left out";
     std::cout << "; " << cv::getNumThreads() << " threads\n";
@@ -367,8 +374,9 @@ class Replay {
   Rectifier left_rectifier_, right_rectifier_;
   std::optional<PipelineProcessor> processor_;
   StageTable table_;
+  ReplayFigures figures_;
   int lefts_ = 0;
-  size_t pairs_ = 0, duplicates_ = 0;
+  size_t duplicates_ = 0;
 };
 
 int run(const CommandLine& line) {
@@ -390,7 +398,7 @@ int run(const CommandLine& line) {
 int main(int argc, char** argv) {
   using namespace predictive_stereo;
   return runTool(argc, argv, kHelp,
-                 {"bag", "output", "camera", "left", "right", "config", "set", "start", "duration",
-                  "topics", "threads"},
+                 {"bag", "output", "camera", "left", "right", "config", "csv", "set", "start",
+                  "duration", "topics", "threads"},
                  {"compress", "parameters", "rectify"}, run);
 }

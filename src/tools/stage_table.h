@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <ostream>
 #include <string>
@@ -21,6 +22,13 @@ class StageTable {
       if (stage == stages_.end()) stage = stages_.insert(stages_.end(), {time.name, {}});
       stage->second.push_back(time.ms);
     }
+  }
+
+  /// Of a stage; NaN where it never ran.
+  double quantile(const std::string& name, double share) const {
+    for (const auto& [known, ms] : stages_)
+      if (known == name) return quantile(ms, share);
+    return std::nan("");
   }
 
   void print(std::ostream& out) const {

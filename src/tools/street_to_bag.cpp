@@ -66,7 +66,7 @@ constexpr double kEpoch_s = 1577836800;  // 2020-01-01: a stamp of 0 means "none
 // As from a latching publisher: players latch it again.
 template <class Message>
 void writeLatched(const std::string& topic, const ros::Time& time, const Message& message,
-                  rosbag::Bag& bag) {
+                  BagFile& bag) {
   const auto connection = boost::make_shared<ros::M_string>();
   (*connection)["type"] = ros::message_traits::datatype(message);
   (*connection)["md5sum"] = ros::message_traits::md5sum(message);
@@ -237,12 +237,11 @@ int streetToBag(const CommandLine& line) {
   if (!ns.empty() && ns[0] != '/') ns = "/" + ns;
 
   BagFile file(line.positional()[0]);
-  rosbag::Bag& bag = file.bag();
-  if (line.has("compress")) bag.setCompression(rosbag::compression::LZ4);
+  if (line.has("compress")) file.setCompression(rosbag::compression::LZ4);
   catchInterruptions();
   Progress progress(line.positional()[0], street.frames());
   const ros::Time begin(kEpoch_s);
-  writeLatched("/tf_static", begin, robot.extrinsics(begin), bag);
+  writeLatched("/tf_static", begin, robot.extrinsics(begin), file);
   std::map<int, int> first_seen;
   for (int i = 0; i < street.frames(); ++i) {
     throwIfInterrupted();
@@ -252,7 +251,7 @@ int streetToBag(const CommandLine& line) {
     header.stamp = begin + ros::Duration(frame.stamp_s);
     header.frame_id = kOpticalFrame;
     const auto write = [&](const char* topic, const auto& message) {
-      bag.write(ns + "/" + topic, header.stamp, message);
+      file.write(ns + "/" + topic, header.stamp, message);
     };
     const std::string mono = sensor_msgs::image_encodings::MONO8;
     write("left/image_rect", imageMessage(header, frame.left, mono));

@@ -121,4 +121,8 @@ std::string fileName(const std::string& name) {
   return file;
 }
 
+fs::path framesFile(const fs::path& csv) {
+  return csv.parent_path() / (csv.stem().string() + "_frames.csv");
+}
+
 }  // namespace predictive_stereo

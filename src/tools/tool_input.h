@@ -1,6 +1,7 @@
 /// What the evaluating tools have in common: sequences and parameters by command line.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -48,5 +49,8 @@ void useThreads(const CommandLine& command_line);
 
 /// A name as part of a file's name: letters, digits and underscores stay.
 std::string fileName(const std::string& name);
+
+/// The file beside `csv` for the figures of each frame: NAME_frames.csv.
+std::filesystem::path framesFile(const std::filesystem::path& csv);
 
 }  // namespace predictive_stereo

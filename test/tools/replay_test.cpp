@@ -97,6 +97,20 @@ TEST_F(Replay, WritesWhatIsAskedForOfEveryPair) {
   EXPECT_EQ(images.at("/street/search_range").size(), 4u);
 }
 
+TEST_F(Replay, WritesWhatCanBeToldWithoutTruth) {
+  const Result result = replay("--bag " + street() + " --topics odometry --output " +
+                               files_.path("out.bag") + " --csv " + files_.path("figures.csv"));
+  ASSERT_EQ(result.status, 0) << result.errors;
+  std::istringstream lines(text("figures.csv"));
+  std::string header, figures;
+  std::getline(lines, header);
+  std::getline(lines, figures);
+  EXPECT_EQ(header.find("recording,pairs,unmatched,duplicates,lost_percent,unpredicted_percent,"),
+            0u);
+  // The first frame of four has no past.
+  EXPECT_EQ(figures.find("street,4,0,0,0,25,"), 0u) << figures;
+}
+
 TEST_F(Replay, RectifiesRawImages) {
   makeRaw(street(), files_.path("raw.bag"));
   const std::string rectified = files_.path("rectified.bag"), raw = files_.path("from_raw.bag");

@@ -1,0 +1,36 @@
+/// Runs the tool on a short street.
+#include "tool_fixture.h"
+
+namespace predictive_stereo {
+namespace {
+
+class EvaluateOdometry : public ToolTest {};
+
+TEST_F(EvaluateOdometry, WritesFiguresOfSequencesAndOfFrames) {
+  const Result result =
+      run(std::string(EVALUATE_ODOMETRY) + " --street straight --street-frames 4 --csv " +
+          files_.path("new/a.csv"));
+  ASSERT_EQ(result.status, 0) << result.errors;
+  const std::string figures = text("new/a.csv"), frames = text("new/a_frames.csv");
+  EXPECT_EQ(std::count(figures.begin(), figures.end(), '\n'), 2) << figures;
+  const std::string header = figures.substr(0, figures.find('\n'));
+  const std::string line = figures.substr(header.size() + 1);
+  EXPECT_EQ(std::count(line.begin(), line.end(), ','),
+            std::count(header.begin(), header.end(), ','))
+      << figures;
+  EXPECT_NE(line.find("straight,3,"), std::string::npos) << figures;
+  EXPECT_EQ(std::count(frames.begin(), frames.end(), '\n'), 4) << frames;
+}
+
+TEST_F(EvaluateOdometry, NamesWhatCannotBeWritten) {
+  files_.write("file", "");
+  const Result result =
+      run(std::string(EVALUATE_ODOMETRY) + " --street straight --street-frames 2 --csv " +
+          files_.path("file/a.csv"));
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.errors.find("file/a.csv: cannot be written: "), std::string::npos)
+      << result.errors;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
