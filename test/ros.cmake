@@ -10,13 +10,15 @@ endforeach()
 
 # Tools; some are run as a user does it.
 predictive_stereo_unit_tests(tools predictive_stereo_bag_tools)
-foreach(name street_to_bag replay evaluate_detection)
+foreach(name street_to_bag replay evaluate_detection evaluate_odometry)
   set(target predictive_stereo_tools_${name}_test)
   add_dependencies(${target}
-    predictive_stereo_evaluate_detection predictive_stereo_replay predictive_stereo_street_to_bag
+    predictive_stereo_evaluate_detection predictive_stereo_evaluate_odometry
+    predictive_stereo_replay predictive_stereo_street_to_bag
   )
   target_compile_definitions(${target} PRIVATE
     EVALUATE_DETECTION="$<TARGET_FILE:predictive_stereo_evaluate_detection>"
+    EVALUATE_ODOMETRY="$<TARGET_FILE:predictive_stereo_evaluate_odometry>"
     REPLAY="$<TARGET_FILE:predictive_stereo_replay>"
     STREET_TO_BAG="$<TARGET_FILE:predictive_stereo_street_to_bag>"
   )
@@ -98,6 +100,20 @@ add_test(NAME rviz
     ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
 )
 set_tests_properties(rviz PROPERTIES RUN_SERIAL TRUE SKIP_RETURN_CODE 77)
+add_test(NAME troubleshooting
+  COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/tooling/troubleshooting_test.py ${PROJECT_SOURCE_DIR}
+)
+# 77: no right to mount a small disk.
+add_test(NAME hostile_files
+  COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/hostile_files_test.py
+    ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
+)
+# 77: no Snakemake, which is not among the dependencies: 680 MB.
+add_test(NAME evaluate_many
+  COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/evaluate_many_test.py
+    ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
+)
+set_tests_properties(evaluate_many hostile_files PROPERTIES SKIP_RETURN_CODE 77)
 # Decided: scripts are for the repository, benchmarks for the build folder; Debian's headers are the
 # system's; a checkout may have any name; targets are written out, to be found by a search; options
 # have the package's name in capitals, or are meant for a whole workspace; FetchContent's commands are

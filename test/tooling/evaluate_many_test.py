@@ -158,4 +158,4 @@ if __name__ == '__main__':
     if not shutil.which('snakemake'):
         print('skipped: snakemake is not installed')
         sys.exit(SKIPPED)
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)

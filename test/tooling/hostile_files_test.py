@@ -243,4 +243,4 @@ if __name__ == '__main__':
     if not can_mount():
         print('skipped: needs to mount a small tmpfs, as root')
         sys.exit(SKIPPED)
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)

@@ -28,8 +28,7 @@ TEST_F(EvaluateOdometry, NamesWhatCannotBeWritten) {
       run(std::string(EVALUATE_ODOMETRY) + " --street straight --street-frames 2 --csv " +
           files_.path("file/a.csv"));
   EXPECT_EQ(result.status, 1);
-  EXPECT_NE(result.errors.find("file/a.csv: cannot be written: "), std::string::npos)
-      << result.errors;
+  EXPECT_NE(result.errors.find("/file: cannot be written: "), std::string::npos) << result.errors;
 }
 
 }  // namespace
