@@ -2,6 +2,7 @@
 
 # ROS without nodes: messages in, messages out. Nodelets and replay run the same code.
 predictive_stereo_library(predictive_stereo_ros FILES
+  src/nodelets/compressed_image.cpp
   src/nodelets/disparity_processor.cpp
   src/nodelets/disparity_views.cpp
   src/nodelets/ego_motion_processor.cpp
@@ -13,17 +14,21 @@ predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/rectifier.cpp
   src/nodelets/stamp_matcher.cpp
   src/nodelets/stereo_messages.cpp
+  src/nodelets/tf_rivals.cpp
   src/nodelets/transforms.cpp
 )
 add_dependencies(predictive_stereo_ros ${PROJECT_NAME}_generate_messages_cpp)
 target_include_directories(predictive_stereo_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
-target_link_libraries(predictive_stereo_ros PUBLIC predictive_stereo opencv_calib3d ${catkin_LIBRARIES})
+target_link_libraries(predictive_stereo_ros
+  PUBLIC predictive_stereo opencv_calib3d opencv_imgcodecs ${catkin_LIBRARIES}
+)
 
 # The nodelets, and each of them as a node.
 predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/disparity_nodelet.cpp
   src/nodelets/ego_motion_nodelet.cpp
   src/nodelets/health.cpp
+  src/nodelets/image_subscriber.cpp
   src/nodelets/live_params.cpp
   src/nodelets/moving_objects_nodelet.cpp
   src/nodelets/rectify_nodelet.cpp
@@ -34,6 +39,13 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
 )
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)
+
+# moving_objects/detections3d is published where this is installed.
+find_package(vision_msgs QUIET)
+if(vision_msgs_FOUND)
+  target_include_directories(predictive_stereo_nodelets SYSTEM PRIVATE ${vision_msgs_INCLUDE_DIRS})
+  target_compile_definitions(predictive_stereo_nodelets PRIVATE PREDICTIVE_STEREO_HAS_VISION_MSGS)
+endif()
 
 function(predictive_stereo_node name nodelet)
   set(target predictive_stereo_${name})

@@ -25,7 +25,8 @@ foreach(name street_to_bag replay evaluate_detection evaluate_odometry)
 endforeach()
 
 # Messages in, messages out, and parts of the nodelets.
-foreach(name message_pool motion_source moving_objects_views stamp_matcher stereo_messages transforms)
+foreach(name disparity_views message_pool motion_source moving_objects_views stamp_matcher
+    stereo_messages tf_rivals transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()
 
@@ -51,11 +52,15 @@ predictive_stereo_rostest(ego_motion_scenarios_test
 )
 predictive_stereo_rostest(neighbours_test nodelets/neighbours.test nodelets/neighbours_test.cpp)
 target_link_libraries(predictive_stereo_neighbours_test ${CMAKE_DL_LIBS})
+predictive_stereo_rostest(on_demand_test nodelets/on_demand.test nodelets/on_demand_test.cpp)
 predictive_stereo_rostest(rectify_test nodelets/rectify.test nodelets/rectify_test.cpp)
 predictive_stereo_rostest(stereo_input_test
   nodelets/stereo_input.test nodelets/stereo_input_test.cpp
 )
 target_link_libraries(predictive_stereo_stereo_input_test predictive_stereo_nodelets)
+predictive_stereo_rostest(two_cameras_test
+  nodelets/two_cameras.test nodelets/two_cameras_test.cpp
+)
 predictive_stereo_rostest(live_params_test nodelets/live_params.test nodelets/live_params_test.cpp)
 add_rostest(nodelets/all_outputs_nodes.test DEPENDENCIES
   predictive_stereo_all_outputs_test predictive_stereo_disparity_node

@@ -15,6 +15,7 @@
 #include "nodelets/mask_input.h"
 #include "nodelets/motion_source.h"
 #include "nodelets/nodelet_params.h"
+#include "nodelets/outputs.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stereo_input.h"
 #include "nodelets/tf_input.h"
@@ -24,27 +25,29 @@ namespace predictive_stereo {
 /// Dense disparity with variance, predicted from the past by the camera's motion.
 ///
 /// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info; /tf (motion
-///   against odom_frame); odometry (its covariance); moving_objects/mask where ~use_moving_mask is
-///   set or points2 is wanted.
+///   against odom_frame); odometry (its covariance); odometry/row_alignment; moving_objects/mask
+///   where ~use_moving_mask is set or points2 is wanted (moving_objects/passive_mask where only
+///   what MovingObjects takes is wanted).
 /// Publishes: disparity, measured_disparity, predicted_disparity, disparity_variance,
 ///   measured_variance, predicted_variance, row_alignment, and on demand disparity/image,
 ///   disparity/color, disparity/standard_deviation, search_range, depth/image_rect,
-///   depth/camera_info, points2; /diagnostics. Sleeps while nobody subscribes to any of them.
+///   depth/camera_info, points2, points2_static; /diagnostics. Subscribes to none of its inputs but
+///   /tf while nobody subscribes to any of these.
 /// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: DisparityNodeletParams.
 class DisparityNodelet : public nodelet::Nodelet {
  public:
   ~DisparityNodelet() override {
     if (health_) health_->stop();
-    if (input_) input_->stop();
-    if (masks_) masks_->stop();
+    demand_.stop();
+    sleep();
     if (loop_) loop_->stop();
   }
 
  private:
   using Loop = FrameLoop<StereoPair, DisparityProcessor, DisparityParams>;
-  // A cloud that waits for this frame's moving objects.
-  struct PendingCloud {
+  // Clouds that wait for this frame's moving objects.
+  struct PendingClouds {
     stereo_msgs::DisparityImageConstPtr disparity;
     StereoPair pair;
   };
@@ -60,6 +63,8 @@ class DisparityNodelet : public nodelet::Nodelet {
     health_->start();
   }
 
+  static constexpr int kTellMissingMasks = 10;
+
   void start(ros::NodeHandle& node, ros::NodeHandle& private_node) {
     ParamTable table(params_, rosParamPrefix(private_node));
     for (const std::string& warning : setFromRosParams(private_node, table))
@@ -67,70 +72,96 @@ class DisparityNodelet : public nodelet::Nodelet {
     processor_ = std::make_unique<DisparityProcessor>(params_.processor);
     reportSimdTarget();
     tf_ = std::make_unique<TfInput>(node);
-    advertise(node);
     loop_ = std::make_unique<Loop>(
         private_node, *health_, *processor_, params_.processor.disparity,
-        Loop::Hooks{[this] { return wanted(); },
-                    [this](const Loop::Job& job) { process(job); },
+        Loop::Hooks{[this](const Loop::Job& job) { process(job); },
                     [](const DisparityParams& params) { DisparityEstimator{params}; },
                     {"use_moving_mask"}});
     masks_ = std::make_unique<MaskInput>(
-        node, [this](const sensor_msgs::ImageConstPtr& mask) { finishCloud(mask); });
-    if (usesMovingMask()) masks_->start();
-    odometry_subscriber_ = node.subscribe<nav_msgs::Odometry>(
-        "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
-          odometry_.add(odometry);
-          odometry_silent_ = false;
-        });
-    columns_subscriber_ = node.subscribe<RowAlignment>(
-        "odometry/row_alignment", 5,
-        [this](const RowAlignmentConstPtr& columns) { columns_.add(columns); });
+        node, [this](const sensor_msgs::ImageConstPtr& mask) { finishClouds(mask); });
     input_ = std::make_unique<StereoInput>(
-        node, private_node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
+        node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) {
           tf_->goBackTo(stamp);
           odometry_.goBackTo(stamp);
           columns_.goBackTo(stamp);
         });
+    advertise(node);
+    demand_.start();
+  }
+
+  void wake() {
+    {
+      const std::lock_guard<std::mutex> lock(cloud_mutex_);
+      pending_clouds_.reset();
+      missing_masks_ = 0;
+    }
+    // Before the images, so that no motion is missing.
+    const ros::Subscriber odometry = getNodeHandle().subscribe<nav_msgs::Odometry>(
+        "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
+          odometry_.add(odometry);
+          odometry_silent_ = false;
+        });
+    {
+      const std::lock_guard<std::mutex> lock(odometry_mutex_);
+      odometry_subscriber_ = odometry;
+    }
+    columns_subscriber_ = getNodeHandle().subscribe<RowAlignment>(
+        "odometry/row_alignment", 5,
+        [this](const RowAlignmentConstPtr& columns) { columns_.add(columns); });
+    loop_->setAwake(true);
     input_->start();
   }
 
+  void failed(const std::exception& e) {
+    health_->problem("subscriptions", Health::Severity::kBroken, e.what());
+  }
+
+  void sleep() {
+    if (input_) input_->stop();
+    if (loop_) loop_->setAwake(false);
+    if (masks_) masks_->stop();
+    columns_subscriber_.shutdown();
+    odometry_subscriber_.shutdown();
+    columns_.clear();
+    odometry_.clear();
+    odometry_silent_ = false;
+  }
+
+  // Masks are needed for what others than MovingObjects listen to. Where it alone listens, it must
+  // be free to sleep, and gives masks as long as it does not.
+  void followMasks() {
+    const bool needed = wanted() && (usesMovingMask() || cloudsAreWanted());
+    masks_->listenTo(!needed             ? ""
+                     : outputs_.wanted() ? MaskInput::kTopic
+                                         : MaskInput::kPassiveTopic);
+  }
+
   void advertise(ros::NodeHandle& node) {
-    const auto disparity = [&](const char* topic) {
-      publishers_.push_back(node.advertise<stereo_msgs::DisparityImage>(topic, 5));
-      return publishers_.back();
-    };
-    const auto image = [&](const char* topic) {
-      publishers_.push_back(node.advertise<sensor_msgs::Image>(topic, 5));
-      return publishers_.back();
-    };
-    disparity_ = disparity("disparity");
-    measured_disparity_ = disparity("measured_disparity");
-    predicted_disparity_ = disparity("predicted_disparity");
-    disparity_variance_ = image("disparity_variance");
-    measured_variance_ = image("measured_variance");
-    predicted_variance_ = image("predicted_variance");
-    search_range_ = image("search_range");
-    disparity_image_ = image("disparity/image");
-    standard_deviation_ = image("disparity/standard_deviation");
-    depth_image_ = image("depth/image_rect");
-    colour_image_ = image_transport::ImageTransport(node).advertise("disparity/color", 5);
-    depth_info_ = node.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5);
-    cloud_ = node.advertise<sensor_msgs::PointCloud2>("points2", 5);
-    row_alignment_ = node.advertise<RowAlignment>("row_alignment", 5);
-    publishers_.insert(publishers_.end(), {depth_info_, cloud_, row_alignment_});
+    using sensor_msgs::Image;
+    using stereo_msgs::DisparityImage;
+    disparity_ = outputs_.advertise<DisparityImage>(node, "disparity", 5);
+    disparity_variance_ = outputs_.advertise<Image>(node, "disparity_variance", 5);
+    search_range_ = outputs_.advertise<Image>(node, "search_range", 5);
+    disparity_image_ = outputs_.advertise<Image>(node, "disparity/image", 5);
+    standard_deviation_ = outputs_.advertise<Image>(node, "disparity/standard_deviation", 5);
+    colour_image_ = outputs_.advertiseImage(node, "disparity/color", 5);
+    depth_image_ = outputs_.advertise<Image>(node, "depth/image_rect", 5);
+    depth_info_ = outputs_.advertise<sensor_msgs::CameraInfo>(node, "depth/camera_info", 5);
+    cloud_ = outputs_.advertise<sensor_msgs::PointCloud2>(node, "points2", 5);
+    static_cloud_ = outputs_.advertise<sensor_msgs::PointCloud2>(node, "points2_static", 5);
+    measured_disparity_ = for_detection_.advertise<DisparityImage>(node, "measured_disparity", 5);
+    predicted_disparity_ = for_detection_.advertise<DisparityImage>(node, "predicted_disparity", 5);
+    measured_variance_ = for_detection_.advertise<Image>(node, "measured_variance", 5);
+    predicted_variance_ = for_detection_.advertise<Image>(node, "predicted_variance", 5);
+    row_alignment_ = for_detection_.advertise<RowAlignment>(node, "row_alignment", 5);
   }
 
   bool usesMovingMask() const { return params_.processor.disparity.use_moving_mask; }
 
   std::string silence() const { return input_ ? input_->silence() : ""; }
 
-  bool wanted() const {
-    if (colour_image_.getNumSubscribers() > 0) return true;
-    for (const ros::Publisher& publisher : publishers_)
-      if (publisher.getNumSubscribers() > 0) return true;
-    return false;
-  }
+  bool wanted() const { return outputs_.wanted() || for_detection_.wanted(); }
 
   void process(const Loop::Job& job) {
     const SequenceGuard::Result sequence = processor_->begin(job.frame);
@@ -174,12 +205,17 @@ class DisparityNodelet : public nodelet::Nodelet {
     }
   }
 
+  bool odometryIsPublished() {
+    const std::lock_guard<std::mutex> lock(odometry_mutex_);
+    return odometry_subscriber_.getNumPublishers() > 0;
+  }
+
   std::optional<CameraMotion> motion(std::optional<ros::Time> previous,
                                      const std_msgs::Header& now) {
     if (!previous) return std::nullopt;
     MotionAnswer answer;
     const bool complete = waitFor(params_.transform_timeout, [&] {
-      const bool listen = odometry_subscriber_.getNumPublishers() > 0 && !odometry_silent_;
+      const bool listen = odometryIsPublished() && !odometry_silent_;
       answer = cameraMotion(tf_->buffer, listen ? &odometry_ : nullptr, now.frame_id, *previous,
                             now.stamp, params_.odom_frame);
       return answer.complete;
@@ -226,41 +262,55 @@ class DisparityNodelet : public nodelet::Nodelet {
       standard_deviation_.publish(standardDeviationImage(*messages.disparity_variance));
     if (depth_image_.getNumSubscribers() > 0) depth_image_.publish(depthImage(*messages.disparity));
     if (depth_info_.getNumSubscribers() > 0) depth_info_.publish(depthCameraInfo(pair));
-    prepareCloud({messages.disparity, pair});
+    prepareClouds({messages.disparity, pair});
   }
 
-  // The cloud tints what moves, which is known a little later, if at all.
-  void prepareCloud(const PendingCloud& cloud) {
-    const bool wanted = cloud_.getNumSubscribers() > 0;
-    // Without the lock, which the callback that this waits for takes.
-    if (!wanted && !usesMovingMask()) masks_->stop();
+  bool cloudsAreWanted() const {
+    return cloud_.getNumSubscribers() > 0 || static_cloud_.getNumSubscribers() > 0;
+  }
+
+  // The clouds show or leave out what moves, which is known a little later, if at all.
+  void prepareClouds(const PendingClouds& clouds) {
     const std::lock_guard<std::mutex> lock(cloud_mutex_);
-    if (pending_cloud_) publishCloud(nullptr);
-    if (!wanted) return;
-    pending_cloud_ = cloud;
-    const sensor_msgs::ImageConstPtr mask = masks_->at(cloud.disparity->header.stamp);
-    if (!masks_->isStarted()) {
-      masks_->start();
-      publishCloud(nullptr);  // whether this frame's mask still reaches us cannot be told
-    } else if (mask || !masks_->isPublished()) {
-      publishCloud(mask.get());
-    }
+    if (pending_clouds_) publishClouds(nullptr);
+    if (!cloudsAreWanted()) return;
+    pending_clouds_ = clouds;
+    const sensor_msgs::ImageConstPtr mask = masks_->at(clouds.disparity->header.stamp);
+    if (mask || !masks_->isPublished()) publishClouds(mask.get());
   }
 
-  void finishCloud(const sensor_msgs::ImageConstPtr& mask) {
+  void finishClouds(const sensor_msgs::ImageConstPtr& mask) {
     const std::lock_guard<std::mutex> lock(cloud_mutex_);
-    if (pending_cloud_ && pending_cloud_->disparity->header.stamp == mask->header.stamp)
-      publishCloud(mask.get());
+    if (pending_clouds_ && pending_clouds_->disparity->header.stamp == mask->header.stamp)
+      publishClouds(mask.get());
   }
 
-  void publishCloud(const sensor_msgs::Image* mask) {
+  void publishClouds(const sensor_msgs::Image* mask) {
+    const PendingClouds& clouds = *pending_clouds_;
     try {
-      cloud_.publish(pointCloud(*pending_cloud_->disparity, stereoRig(pending_cloud_->pair),
-                                *pending_cloud_->pair.left, mask));
+      const StereoRig rig = stereoRig(clouds.pair);
+      const auto cloud = [&](MovingPoints moving) {
+        return pointCloud(*clouds.disparity, rig, *clouds.pair.left, mask, params_.points, moving);
+      };
+      if (cloud_.getNumSubscribers() > 0) cloud_.publish(cloud(MovingPoints::kTinted));
+      if (static_cloud_.getNumSubscribers() > 0) {
+        // A planner is better off without a cloud than with one of which this is not known.
+        if (mask) static_cloud_.publish(cloud(MovingPoints::kLeftOut));
+        reportMissingMask(!mask);
+      }
     } catch (const std::exception& e) {
       health_->problem("points2", Health::Severity::kDegraded, e.what());
     }
-    pending_cloud_.reset();
+    pending_clouds_.reset();
+  }
+
+  void reportMissingMask(bool missing) {
+    missing_masks_ = missing ? missing_masks_ + 1 : 0;
+    if (!missing) health_->solved("points2_static");
+    if (missing_masks_ == kTellMissingMasks)
+      health_->problem("points2_static", Health::Severity::kDegraded,
+                       "points2_static is not published, as nobody tells what moves: run the "
+                       "MovingObjects nodelet (launch argument moving_objects:=true)");
   }
 
   void reportSimdTarget() {
@@ -295,6 +345,8 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   DisparityNodeletParams params_;
+  Demand demand_{{[this] { return wanted(); }, [this] { wake(); }, [this] { sleep(); },
+                  [this] { followMasks(); }, [this](const std::exception& e) { failed(e); }}};
   std::unique_ptr<Health> health_;
   std::unique_ptr<TfInput> tf_;
   OdometryHistory odometry_;
@@ -302,16 +354,19 @@ class DisparityNodelet : public nodelet::Nodelet {
   std::atomic<bool> odometry_silent_{false};
   std::unique_ptr<DisparityProcessor> processor_;
 
-  std::vector<ros::Publisher> publishers_;  // all of the following, to ask for subscribers
+  Outputs outputs_{[this] { demand_.update(); }};
+  Outputs for_detection_{[this] { demand_.update(); }};  // what MovingObjects takes
   ros::Publisher disparity_, measured_disparity_, predicted_disparity_, disparity_variance_,
       measured_variance_, predicted_variance_, row_alignment_, search_range_, disparity_image_,
-      standard_deviation_, depth_image_, depth_info_, cloud_;
+      standard_deviation_, depth_image_, depth_info_, cloud_, static_cloud_;
   image_transport::Publisher colour_image_;
 
   std::mutex cloud_mutex_;
-  std::optional<PendingCloud> pending_cloud_;
+  std::optional<PendingClouds> pending_clouds_;
+  int missing_masks_ = 0;  // so many clouds in turn
   std::unique_ptr<MaskInput> masks_;
 
+  std::mutex odometry_mutex_;  // of its subscriber
   ros::Subscriber odometry_subscriber_, columns_subscriber_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;

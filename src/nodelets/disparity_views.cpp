@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <string>
 
 #include "nodelets/image_messages.h"
 
@@ -24,26 +26,19 @@ sensor_msgs::PointField field(const char* name, uint32_t offset) {
   return result;
 }
 
-// The left image as bgr, in its own colours where it has some.
-cv::Mat3b colours(const sensor_msgs::Image& left) {
-  cv::Mat3b result;
-  if (left.encoding == encodings::BGR8 || left.encoding == encodings::RGB8) {
-    const cv::Mat3b view(static_cast<int>(left.height), static_cast<int>(left.width),
-                         reinterpret_cast<cv::Vec3b*>(const_cast<uint8_t*>(left.data.data())),
-                         left.step);
-    if (left.encoding == encodings::BGR8) return view;
-    cv::cvtColor(view, result, cv::COLOR_RGB2BGR);
-  } else {
-    cv::Mat1b buffer;
-    cv::cvtColor(greyImage(left, "left", buffer), result, cv::COLOR_GRAY2BGR);
-  }
-  return result;
-}
-
 // Half the pixel's own colour, half red.
 cv::Vec3b tinted(const cv::Vec3b& bgr) {
   return {static_cast<uint8_t>(bgr[0] / 2), static_cast<uint8_t>(bgr[1] / 2),
           static_cast<uint8_t>(128 + bgr[2] / 2)};
+}
+
+void requireSize(const char* name, cv::Size size, cv::Size expected) {
+  if (size == expected) return;
+  const auto text = [](cv::Size s) {
+    return std::to_string(s.width) + "x" + std::to_string(s.height);
+  };
+  throw std::invalid_argument(std::string(name) + " is " + text(size) + " but disparity is " +
+                              text(expected) + "; do the topics belong to one camera?");
 }
 
 }  // namespace
@@ -99,18 +94,22 @@ sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair) {
 
 sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& disparity,
                                        const StereoRig& rig, const sensor_msgs::Image& left,
-                                       const sensor_msgs::Image* moving_mask) {
+                                       const sensor_msgs::Image* moving_mask,
+                                       const PointsParams& params, MovingPoints moving) {
   const cv::Mat1f map = floatView(disparity.image, "disparity");
-  const cv::Mat3b bgr = colours(left);
+  const cv::Mat3b bgr = bgrImage(left, "left");
   cv::Mat1b unused;
   const cv::Mat1b mask =
       moving_mask ? greyImage(*moving_mask, "moving_objects/mask", unused) : cv::Mat1b();
+  requireSize("left image", bgr.size(), map.size());
+  if (!mask.empty()) requireSize("moving_objects/mask", mask.size(), map.size());
 
   constexpr uint32_t kPointBytes = 16;
+  const int stride = params.stride;
   auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
   cloud->header = disparity.header;
-  cloud->width = static_cast<uint32_t>(map.cols);
-  cloud->height = static_cast<uint32_t>(map.rows);
+  cloud->width = static_cast<uint32_t>((map.cols + stride - 1) / stride);
+  cloud->height = static_cast<uint32_t>((map.rows + stride - 1) / stride);
   cloud->fields = {field("x", 0), field("y", 4), field("z", 8), field("rgb", 12)};
   cloud->is_bigendian = false;
   cloud->is_dense = false;
@@ -122,24 +121,27 @@ sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& dispar
   const auto fB = static_cast<float>(rig.disparityTimesDepth());
   const auto fx = static_cast<float>(rig.fx_px), fy = static_cast<float>(rig.fy_px);
   const auto cx = static_cast<float>(rig.cx_left_px), cy = static_cast<float>(rig.cy_px);
-  for (int y = 0; y < map.rows; ++y) {
-    uint8_t* out = cloud->data.data() + static_cast<size_t>(cloud->row_step) * y;
-    for (int x = 0; x < map.cols; ++x, out += kPointBytes) {
-      const float d = map(y, x);
-      float point[3] = {nan, nan, nan};
-      if (d >= disparity.min_disparity && d > 0) {
-        const float z = fB / d;
-        point[0] = (static_cast<float>(x) - cx) / fx * z;
-        point[1] = (static_cast<float>(y) - cy) / fy * z;
-        point[2] = z;
-      }
+  const double max_range_m =
+      params.max_range_m > 0 ? params.max_range_m : std::numeric_limits<double>::infinity();
+  const auto max_range2 = static_cast<float>(max_range_m * max_range_m);
+  uint8_t* out = cloud->data.data();
+  for (int y = 0; y < map.rows; y += stride)
+    for (int x = 0; x < map.cols; x += stride, out += kPointBytes) {
       const bool moves = !mask.empty() && mask(y, x);
-      const cv::Vec3b colour = moves ? tinted(bgr(y, x)) : bgr(y, x);
+      const float d = map(y, x);
+      cv::Vec3f point(nan, nan, nan);
+      if (d >= disparity.min_disparity && d > 0 && !(moves && moving == MovingPoints::kLeftOut)) {
+        const float z = fB / d;
+        const cv::Vec3f known((static_cast<float>(x) - cx) / fx * z,
+                              (static_cast<float>(y) - cy) / fy * z, z);
+        if (known.dot(known) <= max_range2) point = known;
+      }
+      const cv::Vec3b colour =
+          moves && moving == MovingPoints::kTinted ? tinted(bgr(y, x)) : bgr(y, x);
       const uint8_t rgb[4] = {colour[0], colour[1], colour[2], 0};
-      std::memcpy(out, point, sizeof(point));
+      std::memcpy(out, point.val, sizeof(point.val));
       std::memcpy(out + 12, rgb, sizeof(rgb));
     }
-  }
   return cloud;
 }
 

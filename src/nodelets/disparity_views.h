@@ -6,6 +6,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <stereo_msgs/DisparityImage.h>
 
+#include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "predictive_stereo/stereo_rig.h"
 
@@ -27,11 +28,18 @@ sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity);
 /// The left camera's calibration with the stamp of the left image.
 sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair);
 
-/// Organised cloud (x, y, z [m], rgb) in the left camera's optical frame; NaN where unknown.
-/// @param left  gives the colours: 8-bit grey or bgr/rgb; others give white.
-/// @param moving_mask  mono8, tints what moves red; may be null.
+enum class MovingPoints { kTinted, kLeftOut };
+
+/// Organised cloud (x, y, z [m], rgb) in the left camera's optical frame; NaN where unknown, left
+/// out or beyond the range. With a stride it has as many rows and columns as there are multiples of
+/// it within the image, from the first on.
+/// @param left  gives the colours.
+/// @param moving_mask  mono8, of the disparity's size: what moves; may be null.
+/// @throws std::invalid_argument for a mask or an image of another size or encoding.
 sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& disparity,
                                        const StereoRig& rig, const sensor_msgs::Image& left,
-                                       const sensor_msgs::Image* moving_mask);
+                                       const sensor_msgs::Image* moving_mask,
+                                       const PointsParams& params = {},
+                                       MovingPoints moving = MovingPoints::kTinted);
 
 }  // namespace predictive_stereo

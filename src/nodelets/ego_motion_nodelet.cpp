@@ -1,7 +1,9 @@
 #include <nodelet/nodelet.h>
+#include <ros/master.h>
 #include <sensor_msgs/Image.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -9,15 +11,18 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "nodelets/ego_motion_processor.h"
 #include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
 #include "nodelets/mask_input.h"
 #include "nodelets/nodelet_params.h"
+#include "nodelets/outputs.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stereo_input.h"
 #include "nodelets/tf_input.h"
+#include "nodelets/tf_rivals.h"
 #include "nodelets/transforms.h"
 
 namespace predictive_stereo {
@@ -25,15 +30,19 @@ namespace predictive_stereo {
 /// Odometry of a stereo camera.
 ///
 /// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info;
-///   moving_objects/mask where ~use_moving_mask is set.
+///   moving_objects/mask where ~use_moving_mask is set (moving_objects/passive_mask where it may
+///   sleep).
 /// Publishes: odometry, odometry/pose, odometry/row_alignment, /tf (odom_frame -> base_frame),
-/// /diagnostics. Services: ~reset: the next frame is the origin; those of dynamic_reconfigure.
-/// Parameters: EgoMotionNodeletParams.
+/// /diagnostics. Where it does not publish tf, or ~lazy is set, it subscribes to none of its inputs
+/// but /tf while nobody subscribes to the first three. It leaves tf to others where somebody else
+/// moves base_frame in it, or has it fixed to a parent. Services: ~reset: the next frame is the
+/// origin; those of dynamic_reconfigure. Parameters: EgoMotionNodeletParams.
 class EgoMotionNodelet : public nodelet::Nodelet {
  public:
   ~EgoMotionNodelet() override {
     if (health_) health_->stop();
-    if (input_) input_->stop();
+    demand_.stop();
+    sleep();
     if (loop_) loop_->stop();
   }
 
@@ -56,23 +65,46 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     for (const std::string& warning : setFromRosParams(private_node, table))
       health_->event(warning);
     processor_ = std::make_unique<EgoMotionProcessor>(params_.processor);
-    tf_ = std::make_unique<TfInput>(node);
-    odometry_publisher_ = node.advertise<nav_msgs::Odometry>("odometry", 10);
-    alignment_publisher_ = node.advertise<RowAlignment>("odometry/row_alignment", 10);
-    pose_publisher_ = node.advertise<geometry_msgs::PoseWithCovarianceStamped>("odometry/pose", 10);
+    tf_ = std::make_unique<TfInput>(
+        node, [this](const geometry_msgs::TransformStamped& transform, const std::string& publisher,
+                     bool is_static) { rivals_.heard(transform, publisher, is_static); });
+    listening_since_ = std::chrono::steady_clock::now();
     if (params_.publish_tf) tf_publisher_ = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
     loop_ =
         std::make_unique<Loop>(private_node, *health_, *processor_, params_.processor.ego_motion,
-                               Loop::Hooks{[] { return true; },
-                                           [this](const Loop::Job& job) { process(job); },
+                               Loop::Hooks{[this](const Loop::Job& job) { process(job); },
                                            [](const EgoMotionParams& params) { EgoMotion{params}; },
                                            {}});
     masks_ = std::make_unique<MaskInput>(node);
-    if (params_.use_moving_mask) masks_->start();
     input_ = std::make_unique<StereoInput>(
-        node, private_node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
+        node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) { tf_->goBackTo(stamp); });
+    odometry_publisher_ = outputs_.advertise<nav_msgs::Odometry>(node, "odometry", 10);
+    alignment_publisher_ = outputs_.advertise<RowAlignment>(node, "odometry/row_alignment", 10);
+    pose_publisher_ =
+        outputs_.advertise<geometry_msgs::PoseWithCovarianceStamped>(node, "odometry/pose", 10);
+    demand_.start();
+  }
+
+  // Who listens to tf cannot be told.
+  bool mustNotSleep() const { return params_.publish_tf && !params_.lazy; }
+
+  void wake() {
+    loop_->setAwake(true);
+    // What MovingObjects sees comes from here: were this one to wake it, neither would ever sleep.
+    if (params_.use_moving_mask)
+      masks_->listenTo(mustNotSleep() ? MaskInput::kTopic : MaskInput::kPassiveTopic);
     input_->start();
+  }
+
+  void failed(const std::exception& e) {
+    health_->problem("subscriptions", Health::Severity::kBroken, e.what());
+  }
+
+  void sleep() {
+    if (input_) input_->stop();
+    if (masks_) masks_->stop();
+    if (loop_) loop_->setAwake(false);
   }
 
   std::string silence() const { return input_ ? input_->silence() : ""; }
@@ -122,13 +154,42 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   // The alignment comes first: whoever waits for the motion then has it for its next frame.
   void publish(const EgoMotionMessages& messages) {
     alignment_publisher_.publish(messages.row_alignment);
-    if (params_.publish_tf) {
+    if (mayPublishTf(messages.transform.child_frame_id)) {
+      rivals_.ours(messages.transform);
       tf2_msgs::TFMessagePtr tf = boost::make_shared<tf2_msgs::TFMessage>();
       tf->transforms.push_back(messages.transform);
       tf_publisher_.publish(tf);
     }
     odometry_publisher_.publish(messages.odometry);
     pose_publisher_.publish(messages.pose);
+  }
+
+  // Two who move the same frame are worse than one who stops: who comes to know of the other
+  // yields.
+  bool mayPublishTf(const std::string& frame) {
+    if (!params_.publish_tf || yielded_) return false;
+    if (!std::exchange(asked_, true) && othersPublish(tf_publisher_.getTopic())) {
+      const std::chrono::duration<double> listened =
+          std::chrono::steady_clock::now() - listening_since_;
+      waitFor(kFirstTfWithin_s - listened.count(), [&] { return rivals_.of(frame).has_value(); });
+    }
+    const std::string objection = rivals_.objection(frame);
+    if (objection.empty()) return true;
+    yielded_ = true;
+    health_->problem("tf", Health::Severity::kDegraded, objection);
+    return false;
+  }
+
+  // Whether a node other than this publishes on the topic.
+  static bool othersPublish(const std::string& topic) {
+    XmlRpc::XmlRpcValue request(ros::this_node::getName()), response, state;
+    if (!ros::master::execute("getSystemState", request, response, state, false)) return false;
+    for (int i = 0; i < state[0].size(); ++i) {
+      if (static_cast<std::string>(state[0][i][0]) != topic) continue;
+      for (int j = 0; j < state[0][i][1].size(); ++j)
+        if (static_cast<std::string>(state[0][i][1][j]) != ros::this_node::getName()) return true;
+    }
+    return false;
   }
 
   void report(const Loop::Job& job, const EgoMotionProcessor::Output& output,
@@ -184,11 +245,21 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   }
 
   static constexpr double kLargestColumnOffsetPx = 0.5;
+  static constexpr double kFirstTfWithin_s = 0.5;  // of a node that publishes tf at 2 Hz or more
 
   EgoMotionNodeletParams params_;
+  Demand demand_{{[this] { return mustNotSleep() || outputs_.wanted(); },
+                  [this] { wake(); },
+                  [this] { sleep(); },
+                  {},
+                  [this](const std::exception& e) { failed(e); }}};
   std::unique_ptr<Health> health_;
+  TfRivals rivals_;
+  std::chrono::steady_clock::time_point listening_since_;
+  bool asked_ = false, yielded_ = false;  // whether tf was waited for, whether it is left to others
   std::unique_ptr<TfInput> tf_;
   std::unique_ptr<EgoMotionProcessor> processor_;
+  Outputs outputs_{[this] { demand_.update(); }};
   ros::Publisher odometry_publisher_, pose_publisher_, alignment_publisher_, tf_publisher_;
   std::unique_ptr<MaskInput> masks_;
   ros::Time last_stamp_;

@@ -18,8 +18,8 @@
 namespace predictive_stereo {
 
 /// The rhythm of a nodelet: one frame at a time, the newest, in a thread of its own. Between two
-/// frames changed parameters and ~reset reach the processor. While nobody listens the processor
-/// sleeps, and has forgotten the past when it wakes. What a frame throws becomes a diagnostic.
+/// frames changed parameters and ~reset reach the processor. It begins asleep, and has forgotten
+/// the past whenever it wakes. What a frame throws becomes a diagnostic.
 ///
 /// Processor has setParams(Params) and reset().
 template <class Frame, class Processor, class Params>
@@ -35,7 +35,6 @@ class FrameLoop {
     }
   };
   struct Hooks {
-    std::function<bool()> wanted;             ///< whether anybody listens
     std::function<void(const Job&)> process;  ///< called in the loop's thread; may throw
     /// Throws std::invalid_argument for parameters that are not allowed together.
     std::function<void(const Params&)> check;
@@ -49,9 +48,18 @@ class FrameLoop {
         processor_(processor),
         hooks_(hooks),
         live_params_(private_node, params, hooks.check, hooks.fixed),
-        reset_service_(private_node.advertiseService("reset", &FrameLoop::onReset, this)) {}
+        reset_service_(private_node.advertiseService("reset", &FrameLoop::onReset, this)) {
+    health_.asleep(true);
+  }
 
   void push(Frame frame) { worker_.push(Job{std::move(frame)}); }
+
+  /// While it is asleep frames are left alone.
+  void setAwake(bool awake) {
+    if (!awake) forget_ = true;
+    awake_ = awake;
+    health_.asleep(!awake);
+  }
 
   /// Frames that a newer one replaced before their turn came.
   uint64_t dropped() const { return worker_.dropped(); }
@@ -67,7 +75,7 @@ class FrameLoop {
 
   void work(const Job& job) {
     try {
-      if (!wake()) return;
+      if (!prepare()) return;
       hooks_.process(job);
       health_.solved("input");
     } catch (const std::exception& e) {
@@ -75,22 +83,20 @@ class FrameLoop {
     }
   }
 
-  bool wake() {
+  bool prepare() {
     if (const auto params = live_params_.takeChanged()) processor_.setParams(*params);
-    const bool wanted = hooks_.wanted();
-    health_.asleep(!wanted);
     const bool reset = reset_requested_.exchange(false);
     // What is remembered from before a sleep would be of no use after it.
-    if (reset || !wanted) processor_.reset();
+    if (forget_.exchange(false) || reset) processor_.reset();
     if (reset) health_.event("reset: the next frame is the first");
-    return wanted;
+    return awake_;
   }
 
   Health& health_;
   Processor& processor_;
   const Hooks hooks_;
   LiveParams<Params> live_params_;
-  std::atomic<bool> reset_requested_{false};
+  std::atomic<bool> reset_requested_{false}, forget_{false}, awake_{false};
   ros::ServiceServer reset_service_;
   LatestWorker<Job> worker_{[this](Job& job) { work(job); }};  // last: it uses all of the above
 };

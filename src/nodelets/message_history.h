@@ -30,6 +30,10 @@ class MessageHistory {
     if (!messages_.empty() && (messages_.back()->header.stamp - stamp).toSec() > kLeastJump_s)
       messages_.clear();
   }
+  void clear() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    messages_.clear();
+  }
   /// The first message that is not older than `stamp`; null: none yet.
   ConstPtr at(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);

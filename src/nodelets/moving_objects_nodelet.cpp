@@ -10,13 +10,20 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 #include <vector>
+#ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
+#include <vision_msgs/Detection3DArray.h>
+#endif
 
+#include "nodelets/detections3d.h"
 #include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
+#include "nodelets/image_subscriber.h"
+#include "nodelets/mask_input.h"
 #include "nodelets/message_history.h"
 #include "nodelets/moving_objects_processor.h"
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/nodelet_params.h"
+#include "nodelets/outputs.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stamp_matcher.h"
 #include "nodelets/tf_input.h"
@@ -31,16 +38,17 @@ namespace predictive_stereo {
 ///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame); row_alignment, where
 ///   somebody publishes it (by what the disparities' columns are corrected).
 /// Publishes: moving_objects, moving_objects/mask, and on demand moving_objects/residual,
-///   moving_objects/markers, moving_objects/image; /diagnostics.
+///   moving_objects/markers, moving_objects/image, moving_objects/detections3d (where vision_msgs
+///   was there at build time); /diagnostics. Subscribes to none of its inputs but /tf while nobody
+///   subscribes to any of these. Also moving_objects/passive_mask, see MaskInput.
 /// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: MovingObjectsNodeletParams.
 class MovingObjectsNodelet : public nodelet::Nodelet {
  public:
   ~MovingObjectsNodelet() override {
     if (health_) health_->stop();
-    left_.shutdown();
-    columns_subscriber_.shutdown();
-    for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
+    demand_.stop();
+    sleep();
     if (loop_) loop_->stop();
   }
 
@@ -68,22 +76,11 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
       health_->event(warning);
     processor_ = std::make_unique<MovingObjectsProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(node);
-    image_transport::ImageTransport transport(node);
-    objects_ = node.advertise<MovingObjectArray>("moving_objects", 10);
-    mask_ = transport.advertise("moving_objects/mask", 5);
-    residual_ = node.advertise<sensor_msgs::Image>("moving_objects/residual", 5);
-    markers_ = node.advertise<visualization_msgs::MarkerArray>("moving_objects/markers", 5);
-    image_ = transport.advertise("moving_objects/image", 5);
     loop_ = std::make_unique<Loop>(
         private_node, *health_, *processor_, params_.processor.detection,
-        Loop::Hooks{[this] { return wanted(); },
-                    [this](const Loop::Job& job) { process(job); },
+        Loop::Hooks{[this](const Loop::Job& job) { process(job); },
                     [](const DetectionParams& params) { MovingObjectDetector{params}; },
                     {"range/"}});
-    subscribe(node);
-  }
-
-  void subscribe(ros::NodeHandle& node) {
     SyncParams exact;
     exact.approximate_sync = false;  // every output carries the left image's stamp
     exact.queue_size = params_.queue_size;
@@ -92,10 +89,28 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     std::vector<std::string> topics;
     for (const char* name : names_) topics.push_back(node.resolveName(name));
     matcher_ = std::make_unique<StampMatcher>(topics, exact);
+    objects_ = outputs_.advertise<MovingObjectArray>(node, "moving_objects", 10);
+    mask_ = outputs_.advertiseImage(node, MaskInput::kTopic, 5);
+    residual_ = outputs_.advertise<sensor_msgs::Image>(node, "moving_objects/residual", 5);
+    markers_ =
+        outputs_.advertise<visualization_msgs::MarkerArray>(node, "moving_objects/markers", 5);
+    image_ = outputs_.advertiseImage(node, "moving_objects/image", 5);
+#ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
+    detections_ =
+        outputs_.advertise<vision_msgs::Detection3DArray>(node, "moving_objects/detections3d", 10);
+#endif
+    passive_mask_ = node.advertise<sensor_msgs::Image>(MaskInput::kPassiveTopic, 5);
+    demand_.start();
+  }
+
+  void wake() {
+    ros::NodeHandle& node = getNodeHandle();
+    loop_->setAwake(true);
+    Subscribers subscribers;
     const uint32_t queue = std::max(kRoscppQueue, static_cast<uint32_t>(params_.queue_size));
     const auto subscribeTo = [&](Slot slot, auto type) {
       using Message = typename decltype(type)::element_type;
-      subscribers_[slot] = node.subscribe<Message>(
+      subscribers.others[slot] = node.subscribe<Message>(
           names_[slot], queue,
           [this, slot](const boost::shared_ptr<const Message>& message) { add(slot, message); });
     };
@@ -104,15 +119,35 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     subscribeTo(kMeasuredVariance, boost::shared_ptr<sensor_msgs::Image>());
     subscribeTo(kPredicted, boost::shared_ptr<stereo_msgs::DisparityImage>());
     subscribeTo(kPredictedVariance, boost::shared_ptr<sensor_msgs::Image>());
-    columns_subscriber_ = node.subscribe<RowAlignment>(
+    subscribers.columns = node.subscribe<RowAlignment>(
         "row_alignment", queue,
         [this](const RowAlignmentConstPtr& columns) { columns_.add(columns); });
-    const image_transport::TransportHints hints("raw", ros::TransportHints().tcpNoDelay(),
-                                                getPrivateNodeHandle());
-    left_ = image_transport::ImageTransport(node).subscribe(
-        names_[kLeft], queue,
-        [this](const sensor_msgs::ImageConstPtr& image) { add(kLeft, image); }, ros::VoidPtr(),
-        hints);
+    subscribers.left =
+        ImageSubscriber(node, names_[kLeft], queue, params_.image_transport,
+                        [this](const sensor_msgs::ImageConstPtr& image) { add(kLeft, image); });
+    const std::lock_guard<std::mutex> lock(mutex_);
+    subscribers_ = subscribers;
+  }
+
+  void failed(const std::exception& e) {
+    health_->problem("subscriptions", Health::Severity::kBroken, e.what());
+  }
+
+  void sleep() {
+    if (!loop_) return;
+    Subscribers subscribers;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      std::swap(subscribers, subscribers_);
+    }
+    // Without the lock, which the callbacks that this waits for take.
+    subscribers.left.shutdown();
+    subscribers.columns.shutdown();
+    for (ros::Subscriber& subscriber : subscribers.others) subscriber.shutdown();
+    loop_->setAwake(false);
+    columns_.clear();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (matcher_) matcher_->clear();
   }
 
   template <class Message>
@@ -149,13 +184,16 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   }
 
   std::string silence() const {
-    if (!matcher_) return "";
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (!subscribers_.left) return "";
+    if (const std::string error = subscribers_.left.error(); !error.empty())
+      return subscribers_.left.getTopic() + ": " + error;
     std::vector<TopicState> topics;
     for (size_t slot = 0; slot < kTopics; ++slot)
       topics.push_back(
-          {getNodeHandle().resolveName(names_[slot]),
-           slot == kLeft ? left_.getNumPublishers() : subscribers_[slot].getNumPublishers(),
+          {slot == kLeft ? subscribers_.left.getTopic() : subscribers_.others[slot].getTopic(),
+           slot == kLeft ? subscribers_.left.getNumPublishers()
+                         : subscribers_.others[slot].getNumPublishers(),
            last_received_[slot]});
     const std::string unpublished = unpublishedOf(topics), silent = silentOf(topics);
     if (!unpublished.empty())
@@ -177,12 +215,6 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     return matcher_->unmatched();
   }
 
-  bool wanted() const {
-    return objects_.getNumSubscribers() > 0 || mask_.getNumSubscribers() > 0 ||
-           residual_.getNumSubscribers() > 0 || markers_.getNumSubscribers() > 0 ||
-           image_.getNumSubscribers() > 0;
-  }
-
   void process(const Loop::Job& job) {
     const std_msgs::Header& header = job.frame.left->header;
     Stopwatch watch;
@@ -194,7 +226,12 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
     if (!output.messages) return;
     objects_.publish(output.messages->objects);
+#ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
+    if (detections_.getNumSubscribers() > 0)
+      detections_.publish(detections3d<vision_msgs::Detection3DArray>(*output.messages->objects));
+#endif
     mask_.publish(output.messages->mask);
+    passive_mask_.publish(output.messages->mask);
     if (residual_.getNumSubscribers() > 0)
       residual_.publish(residualImage(*job.frame.measured_disparity, *job.frame.measured_variance,
                                       *job.frame.predicted_disparity,
@@ -227,11 +264,23 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     return T_odom_cam;
   }
 
+  struct Subscribers {
+    std::array<ros::Subscriber, kTopics> others;
+    ros::Subscriber columns;
+    ImageSubscriber left;
+  };
+
   MovingObjectsNodeletParams params_;
+  Demand demand_{{[this] { return outputs_.wanted(); },
+                  [this] { wake(); },
+                  [this] { sleep(); },
+                  {},
+                  [this](const std::exception& e) { failed(e); }}};
   std::unique_ptr<Health> health_;
   std::unique_ptr<TfInput> tf_;
   std::unique_ptr<MovingObjectsProcessor> processor_;
-  ros::Publisher objects_, residual_, markers_;
+  Outputs outputs_{[this] { demand_.update(); }};
+  ros::Publisher objects_, detections_, residual_, markers_, passive_mask_;
   image_transport::Publisher mask_, image_;
 
   mutable std::mutex mutex_;
@@ -242,9 +291,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   MessageHistory<RowAlignment> columns_;
 
   std::unique_ptr<Loop> loop_;
-  std::array<ros::Subscriber, kTopics> subscribers_;
-  ros::Subscriber columns_subscriber_;
-  image_transport::Subscriber left_;
+  Subscribers subscribers_;
 };
 
 }  // namespace predictive_stereo

@@ -12,12 +12,15 @@ struct SyncParams {
   bool approximate_sync = true;  ///< stamps may differ by sync_tolerance; false: must be equal
   int queue_size = 10;           ///< messages of each topic that wait for their partners
   double sync_tolerance = 0.01;  ///< [s] less than half the time between two frames
+  /// raw, compressed (JPEG or PNG), or another for which image_transport has a plugin.
+  std::string image_transport = "raw";
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("approximate_sync", approximate_sync);
     v("queue_size", queue_size, 1, 1000);
     v("sync_tolerance", sync_tolerance, 0.0, 1.0);
+    v("image_transport", image_transport);
   }
 };
 
@@ -60,6 +63,9 @@ struct MovingObjectsProcessorParams {
 
 struct EgoMotionNodeletParams {
   bool publish_tf = true;
+  /// Works only while somebody subscribes to the odometry, with a pose that starts anew each time.
+  /// Otherwise it never sleeps where it publishes tf: who listens to tf cannot be told.
+  bool lazy = false;
   double transform_timeout = 0.2;  ///< [s] that a frame waits for base_frame -> camera
   /// Features on what MovingObjects marked in the frame before are ignored. The result then depends
   /// on whether the mask came in time.
@@ -70,6 +76,7 @@ struct EgoMotionNodeletParams {
   template <class Visitor>
   void visit(Visitor&& v) {
     v("publish_tf", publish_tf);
+    v("lazy", lazy);
     v("transform_timeout", transform_timeout, 0.0, 10.0);
     v("use_moving_mask", use_moving_mask);
     sync.visit(v);
@@ -77,10 +84,23 @@ struct EgoMotionNodeletParams {
   }
 };
 
+/// Of points2 and points2_static.
+struct PointsParams {
+  double max_range_m = 0;  ///< points farther from the camera are left out; 0: none are
+  int stride = 1;          ///< every so many rows and columns become points
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("max_range_m", max_range_m, 0.0, 10000.0);
+    v("stride", stride, 1, 64);
+  }
+};
+
 struct DisparityNodeletParams {
   std::string odom_frame = "odom";  ///< fixed frame against which tf knows the camera's motion
   double transform_timeout = 0.2;   ///< [s] that a frame waits for its motion, and for what moves
   SyncParams sync;
+  PointsParams points;
   DisparityProcessorParams processor;
 
   template <class Visitor>
@@ -88,14 +108,16 @@ struct DisparityNodeletParams {
     v("odom_frame", odom_frame);
     v("transform_timeout", transform_timeout, 0.0, 10.0);
     sync.visit(v);
+    v("points", points);
     processor.visit(v);
   }
 };
 
 struct MovingObjectsNodeletParams {
-  std::string odom_frame = "odom";  ///< fixed frame in which velocities are given
-  double transform_timeout = 0.2;   ///< [s] that a frame waits for its pose
-  int queue_size = 20;              ///< left images that wait for their disparity
+  std::string odom_frame = "odom";      ///< fixed frame in which velocities are given
+  double transform_timeout = 0.2;       ///< [s] that a frame waits for its pose
+  int queue_size = 20;                  ///< left images that wait for their disparity
+  std::string image_transport = "raw";  ///< of the left image: as of Disparity
   MovingObjectsProcessorParams processor;
 
   template <class Visitor>
@@ -103,6 +125,7 @@ struct MovingObjectsNodeletParams {
     v("odom_frame", odom_frame);
     v("transform_timeout", transform_timeout, 0.0, 10.0);
     v("queue_size", queue_size, 1, 1000);
+    v("image_transport", image_transport);
     processor.visit(v);
   }
 };

@@ -1,14 +1,19 @@
+#include <image_transport/camera_common.h>
 #include <image_transport/image_transport.h>
 #include <nodelet/nodelet.h>
 
-#include <chrono>
+#include <boost/pointer_cast.hpp>
 #include <memory>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
+#include <vector>
 
 #include "nodelets/health.h"
+#include "nodelets/image_subscriber.h"
 #include "nodelets/rectifier.h"
+#include "nodelets/stamp_matcher.h"
+#include "nodelets/topic_state.h"
 
 namespace predictive_stereo {
 
@@ -16,13 +21,17 @@ namespace predictive_stereo {
 ///
 /// Subscribes: image_raw, camera_info (of equal stamps), while image_rect has subscribers.
 /// Publishes: image_rect (mono8); /diagnostics.
+/// Parameters: ~image_transport of image_raw: raw, compressed, or what a plugin gives.
 class RectifyNodelet : public nodelet::Nodelet {
  public:
   ~RectifyNodelet() override {
     if (health_) health_->stop();
+    rectified_.shutdown();
+    unsubscribe();
   }
 
  private:
+  enum Slot { kImage, kInfo };
   static constexpr int kQueue = 5;
 
   void onInit() override {
@@ -34,8 +43,15 @@ class RectifyNodelet : public nodelet::Nodelet {
       followSubscribers();
     };
     const std::lock_guard<std::mutex> lock(mutex_);  // the first may come before this has returned
-    transport_ = std::make_unique<image_transport::ImageTransport>(node);
-    rectified_ = transport_->advertise("image_rect", kQueue, connect, connect);
+    getPrivateNodeHandle().param<std::string>("image_transport", transport_, "raw");
+    image_topic_ = node.resolveName("image_raw");
+    info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
+    SyncParams exact;
+    exact.approximate_sync = false;
+    exact.queue_size = kQueue;
+    matcher_ = std::make_unique<StampMatcher>(std::vector{image_topic_, info_topic_}, exact);
+    rectified_ =
+        image_transport::ImageTransport(node).advertise("image_rect", kQueue, connect, connect);
     health_->start();
   }
 
@@ -43,24 +59,54 @@ class RectifyNodelet : public nodelet::Nodelet {
     const std::lock_guard<std::mutex> lock(mutex_);
     const bool wanted = rectified_.getNumSubscribers() > 0;
     health_->asleep(!wanted);
-    if (!wanted) {
-      raw_.shutdown();
-    } else if (!raw_) {
-      const image_transport::TransportHints hints("raw", ros::TransportHints().tcpNoDelay(),
-                                                  getPrivateNodeHandle());
-      raw_ =
-          transport_->subscribeCamera("image_raw", kQueue, &RectifyNodelet::rectify, this, hints);
+    try {
+      if (!wanted)
+        unsubscribe();
+      else if (!raw_)
+        subscribe();
+    } catch (const std::exception& error) {
+      health_->problem("subscriptions", Health::Severity::kBroken, error.what());
     }
+  }
+
+  void subscribe() {
+    info_ = getNodeHandle().subscribe<sensor_msgs::CameraInfo>(
+        info_topic_, kQueue, [this](const sensor_msgs::CameraInfoConstPtr& info) {
+          add(kInfo, info->header.stamp, info, info->header.stamp.isZero());
+        });
+    raw_ = ImageSubscriber(getNodeHandle(), image_topic_, kQueue, transport_,
+                           [this](const sensor_msgs::ImageConstPtr& image) {
+                             add(kImage, image->header.stamp, image, false);
+                           });
+  }
+
+  void unsubscribe() {
+    raw_.shutdown();
+    raw_ = ImageSubscriber();
+    info_.shutdown();
+    if (matcher_) matcher_->clear();
   }
 
   std::string silence() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!raw_) return "";
-    const std::string image = raw_.getTopic(), info = raw_.getInfoTopic();
-    if (raw_.getNumPublishers() == 0)
-      return "nobody publishes both " + image + " and " + info +
+    if (const std::string error = raw_.error(); !error.empty())
+      return raw_.getTopic() + ": " + error;
+    const std::string unpublished =
+        unpublishedOf({{raw_.getTopic(), raw_.getNumPublishers(), {}},
+                       {info_.getTopic(), info_.getNumPublishers(), {}}});
+    if (!unpublished.empty())
+      return "nobody publishes " + unpublished +
              ": start the camera driver in this namespace (launch argument camera:=<namespace>)";
-    return "no " + image + " comes with a " + info + " of the same stamp";
+    return "no " + raw_.getTopic() + " comes with a " + info_topic_ + " of the same stamp";
+  }
+
+  // Callbacks of a nodelet's node handle come one at a time.
+  void add(Slot slot, ros::Time stamp, const StampMatcher::Message& message, bool constant) {
+    using boost::static_pointer_cast;
+    for (const StampMatcher::Set& set : matcher_->add(slot, stamp, message, constant))
+      rectify(static_pointer_cast<const sensor_msgs::Image>(set[kImage]),
+              static_pointer_cast<const sensor_msgs::CameraInfo>(set[kInfo]));
   }
 
   void rectify(const sensor_msgs::ImageConstPtr& raw, const sensor_msgs::CameraInfoConstPtr& info) {
@@ -79,9 +125,11 @@ class RectifyNodelet : public nodelet::Nodelet {
   std::unique_ptr<Health> health_;
   Rectifier rectifier_;
   std::mutex mutex_;
-  std::unique_ptr<image_transport::ImageTransport> transport_;
+  std::string transport_, image_topic_, info_topic_;
+  std::unique_ptr<StampMatcher> matcher_;
   image_transport::Publisher rectified_;
-  image_transport::CameraSubscriber raw_;
+  ImageSubscriber raw_;
+  ros::Subscriber info_;
 };
 
 }  // namespace predictive_stereo

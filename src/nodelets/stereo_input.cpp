@@ -14,41 +14,47 @@ enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
 
 }  // namespace
 
-StereoInput::StereoInput(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
-                         const SyncParams& params, std::function<void(const StereoPair&)> on_pair,
+StereoInput::StereoInput(const ros::NodeHandle& node, const SyncParams& params,
+                         std::function<void(const StereoPair&)> on_pair,
                          std::function<void(ros::Time)> on_backward)
     : node_(node),
-      private_node_(private_node),
+      transport_(params.image_transport),
       queue_(std::max(kRoscppQueue, static_cast<uint32_t>(params.queue_size))),
       on_pair_(std::move(on_pair)),
       on_backward_(std::move(on_backward)),
       matcher_({node.resolveName("left/image_rect"), node.resolveName("left/camera_info"),
                 node.resolveName("right/image_rect"), node.resolveName("right/camera_info")},
-               params),
-      transport_(node) {}
+               params) {}
 
 void StereoInput::start() {
-  const image_transport::TransportHints hints("raw", ros::TransportHints().tcpNoDelay(),
-                                              private_node_);
   using InfoPtr = sensor_msgs::CameraInfoConstPtr;
   using ImagePtr = sensor_msgs::ImageConstPtr;
-  left_info_ = node_.subscribe<sensor_msgs::CameraInfo>(
+  Subscribers subscribers;
+  subscribers.left_info = node_.subscribe<sensor_msgs::CameraInfo>(
       "left/camera_info", queue_, [this](const InfoPtr& info) { add(kLeftInfo, info, true); });
-  right_info_ = node_.subscribe<sensor_msgs::CameraInfo>(
+  subscribers.right_info = node_.subscribe<sensor_msgs::CameraInfo>(
       "right/camera_info", queue_, [this](const InfoPtr& info) { add(kRightInfo, info, true); });
-  left_ = transport_.subscribe(
-      "left/image_rect", queue_, [this](const ImagePtr& image) { add(kLeft, image, false); },
-      ros::VoidPtr(), hints);
-  right_ = transport_.subscribe(
-      "right/image_rect", queue_, [this](const ImagePtr& image) { add(kRight, image, false); },
-      ros::VoidPtr(), hints);
+  subscribers.left = ImageSubscriber(node_, "left/image_rect", queue_, transport_,
+                                     [this](const ImagePtr& image) { add(kLeft, image, false); });
+  subscribers.right = ImageSubscriber(node_, "right/image_rect", queue_, transport_,
+                                      [this](const ImagePtr& image) { add(kRight, image, false); });
+  const std::lock_guard<std::mutex> lock(mutex_);
+  subscribers_ = subscribers;
 }
 
 void StereoInput::stop() {
-  left_.shutdown();
-  right_.shutdown();
-  left_info_.shutdown();
-  right_info_.shutdown();
+  Subscribers subscribers;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::swap(subscribers, subscribers_);
+  }
+  // Without the lock, which the callbacks that this waits for take.
+  subscribers.left.shutdown();
+  subscribers.right.shutdown();
+  subscribers.left_info.shutdown();
+  subscribers.right_info.shutdown();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  matcher_.clear();
 }
 
 template <class Message>
@@ -83,12 +89,16 @@ size_t StereoInput::unmatched() const {
 
 std::string StereoInput::silence() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const std::vector<TopicState> topics = {
-      {left_.getTopic(), left_.getNumPublishers(), last_received_[kLeft]},
-      {left_info_.getTopic(), left_info_.getNumPublishers(), last_received_[kLeftInfo]},
-      {right_.getTopic(), right_.getNumPublishers(), last_received_[kRight]},
-      {right_info_.getTopic(), right_info_.getNumPublishers(), last_received_[kRightInfo]},
+  if (!subscribers_.left) return "";
+  for (const ImageSubscriber* images : {&subscribers_.left, &subscribers_.right})
+    if (const std::string error = images->error(); !error.empty())
+      return images->getTopic() + ": " + error;
+  const auto state = [&](Slot slot, const auto& subscriber) {
+    return TopicState{subscriber.getTopic(), subscriber.getNumPublishers(), last_received_[slot]};
   };
+  const std::vector<TopicState> topics = {
+      state(kLeft, subscribers_.left), state(kLeftInfo, subscribers_.left_info),
+      state(kRight, subscribers_.right), state(kRightInfo, subscribers_.right_info)};
   const std::string unpublished = unpublishedOf(topics), silent = silentOf(topics);
   if (!unpublished.empty())
     return "nobody publishes " + unpublished +

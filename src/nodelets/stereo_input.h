@@ -1,7 +1,5 @@
 #pragma once
 
-#include <image_transport/image_transport.h>
-#include <image_transport/subscriber.h>
 #include <ros/node_handle.h>
 
 #include <array>
@@ -10,27 +8,30 @@
 #include <mutex>
 #include <string>
 
+#include "nodelets/image_subscriber.h"
 #include "nodelets/stamp_matcher.h"
 #include "nodelets/stereo_messages.h"
 
 namespace predictive_stereo {
 
-/// The four topics of a stereo camera, joined into pairs between start() and stop().
+/// The four topics of a stereo camera, joined into pairs between start() and stop(), which may
+/// alternate.
 class StereoInput {
  public:
   /// @param on_pair  called with each pair, from the node handle's callback queue.
   /// @param on_backward  called with the stamp of the first pair after the stamps went back,
   ///   before it.
-  StereoInput(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
-              const SyncParams& params, std::function<void(const StereoPair&)> on_pair,
+  StereoInput(const ros::NodeHandle& node, const SyncParams& params,
+              std::function<void(const StereoPair&)> on_pair,
               std::function<void(ros::Time)> on_backward);
 
+  /// @throws std::runtime_error where the transport of the images is not there.
   void start();
 
   /// No more calls of either function once this has returned.
   void stop();
 
-  /// Why no pairs come, and which parameter cures it; empty where they do.
+  /// Why no pairs come, and which parameter cures it; empty where they do, or need not.
   std::string silence() const;
 
   /// Left images that found no partner.
@@ -42,7 +43,8 @@ class StereoInput {
   template <class Message>
   void add(size_t slot, const boost::shared_ptr<const Message>& message, bool may_be_constant);
 
-  ros::NodeHandle node_, private_node_;
+  ros::NodeHandle node_;
+  const std::string transport_;
   const uint32_t queue_;
   std::function<void(const StereoPair&)> on_pair_;
   std::function<void(ros::Time)> on_backward_;
@@ -52,9 +54,11 @@ class StereoInput {
   std::array<std::chrono::steady_clock::time_point, kTopics> last_received_{};
   ros::Time last_stamp_;
 
-  image_transport::ImageTransport transport_;
-  image_transport::Subscriber left_, right_;
-  ros::Subscriber left_info_, right_info_;
+  struct Subscribers {
+    ImageSubscriber left, right;
+    ros::Subscriber left_info, right_info;
+  };
+  Subscribers subscribers_;
 };
 
 }  // namespace predictive_stereo

@@ -1,57 +1,72 @@
 #include "nodelets/stereo_messages.h"
 
+#include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/image_encodings.h>
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <utility>
 
 namespace predictive_stereo {
 namespace {
 
 namespace encodings = sensor_msgs::image_encodings;
 
-struct GreyConversion {
-  const std::string& encoding;
-  int channels;
-  int code;
-};
-
-const GreyConversion* greyConversion(const std::string& encoding) {
-  // OpenCV names Bayer patterns by their second row, ROS by their first.
-  static const GreyConversion conversions[] = {
-      {encodings::BGR8, 3, cv::COLOR_BGR2GRAY},
-      {encodings::RGB8, 3, cv::COLOR_RGB2GRAY},
-      {encodings::TYPE_8UC3, 3, cv::COLOR_BGR2GRAY},
-      {encodings::BGRA8, 4, cv::COLOR_BGRA2GRAY},
-      {encodings::RGBA8, 4, cv::COLOR_RGBA2GRAY},
-      {encodings::TYPE_8UC4, 4, cv::COLOR_BGRA2GRAY},
-      {encodings::BAYER_RGGB8, 1, cv::COLOR_BayerBG2GRAY},
-      {encodings::BAYER_BGGR8, 1, cv::COLOR_BayerRG2GRAY},
-      {encodings::BAYER_GBRG8, 1, cv::COLOR_BayerGR2GRAY},
-      {encodings::BAYER_GRBG8, 1, cv::COLOR_BayerGB2GRAY},
-  };
-  for (const GreyConversion& conversion : conversions)
-    if (conversion.encoding == encoding) return &conversion;
-  return nullptr;
-}
-
 std::string sizeText(unsigned width, unsigned height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-// Views the data of a message with `channels` bytes a pixel.
-cv::Mat bytes(const sensor_msgs::Image& message, const char* name, int channels) {
-  const size_t row_bytes = static_cast<size_t>(message.width) * channels;
+// As colours, where an encoding tells the number of channels alone: OpenCV's order.
+std::string colourEncoding(const std::string& encoding) {
+  if (encoding == encodings::TYPE_8UC1) return encodings::MONO8;
+  if (encoding == encodings::TYPE_8UC3) return encodings::BGR8;
+  if (encoding == encodings::TYPE_8UC4) return encodings::BGRA8;
+  if (encoding == encodings::TYPE_16UC1) return encodings::MONO16;
+  return encoding;
+}
+
+void requireData(const sensor_msgs::Image& message, const char* name, size_t pixel_bytes) {
+  const size_t row_bytes = message.width * pixel_bytes;
   if (message.width == 0 || message.height == 0 || message.step < row_bytes ||
       message.data.size() < static_cast<size_t>(message.step) * (message.height - 1) + row_bytes)
     throw std::invalid_argument(
         std::string(name) + " image is broken: " + sizeText(message.width, message.height) + " " +
         message.encoding + " with step " + std::to_string(message.step) + " but only " +
         std::to_string(message.data.size()) + " bytes of data");
-  return cv::Mat(static_cast<int>(message.height), static_cast<int>(message.width),
-                 CV_8UC(channels), const_cast<uint8_t*>(message.data.data()), message.step);
+}
+
+// The same with the low bytes first. (cv_bridge 1.16 makes pairs of bytes of such images.)
+sensor_msgs::Image littleEndian(const sensor_msgs::Image& message) {
+  sensor_msgs::Image result = message;
+  for (size_t i = 0; i + 1 < result.data.size(); i += 2)
+    std::swap(result.data[i], result.data[i + 1]);
+  result.is_bigendian = false;
+  return result;
+}
+
+// By cv_bridge, in memory of its own.
+cv::Mat converted(const sensor_msgs::Image& message, const char* name, const std::string& target) {
+  try {
+    const std::string& encoding = message.encoding;
+    requireData(
+        message, name,
+        static_cast<size_t>(encodings::numChannels(encoding)) * encodings::bitDepth(encoding) / 8);
+    if (message.is_bigendian && encodings::bitDepth(encoding) == 16)
+      return converted(littleEndian(message), name, target);
+    const cv_bridge::CvImageConstPtr source =
+        cv_bridge::toCvShare(message, boost::shared_ptr<void>());
+    const auto coloured = boost::make_shared<cv_bridge::CvImage>(
+        message.header, colourEncoding(encoding), source->image);
+    return cv_bridge::cvtColor(coloured, target)->image;
+  } catch (const std::runtime_error& error) {  // cv_bridge's, OpenCV's or that of the encodings
+    throw std::invalid_argument(std::string(name) + " image has encoding '" + message.encoding +
+                                "', which cannot be converted to " + target + " (" + error.what() +
+                                "); set the camera driver to mono8 or bgr8");
+  } catch (const cv::Exception& error) {
+    throw std::invalid_argument(std::string(name) + " image of encoding '" + message.encoding +
+                                "' cannot be converted to " + target + ": " + error.what());
+  }
 }
 
 // The size of the images that a CameraInfo describes; CameraInfo itself gives that of the sensor.
@@ -75,15 +90,17 @@ void requireSize(const char* name, const sensor_msgs::Image& image, cv::Size cal
 }  // namespace
 
 cv::Mat1b greyImage(const sensor_msgs::Image& message, const char* name, cv::Mat1b& buffer) {
-  if (message.encoding == encodings::MONO8 || message.encoding == encodings::TYPE_8UC1)
-    return bytes(message, name, 1);
-  const GreyConversion* conversion = greyConversion(message.encoding);
-  if (!conversion)
-    throw std::invalid_argument(std::string(name) + " image has encoding '" + message.encoding +
-                                "': 8-bit images are needed (mono8, bgr8, rgb8, bgra8, rgba8 or "
-                                "bayer_*8); set the camera driver to one of them");
-  cv::cvtColor(bytes(message, name, conversion->channels), buffer, conversion->code);
+  if (message.encoding == encodings::MONO8 || message.encoding == encodings::TYPE_8UC1) {
+    requireData(message, name, 1);
+    return cv::Mat1b(static_cast<int>(message.height), static_cast<int>(message.width),
+                     const_cast<uint8_t*>(message.data.data()), message.step);
+  }
+  buffer = converted(message, name, encodings::MONO8);
   return buffer;
+}
+
+cv::Mat3b bgrImage(const sensor_msgs::Image& message, const char* name) {
+  return converted(message, name, encodings::BGR8);
 }
 
 Matrix34d projectionMatrix(const sensor_msgs::CameraInfo& info) {

@@ -19,11 +19,16 @@ struct StereoPair {
 };
 
 /// The image in 8-bit grey. mono8 shares the message's memory, so the message must outlive the
-/// result; colour and Bayer images are converted into `buffer`.
+/// result; what else cv_bridge converts to mono8 (colours, Bayer patterns, yuv422, 16 bit) is put
+/// into `buffer`. Of 16 bit, 65535 becomes 255: images that leave the upper bits empty become dark.
 /// @param name  "left" or "right", for errors.
-/// @throws std::invalid_argument for an encoding that is not 8-bit, or a message whose data are
-///   shorter than its size says.
+/// @throws std::invalid_argument for another encoding, or a message whose data are shorter than its
+///   size says.
 cv::Mat1b greyImage(const sensor_msgs::Image& message, const char* name, cv::Mat1b& buffer);
+
+/// The image in OpenCV's colours, white where it is as bright as can be; in memory of its own.
+/// @throws std::invalid_argument as greyImage does.
+cv::Mat3b bgrImage(const sensor_msgs::Image& message, const char* name);
 
 /// The rig of a pair's calibration, reduced to the region of interest and binning of the images.
 /// @throws std::invalid_argument for a calibration that cannot be used (see

@@ -1,20 +1,20 @@
 #include "nodelets/tf_input.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace predictive_stereo {
 
-TfInput::TfInput(ros::NodeHandle node) {
-  using MessagePtr = tf2_msgs::TFMessageConstPtr;
+TfInput::TfInput(ros::NodeHandle node, Listener listener) : listener_(std::move(listener)) {
   node.setCallbackQueue(&queue_);
-  moving_ = node.subscribe<tf2_msgs::TFMessage>(
-      "/tf", 100, boost::function<void(const MessagePtr&)>([this](const MessagePtr& message) {
-        add(*message, false);
-      }));
-  static_ = node.subscribe<tf2_msgs::TFMessage>(
-      "/tf_static", 100,
-      boost::function<void(const MessagePtr&)>(
-          [this](const MessagePtr& message) { add(*message, true); }));
+  const auto subscribe = [&](const char* topic, bool is_static) {
+    return node.subscribe<tf2_msgs::TFMessage>(
+        topic, 100, boost::function<void(const Event&)>([this, is_static](const Event& event) {
+          add(event, is_static);
+        }));
+  };
+  moving_ = subscribe("/tf", false);
+  static_ = subscribe("/tf_static", true);
   spinner_.start();
 }
 
@@ -26,7 +26,11 @@ void TfInput::goBackTo(ros::Time stamp) {
   if (has_later) forget();
 }
 
-void TfInput::add(const tf2_msgs::TFMessage& message, bool is_static) {
+void TfInput::add(const Event& event, bool is_static) {
+  const tf2_msgs::TFMessage& message = *event.getConstMessage();
+  if (listener_)
+    for (const geometry_msgs::TransformStamped& transform : message.transforms)
+      listener_(transform, event.getPublisherName(), is_static);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const geometry_msgs::TransformStamped& transform : message.transforms) {
     if (!is_static) {

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <ros/callback_queue.h>
+#include <ros/message_event.h>
 #include <ros/node_handle.h>
 #include <ros/spinner.h>
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <chrono>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -22,7 +24,11 @@ namespace predictive_stereo {
 /// come on different ways, and what is already known of the new pass must not be lost.
 class TfInput {
  public:
-  explicit TfInput(ros::NodeHandle node);
+  /// Called with each transform and the node that published it, by the thread of this.
+  using Listener = std::function<void(const geometry_msgs::TransformStamped&,
+                                      const std::string& publisher, bool is_static)>;
+
+  explicit TfInput(ros::NodeHandle node, Listener listener = {});
   ~TfInput() { spinner_.stop(); }
 
   /// Images went back to this stamp: forgets what is of a later pass, if tf has not gone back yet.
@@ -31,9 +37,12 @@ class TfInput {
   tf2::BufferCore buffer{ros::Duration(10.0)};
 
  private:
-  void add(const tf2_msgs::TFMessage& message, bool is_static);
+  using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
+
+  void add(const Event& event, bool is_static);
   void forget();
 
+  const Listener listener_;
   std::mutex mutex_;
   std::map<std::string, ros::Time> newest_;  // of each child frame
   ros::CallbackQueue queue_;

@@ -2,6 +2,7 @@
 
 #include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
@@ -13,6 +14,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "nodelets/compressed_image.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "tools/bag_layouts.h"
@@ -54,7 +56,12 @@ class Checker {
       return result_;
     }
     if (!chooseCamera()) return result_;
-    read();
+    try {
+      read();
+    } catch (const std::invalid_argument& error) {  // an image that cannot be unpacked
+      fault(error.what());
+      return result_;
+    }
     if (checkMessages() && checkCalibration()) {
       checkStamps();
       checkFrames();
@@ -81,7 +88,7 @@ class Checker {
     const bool chosen = !choice_.camera.empty() || !choice_.left.empty();
     const std::vector<CameraLayout> cameras = findCameras(types_);
     if (chosen) {
-      camera_ = chosenCamera(choice_);
+      camera_ = chosenCamera(choice_, types_);
       // Named by its namespace, but with another image topic there.
       for (const CameraLayout& known : cameras)
         if (!choice_.camera.empty() && !types_.count(camera_.topics.left) &&
@@ -97,8 +104,9 @@ class Checker {
                " --right " + cameras[i].topics.right + ")");
       return true;
     }
-    const std::string images = topicsOfType("sensor_msgs/Image"),
-                      packed = topicsOfType("sensor_msgs/CompressedImage");
+    std::string images = topicsOfType("sensor_msgs/Image");
+    const std::string packed = topicsOfType("sensor_msgs/CompressedImage");
+    if (!packed.empty()) images += (images.empty() ? "" : ", ") + packed;
     if (!images.empty() && topicsOfType("sensor_msgs/CameraInfo").empty())
       fault("there are images (" + images +
             ") but no sensor_msgs/CameraInfo, the calibration: record the camera_info topics too");
@@ -107,12 +115,8 @@ class Checker {
           "no stereo camera of a known layout; choose by --left and --right from the image "
           "topics " +
           images + ", each with a camera_info beside it");
-    else if (!packed.empty())
-      fault("the images are compressed (" + packed +
-            "): unpack them first, by rosrun image_transport republish compressed in:=<topic> raw "
-            "out:=<topic>, while recording a new bag");
     else
-      fault("no topic has type sensor_msgs/Image");
+      fault("no topic has type sensor_msgs/Image or sensor_msgs/CompressedImage");
     return false;
   }
 
@@ -128,11 +132,15 @@ class Checker {
                           topics.left, topics.right, topics.left_info, topics.right_info}),
                       all.getBeginTime(), end);
     for (const rosbag::MessageInstance& message : view) {
+      const bool left_image = message.getTopic() == topics.left;
+      auto& first_image = left_image ? pair_.left : pair_.right;
+      std::vector<ros::Time>& stamps = streams_[left_image ? 0 : 1].stamps;
       if (const auto image = message.instantiate<sensor_msgs::Image>()) {
-        const bool left = message.getTopic() == topics.left;
-        streams_[left ? 0 : 1].stamps.push_back(image->header.stamp);
-        auto& first = left ? pair_.left : pair_.right;
-        if (!first) first = image;
+        stamps.push_back(image->header.stamp);
+        if (!first_image) first_image = image;
+      } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
+        stamps.push_back(packed->header.stamp);
+        if (!first_image) first_image = unpacked(*packed);
       } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
         const bool left = message.getTopic() == topics.left_info;
         streams_[left ? 2 : 3].stamps.push_back(info->header.stamp);
@@ -148,6 +156,7 @@ class Checker {
         for (const auto& transform : tf->transforms) {
           const bool is_static = message.getTopic().find("static") != std::string::npos;
           tf_.setTransform(transform, "bag", is_static);
+          if (is_static) fixed_parents_[transform.child_frame_id] = transform.header.frame_id;
           if (!is_static) moving_parents_[transform.child_frame_id] = transform.header.frame_id;
         }
   }
@@ -170,8 +179,10 @@ class Checker {
 
   bool checkMessages() {
     bool all = true;
-    const char* kinds[] = {"sensor_msgs/Image", "sensor_msgs/Image", "sensor_msgs/CameraInfo",
-                           "sensor_msgs/CameraInfo"};
+    const char* images = imageTopic(camera_.topics.left) == camera_.topics.left
+                             ? "sensor_msgs/Image"
+                             : "sensor_msgs/CompressedImage";
+    const char* kinds[] = {images, images, "sensor_msgs/CameraInfo", "sensor_msgs/CameraInfo"};
     for (size_t i = 0; i < streams_.size(); ++i) {
       const std::string& topic = streams_[i].topic;
       const auto type = types_.find(topic);
@@ -192,8 +203,8 @@ class Checker {
   bool checkCalibration() {
     try {
       cv::Mat1b buffer;
-      greyImage(*pair_.left, "left", buffer);
       greyImage(*pair_.right, "right", buffer);
+      checkBrightness(greyImage(*pair_.left, "left", buffer));
       good(format("images: %ux%u %s", pair_.left->width, pair_.left->height,
                   pair_.left->encoding.c_str()));
       const StereoRig rig = stereoRig(pair_);
@@ -206,6 +217,19 @@ class Checker {
       fault(error.what());
       return false;
     }
+  }
+
+  void checkBrightness(const cv::Mat1b& left) {
+    constexpr double kDark = 32;
+    double brightest = 0;
+    cv::minMaxLoc(left, nullptr, &brightest);
+    if (brightest >= kDark) return;
+    advice(
+        format("the first left image is dark: no pixel is brighter than %.0f of 255", brightest) +
+        (pair_.left->encoding.find("16") == std::string::npos
+             ? ""
+             : ". Of 16 bit the upper 8 are used: where the camera has fewer bits, set its driver "
+               "to mono8"));
   }
 
   // Largest distance of a stamp of `a` to the nearest one of `b`, leaving out the worst 5 %: single
@@ -294,6 +318,16 @@ class Checker {
     }
   }
 
+  // What a frame is fixed to, directly or not.
+  std::string rootOf(std::string frame) const {
+    std::set<std::string> seen;
+    for (auto parent = fixed_parents_.find(frame);
+         parent != fixed_parents_.end() && seen.insert(frame).second;
+         parent = fixed_parents_.find(frame))
+      frame = parent->second;
+    return frame;
+  }
+
   void checkFrames() {
     const std::string& frame = pair_.left->header.frame_id;
     if (frame.empty()) {
@@ -306,6 +340,13 @@ class Checker {
     }
     const std::string base = EgoMotionProcessorParams().base_frame;
     if (!tf_.canTransform(base, frame, ros::Time(0))) {
+      const std::string root = rootOf(frame);
+      if (root != frame) {
+        argument("base_frame:=" + root);
+        advice("tf has no path from " + base + " to " + frame + ": base_frame:=" + root +
+               " takes what the camera is fixed to as the robot");
+        return;
+      }
       argument("camera_is_base:=true");
       advice(
           "tf has no path from " + base + " to " + frame +
@@ -331,7 +372,7 @@ class Checker {
   StereoPair pair_;              // the first of each topic
   std::vector<Stream> streams_;  // left, right, left_info, right_info
   tf2::BufferCore tf_{ros::Duration(2 * kLookedAt_s)};
-  std::map<std::string, std::string> moving_parents_;  // in /tf, by child
+  std::map<std::string, std::string> fixed_parents_, moving_parents_;  // by child
 };
 
 }  // namespace

@@ -2,7 +2,10 @@
 
 #include <rosbag/view.h>
 
-#include <array>
+#include <set>
+#include <utility>
+
+#include "nodelets/compressed_image.h"
 
 namespace predictive_stereo {
 namespace {
@@ -17,14 +20,39 @@ StereoTopics topicsOf(const std::string& left_folder, const std::string& right_f
           right_folder + "/camera_info"};
 }
 
-bool has(const Types& types, const StereoTopics& topics) {
-  const auto is = [&](const std::string& topic, const char* type) {
-    const auto found = types.find(topic);
-    return found != types.end() && found->second == type;
-  };
-  return is(topics.left, "sensor_msgs/Image") && is(topics.right, "sensor_msgs/Image") &&
-         is(topics.left_info, "sensor_msgs/CameraInfo") &&
-         is(topics.right_info, "sensor_msgs/CameraInfo");
+bool is(const Types& types, const std::string& topic, const char* type) {
+  const auto found = types.find(topic);
+  return found != types.end() && found->second == type;
+}
+
+// Takes the compressed images where there are no others.
+void takeAsRecorded(const Types& types, CameraLayout& layout) {
+  StereoTopics& topics = layout.topics;
+  for (const std::string& images : {topics.left, topics.right})
+    if (is(types, images, "sensor_msgs/Image") ||
+        !is(types, images + kCompressedTopic, "sensor_msgs/CompressedImage"))
+      return;
+  topics.left += kCompressedTopic;
+  topics.right += kCompressedTopic;
+  layout.arguments.push_back("image_transport:=compressed");
+}
+
+void addIfThere(const Types& types, CameraLayout layout, std::vector<CameraLayout>& found) {
+  takeAsRecorded(types, layout);
+  const StereoTopics& topics = layout.topics;
+  const bool compressed = imageTopic(topics.left) != topics.left;
+  const char* type = compressed ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image";
+  if (is(types, topics.left, type) && is(types, topics.right, type) &&
+      is(types, topics.left_info, "sensor_msgs/CameraInfo") &&
+      is(types, topics.right_info, "sensor_msgs/CameraInfo"))
+    found.push_back(std::move(layout));
+}
+
+// Topics of images, however they are sent.
+std::set<std::string> imageTopics(const Types& types) {
+  std::set<std::string> topics;
+  for (const auto& known : types) topics.insert(imageTopic(known.first));
+  return topics;
 }
 
 std::string folderOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
@@ -83,52 +111,56 @@ std::map<std::string, std::string> topicTypes(const rosbag::Bag& bag) {
 
 std::vector<CameraLayout> findCameras(const Types& types) {
   std::vector<CameraLayout> found;
-  for (const CameraLayout& layout : kittiLayouts())
-    if (has(types, layout.topics)) found.push_back(layout);
+  for (const CameraLayout& layout : kittiLayouts()) addIfThere(types, layout, found);
 
+  const std::set<std::string> lefts = imageTopics(types);
   for (const std::string image : {"image_rect", "image_rect_color", "image_raw"})
-    for (const auto& known : types) {
-      const std::string& left = known.first;
+    for (const std::string& left : lefts) {
       if (nameOf(left) != image || !endsWith(folderOf(left), "/left")) continue;
       const std::string camera = folderOf(folderOf(left));
       const StereoTopics topics = topicsOf(camera + "/left", camera + "/right", image);
-      if (!has(types, topics)) continue;
       const std::string ns = camera.empty() ? "/" : camera;
       if (image == "image_rect")
-        found.push_back({"stereo camera " + ns, topics, kRobot, {"camera:=" + ns}});
+        addIfThere(types, {"stereo camera " + ns, topics, kRobot, {"camera:=" + ns}}, found);
       else if (image == "image_raw")
-        found.push_back(
-            {"stereo camera " + ns + ", raw", topics, kRobot, {"camera:=" + ns, "rectify:=true"}});
+        addIfThere(
+            types,
+            {"stereo camera " + ns + ", raw", topics, kRobot, {"camera:=" + ns, "rectify:=true"}},
+            found);
       else
-        found.push_back(remapped("stereo camera " + ns + ", colour", ns, topics));
+        addIfThere(types, remapped("stereo camera " + ns + ", colour", ns, topics), found);
     }
 
   // RealSense: the infrared pair is rectified, whatever its name says.
-  for (const auto& known : types) {
-    const std::string& left = known.first;
+  for (const std::string& left : lefts) {
     if (nameOf(left) != "image_rect_raw" || !endsWith(folderOf(left), "/infra1")) continue;
     const std::string camera = folderOf(folderOf(left));
     const StereoTopics topics = topicsOf(camera + "/infra1", camera + "/infra2", "image_rect_raw");
-    if (has(types, topics)) found.push_back(remapped("infrared pair of " + camera, camera, topics));
+    addIfThere(types, remapped("infrared pair of " + camera, camera, topics), found);
   }
   return found;
 }
 
-CameraLayout chosenCamera(const StereoTopicChoice& choice) {
+CameraLayout chosenCamera(const StereoTopicChoice& choice, const Types& types) {
+  CameraLayout layout;
   if (!choice.camera.empty()) {
     std::string camera = choice.camera;
     while (!camera.empty() && camera.back() == '/') camera.pop_back();
     if (camera.empty() || camera[0] != '/') camera = "/" + camera;
     if (camera == "/") camera.clear();
     const std::string ns = camera.empty() ? "/" : camera;
-    return {"stereo camera " + ns,
-            topicsOf(camera + "/left", camera + "/right", "image_rect"),
-            kRobot,
-            {"camera:=" + ns}};
+    layout = {"stereo camera " + ns,
+              topicsOf(camera + "/left", camera + "/right", "image_rect"),
+              kRobot,
+              {"camera:=" + ns}};
+  } else {
+    const std::string left = imageTopic(choice.left), right = imageTopic(choice.right);
+    layout =
+        remapped("chosen topics", "/stereo",
+                 {left, folderOf(left) + "/camera_info", right, folderOf(right) + "/camera_info"});
   }
-  const StereoTopics topics{choice.left, folderOf(choice.left) + "/camera_info", choice.right,
-                            folderOf(choice.right) + "/camera_info"};
-  return remapped("chosen topics", "/stereo", topics);
+  takeAsRecorded(types, layout);
+  return layout;
 }
 
 }  // namespace predictive_stereo

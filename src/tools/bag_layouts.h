@@ -29,6 +29,7 @@ std::map<std::string, std::string> topicTypes(const rosbag::Bag& bag);
 std::vector<CameraLayout> findCameras(const std::map<std::string, std::string>& types);
 
 /// The camera that a user named; its topics may be missing.
-CameraLayout chosenCamera(const StereoTopicChoice& choice);
+CameraLayout chosenCamera(const StereoTopicChoice& choice,
+                          const std::map<std::string, std::string>& types);
 
 }  // namespace predictive_stereo

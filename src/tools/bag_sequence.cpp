@@ -4,6 +4,7 @@
 #include <predictive_stereo/MovingObjectArray.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <tf2/buffer_core.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
@@ -112,6 +113,8 @@ class BagSequence : public Sequence {
         constant = stamp.isZero();
       } else if (const auto image = message.instantiate<sensor_msgs::Image>()) {
         stamp = image->header.stamp;
+      } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
+        stamp = packed->header.stamp;
       }
       const auto place = boost::make_shared<rosbag::MessageInstance>(message);
       for (const StampMatcher::Set& set : matcher.add(slot, stamp, place, constant))
@@ -123,19 +126,17 @@ class BagSequence : public Sequence {
                                matcher.describeMismatch());
   }
 
-  template <class Message>
-  boost::shared_ptr<const Message> messageAt(int index, Slot slot) const {
-    const auto& message = pairs_.at(static_cast<size_t>(index))[slot];
-    return boost::static_pointer_cast<const rosbag::MessageInstance>(message)
-        ->instantiate<Message>();
+  const rosbag::MessageInstance& messageAt(int index, Slot slot) const {
+    return *static_cast<const rosbag::MessageInstance*>(
+        pairs_.at(static_cast<size_t>(index))[slot].get());
   }
 
   const StereoPair& pairAt(int index) const {
     if (index != read_index_) {
-      read_.left = messageAt<sensor_msgs::Image>(index, kLeft);
-      read_.right = messageAt<sensor_msgs::Image>(index, kRight);
-      read_.left_info = messageAt<sensor_msgs::CameraInfo>(index, kLeftInfo);
-      read_.right_info = messageAt<sensor_msgs::CameraInfo>(index, kRightInfo);
+      read_.left = imageOf(messageAt(index, kLeft));
+      read_.right = imageOf(messageAt(index, kRight));
+      read_.left_info = messageAt(index, kLeftInfo).instantiate<sensor_msgs::CameraInfo>();
+      read_.right_info = messageAt(index, kRightInfo).instantiate<sensor_msgs::CameraInfo>();
       read_index_ = index;
     }
     return read_;

@@ -184,7 +184,7 @@ LiveLoad::LiveLoad(const std::string& path, const StereoTopicChoice& choice, int
     std::vector<StampMatcher::Set> sets;
     const auto slot = static_cast<size_t>(
         std::find(names.begin(), names.end(), message.getTopic()) - names.begin());
-    if (const auto image = message.instantiate<sensor_msgs::Image>())
+    if (const auto image = imageOf(message))
       sets = matcher.add(slot, image->header.stamp, image);
     else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>())
       sets = matcher.add(slot, info->header.stamp, info, info->header.stamp.isZero());

@@ -153,6 +153,7 @@ class OutputBag {
       "depth/image_rect",
       "depth/camera_info",
       "points2",
+      "points2_static",
       "moving_objects",
       "moving_objects/mask",
       "moving_objects/residual",
@@ -166,7 +167,7 @@ class OutputBag {
 };
 
 void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, ros::Time time,
-                OutputBag& out) {
+                const PointsParams& params, OutputBag& out) {
   const EgoMotionMessages& ego_motion = frame.ego_motion;
   const DisparityMessages& disparity = frame.disparity;
   const MovingObjectsMessages& moving = frame.moving_objects;
@@ -190,9 +191,13 @@ void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, 
   if (out.wants("depth/image_rect"))
     out.write("depth/image_rect", time, *depthImage(*disparity.disparity));
   if (out.wants("depth/camera_info")) out.write("depth/camera_info", time, *depthCameraInfo(pair));
-  if (out.wants("points2"))
-    out.write("points2", time,
-              *pointCloud(*disparity.disparity, stereoRig(pair), *pair.left, moving.mask.get()));
+  const auto cloud = [&](MovingPoints points) {
+    return pointCloud(*disparity.disparity, stereoRig(pair), *pair.left, moving.mask.get(), params,
+                      points);
+  };
+  if (out.wants("points2")) out.write("points2", time, *cloud(MovingPoints::kTinted));
+  if (out.wants("points2_static"))
+    out.write("points2_static", time, *cloud(MovingPoints::kLeftOut));
   out.write("moving_objects", time, *moving.objects);
   out.write("moving_objects/mask", time, *moving.mask);
   if (out.wants("moving_objects/residual"))
@@ -308,7 +313,7 @@ class Replay {
 
   std::vector<StampMatcher::Set> add(const rosbag::MessageInstance& message,
                                      StampMatcher& matcher) {
-    if (const auto image = message.instantiate<sensor_msgs::Image>())
+    if (const auto image = imageOf(message))
       return matcher.add(message.getTopic() == topics_.left ? kLeft : kRight, image->header.stamp,
                          image);
     if (const auto info = message.instantiate<sensor_msgs::CameraInfo>())
@@ -337,7 +342,7 @@ class Replay {
     if (!frame->event.empty())
       std::cerr << "\npair " << figures_.pairs() << ": " << frame->event << "\n";
     if (params_.ego_motion.publish_tf) out.writeTf(time, frame->ego_motion.transform);
-    writeFrame(*frame, pair, time, out);
+    writeFrame(*frame, pair, time, params_.disparity.points, out);
     table_.add(frame->times);
   }
 

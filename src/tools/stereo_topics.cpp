@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "nodelets/compressed_image.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -22,10 +24,25 @@ class BagTopics {
     return found != types_.end() && found->second == type;
   }
 
+  bool hasImages(const std::string& topic) const {
+    return has(topic, "sensor_msgs/Image") ||
+           (imageTopic(topic) != topic && has(topic, "sensor_msgs/CompressedImage"));
+  }
+
+  // The topic, or where its images are sent compressed if they are not otherwise.
+  std::string asRecorded(const std::string& topic) const {
+    return !hasImages(topic) && hasImages(topic + kCompressedTopic) ? topic + kCompressedTopic
+                                                                    : topic;
+  }
+
   bool has(const StereoTopics& topics) const {
-    return has(topics.left, "sensor_msgs/Image") && has(topics.right, "sensor_msgs/Image") &&
+    return hasImages(topics.left) && hasImages(topics.right) &&
            has(topics.left_info, "sensor_msgs/CameraInfo") &&
            has(topics.right_info, "sensor_msgs/CameraInfo");
+  }
+
+  void requireImages(const std::string& topic) const {
+    if (!hasImages(topic)) require(topic, "sensor_msgs/Image");
   }
 
   void require(const std::string& topic, const std::string& type) const {
@@ -43,7 +60,7 @@ class BagTopics {
   std::vector<std::string> imageTopics() const {
     std::vector<std::string> result;
     for (const auto& known : types_)
-      if (known.second == "sensor_msgs/Image") result.push_back(known.first);
+      if (hasImages(known.first)) result.push_back(known.first);
     return result;
   }
 
@@ -52,9 +69,10 @@ class BagTopics {
   std::map<std::string, std::string> types_;
 };
 
-std::string besides(const std::string& image_topic) {
-  const size_t slash = image_topic.rfind('/');
-  return (slash == std::string::npos ? "" : image_topic.substr(0, slash + 1)) + "camera_info";
+std::string besides(const std::string& topic) {
+  const std::string images = imageTopic(topic);
+  const size_t slash = images.rfind('/');
+  return (slash == std::string::npos ? "" : images.substr(0, slash + 1)) + "camera_info";
 }
 
 StereoTopics fromImages(const std::string& left, const std::string& right) {
@@ -67,7 +85,9 @@ std::vector<StereoTopics> knownLayouts(const BagTopics& bag, bool raw) {
   for (const std::string& left : bag.imageTopics()) {
     const size_t place = left.rfind("left");
     if (place == std::string::npos) continue;
-    const std::string kind = left.substr(left.rfind('/') + 1);
+    const std::string images = imageTopic(left);
+    if (images != left && bag.hasImages(images)) continue;  // recorded both ways
+    const std::string kind = images.substr(images.rfind('/') + 1);
     const bool kitti = left.find("/camera_") != std::string::npos && kind == "image_raw";
     // KITTI's are rectified already, whatever their name.
     if (raw ? kind != "image_raw" || kitti : kind != "image_rect" && !kitti) continue;
@@ -81,6 +101,19 @@ std::vector<StereoTopics> knownLayouts(const BagTopics& bag, bool raw) {
 
 }  // namespace
 
+std::string imageTopic(const std::string& topic) {
+  const std::string end = kCompressedTopic;
+  const bool compressed =
+      topic.size() > end.size() && topic.compare(topic.size() - end.size(), end.size(), end) == 0;
+  return compressed ? topic.substr(0, topic.size() - end.size()) : topic;
+}
+
+sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
+  if (const auto image = message.instantiate<sensor_msgs::Image>()) return image;
+  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+  return compressed ? unpacked(*compressed) : nullptr;
+}
+
 StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice) {
   const BagTopics known(bag);
   StereoTopics topics;
@@ -89,9 +122,10 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
     while (!camera.empty() && camera.back() == '/') camera.pop_back();
     if (camera.empty() || camera[0] != '/') camera = "/" + camera;
     const std::string image = choice.raw ? "image_raw" : "image_rect";
-    topics = fromImages(camera + "/left/" + image, camera + "/right/" + image);
+    topics = fromImages(known.asRecorded(camera + "/left/" + image),
+                        known.asRecorded(camera + "/right/" + image));
   } else if (!choice.left.empty()) {
-    topics = fromImages(choice.left, choice.right);
+    topics = fromImages(known.asRecorded(choice.left), known.asRecorded(choice.right));
   } else {
     const std::vector<StereoTopics> candidates = knownLayouts(known, choice.raw);
     if (candidates.size() == 1) return candidates[0];
@@ -103,8 +137,8 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
     if (known.imageTopics().empty()) text += " none";
     throw std::runtime_error(text);
   }
-  known.require(topics.left, "sensor_msgs/Image");
-  known.require(topics.right, "sensor_msgs/Image");
+  known.requireImages(topics.left);
+  known.requireImages(topics.right);
   known.require(topics.left_info, "sensor_msgs/CameraInfo");
   known.require(topics.right_info, "sensor_msgs/CameraInfo");
   return topics;

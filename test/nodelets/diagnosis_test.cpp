@@ -1,6 +1,7 @@
 /// What the nodelets' diagnostics say of what goes wrong on robots, and how to cure it.
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
+#include <sensor_msgs/CompressedImage.h>
 
 #include "nodelet_fixture.h"
 
@@ -143,17 +144,41 @@ TEST_F(Diagnosis, a_target_without_simd_is_told_with_the_cure) {
   EXPECT_TRUE(says("Disparity", "Cure: set simd_target to auto"));
 }
 
+TEST_F(Diagnosis, a_transport_without_its_plugin_is_told_and_the_manager_lives) {
+  setParam("Disparity", "image_transport", "smoke_signals");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  EXPECT_TRUE(says("Disparity", "image_transport = smoke_signals: cannot be used"));
+}
+
+TEST_F(Diagnosis, images_that_cannot_be_unpacked_are_told) {
+  setParam("Disparity", "image_transport", "compressed");
+  ros::Publisher left =
+      node_.advertise<sensor_msgs::CompressedImage>("left/image_rect/compressed", 5);
+  ros::Publisher right =
+      node_.advertise<sensor_msgs::CompressedImage>("right/image_rect/compressed", 5);
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(eventually([&] { return left.getNumSubscribers() > 0; }));
+  sensor_msgs::CompressedImage broken;
+  broken.format = "mono8; jpeg compressed ";
+  broken.data = {1, 2, 3};
+  left.publish(broken);
+  EXPECT_TRUE(says("Disparity", "left/image_rect/compressed: compressed image of format"));
+  EXPECT_TRUE(says("Disparity", "neither JPEG nor PNG"));
+}
+
 TEST_F(Diagnosis, bad_pairs_are_told_and_good_ones_go_on) {
   load("Disparity");
   DisparityRecorder disparity(node_, "disparity");
   ASSERT_TRUE(player_.waitForSubscribers());
 
-  StereoPair deep = street().pair(0);
-  auto mono16 = boost::make_shared<sensor_msgs::Image>(*deep.left);
-  mono16->encoding = "mono16";
-  deep.left = mono16;
-  player_.publish(deep);
-  EXPECT_TRUE(says("Disparity", "left image has encoding 'mono16'"));
+  StereoPair encoded = street().pair(0);
+  auto unknown = boost::make_shared<sensor_msgs::Image>(*encoded.left);
+  unknown->encoding = "yuv444";
+  encoded.left = unknown;
+  player_.publish(encoded);
+  EXPECT_TRUE(says("Disparity", "left image has encoding 'yuv444'"));
 
   StereoPair swapped = street().pair(1);
   std::swap(swapped.left_info, swapped.right_info);

@@ -210,6 +210,48 @@ TEST_F(EgoMotionScenarios, tf_is_published_only_where_asked) {
   EXPECT_EQ(tf.count(), 0u);
 }
 
+TEST_F(EgoMotionScenarios, who_moves_the_base_later_is_told_and_left_alone) {
+  start();
+  const Recorder<tf2_msgs::TFMessage> tf(node_, "/tf");
+  for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
+  const auto ours = [&] {
+    size_t count = 0;
+    for (const auto& message : tf.messages())
+      count += message->transforms.at(0).header.frame_id == "odom";
+    return count;
+  };
+  ASSERT_TRUE(eventually([&] { return ours() == 2; }, 5));
+
+  tf2_ros::TransformBroadcaster wheels;
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = street().stamp(1);
+  transform.header.frame_id = "wheel_odom";
+  transform.child_frame_id = "base_link";
+  transform.transform.rotation.w = 1;
+  wheels.sendTransform(transform);
+  ASSERT_TRUE(eventually([&] { return tf.count() == 3; }, 5));
+  ros::WallDuration(0.2).sleep();  // nothing tells when the nodelet has it
+  for (int i : {2, 3, 4}) ASSERT_TRUE(odometryOf(i)) << "the odometry goes on";
+  EXPECT_TRUE(says("EgoMotion", "already moves 'base_link' in 'wheel_odom'"));
+  EXPECT_TRUE(says("EgoMotion", "set publish_tf to false and odom_frame to 'wheel_odom'"));
+  EXPECT_EQ(ours(), 2u);
+}
+
+TEST_F(EgoMotionScenarios, a_base_that_is_fixed_to_another_frame_is_told_at_the_start) {
+  geometry_msgs::TransformStamped footprint;
+  footprint.header.frame_id = "base_footprint";
+  footprint.child_frame_id = "base_link";
+  footprint.transform.rotation.w = 1;
+  const StaticTransform fixed(footprint);
+  const Recorder<tf2_msgs::TFMessage> tf(node_, "/tf");
+  start();
+  ros::WallDuration(0.2).sleep();  // nothing tells when the nodelet has it
+  for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
+  EXPECT_TRUE(says("EgoMotion", "has 'base_link' fixed to 'base_footprint'"));
+  EXPECT_TRUE(says("EgoMotion", "Set base_frame to 'base_footprint'"));
+  EXPECT_EQ(tf.count(), 0u);
+}
+
 }  // namespace
 }  // namespace predictive_stereo
 

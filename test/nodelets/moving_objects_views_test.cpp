@@ -1,11 +1,14 @@
 #include "nodelets/moving_objects_views.h"
 
+#include <geometry_msgs/PoseWithCovariance.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/image_encodings.h>
 
 #include <set>
 #include <string>
+#include <vector>
 
+#include "nodelets/detections3d.h"
 #include "nodelets/image_messages.h"
 
 namespace predictive_stereo {
@@ -40,6 +43,43 @@ MovingObjectArray someObjects() {
   car.velocity_covariance[0] = -1;
   objects.objects.push_back(car);
   return objects;
+}
+
+/// vision_msgs as it is in ROS 1, as far as we fill it: Debian has no package of it.
+struct Detections {
+  struct Hypothesis {
+    int64_t id = 0;
+    double score = 0;
+    geometry_msgs::PoseWithCovariance pose;
+  };
+  struct Detection {
+    std_msgs::Header header;
+    std::vector<Hypothesis> results;
+    struct {
+      geometry_msgs::Pose center;
+      geometry_msgs::Vector3 size;
+    } bbox;
+  };
+  std_msgs::Header header;
+  std::vector<Detection> detections;
+};
+
+TEST(Detections3d, HaveBoxScoreAndTrack) {
+  const MovingObjectArray objects = someObjects();
+  const auto array = detections3d<Detections>(objects);
+  EXPECT_EQ(array->header.stamp, objects.header.stamp);
+  EXPECT_EQ(array->header.frame_id, "camera");
+  ASSERT_EQ(array->detections.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    const auto& detection = array->detections[i];
+    EXPECT_EQ(detection.header.frame_id, "camera");
+    EXPECT_EQ(detection.bbox.center, objects.objects[i].pose);
+    EXPECT_EQ(detection.bbox.size, objects.objects[i].size);
+    ASSERT_EQ(detection.results.size(), 1u);
+    EXPECT_EQ(detection.results[0].id, objects.objects[i].id);
+    EXPECT_EQ(detection.results[0].score, objects.objects[i].score);
+    EXPECT_EQ(detection.results[0].pose.pose, objects.objects[i].pose);
+  }
 }
 
 TEST(MovingObjectMarkers, ShowBoxLabelAndVelocity) {

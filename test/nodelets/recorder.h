@@ -59,6 +59,7 @@ class Recorder {
     const std::lock_guard<std::mutex> lock(mutex_);
     messages_.clear();
   }
+  void stop() { subscriber_.shutdown(); }
   bool connected() const { return subscriber_.getNumPublishers() > 0; }
 
  private:

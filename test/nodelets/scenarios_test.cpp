@@ -3,12 +3,15 @@
 #include <predictive_stereo/MovingObjectArray.h>
 #include <ros/network.h>
 #include <ros/xmlrpc_manager.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/PointCloud2.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "evaluation/sequence.h"
@@ -145,6 +148,43 @@ TEST_F(Scenarios, colour_images_are_taken_as_grey) {
   }
 }
 
+TEST_F(Scenarios, compressed_images_need_no_plugin) {
+  for (const char* nodelet : {"EgoMotion", "Disparity", "MovingObjects"})
+    setParam(nodelet, "image_transport", "compressed");
+  for (const char* nodelet : {"EgoMotion", "Disparity", "MovingObjects"}) load(nodelet);
+  const StaticTransform extrinsic(street().extrinsic());
+  using sensor_msgs::CompressedImage;
+  ros::Publisher left = node_.advertise<CompressedImage>("left/image_rect/compressed", 5),
+                 right = node_.advertise<CompressedImage>("right/image_rect/compressed", 5);
+  DisparityRecorder disparity(node_, "disparity");
+  Recorder<MovingObjectArray> objects(node_, "moving_objects");
+  Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
+  ASSERT_TRUE(eventually([&] {
+    return left.getNumSubscribers() > 0 && right.getNumSubscribers() > 0 && objects.connected();
+  }));
+  ros::WallDuration(1).sleep();  // until the three know of each other
+  const auto packed = [](const sensor_msgs::Image& image) {
+    CompressedImage message;
+    message.header = image.header;
+    message.format = "mono8; png compressed ";
+    cv::Mat1b unused;
+    cv::imencode(".png", greyImage(image, "left", unused), message.data);
+    return message;
+  };
+  for (int i = 0; i < 3; ++i) {
+    const StereoPair pair = street().pair(i);
+    player_.publishInfos(pair);
+    left.publish(packed(*pair.left));
+    right.publish(packed(*pair.right));
+    ASSERT_TRUE(eventually([&] {
+      return objects.at(street().stamp(i)) && disparity.at(street().stamp(i)) &&
+             odometry.at(street().stamp(i));
+    })) << i;
+  }
+  EXPECT_GT(validPixels(*disparity.last()), StreetCamera::kWidth * StreetCamera::kHeight / 2u);
+  EXPECT_TRUE(eventually([&] { return value("Disparity", "predicted") == "yes"; }));
+}
+
 TEST_F(Scenarios, a_bag_in_a_loop_gives_the_same_again) {
   load("EgoMotion");
   load("Disparity");
@@ -277,6 +317,53 @@ TEST_F(Scenarios, disparity_waits_for_what_moves_and_does_not_predict_from_it) {
   EXPECT_FALSE(widths[0]->data == widths[1]->data);
 }
 
+TEST_F(Scenarios, the_static_cloud_leaves_out_what_moves) {
+  setParam("Disparity", "points/stride", 2);
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  Recorder<sensor_msgs::PointCloud2> all(node_, "points2"), still(node_, "points2_static");
+  ros::Publisher masks = node_.advertise<sensor_msgs::Image>("moving_objects/mask", 2);
+  ASSERT_TRUE(player_.waitForSubscribers());
+  ASSERT_TRUE(eventually([&] { return masks.getNumSubscribers() > 0; }));
+  ASSERT_TRUE(comesOut(street().pair(0), disparity));
+  EXPECT_FALSE(eventually([&] { return still.count() > 0; }, 0.5)) << "what moves is not known yet";
+  cv::Mat1b moving(StreetCamera::kHeight, StreetCamera::kWidth, uchar{0});
+  moving.colRange(100, 200).setTo(255);
+  masks.publish(street().image(moving, street().stamp(0)));
+  ASSERT_TRUE(eventually([&] { return all.count() == 1 && still.count() == 1; }));
+  const auto &with = *all.last(), &without = *still.last();
+  EXPECT_EQ(without.header.stamp, street().stamp(0));
+  EXPECT_EQ(without.header.frame_id, StreetCamera::kFrame);
+  ASSERT_EQ(without.width, StreetCamera::kWidth / 2u);
+  ASSERT_EQ(without.height, StreetCamera::kHeight / 2u);
+  ASSERT_EQ(without.data.size(), with.data.size());
+  size_t left_out = 0;
+  for (size_t i = 0; i < without.width * without.height; ++i) {
+    const bool moves = i % without.width >= 50 && i % without.width < 100;
+    float x = 0, expected = 0;
+    std::memcpy(&x, &without.data[i * without.point_step], sizeof(x));
+    std::memcpy(&expected, &with.data[i * with.point_step], sizeof(x));
+    left_out += moves && std::isfinite(expected);
+    EXPECT_TRUE(moves || !std::isfinite(expected) ? std::isnan(x) : x == expected) << i;
+  }
+  EXPECT_GT(left_out, 1000u);
+}
+
+TEST_F(Scenarios, without_masks_there_is_no_static_cloud_and_that_is_told) {
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  const Recorder<sensor_msgs::PointCloud2> still(node_, "points2_static");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  for (int round = 0; round < 2; ++round)
+    for (int i = 0; i < street().frames(); ++i) {
+      disparity.clear();
+      ASSERT_TRUE(comesOut(street().pair(i), disparity));
+    }
+  EXPECT_TRUE(says("Disparity", "points2_static is not published, as nobody tells what moves"));
+  EXPECT_TRUE(says("Disparity", "moving_objects:=true"));
+  EXPECT_EQ(still.count(), 0u);
+}
+
 TEST_F(Scenarios, kittis_poses_serve_through_tf) {
   const char* kitti = std::getenv("KITTI_EXCERPTS");
   if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
@@ -311,14 +398,21 @@ TEST_F(Scenarios, kittis_poses_serve_through_tf) {
 }
 
 TEST_F(Scenarios, disparity_sleeps_while_nobody_listens_and_starts_anew) {
+  setParam("Disparity", "odom_frame", "world_of_others");
   load("Disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  player_.publish(street().pair(0));
   EXPECT_TRUE(says("Disparity", "asleep"));
-  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
-  ASSERT_TRUE(eventually([&] { return disparity.connected() && predicted.connected(); }));
-  ASSERT_TRUE(comesOut(street().pair(1), disparity));
-  EXPECT_EQ(validPixels(*predicted.at(street().stamp(1))), 0u);
+  tf2_ros::TransformBroadcaster broadcaster;
+  for (const int first : {0, 2}) {
+    DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
+    ASSERT_TRUE(player_.waitForSubscribers());
+    ASSERT_TRUE(comesOut(moved(first, "sleepy_camera", broadcaster), disparity));
+    ASSERT_TRUE(comesOut(moved(first + 1, "sleepy_camera", broadcaster), disparity));
+    EXPECT_EQ(validPixels(*predicted.at(street().stamp(first))), 0u);
+    EXPECT_GT(validPixels(*predicted.at(street().stamp(first + 1))), 0u);
+    disparity.stop();
+    predicted.stop();
+    EXPECT_TRUE(eventually([&] { return player_.subscribers() == 0; }, 10));
+  }
 }
 
 TEST_F(Scenarios, nothing_is_copied_between_nodelets_of_one_manager) {

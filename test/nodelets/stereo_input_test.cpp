@@ -28,8 +28,8 @@ class StereoInputTest : public testing::Test {
   StereoInputTest() {
     waiting_.setCallbackQueue(&queue_);
     input_ = std::make_unique<StereoInput>(
-        waiting_, ros::NodeHandle("~"), SyncParams(),
-        [this](const StereoPair& pair) { pairs_.push_back(pair); }, [](ros::Time) {});
+        waiting_, SyncParams(), [this](const StereoPair& pair) { pairs_.push_back(pair); },
+        [](ros::Time) {});
     input_->start();
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while ((left_.getNumSubscribers() == 0 || right_.getNumSubscribers() == 0 ||

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+
+#include "nodelets/compressed_image.h"
 
 namespace predictive_stereo {
 namespace {
@@ -80,13 +84,100 @@ TEST(GreyImage, a_bayer_patterns_first_row_gives_its_name) {
   EXPECT_EQ(greyImage(image("bayer_bggr8", 8, 8, red_first, 8), "left", buffer)(4, 4), 23);
 }
 
+// Whatever cv_bridge makes mono8 of: here a grey surface of 100 in each of them.
+TEST(GreyImage, all_encodings_that_cv_bridge_converts_are_taken) {
+  cv::Mat1b buffer;
+  for (const auto& [encoding, channels] :
+       std::vector<std::pair<const char*, int>>{{"8UC1", 1},
+                                                {"8UC3", 3},
+                                                {"8UC4", 4},
+                                                {"bgr8", 3},
+                                                {"rgb8", 3},
+                                                {"bgra8", 4},
+                                                {"rgba8", 4},
+                                                {"bayer_rggb8", 1},
+                                                {"bayer_bggr8", 1},
+                                                {"bayer_gbrg8", 1},
+                                                {"bayer_grbg8", 1}}) {
+    const std::vector<uint8_t> data(static_cast<size_t>(8 * 8 * channels), 100);
+    const auto message = image(encoding, 8, 8, data, static_cast<unsigned>(8 * channels));
+    const cv::Mat1b grey = greyImage(message, "left", buffer);
+    EXPECT_EQ(grey.size(), cv::Size(8, 8)) << encoding;
+    EXPECT_EQ(cv::countNonZero(grey != 100), 0) << encoding;
+  }
+  for (const auto& [encoding, channels] : std::vector<std::pair<const char*, int>>{
+           {"16UC1", 1}, {"mono16", 1}, {"bgr16", 3}, {"rgb16", 3}, {"bgra16", 4}, {"rgba16", 4}}) {
+    std::vector<uint8_t> data;
+    for (int i = 0; i < 8 * 8 * channels; ++i)
+      data.insert(data.end(), {uint8_t{100}, uint8_t{100}});
+    const cv::Mat1b grey = greyImage(
+        image(encoding, 8, 8, data, static_cast<unsigned>(16 * channels)), "left", buffer);
+    EXPECT_EQ(cv::countNonZero(grey != 100), 0) << encoding;
+  }
+  // UYVY: brightness is every second byte.
+  std::vector<uint8_t> yuv;
+  for (int i = 0; i < 8 * 8; ++i) yuv.insert(yuv.end(), {uint8_t{128}, uint8_t{100}});
+  const cv::Mat1b grey = greyImage(image("yuv422", 8, 8, yuv, 16), "left", buffer);
+  EXPECT_EQ(cv::countNonZero(grey != 100), 0) << grey;
+}
+
+TEST(GreyImage, sixteen_bits_are_scaled_by_their_whole_range) {
+  cv::Mat1b buffer;
+  const cv::Mat1b expected = (cv::Mat1b(1, 4) << 0, 1, 128, 255);
+  // 0, 257, 32768 and 65535, the low byte first.
+  const auto message = image("mono16", 4, 1, {0, 0, 1, 1, 0, 128, 255, 255}, 8);
+  EXPECT_EQ(cv::countNonZero(greyImage(message, "left", buffer) != expected), 0);
+  auto big_endian = image("mono16", 4, 1, {0, 0, 1, 1, 128, 0, 255, 255}, 8);
+  big_endian.is_bigendian = true;
+  EXPECT_EQ(cv::countNonZero(greyImage(big_endian, "left", buffer) != expected), 0);
+}
+
 TEST(GreyImage, other_encodings_are_named_with_the_cure) {
   cv::Mat1b buffer;
-  const std::string error = errorOf([&] {
-    greyImage(image("mono16", 1, 1, {0, 0}, 2), "right", buffer);
-  });
-  EXPECT_NE(error.find("right image has encoding 'mono16'"), std::string::npos) << error;
-  EXPECT_NE(error.find("set the camera driver to"), std::string::npos) << error;
+  for (const char* encoding : {"32FC1", "jpeg", "yuv444"}) {
+    const std::string error = errorOf(
+        [&] { greyImage(image(encoding, 1, 1, std::vector<uint8_t>(4), 4), "right", buffer); });
+    EXPECT_NE(error.find(std::string("right image has encoding '") + encoding + "'"),
+              std::string::npos)
+        << error;
+    EXPECT_NE(error.find("set the camera driver to mono8"), std::string::npos) << error;
+  }
+}
+
+TEST(Unpacked, gives_what_was_packed) {
+  cv::Mat1b grey(20, 30);
+  cv::Mat3b colour(20, 30);
+  cv::Mat1w deep(20, 30);
+  cv::RNG random(1);
+  random.fill(grey, cv::RNG::UNIFORM, 0, 255);
+  random.fill(colour, cv::RNG::UNIFORM, 0, 255);
+  random.fill(deep, cv::RNG::UNIFORM, 0, 65535);
+  const auto packed = [](const cv::Mat& image, const std::string& format) {
+    sensor_msgs::CompressedImage message;
+    message.header.stamp = ros::Time(7);
+    message.header.frame_id = "camera";
+    message.format = format;
+    cv::imencode(".png", image, message.data);
+    return unpacked(message);
+  };
+  const auto of_grey = packed(grey, "mono8; png compressed ");
+  EXPECT_EQ(of_grey->encoding, "mono8");
+  EXPECT_EQ(of_grey->header.stamp, ros::Time(7));
+  EXPECT_EQ(of_grey->header.frame_id, "camera");
+  EXPECT_TRUE(std::equal(of_grey->data.begin(), of_grey->data.end(), grey.data));
+  EXPECT_EQ(packed(grey, "png")->encoding, "mono8");
+  EXPECT_EQ(packed(grey, "bayer_rggb8; png compressed ")->encoding, "bayer_rggb8");
+  const auto of_colour = packed(colour, "rgb8; png compressed bgr8");
+  EXPECT_EQ(of_colour->encoding, "bgr8");
+  EXPECT_TRUE(std::equal(of_colour->data.begin(), of_colour->data.end(), colour.data));
+  EXPECT_EQ(packed(deep, "mono16; png compressed ")->encoding, "mono16");
+
+  sensor_msgs::CompressedImage broken;
+  broken.format = "theora";
+  EXPECT_NE(errorOf([&] { unpacked(broken); }).find("format 'theora' with 0 bytes"),
+            std::string::npos);
+  broken.data = {1, 2, 3};
+  EXPECT_NE(errorOf([&] { unpacked(broken); }).find("neither JPEG nor PNG"), std::string::npos);
 }
 
 TEST(GreyImage, broken_messages_are_refused) {

@@ -20,13 +20,21 @@ class StereoPlayer {
     right_info_ = node_.advertise<sensor_msgs::CameraInfo>("right/camera_info", 20);
   }
 
-  /// Subscribers of one process count once.
-  bool waitForSubscribers(uint32_t processes = 1) {
-    return eventually([&] {
+  /// Subscribers of one process count once: after the first of them the others, which it may have
+  /// woken, get a moment.
+  bool waitForSubscribers(uint32_t processes = 1) const {
+    const bool there = eventually([&] {
       return left_.getNumSubscribers() >= processes && right_.getNumSubscribers() >= processes &&
              left_info_.getNumSubscribers() >= processes &&
              right_info_.getNumSubscribers() >= processes;
     });
+    ros::WallDuration(0.5).sleep();
+    return there;
+  }
+
+  uint32_t subscribers() const {
+    return left_.getNumSubscribers() + right_.getNumSubscribers() + left_info_.getNumSubscribers() +
+           right_info_.getNumSubscribers();
   }
 
   void shutDownRight() {
@@ -38,6 +46,9 @@ class StereoPlayer {
   void publish(const StereoPair& pair) {
     left_.publish(pair.left);
     right_.publish(pair.right);
+    publishInfos(pair);
+  }
+  void publishInfos(const StereoPair& pair) {
     left_info_.publish(pair.left_info);
     right_info_.publish(pair.right_info);
   }

@@ -33,7 +33,7 @@ class StreetCamera {
   static constexpr int kWidth = 416, kHeight = 128;
   static constexpr const char* kFrame = "camera_left_optical_frame";
 
-  explicit StreetCamera(int frames = 6) : street_(params(frames)) {
+  explicit StreetCamera(int frames = 6, int seed = 1) : street_(params(frames, seed)) {
     for (int i = 0; i < frames; ++i) frames_.push_back(street_.render(i));
   }
 
@@ -62,6 +62,8 @@ class StreetCamera {
     return message;
   }
 
+  const StreetFrame& truth(int index) const { return frames_[index]; }
+
   Eigen::Isometry3d cameraMount() const { return street_.cameraMount(); }
 
   /// Truth: base_link in the world.
@@ -89,8 +91,9 @@ class StreetCamera {
   }
 
  private:
-  static StreetParams params(int frames) {
+  static StreetParams params(int frames, int seed) {
     StreetParams result;
+    result.seed = seed;
     result.width = kWidth;
     result.height = kHeight;
     result.frames = frames;

@@ -93,10 +93,35 @@ class LaunchFiles(unittest.TestCase):
         self.assertRegex(command('/stereo/rectify_left', 'predictive_stereo.launch', *arguments),
                          r'standalone predictive_stereo/Rectify')
 
+    def test_robot_with_parts(self):
+        arguments = ('camera:=/stereo', 'ego_motion:=false', 'moving_objects:=false')
+        self.assertEqual(nodes('predictive_stereo.launch', *arguments),
+                         {'/stereo/disparity', '/stereo/predictive_stereo_manager'})
+        self.assertEqual(nodes('predictive_stereo.launch', 'camera:=/stereo',
+                               'moving_objects:=false'),
+                         {'/stereo/' + n for n in
+                          ('ego_motion', 'disparity', 'predictive_stereo_manager')})
+
+    def test_compressed_images(self):
+        for name, arguments, prefix in (
+                ('predictive_stereo.launch', ('camera:=/stereo',), '/stereo'),
+                ('kitti.launch', ('bag:=/some.bag', 'rviz:=false'), '/kitti'),
+                ('demo_street.launch', ('bag:=/some.bag', 'rviz:=false'), '/street')):
+            given = params(name, 'image_transport:=compressed', *arguments)
+            for node in THREE:
+                self.assertEqual(given['%s/%s/image_transport' % (prefix, node)], 'compressed')
+        # What was rectified is not compressed any more.
+        given = params('predictive_stereo.launch', 'camera:=/stereo', 'rectify:=true',
+                       'image_transport:=compressed')
+        for node in THREE:
+            self.assertEqual(given['/stereo/%s/image_transport' % node], 'raw')
+        for side in ('left', 'right'):
+            self.assertEqual(given['/stereo/rectify_%s/image_transport' % side], 'compressed')
+
     def test_robot_with_everything(self):
         arguments = ('camera:=/stereo', 'rectify:=true', 'rviz:=true', 'bag:=/some.bag', 'rate:=0.5',
                      'approximate_sync:=false', 'sync_tolerance:=0.03', 'publish_tf:=false',
-                     'odom_frame:=map', 'base_frame:=base', 'left_image:=/l', 'left_info:=/li')
+                     'lazy:=true', 'odom_frame:=map', 'base_frame:=base', 'left_image:=/l', 'left_info:=/li')
         extra = {'predictive_stereo_manager', 'rectify_left', 'rectify_right', 'rviz'}
         self.assertEqual(nodes('predictive_stereo.launch', *arguments),
                          {'/stereo/' + n for n in THREE | extra} | {'/player'})
@@ -109,6 +134,7 @@ class LaunchFiles(unittest.TestCase):
         for node in THREE:
             self.assertEqual(given['/stereo/%s/odom_frame' % node], 'map')
         self.assertIs(given['/stereo/ego_motion/publish_tf'], False)
+        self.assertIs(given['/stereo/ego_motion/lazy'], True)
         self.assertEqual(given['/stereo/ego_motion/base_frame'], 'base')
         self.assertRegex(command('/stereo/disparity', 'predictive_stereo.launch', *arguments),
                          r'left/image_rect:=/l\b')
@@ -148,12 +174,40 @@ class LaunchFiles(unittest.TestCase):
             # The bag's own poses must not get in the way of the odometry's.
             self.assertIn('/tf:=/kitti/tf', command('/player', 'kitti.launch', *arguments))
 
+    def test_kitti_with_the_motion_of_the_bag(self):
+        arguments = ('bag:=/some.bag', 'ego_motion:=false', 'rviz:=false')
+        self.assertEqual(nodes('kitti.launch', *arguments),
+                         {'/kitti/disparity', '/kitti/moving_objects',
+                          '/kitti/predictive_stereo_manager', '/player'})
+        given = params('kitti.launch', *arguments)
+        for node in ('disparity', 'moving_objects'):
+            self.assertEqual(given['/kitti/%s/odom_frame' % node], 'world')
+        self.assertIn('/tf:=/tf', command('/player', 'kitti.launch', *arguments))
+
     def test_street(self):
         arguments = ('bag:=/some.bag', 'rviz:=true')
         self.assertEqual(nodes('demo_street.launch', *arguments),
                          {'/street/' + n for n in THREE | {'predictive_stereo_manager', 'rviz'}} |
                          {'/player'})
         self.assert_known(params('demo_street.launch', *arguments), '/street')
+        self.assertEqual(nodes('demo_street.launch', *arguments, 'moving_objects:=false',
+                               'ego_motion:=false', 'rviz:=false'),
+                         {'/street/disparity', '/street/predictive_stereo_manager', '/player'})
+
+    def test_recipes_name_topics_that_there_are(self):
+        def recipe(name):
+            with open(os.path.join(REPOSITORY, 'config', 'recipes', name + '.yaml')) as file:
+                return yaml.safe_load(file)
+        ekf = recipe('ekf')
+        self.assertEqual(ekf['odom0'], '/stereo/odometry')
+        self.assertEqual(ekf['odom0_config'], 6 * [False] + 6 * [True] + 3 * [False])
+        self.assertEqual(ekf['base_link_frame'],
+                         params('predictive_stereo.launch',
+                                'camera:=/stereo')['/stereo/ego_motion/base_frame'])
+        costmaps = recipe('costmap')
+        self.assertEqual([costmaps[which]['obstacle_layer']['stereo']['topic']
+                          for which in ('local_costmap', 'global_costmap')],
+                         ['/stereo/points2', '/stereo/points2_static'])
 
     def test_every_config_file(self):
         for path in glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml')):

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 
 #include "tools/bag_check.h"
 
@@ -25,7 +26,10 @@ struct Recording {
   std::vector<double> stamps_s;  // empty: ten, one a period
   bool zero_stamps = false;
   bool extrinsic = true;
+  std::string base = "base_link";
   std::string base_parent;  // of base_link in /tf
+  uint8_t grey = 100;
+  bool compressed = false, broken = false;
 };
 
 sensor_msgs::Image image(const Recording& recording, unsigned width, ros::Time stamp) {
@@ -35,9 +39,26 @@ sensor_msgs::Image image(const Recording& recording, unsigned width, ros::Time s
   message.width = width;
   message.height = recording.height;
   message.encoding = recording.encoding;
-  const unsigned bytes = recording.encoding == "mono16" ? 2 : recording.encoding == "bgr8" ? 3 : 1;
+  const unsigned bytes = recording.encoding == "mono16"  ? 2
+                         : recording.encoding == "bgr8"  ? 3
+                         : recording.encoding == "32FC1" ? 4
+                                                         : 1;
   message.step = width * bytes;
-  message.data.resize(message.step * message.height);
+  message.data.resize(message.step * message.height, recording.grey);
+  return message;
+}
+
+sensor_msgs::CompressedImage packed(const Recording& recording, const sensor_msgs::Image& image) {
+  sensor_msgs::CompressedImage message;
+  message.header = image.header;
+  message.format = "mono8; jpeg compressed ";
+  if (recording.broken)
+    message.data = {1, 2, 3};
+  else
+    cv::imencode(
+        ".jpg",
+        cv::Mat1b(static_cast<int>(image.height), static_cast<int>(image.width), recording.grey),
+        message.data);
   return message;
 }
 
@@ -77,17 +98,23 @@ class CheckBag : public testing::Test {
     if (stamps_s.empty())
       for (int i = 0; i < 10; ++i) stamps_s.push_back(i * recording.period_s);
     if (recording.extrinsic)
-      bag.write("/tf_static", begin, transform("base_link", recording.left_frame, begin));
+      bag.write("/tf_static", begin, transform(recording.base, recording.left_frame, begin));
     for (size_t i = 0; i < stamps_s.size(); ++i) {
       const ros::Time now = begin + ros::Duration(recording.period_s * static_cast<double>(i));
       const auto stamp = [&](double offset_s) {
         return recording.zero_stamps ? ros::Time() : begin + ros::Duration(stamps_s[i] + offset_s);
       };
       const ros::Time left = stamp(0), right = stamp(recording.right_delay_s);
-      if (!recording.left.empty())
-        bag.write(recording.left, now, image(recording, recording.width, left));
-      if (!recording.right.empty())
-        bag.write(recording.right, now, image(recording, recording.right_width, right));
+      const auto writeImage = [&](const std::string& topic, unsigned width, ros::Time stamp) {
+        if (topic.empty()) return;
+        const sensor_msgs::Image message = image(recording, width, stamp);
+        if (recording.compressed)
+          bag.write(topic + "/compressed", now, packed(recording, message));
+        else
+          bag.write(topic, now, message);
+      };
+      writeImage(recording.left, recording.width, left);
+      writeImage(recording.right, recording.right_width, right);
       if (!recording.left_info.empty())
         bag.write(recording.left_info, now, info(recording, 0, left));
       if (!recording.right_info.empty())
@@ -207,13 +234,36 @@ TEST_F(CheckBag, NamesACalibrationThatWasNotRecorded) {
   EXPECT_SAYS(faults(check(no_info, {"/stereo", "", ""})), "Record the calibration too");
 }
 
-TEST_F(CheckBag, SaysHowToUnpackCompressedImages) {
-  {
-    rosbag::Bag bag(path_.string(), rosbag::bagmode::Write);
-    bag.write("/left/image_rect/compressed", ros::Time(1), sensor_msgs::CompressedImage());
+TEST_F(CheckBag, OffersTheTransportOfCompressedImages) {
+  Recording packed;
+  packed.compressed = true;
+  for (const StereoTopicChoice& choice :
+       {StereoTopicChoice(), StereoTopicChoice{"/stereo", "", ""},
+        StereoTopicChoice{"", "/stereo/left/image_rect", "/stereo/right/image_rect"}}) {
+    const BagCheck result = check(packed, choice);
+    EXPECT_TRUE(result.usable()) << faults(result);
+    EXPECT_EQ(
+        std::count(result.arguments.begin(), result.arguments.end(), "image_transport:=compressed"),
+        1);
+    for (const std::string& argument : result.arguments)
+      EXPECT_EQ(argument.find("/compressed"), std::string::npos) << argument;
   }
-  const rosbag::Bag bag(path_.string());
-  EXPECT_SAYS(faults(checkBag(bag)), "republish");
+  packed.broken = true;
+  const BagCheck broken = check(packed);
+  EXPECT_FALSE(broken.usable());
+  EXPECT_SAYS(faults(broken), "neither JPEG nor PNG");
+  packed.left_info = packed.right_info = "";
+  EXPECT_SAYS(faults(check(packed)), "record the camera_info topics too");
+}
+
+TEST_F(CheckBag, TellsThatImagesAreDark) {
+  Recording dark;
+  dark.encoding = "mono16";
+  dark.grey = 10;
+  const BagCheck result = check(dark);
+  EXPECT_TRUE(result.usable());
+  EXPECT_SAYS(advice(result), "no pixel is brighter than 10 of 255");
+  EXPECT_SAYS(advice(result), "set its driver to mono8");
 }
 
 TEST_F(CheckBag, RefusesAnEmptyBag) {
@@ -224,10 +274,10 @@ TEST_F(CheckBag, RefusesAnEmptyBag) {
   EXPECT_SAYS(faults(result), "empty");
 }
 
-TEST_F(CheckBag, RefusesEncodingsThatAreNot8Bit) {
-  Recording deep;
-  deep.encoding = "mono16";
-  EXPECT_SAYS(faults(check(deep)), "mono16");
+TEST_F(CheckBag, RefusesEncodingsThatAreNoGreyAndNoColours) {
+  Recording depth;
+  depth.encoding = "32FC1";
+  EXPECT_SAYS(faults(check(depth)), "32FC1");
 }
 
 TEST_F(CheckBag, RefusesDifferentSizes) {
@@ -288,6 +338,18 @@ TEST_F(CheckBag, TakesTheCameraAsTheBaseWhereTfDoesNotKnowIt) {
   const BagCheck result = check(no_tf);
   EXPECT_TRUE(result.usable()) << faults(result);
   EXPECT_TRUE(hasArgument(result, "camera_is_base:=true"));
+}
+
+// A frame that has a parent cannot get another one.
+TEST_F(CheckBag, TakesWhatTheCameraIsFixedToAsTheBase) {
+  Recording mounted;
+  mounted.base = "camera_link";
+  const BagCheck result = check(mounted);
+  EXPECT_TRUE(result.usable());
+  EXPECT_EQ(std::count(result.arguments.begin(), result.arguments.end(), "base_frame:=camera_link"),
+            1);
+  EXPECT_EQ(std::count(result.arguments.begin(), result.arguments.end(), "camera_is_base:=true"),
+            0);
 }
 
 TEST_F(CheckBag, LeavesTfToAnOdometryOfTheBag) {

@@ -1,5 +1,6 @@
 /// Runs the tool on small streets and on what is wrong.
 #include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <stereo_msgs/DisparityImage.h>
 
@@ -7,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "bag_messages.h"
 #include "tool_fixture.h"
@@ -55,6 +57,25 @@ void makeRaw(const std::string& from, const std::string& to) {
       out.write(topic, message.getTime(), calibrationOf(*info, x, y));
     else if (topic == "/tf_static")
       out.write(topic, message.getTime(), message);
+  }
+}
+
+// The same images as PNG, without a loss.
+void compress(const std::string& from, const std::string& to) {
+  rosbag::Bag out(to, rosbag::bagmode::Write);
+  rosbag::Bag in(from);
+  for (const rosbag::MessageInstance& message : rosbag::View(in)) {
+    const std::string& topic = message.getTopic();
+    if (const auto image = message.instantiate<sensor_msgs::Image>()) {
+      sensor_msgs::CompressedImage packed;
+      packed.header = image->header;
+      packed.format = "mono8; png compressed ";
+      if (image->encoding != "mono8") continue;
+      cv::imencode(".png", pixelsOf(*image), packed.data);
+      out.write(topic + "/compressed", message.getTime(), packed);
+    } else if (topic == "/tf_static" || message.instantiate<sensor_msgs::CameraInfo>()) {
+      out.write(topic, message.getTime(), message);
+    }
   }
 }
 
@@ -109,6 +130,20 @@ TEST_F(Replay, WritesWhatCanBeToldWithoutTruth) {
             0u);
   // The first frame of four has no past.
   EXPECT_EQ(figures.find("street,4,0,0,0,25,"), 0u) << figures;
+}
+
+TEST_F(Replay, ReadsCompressedImages) {
+  const std::string packed = files_.path("packed.bag"), from_raw = files_.path("from_raw.bag"),
+                    from_packed = files_.path("from_packed.bag");
+  compress(street(), packed);
+  ASSERT_EQ(replay("--bag " + street() + " --topics disparity --output " + from_raw).status, 0);
+  const Result result = replay("--bag " + packed + " --topics disparity --output " + from_packed);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  const auto expected = messagesIn<stereo_msgs::DisparityImage>(from_raw).at("/disparity");
+  const auto disparity = messagesIn<stereo_msgs::DisparityImage>(from_packed).at("/disparity");
+  ASSERT_EQ(disparity.size(), expected.size());
+  for (size_t i = 0; i < expected.size(); ++i)
+    EXPECT_TRUE(disparity[i]->image.data == expected[i]->image.data) << i;
 }
 
 TEST_F(Replay, RectifiesRawImages) {

@@ -1,0 +1,63 @@
+#include "nodelets/image_subscriber.h"
+
+#include <image_transport/image_transport.h>
+
+#include <stdexcept>
+
+#include "nodelets/compressed_image.h"
+
+namespace predictive_stereo {
+
+ImageSubscriber::ImageSubscriber(ros::NodeHandle node, const std::string& topic, uint32_t queue,
+                                 const std::string& transport, const Callback& callback)
+    : error_(std::make_shared<Error>()) {
+  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
+  if (transport == "compressed") {
+    const auto unpack = [callback,
+                         error = error_](const sensor_msgs::CompressedImageConstPtr& message) {
+      sensor_msgs::ImageConstPtr image;
+      std::string text;
+      try {
+        image = unpacked(*message);
+      } catch (const std::exception& e) {
+        text = e.what();
+      }
+      {
+        const std::lock_guard<std::mutex> lock(error->mutex);
+        error->text = text;
+      }
+      if (image) callback(image);
+    };
+    compressed_ = node.subscribe<sensor_msgs::CompressedImage>(
+        node.resolveName(topic) + kCompressedTopic, queue, unpack, ros::VoidConstPtr(), hints);
+    return;
+  }
+  try {
+    image_ = image_transport::ImageTransport(node).subscribe(
+        topic, queue, callback, ros::VoidPtr(), image_transport::TransportHints(transport, hints));
+  } catch (const image_transport::TransportLoadException& e) {
+    throw std::runtime_error("image_transport = " + transport + ": cannot be used (" + e.what() +
+                             "); raw and compressed can, others need their plugin package");
+  }
+}
+
+void ImageSubscriber::shutdown() {
+  compressed_.shutdown();
+  image_.shutdown();
+}
+
+uint32_t ImageSubscriber::getNumPublishers() const {
+  return compressed_ ? compressed_.getNumPublishers() : image_.getNumPublishers();
+}
+
+std::string ImageSubscriber::getTopic() const {
+  return compressed_ ? compressed_.getTopic() : image_.getTopic();
+}
+
+std::string ImageSubscriber::error() const {
+  if (!error_) return "";
+  const std::lock_guard<std::mutex> lock(error_->mutex);
+  return error_->text;
+}
+
+}  // namespace predictive_stereo

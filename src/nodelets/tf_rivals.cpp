@@ -1,0 +1,56 @@
+#include "nodelets/tf_rivals.h"
+
+#include <algorithm>
+#include <set>
+
+namespace predictive_stereo {
+namespace {
+
+// tf knows frames without the slash that some still begin them with.
+std::string plain(const std::string& frame) {
+  return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
+}
+
+}  // namespace
+
+void TfRivals::ours(const geometry_msgs::TransformStamped& transform) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ours_.push_back(transform);
+  if (ours_.size() > kRemembered) ours_.pop_front();
+}
+
+void TfRivals::heard(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
+                     bool is_static) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  // The newest are at the end.
+  if (!is_static && std::find(ours_.rbegin(), ours_.rend(), transform) != ours_.rend()) return;
+  rivals_[plain(transform.child_frame_id)] = {publisher, plain(transform.header.frame_id),
+                                              is_static};
+}
+
+std::optional<TfRivals::Rival> TfRivals::of(const std::string& frame) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto rival = rivals_.find(plain(frame));
+  if (rival == rivals_.end()) return std::nullopt;
+  return rival->second;
+}
+
+std::string TfRivals::objection(const std::string& frame) const {
+  const std::optional<Rival> rival = of(frame);
+  if (!rival) return "";
+  const std::string silent = ": tf is not published from here, as a frame has one parent only. ";
+  if (!rival->is_static)
+    return "tf: " + rival->publisher + " already moves '" + frame + "' in '" + rival->parent + "'" +
+           silent + "To use that motion, set publish_tf to false and odom_frame to '" +
+           rival->parent + "'; to use this one, stop the other";
+  // The robot is what the fixed frames hang on.
+  std::string root = rival->parent;
+  std::set<std::string> seen;
+  for (auto above = of(root); above && above->is_static && seen.insert(root).second;
+       above = of(root))
+    root = above->parent;
+  return "tf: " + rival->publisher + " has '" + frame + "' fixed to '" + rival->parent + "'" +
+         silent + "Set base_frame to '" + root + "', or publish_tf to false";
+}
+
+}  // namespace predictive_stereo
