@@ -2,6 +2,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <utility>
 
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/matcher.h"
@@ -10,10 +11,13 @@
 
 namespace predictive_stereo {
 
+struct ConstRangeRow;
+
 enum class SearchScheme {
   kFull,        ///< every disparity, every frame: the reference
   kPaper,       ///< d +- p of the prediction; everything near discontinuities or without prediction
-  kPredictive,  ///< hull of prediction and half-resolution match, widened; everything with neither
+  kPredictive,  ///< hull of prediction and half-resolution match, widened; with neither, what is
+                ///< known within some 16 px around; everything where that is nothing
 };
 
 struct SearchRangeParams {
@@ -52,10 +56,15 @@ class SearchRangeBuilder {
   void aroundPrediction(const Prediction& prediction, SearchRanges& ranges) const;
   void unite(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
              SearchRanges& ranges);
+  void addToTiles(int y, int rows, const ConstRangeRow& ranges);
+  std::pair<short, short> aroundTile(int tile_x, int tile_y) const;
+  void cutAndOpen(SearchRanges& ranges);
 
   DisparityRange range_;
   SearchRangeParams params_;
   SearchRanges predicted_, coarse_;  // some rows of each band of the image
+  SearchRanges tiles_;               // hulls of tiles
+  SearchRanges columns_;             // of the columns of each row of tiles
 };
 
 }  // namespace predictive_stereo

@@ -113,26 +113,44 @@ HWY_NOINLINE void uniteWithCoarsePixels(const int16_t* HWY_RESTRICT coarse_first
   }
 }
 
-HWY_NOINLINE void cutPixels(int width, int16_t smallest, int16_t largest,
-                            int16_t* HWY_RESTRICT first, int16_t* HWY_RESTRICT last) {
-  for (int x = 0; x < width; ++x) {
-    const int16_t low = std::max(first[x], smallest), high = std::min(last[x], largest);
-    const bool known = first[x] <= last[x];
-    first[x] = known ? low : smallest;
-    last[x] = known ? high : largest;
+void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width,
+                     const RangeRow& ranges) {
+  if (coarse_width == 0) return;
+  uniteWithCoarsePixels(coarse.first, coarse.last, coarse_width, ranges.first, ranges.last);
+  for (int x = 2 * coarse_width; x < width; ++x) {
+    ranges.first[x] = std::min(ranges.first[x], coarse.first[coarse_width - 1]);
+    ranges.last[x] = std::max(ranges.last[x], coarse.last[coarse_width - 1]);
   }
 }
 
-void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width, int16_t smallest,
-                     int16_t largest, const RangeRow& ranges) {
-  if (coarse_width > 0) {
-    uniteWithCoarsePixels(coarse.first, coarse.last, coarse_width, ranges.first, ranges.last);
-    for (int x = 2 * coarse_width; x < width; ++x) {
-      ranges.first[x] = std::min(ranges.first[x], coarse.first[coarse_width - 1]);
-      ranges.last[x] = std::max(ranges.last[x], coarse.last[coarse_width - 1]);
-    }
+HWY_NOINLINE void unitePixels(const int16_t* HWY_RESTRICT first, const int16_t* HWY_RESTRICT last,
+                              int width, int16_t* HWY_RESTRICT hull_first,
+                              int16_t* HWY_RESTRICT hull_last) {
+  for (int x = 0; x < width; ++x) {
+    hull_first[x] = std::min(hull_first[x], first[x]);
+    hull_last[x] = std::max(hull_last[x], last[x]);
   }
-  cutPixels(width, smallest, largest, ranges.first, ranges.last);
+}
+
+void uniteRows(const ConstRangeRow& ranges, int width, const RangeRow& hull) {
+  unitePixels(ranges.first, ranges.last, width, hull.first, hull.last);
+}
+
+HWY_NOINLINE void cutPixels(const int16_t* HWY_RESTRICT otherwise_first,
+                            const int16_t* HWY_RESTRICT otherwise_last, int width, int16_t smallest,
+                            int16_t largest, int16_t* HWY_RESTRICT first,
+                            int16_t* HWY_RESTRICT last) {
+  for (int x = 0; x < width; ++x) {
+    const int16_t low = std::max(first[x], smallest), high = std::min(last[x], largest);
+    const bool known = first[x] <= last[x];
+    first[x] = known ? low : otherwise_first[x];
+    last[x] = known ? high : otherwise_last[x];
+  }
+}
+
+void cutRanges(const ConstRangeRow& otherwise, int width, int16_t smallest, int16_t largest,
+               const RangeRow& ranges) {
+  cutPixels(otherwise.first, otherwise.last, width, smallest, largest, ranges.first, ranges.last);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -146,6 +164,8 @@ HWY_EXPORT(widenPredicted);
 HWY_EXPORT(widenMeasured);
 HWY_EXPORT(hullOfRows);
 HWY_EXPORT(uniteWithCoarse);
+HWY_EXPORT(uniteRows);
+HWY_EXPORT(cutRanges);
 
 void widenPredicted(const PredictedRow& row, int width, const Margins& margins,
                     float smallest_valid, uint8_t moving, const RangeRow& ranges) {
@@ -162,9 +182,18 @@ void hullOfRows(const ConstRangeRow rows[3], int width, const RangeRow& column_h
   HWY_DYNAMIC_DISPATCH(hullOfRows)(rows, width, column_hull, hull);
 }
 
-void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width, int16_t smallest,
-                     int16_t largest, const RangeRow& ranges) {
-  HWY_DYNAMIC_DISPATCH(uniteWithCoarse)(coarse, coarse_width, width, smallest, largest, ranges);
+void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width,
+                     const RangeRow& ranges) {
+  HWY_DYNAMIC_DISPATCH(uniteWithCoarse)(coarse, coarse_width, width, ranges);
+}
+
+void uniteRows(const ConstRangeRow& ranges, int width, const RangeRow& hull) {
+  HWY_DYNAMIC_DISPATCH(uniteRows)(ranges, width, hull);
+}
+
+void cutRanges(const ConstRangeRow& otherwise, int width, int16_t smallest, int16_t largest,
+               const RangeRow& ranges) {
+  HWY_DYNAMIC_DISPATCH(cutRanges)(otherwise, width, smallest, largest, ranges);
 }
 
 }  // namespace predictive_stereo

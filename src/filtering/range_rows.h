@@ -41,10 +41,16 @@ void widenMeasured(const float* disparity_px, int width, float margin_px, float 
 void hullOfRows(const ConstRangeRow rows[3], int width, const RangeRow& column_hull,
                 const RangeRow& hull);
 
-/// Unites `ranges` with those of half resolution, cuts them to [smallest, largest], and opens those
-/// that are still empty to all of it.
-void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width, int16_t smallest,
-                     int16_t largest, const RangeRow& ranges);
+/// Unites `ranges` with those of half resolution.
+void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width,
+                     const RangeRow& ranges);
+
+/// Unites `hull` with `ranges`, pixel by pixel.
+void uniteRows(const ConstRangeRow& ranges, int width, const RangeRow& hull);
+
+/// Cuts `ranges` to [smallest, largest]; those that are empty become `otherwise`.
+void cutRanges(const ConstRangeRow& otherwise, int width, int16_t smallest, int16_t largest,
+               const RangeRow& ranges);
 
 /// last - first + 1, but at least 0.
 inline void widthsOfRow(const ConstRangeRow& ranges, int width, uint16_t* widths) {

@@ -9,6 +9,9 @@
 namespace predictive_stereo {
 namespace {
 
+constexpr int kTilePx = 16;
+constexpr int kBandRows = 2 * kTilePx;
+
 void create(cv::Size size, SearchRanges& ranges) {
   ranges.first.create(size);
   ranges.last.create(size);
@@ -17,6 +20,10 @@ void create(cv::Size size, SearchRanges& ranges) {
 RangeRow row(SearchRanges& ranges, int y) { return {ranges.first[y], ranges.last[y]}; }
 ConstRangeRow constRow(const SearchRanges& ranges, int y) {
   return {ranges.first[y], ranges.last[y]};
+}
+
+cv::Size tilesOf(cv::Size size) {
+  return {(size.width + kTilePx - 1) / kTilePx, (size.height + kTilePx - 1) / kTilePx};
 }
 
 // The 3x3 hulls of successive rows, from their ranges without neighbours. Three rows of those are
@@ -120,10 +127,12 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
     widenMeasured(coarse_disparity_px[y], coarse_size.width, margins.least, smallest, widened);
   };
 
-  constexpr int kBandRows = 32, kMemoryRows = RollingHull::kMemoryRows;
+  constexpr int kMemoryRows = RollingHull::kMemoryRows;
   const int bands = (size.height + kBandRows - 1) / kBandRows;
   create({size.width, bands * kMemoryRows}, predicted_);
   create({coarse_size.width, bands * (kMemoryRows + 1)}, coarse_);
+  create(tilesOf(size), tiles_);
+  create({size.width, tiles_.first.rows}, columns_);
   cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
       const int coarse_memory = band * (kMemoryRows + 1);
@@ -142,9 +151,61 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
           coarse = constRow(coarse_, memory_row);
         }
         uniteWithCoarse(coarse, coarse_size.empty() ? 0 : coarse_size.width, size.width,
-                        static_cast<short>(range_.min_disparity),
-                        static_cast<short>(range_.max_disparity()), row(ranges, y));
+                        row(ranges, y));
+        addToTiles(y, size.height, constRow(ranges, y));
       }
+    }
+  });
+  cutAndOpen(ranges);
+}
+
+// Rows come in order; the last one of a tile completes it.
+void SearchRangeBuilder::addToTiles(int y, int rows, const ConstRangeRow& ranges) {
+  const int width = columns_.first.cols, tile_y = y / kTilePx;
+  const RangeRow columns = row(columns_, tile_y);
+  if (y % kTilePx == 0) {
+    std::fill_n(columns.first, width, kEmptyFirst);
+    std::fill_n(columns.last, width, kEmptyLast);
+  }
+  uniteRows(ranges, width, columns);
+  if (y % kTilePx != kTilePx - 1 && y != rows - 1) return;
+  const RangeRow tiles = row(tiles_, tile_y);
+  for (int tile = 0; tile < tiles_.first.cols; ++tile) {
+    const int begin = tile * kTilePx, end = std::min(begin + kTilePx, width);
+    tiles.first[tile] = *std::min_element(columns.first + begin, columns.first + end);
+    tiles.last[tile] = *std::max_element(columns.last + begin, columns.last + end);
+  }
+}
+
+// The hull of a tile and those around it; everything, where nothing is known there.
+std::pair<short, short> SearchRangeBuilder::aroundTile(int tile_x, int tile_y) const {
+  short first = kEmptyFirst, last = kEmptyLast;
+  for (int i = std::max(tile_y - 1, 0); i <= std::min(tile_y + 1, tiles_.first.rows - 1); ++i)
+    for (int j = std::max(tile_x - 1, 0); j <= std::min(tile_x + 1, tiles_.first.cols - 1); ++j) {
+      first = std::min(first, tiles_.first(i, j));
+      last = std::max(last, tiles_.last(i, j));
+    }
+  const auto smallest = static_cast<short>(range_.min_disparity);
+  const auto largest = static_cast<short>(range_.max_disparity());
+  if (first > last) return {smallest, largest};
+  return {std::max(first, smallest), std::min(last, largest)};
+}
+
+// Cuts all ranges to that of the matcher, and opens those that are empty.
+void SearchRangeBuilder::cutAndOpen(SearchRanges& ranges) {
+  const cv::Size size = ranges.first.size(), tiles = tiles_.first.size();
+  cv::parallel_for_(cv::Range(0, tiles.height), [&](const cv::Range& part) {
+    for (int tile_y = part.start; tile_y < part.end; ++tile_y) {
+      const RangeRow around = row(columns_, tile_y);
+      for (int tile_x = 0; tile_x < tiles.width; ++tile_x) {
+        const auto [first, last] = aroundTile(tile_x, tile_y);
+        const int begin = tile_x * kTilePx, count = std::min(kTilePx, size.width - begin);
+        std::fill_n(around.first + begin, count, first);
+        std::fill_n(around.last + begin, count, last);
+      }
+      for (int y = tile_y * kTilePx; y < std::min((tile_y + 1) * kTilePx, size.height); ++y)
+        cutRanges(constRow(columns_, tile_y), size.width, static_cast<short>(range_.min_disparity),
+                  static_cast<short>(range_.max_disparity()), row(ranges, y));
     }
   });
 }

@@ -112,7 +112,9 @@ TEST(BorderReads, OfSearchRanges) {
       const ConstRangeRow row{first(n), last(n)};
       const ConstRangeRow rows[3] = {row, row, row};
       hullOfRows(rows, n, {columns_first(n), columns_last(n)}, hull);
-      uniteWithCoarse({coarse_first(n / 2), coarse_last(n / 2)}, n / 2, n, 0, 127, hull);
+      uniteWithCoarse({coarse_first(n / 2), coarse_last(n / 2)}, n / 2, n, hull);
+      uniteRows(row, n, hull);
+      cutRanges(row, n, 0, 127, hull);
       widthsOfRow({hull_first(n), hull_last(n)}, n, widths(n));
     });
   });

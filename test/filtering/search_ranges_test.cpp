@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace predictive_stereo {
 namespace {
@@ -46,7 +47,8 @@ struct Interval {
   }
 };
 
-Interval naive(const Prediction& prediction, const cv::Mat1f& coarse, const DisparityRange& range,
+// What prediction and half-resolution match say of a pixel; nothing: first > last.
+Interval known(const Prediction& prediction, const cv::Mat1f& coarse, const DisparityRange& range,
                const SearchRangeParams& params, int x, int y) {
   const cv::Size size = prediction.disparity_px.size();
   Interval interval;
@@ -69,25 +71,54 @@ Interval naive(const Prediction& prediction, const cv::Mat1f& coarse, const Disp
         if (range.isValid(coarse(v, u)))
           interval.include(coarse(v, u) - params.margin_px, coarse(v, u) + params.margin_px);
   }
-  if (interval.first > interval.last) interval.include(range.min_disparity, range.max_disparity());
-  interval.first = std::max(interval.first, range.min_disparity);
-  interval.last = std::min(interval.last, range.max_disparity());
   return interval;
 }
 
-TEST(SearchRanges, PredictiveIsTheHullOfPredictionAndCoarseMatch) {
+// The same of every pixel; what is unknown takes the hull of what is known in the 3x3 tiles around.
+std::vector<Interval> naive(const Prediction& prediction, const cv::Mat1f& coarse,
+                            const DisparityRange& range, const SearchRangeParams& params) {
+  constexpr int kTile = 16;
+  const cv::Size size = prediction.disparity_px.size();
+  std::vector<Interval> known_ranges;
+  for (int i = 0; i < size.area(); ++i)
+    known_ranges.push_back(
+        known(prediction, coarse, range, params, i % size.width, i / size.width));
+  std::vector<Interval> ranges = known_ranges;
+  for (int i = 0; i < size.area(); ++i) {
+    const int x = i % size.width, y = i / size.width;
+    if (ranges[i].first > ranges[i].last)
+      for (int j = 0; j < size.area(); ++j) {
+        const int across = j % size.width / kTile - x / kTile,
+                  down = j / size.width / kTile - y / kTile;
+        if (std::abs(across) > 1 || std::abs(down) > 1) continue;
+        ranges[i].first = std::min(ranges[i].first, known_ranges[j].first);
+        ranges[i].last = std::max(ranges[i].last, known_ranges[j].last);
+      }
+    if (ranges[i].first > ranges[i].last)
+      ranges[i].include(range.min_disparity, range.max_disparity());
+    ranges[i].first = std::max(ranges[i].first, range.min_disparity);
+    ranges[i].last = std::min(ranges[i].last, range.max_disparity());
+  }
+  return ranges;
+}
+
+TEST(SearchRanges, PredictiveIsTheHullOfWhatIsKnown) {
   for (const int min_disparity : {-16, 0, 16}) {
     const DisparityRange range{min_disparity, 64};
     for (const cv::Size size :
-         {cv::Size(37, 23), cv::Size(2, 2), cv::Size(40, 1), cv::Size(1, 9), cv::Size(35, 99)}) {
-      const Prediction prediction = randomPrediction(size, range, 5);
+         {cv::Size(37, 23), cv::Size(2, 2), cv::Size(40, 1), cv::Size(1, 9), cv::Size(75, 99)}) {
+      Prediction prediction = randomPrediction(size, range, 5);
+      // A corner without anything, and a gap from it to the other side.
+      for (const cv::Rect& unknown : {cv::Rect(0, 0, 40, 60), cv::Rect(0, 30, size.width, 5)})
+        prediction.disparity_px(unknown & cv::Rect({}, size)).setTo(range.invalid());
       const cv::Mat1f coarse = randomCoarse(size, range, 6);
       SearchRangeParams params;
       SearchRanges ranges;
       SearchRangeBuilder(range, params).build(prediction, coarse, ranges);
+      const std::vector<Interval> all = naive(prediction, coarse, range, params);
       for (int y = 0; y < size.height; ++y)
         for (int x = 0; x < size.width; ++x) {
-          const Interval expected = naive(prediction, coarse, range, params, x, y);
+          const Interval expected = all[y * size.width + x];
           ASSERT_EQ(ranges.first(y, x), expected.first) << size << " " << x << "," << y;
           ASSERT_EQ(ranges.last(y, x), expected.last) << size << " " << x << "," << y;
         }
