@@ -1,6 +1,5 @@
 #include "predictive_stereo/pipeline.h"
 
-#include <future>
 #include <stdexcept>
 #include <string>
 
@@ -48,13 +47,9 @@ SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
 void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   times_ = {};
   correctColumns(sources, output);
-  std::future<void> matched_coarsely;
   if (disparity_) {
     disparity_->begin(frame_.left, frame_.right, rig_);
-    // What needs no motion runs beside it.
-    const bool motion_takes_time = ego_motion_ || sources.motion;
-    matched_coarsely = std::async(motion_takes_time ? std::launch::async : std::launch::deferred,
-                                  [this] { disparity_->matchCoarsely(); });
+    disparity_->matchCoarsely();  // before the motion, which another node may still be estimating
   }
   followCamera(sources, output);
   if (disparity_) {
@@ -63,7 +58,6 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
     if (sources.moved && marksMatter()) markMoving(sources.moved(*past_stamp_));
     disparity_->predict(past_, motion, maps);
     DisparityState& filters = linkToPast(motion.has_value());
-    matched_coarsely.get();
     disparity_->chooseRanges(maps);
     disparity_->match(maps);
     disparity_->correct(maps, filters);
