@@ -1,8 +1,8 @@
 #include "detection/frame_history.h"
 
 #include <algorithm>
+#include <opencv2/core/utility.hpp>
 
-#include "detection/work_pool.h"
 #include "predictive_stereo/prediction.h"
 #include "predictive_stereo/rigid_motion.h"
 
@@ -24,8 +24,9 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   std::vector<Task> tasks = {[&] { current.pyramid.build(input.left, kPyramidLevels); },
                              [&] { input.measured_disparity_px.copyTo(current.disparity_px); }};
   tasks.insert(tasks.end(), beside.begin(), beside.end());
-  forEachInParallel(static_cast<int>(tasks.size()),
-                    [&](int i) { tasks[static_cast<size_t>(i)](); });
+  cv::parallel_for_(cv::Range(0, static_cast<int>(tasks.size())), [&](const cv::Range& part) {
+    for (int i = part.start; i < part.end; ++i) tasks[static_cast<size_t>(i)]();
+  });
 }
 
 void FrameHistory::addToDisparities(const DisparityRange& range, double step_px) {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/utility.hpp>
 
 #include "detection/displacement_search.h"
 #include "detection/frame_comparison.h"
-#include "detection/work_pool.h"
 
 namespace predictive_stereo {
 namespace {
@@ -80,9 +80,9 @@ std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
                                         const std::vector<cv::Point>& points_px, double seconds) {
   std::vector<SuspectGroup> groups = groupsInSpace(view, params, points_px);
   const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
-  // Groups differ much in size: each thread takes the next one as soon as it can.
-  forEachInParallel(static_cast<int>(groups.size()), [&](int i) {
-    search(view, params, static_source, seconds, groups[static_cast<size_t>(i)]);
+  cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
+    for (int i = part.start; i < part.end; ++i)
+      search(view, params, static_source, seconds, groups[static_cast<size_t>(i)]);
   });
   groups.erase(std::remove_if(groups.begin(), groups.end(),
                               [](const SuspectGroup& g) { return g.gain < kLeastGain; }),
@@ -96,12 +96,15 @@ std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetec
   for (const SuspectGroup& group : groups) points += group.points_px.size();
   const size_t step = points / (static_cast<size_t>(params.max_tracks) + 1) + 1;
   std::vector<std::vector<PointTrack>> followed(groups.size());
-  forEachInParallel(static_cast<int>(groups.size()), [&](int i) {
-    SuspectGroup group = groups[static_cast<size_t>(i)];
+  const auto follow = [&](size_t i) {
+    SuspectGroup group = groups[i];
     const size_t count = group.points_px.size() / step;
     for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
     group.points_px.resize(count);
-    followed[static_cast<size_t>(i)] = followPoints(view, params, group.points_px, group.shift_px);
+    followed[i] = followPoints(view, params, group.points_px, group.shift_px);
+  };
+  cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
+    for (int i = part.start; i < part.end; ++i) follow(static_cast<size_t>(i));
   });
   std::vector<PointTrack> all;
   for (const auto& tracks : followed) all.insert(all.end(), tracks.begin(), tracks.end());

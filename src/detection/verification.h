@@ -11,7 +11,7 @@
 #include "detection/road_line.h"
 #include "detection/segmentation.h"
 #include "detection/tracker.h"
-#include "detection/work_pool.h"
+#include "parallel/work_pool.h"
 
 namespace predictive_stereo {
 

@@ -1,6 +1,6 @@
 /// Every piece of work is done once, with memory that no other thread has, for any number of
 /// threads.
-#include "detection/work_pool.h"
+#include "parallel/work_pool.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <deque>
+#include <mutex>
+#include <opencv2/core/utility.hpp>
+#include <vector>
+
+namespace predictive_stereo {
+
+/// Memory of threads that share work, one each; kept from use to use.
+template <class Work>
+class WorkPool {
+ public:
+  /// Calls body(i, work) for i in [0, count), in parallel. Results must not depend on what is left
+  /// in `work`.
+  template <class Body>
+  void forEach(int count, const Body& body) {
+    cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& mine) {
+      Work& work = take();
+      for (int i = mine.start; i < mine.end; ++i) body(i, work);
+      giveBack(work);
+    });
+  }
+
+ private:
+  Work& take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (free_.empty()) return works_.emplace_back();
+    Work* const work = free_.back();
+    free_.pop_back();
+    return *work;
+  }
+  void giveBack(Work& work) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    free_.push_back(&work);
+  }
+
+  std::mutex mutex_;
+  std::deque<Work> works_;  // its elements stay where they are
+  std::vector<Work*> free_;
+};
+
+}  // namespace predictive_stereo
