@@ -1,5 +1,7 @@
 #include "predictive_stereo/pipeline.h"
 
+#include <future>
+#include <opencv2/core/utility.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -47,9 +49,13 @@ SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
 void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   times_ = {};
   correctColumns(sources, output);
+  std::future<void> matched_coarsely;
   if (disparity_) {
     disparity_->begin(frame_.left, frame_.right, rig_);
-    disparity_->matchCoarsely();  // before the motion, which another node may still be estimating
+    // With two threads each has one to do; more of them share all loops.
+    const bool beside = (ego_motion_ || sources.motion) && cv::getNumThreads() == 2;
+    matched_coarsely = std::async(beside ? std::launch::async : std::launch::deferred,
+                                  [this] { disparity_->matchCoarsely(); });
   }
   followCamera(sources, output);
   if (disparity_) {
@@ -58,6 +64,7 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
     if (sources.moved && marksMatter()) markMoving(sources.moved(*past_stamp_));
     disparity_->predict(past_, motion, maps);
     DisparityState& filters = linkToPast(motion.has_value());
+    matched_coarsely.get();
     disparity_->chooseRanges(maps);
     disparity_->match(maps);
     disparity_->correct(maps, filters);

@@ -72,8 +72,8 @@ struct DisparityOutput {
 };
 
 /// The blocks of the paper's block diagram, from the images to the published disparity. A frame's
-/// steps come in the order of their declaration. The images must stay alive and unchanged all the
-/// time.
+/// steps come in the order of their declaration, but matchCoarsely() and predict() do not need each
+/// other and may run at the same time. The images must stay alive and unchanged all the time.
 class DisparityEstimator {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.

@@ -7,12 +7,24 @@
 #include "filtering/connection_rows.h"
 
 namespace predictive_stereo {
+namespace {
+
+constexpr int kBandRows = 32;
+
+}  // namespace
 
 void RegionFilter::filter(const DisparityRange& range, int min_region_px, cv::Mat1f& disparity_px) {
   if (min_region_px <= 1 || disparity_px.empty()) return;
   const int width = disparity_px.cols, height = disparity_px.rows;
   findRuns(disparity_px, static_cast<float>(range.min_disparity));
-  for (int y = 1; y < height; ++y) connectRows(y);
+  // Within bands first, which do not know of each other; what is united in which order is the same.
+  const int bands = (height + kBandRows - 1) / kBandRows;
+  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+    for (int band = part.start; band < part.end; ++band)
+      for (int y = band * kBandRows + 1; y < std::min((band + 1) * kBandRows, height); ++y)
+        connectRows(y);
+  });
+  for (int y = kBandRows; y < height; y += kBandRows) connectRows(y);
   // Parents come first: one step then leads from each run to its root.
   for (int y = 0; y < height; ++y)
     for (int32_t run = y * width; run < y * width + run_count_[y]; ++run)

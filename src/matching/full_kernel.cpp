@@ -49,6 +49,10 @@ class RowAggregation {
   }
 
   HWY_INLINE void run() const {
+    if constexpr (kStraight && !kDiagonal) {
+      if (row_.part == RowPart::kAcross) return walkAcross();
+      if (row_.part == RowPart::kDown) return followVerticals();
+    }
     const int step = row_.upward ? -1 : 1;
     int x = row_.upward ? row_.width - 1 : 0;
     Path horizontal, behind;
@@ -96,6 +100,43 @@ class RowAggregation {
   }
 
  private:
+  /// The horizontal path from one end to the other and the one back.
+  HWY_INLINE void walkAcross() const {
+    for (const bool backward : {false, true}) {
+      Path horizontal;
+      start(horizontal);
+      for (int i = 0; i < row_.width; ++i) {
+        const int x = backward ? row_.width - 1 - i : i;
+        Pixel costs;
+        matchingCosts(x, costs);
+        follow(horizontal, costs, row_.floors_across[backward ? x + 1 : x], horizontal);
+        horizontal.most = hn::Add(lowestLane(d_, lowest<0, kK>(horizontal.costs)), p2_);
+        addTo(backward ? row_.sums : nullptr, x, horizontal.costs);
+      }
+    }
+  }
+
+  HWY_INLINE void followVerticals() const {
+    for (int x = row_.begin_column; x < row_.end_column; ++x) {
+      Pixel costs;
+      matchingCosts(x, costs);
+      Path vertical;
+      load(row_.straight, x, vertical);
+      follow(vertical, costs, row_.floors_down[x], vertical);
+      store(vertical, row_.straight, x);
+      addTo(row_.sums_before, x, vertical.costs);
+    }
+  }
+
+  /// The sums of a pixel: what is there before, if anything, and these costs.
+  HWY_INLINE void addTo(const uint8_t* before, int x, const Pixel& costs) const {
+    for (int k = 0; k < kK; ++k) {
+      const size_t at = byteOf(x) + k * kLanes;
+      const V sum = before ? hn::SaturatedAdd(hn::Load(d_, before + at), costs.v[k]) : costs.v[k];
+      hn::Store(sum, d_, row_.sums + at);
+    }
+  }
+
   /// A path that starts anew: every disparity costs what it costs here.
   HWY_INLINE void start(Path& path) const {
     for (int k = 0; k < kK; ++k) path.costs.v[k] = hn::Zero(d_);

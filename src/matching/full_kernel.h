@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "matching/cost_tables.h"
+#include "matching/row_visits.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -38,6 +39,8 @@ struct FullSearchRow {
   int nibbles;
   PathSet paths;
   bool upward;
+  RowPart part;                  ///< of straight paths alone; others: kWhole
+  int begin_column, end_column;  ///< kDown: where
   const CostTables* tables;
   const uint8_t* left_planes;  ///< CensusPlanes::buildLeft of this row
   size_t left_stride;
@@ -52,7 +55,7 @@ struct FullSearchRow {
   PathRow straight;
   PathRow from_behind;         ///< from the column that the pass has just left
   PathRow from_ahead;          ///< from the column that the pass comes to next
-  const uint8_t* sums_before;  ///< sums of the other pass, or nullptr
+  const uint8_t* sums_before;  ///< sums of earlier visits, or nullptr; they may be `sums`
   uint8_t* sums;               ///< [x][StripedLayout::size()]
 };
 

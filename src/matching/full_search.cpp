@@ -2,8 +2,8 @@
 
 #include <cstring>
 
+#include "matching/row_visits.h"
 #include "matching/striped_winners_kernel.h"
-#include "matching/two_passes.h"
 
 namespace predictive_stereo {
 
@@ -14,7 +14,6 @@ FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
       tables_(params.p2),
       left_planes_(params.census, simd_target),
       right_planes_(params.census, simd_target) {
-  upward_.upward = true;
   uint8_t* const dead = dead_.reserve(layout_.size());
   for (int i = 0; i < layout_.size(); ++i) {
     const int index = i % layout_.lanes * layout_.vectors + i / layout_.lanes;
@@ -33,18 +32,52 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
   start(downward_, width);
   start(upward_, width);
 
-  visitRowsTwice(height, height / 2, [&](int y, bool upward, bool is_first_visit) {
-    Pass& pass = upward ? upward_ : downward_;
-    uint8_t* const sums = all_sums + y * row_bytes;
-    if (is_first_visit) return aggregateRow(pass, floors, width, y, nullptr, sums);
-    aggregateRow(pass, floors, width, y, sums, pass.row_sums.data());
-    stripedWinners(simd_target_)({width, params_.range, layout_, pass.row_sums.data()},
-                                 pass.winners);
-    describeRow(pass.winners, params_, simd_target_, y, nullptr, nullptr, match);
+  const int strips = params_.paths == PathSet::kStraight4 ? stripsOfSearch() : 0;
+  if (strips > 0) return matchByStrips(floors, strips, all_sums, match);
+  visitRowsTwice(height, height / 2, [&](const RowVisit& visit) {
+    row_works_.use([&](RowWork& work) {
+      uint8_t* const sums = all_sums + visit.y * row_bytes;
+      uint8_t* const row_sums = work.sums.reserve(row_bytes);
+      fullSearchRow(simd_target_)(rowOf(visit, RowPart::kWhole, floors, width,
+                                        visit.is_first ? nullptr : sums,
+                                        visit.is_first ? sums : row_sums));
+      if (!visit.is_first) chooseWinners(visit.y, row_sums, work.winners, match);
+    });
   });
 }
 
-void FullSearch::start(Pass& pass, int width) {
+void FullSearch::matchByStrips(const JumpFloors& floors, int strips, uint8_t* all_sums,
+                               Match& match) {
+  const int width = match.disparity_px.cols, height = match.disparity_px.rows;
+  const auto sumsOf = [&](int y) {
+    return all_sums + static_cast<size_t>(y) * width * layout_.size();
+  };
+  const auto across = [&](int y) {
+    fullSearchRow(simd_target_)(
+        rowOf({y, false, true}, RowPart::kAcross, floors, width, nullptr, sumsOf(y)));
+  };
+  const auto down = [&](const RowVisit& visit, int strip) {
+    uint8_t* const sums = sumsOf(visit.y);
+    FullSearchRow row = rowOf(visit, RowPart::kDown, floors, width, sums, sums);
+    row.begin_column = width * strip / strips;
+    row.end_column = width * (strip + 1) / strips;
+    fullSearchRow(simd_target_)(row);
+  };
+  const auto finish = [&](int y) {
+    row_works_.use([&](RowWork& work) { chooseWinners(y, sumsOf(y), work.winners, match); });
+  };
+  visitRowsByStrips(height, height / 2, strips, across, down, finish);
+}
+
+void FullSearch::chooseWinners(int y, const uint8_t* sums, RowWinners& winners,
+                               Match& match) const {
+  const int width = match.disparity_px.cols;
+  winners.resize(width, params_.range);
+  stripedWinners(simd_target_)({width, params_.range, layout_, sums}, winners);
+  describeRow(winners, params_, simd_target_, y, nullptr, nullptr, match);
+}
+
+void FullSearch::start(Pass& pass, int width) const {
   const size_t bytes = static_cast<size_t>(width) * layout_.size();
   uint8_t* memory = pass.paths.reserve(3 * (bytes + width));
   for (PathRow* path : {&pass.straight, &pass.from_behind, &pass.from_ahead}) {
@@ -57,12 +90,12 @@ void FullSearch::start(Pass& pass, int width) {
     std::memset(path->most, params_.p2, width);
     memory += width;
   }
-  pass.row_sums.reserve(bytes);
-  pass.winners.resize(width, params_.range);
 }
 
-void FullSearch::aggregateRow(Pass& pass, const JumpFloors& floors, int width, int y,
-                              const uint8_t* sums_before, uint8_t* sums) {
+FullSearchRow FullSearch::rowOf(const RowVisit& visit, RowPart part, const JumpFloors& floors,
+                                int width, const uint8_t* sums_before, uint8_t* sums) const {
+  const int y = visit.y;
+  const Pass& pass = visit.upward ? upward_ : downward_;
   FullSearchRow row;
   row.width = width;
   row.layout = layout_;
@@ -70,7 +103,10 @@ void FullSearch::aggregateRow(Pass& pass, const JumpFloors& floors, int width, i
   row.p2 = params_.p2;
   row.nibbles = nibbleCount(params_.census);
   row.paths = params_.paths;
-  row.upward = pass.upward;
+  row.upward = visit.upward;
+  row.part = part;
+  row.begin_column = 0;
+  row.end_column = width;
   row.tables = &tables_;
   row.left_planes = left_planes_.row(y);
   row.left_stride = left_planes_.plane_stride();
@@ -78,14 +114,14 @@ void FullSearch::aggregateRow(Pass& pass, const JumpFloors& floors, int width, i
   row.entry_offsets = right_planes_.entry_offsets();
   row.right_stride = right_planes_.plane_stride();
   row.floors_across = floors.across(y);
-  row.floors_down = floors.down(pass.upward ? y + 1 : y);
+  row.floors_down = floors.down(visit.upward ? y + 1 : y);
   row.dead = layout_.size() > params_.range.count ? dead_.data() : nullptr;
   row.straight = pass.straight;
   row.from_behind = pass.from_behind;
   row.from_ahead = pass.from_ahead;
   row.sums_before = sums_before;
   row.sums = sums;
-  fullSearchRow(simd_target_)(row);
+  return row;
 }
 
 }  // namespace predictive_stereo

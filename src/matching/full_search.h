@@ -1,4 +1,4 @@
-/// Full search of a pair by kernels: both passes, each exactly, on two threads.
+/// Full search of a pair by kernels: both passes, each exactly, on any number of threads.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -8,7 +8,9 @@
 #include "matching/cost_tables.h"
 #include "matching/full_kernel.h"
 #include "matching/jump_floors.h"
+#include "matching/row_visits.h"
 #include "matching/row_winners.h"
+#include "parallel/work_pool.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -27,16 +29,20 @@ class FullSearch {
 
  private:
   struct Pass {
-    bool upward = false;
     AlignedBuffer paths;
     PathRow straight, from_behind, from_ahead;
-    AlignedBuffer row_sums;
+  };
+  /// Memory for the work on a row.
+  struct RowWork {
+    AlignedBuffer sums;
     RowWinners winners;
   };
 
-  void start(Pass& pass, int width);
-  void aggregateRow(Pass& pass, const JumpFloors& floors, int width, int y,
-                    const uint8_t* sums_before, uint8_t* sums);
+  void matchByStrips(const JumpFloors& floors, int strips, uint8_t* sums, Match& match);
+  void start(Pass& pass, int width) const;
+  FullSearchRow rowOf(const RowVisit& visit, RowPart part, const JumpFloors& floors, int width,
+                      const uint8_t* sums_before, uint8_t* sums) const;
+  void chooseWinners(int y, const uint8_t* sums, RowWinners& winners, Match& match) const;
 
   const MatcherParams params_;
   const int64_t simd_target_;
@@ -45,6 +51,7 @@ class FullSearch {
   AlignedBuffer dead_;
   CensusPlanes left_planes_, right_planes_;
   Pass downward_, upward_;
+  WorkPool<RowWork> row_works_;
 };
 
 }  // namespace predictive_stereo

@@ -69,7 +69,12 @@ class RowAggregation {
   HWY_INLINE void run() {
     const bool is_first_visit = !row_.sums_before;
     if constexpr (kStraight && !kDiagonal) {
-      is_first_visit ? walkFromBothEnds() : followVerticals();
+      if (row_.part == RowPart::kAcross)
+        walkFromBothEnds<false>();
+      else if (row_.part == RowPart::kDown)
+        followVerticals(row_.begin_run, row_.end_run);
+      else
+        is_first_visit ? walkFromBothEnds<true>() : followVerticals(0, runs_);
     } else {
       Walker* const walker = !kStraight ? nullptr : row_.upward ? &backward_ : &forward_;
       for (int i = 0; i < runs_; ++i)
@@ -87,7 +92,8 @@ class RowAggregation {
   // --- Straight paths -----------------------------------------------------------------------
 
   /// First visit: both horizontal paths. Whichever comes to a run first finds the matching costs;
-  /// the second one completes the sums, along with the vertical path.
+  /// the second one completes the sums, with kDown along with the vertical path.
+  template <bool kDown>
   HWY_INLINE void walkFromBothEnds() {
     int i = 0, j = runs_ - 1;  // where the paths come next
     const auto isReady = [this](int run, const Walker& walker) {
@@ -95,25 +101,25 @@ class RowAggregation {
     };
     while (i < runs_ || j >= 0) {
       if (i < runs_ && j >= 0 && i != j && isReady(i, forward_) && isReady(j, backward_)) {
-        i < j ? walkTogether<true>(i, j) : walkTogether<false>(i, j);
+        i < j ? walkTogether<true, kDown>(i, j) : walkTogether<false, kDown>(i, j);
       } else if (i < runs_ && (j < 0 || i == j || !isReady(i, forward_))) {
-        visit(i, visitBy(forward_, i <= j));
+        visit(i, visitBy(forward_, i <= j, kDown));
         ++i;
       } else {
-        visit(j, visitBy(backward_, i <= j));
+        visit(j, visitBy(backward_, i <= j, kDown));
         --j;
       }
     }
   }
 
-  Visit visitBy(Walker& walker, bool comes_first) const {
+  Visit visitBy(Walker& walker, bool comes_first, bool down) const {
     if (comes_first) return {true, &walker, false, nullptr, row_.half_sums};
-    return {false, &walker, true, row_.half_sums, row_.sums};
+    return {false, &walker, down, row_.half_sums, row_.sums};
   }
 
   /// Both horizontal paths, from runs i and j on as long as these are narrow and the paths do not
   /// meet. kComeFirst: neither has been where the other one is now.
-  template <bool kComeFirst>
+  template <bool kComeFirst, bool kDown>
   HWY_INLINE void walkTogether(int& i, int& j) {
     // What the loop reads lies in local variables: bytes that it writes might, for all the compiler
     // knows, change the members of this object.
@@ -123,6 +129,7 @@ class RowAggregation {
     const auto p1 = lowLanes(d, run_d_, p1_), p2 = lowLanes(d, run_d_, p2_);
     const BitCounter<RunBytes, kBytes> counter(row.p2);
     uint8_t* const sums = kComeFirst ? row.half_sums : row.sums;
+    const uint8_t* const sums_before = kDown ? row.sums : row.half_sums;
     Pair goodness = loadPair(d, forward_.goodness, backward_.goodness);
     int forward_first = forward_.window->first, backward_first = backward_.window->first;
     int a = i, b = j;
@@ -131,7 +138,7 @@ class RowAggregation {
       if constexpr (kComeFirst) {
         matchNarrow(row, a, one, counter);
         matchNarrow(row, b, other, counter);
-      } else {
+      } else if constexpr (kDown) {
         followVertical(row, a, one, row.half_sums);
         followVertical(row, b, other, row.half_sums);
       }
@@ -144,7 +151,8 @@ class RowAggregation {
         const Pair floors = setPair(d, row.floors_across[a * kWindowRun + k],
                                     row.floors_across[b * kWindowRun + kWindowRun - k]);
         Pair total;
-        if constexpr (!kComeFirst) total = loadPair(d, sums + at_one, sums + at_other);
+        if constexpr (!kComeFirst)
+          total = loadPair(d, sums_before + at_one, sums_before + at_other);
         for (int part = 0; part < kPairParts; ++part) {
           PairVector& passed_on = goodness.parts[part];
           const auto carried = k == 0 ? shift(part, passed_on) : unshifted(d, passed_on);
@@ -170,11 +178,11 @@ class RowAggregation {
     j = b;
   }
 
-  /// Second visit: the other vertical path.
-  HWY_INLINE void followVerticals() {
+  /// The vertical path alone.
+  HWY_INLINE void followVerticals(int begin_run, int end_run) {
     const ReducedSearchRow row = row_;
     const Visit vertical{false, nullptr, true, row.sums_before, row.sums};
-    for (int i = 0; i < runs_; ++i) {
+    for (int i = begin_run; i < end_run; ++i) {
       if (isNarrow(row, i))
         followVertical(row, i, row.windows[i], row.sums_before);
       else

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "matching/row_visits.h"
 #include "matching/search_windows.h"
 #include "predictive_stereo/matcher.h"
 
@@ -40,6 +41,8 @@ struct ReducedSearchRow {
   int bytes;  ///< of a census word
   PathSet paths;
   bool upward;
+  RowPart part;            ///< of straight paths alone; others: kWhole
+  int begin_run, end_run;  ///< kDown: where
   const int* left_words;
   const uint8_t* right_bytes;  ///< CensusBytes of this row
   size_t right_stride;
@@ -48,9 +51,10 @@ struct ReducedSearchRow {
   const WindowRun* windows;
   const WindowRun* previous_windows;  ///< of the row before; nullptr: there is none
   PathStates previous, next;
-  uint8_t* costs;              ///< matching costs + P2: left by the first visit for the second one
-  uint8_t* half_sums;          ///< scratch memory
-  const uint8_t* sums_before;  ///< sums of the first visit; nullptr: this is the first visit
+  uint8_t* costs;      ///< matching costs + P2: left by the first visit for the second one
+  uint8_t* half_sums;  ///< scratch memory
+  /// Sums of earlier visits, or nullptr; of kDown they may be `sums`.
+  const uint8_t* sums_before;
   uint8_t* sums;
 };
 

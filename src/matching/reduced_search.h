@@ -2,6 +2,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "matching/aligned_buffer.h"
 #include "matching/census_bytes.h"
@@ -10,6 +11,7 @@
 #include "matching/row_winners.h"
 #include "matching/search_windows.h"
 #include "matching/window_winners_kernel.h"
+#include "parallel/work_pool.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -24,31 +26,44 @@ class ReducedSearch {
              const SearchWindows& windows, AlignedBuffer& volume, Match& match);
 
  private:
-  struct Pass {
-    bool upward = false;
-    /// Goodness of the three paths that come from the previous row, before and after a row.
-    AlignedBuffer states[2][3];
-    AlignedBuffer row_sums;  ///< of the row at hand, behind a margin
-    AlignedBuffer half_sums;
-    WindowWinnersScratch scratch;
-    RowWinners winners;
-
-    PathStates pathStates(int which) const {
-      return {states[which][0].data() + kBeyond, states[which][1].data() + kBeyond,
-              states[which][2].data() + kBeyond};
+  /// Goodness of the three paths that come from the previous row, before and after a row.
+  struct PathRows {
+    AlignedBuffer rows[2][3];
+    PathStates states(int which) const {
+      return {rows[which][0].data() + kBeyond, rows[which][1].data() + kBeyond,
+              rows[which][2].data() + kBeyond};
     }
   };
+  /// Memory for the work on a row.
+  struct RowWork {
+    AlignedBuffer half_sums, row_sums;  ///< row_sums: behind a margin
+    WindowWinnersScratch scratch;
+    RowWinners winners;
+  };
+  /// What a visit to a row needs beside the windows.
+  struct RowMemory {
+    const PathRows* paths;
+    uint8_t* half_sums;
+    const uint8_t* sums_before;
+    uint8_t* sums;
+  };
 
-  void reserve(Pass& pass, int columns);
-  void aggregateRow(Pass& pass, const int* left_words, const JumpFloors& floors,
-                    const SearchWindows& windows, int y, const uint8_t* sums_before, uint8_t* sums);
-  void chooseWinners(Pass& pass, const SearchWindows& windows, int y, Match& match);
+  void matchByStrips(const cv::Mat1i& left_words, const JumpFloors& floors,
+                     const SearchWindows& windows, int strips, uint8_t* sums, Match& match);
+  ReducedSearchRow rowOf(const RowVisit& visit, RowPart part, const cv::Mat1i& left_words,
+                         const JumpFloors& floors, const SearchWindows& windows,
+                         const RowMemory& memory) const;
+  void reserve(std::vector<PathRows>& paths, size_t count, int columns) const;
+  void reserve(RowWork& work, int columns) const;
+  void chooseWinners(const SearchWindows& windows, int y, const uint8_t* sums, RowWork& work,
+                     Match& match) const;
 
   const MatcherParams params_;
   const int64_t simd_target_;
   CensusBytes right_bytes_;
   AlignedBuffer costs_;
-  Pass downward_, upward_;
+  std::vector<PathRows> paths_;  ///< of both passes, or of each of their strips
+  WorkPool<RowWork> row_works_;
 };
 
 }  // namespace predictive_stereo

@@ -16,10 +16,18 @@ class WorkPool {
   template <class Body>
   void forEach(int count, const Body& body) {
     cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& mine) {
-      Work& work = take();
-      for (int i = mine.start; i < mine.end; ++i) body(i, work);
-      giveBack(work);
+      use([&](Work& work) {
+        for (int i = mine.start; i < mine.end; ++i) body(i, work);
+      });
     });
+  }
+
+  /// Calls body(work), from any thread.
+  template <class Body>
+  void use(const Body& body) {
+    Work& work = take();
+    body(work);
+    giveBack(work);
   }
 
  private:

@@ -1,0 +1,79 @@
+/// The order in which the passes of a search visit the rows of an image.
+#pragma once
+
+#include <algorithm>
+#include <opencv2/core/utility.hpp>
+
+namespace predictive_stereo {
+
+/// What happens to a row in one visit. Paths along a row need no other row, and those from row to
+/// row, where they are vertical, no other column: so rows and columns can be shared out.
+enum class RowPart {
+  kWhole,   ///< all paths of the pass
+  kAcross,  ///< both horizontal paths
+  kDown,    ///< the vertical path of the pass, in some columns
+};
+
+/// A downward and an upward pass visit every row, both at the same time. While the downward pass
+/// starts from the top, the upward one starts from the bottom; they meet before row `middle` and go
+/// on where the other one has been. So each pass follows its order: not an approximation.
+struct RowVisit {
+  int y;
+  bool upward;
+  bool is_first;  ///< of both visits to this row
+};
+
+/// For two threads, one a pass.
+/// @param visit_row  called with a RowVisit.
+template <class VisitRow>
+void visitRowsTwice(int height, int middle, const VisitRow& visit_row) {
+  for (const bool is_first : {true, false})
+    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& halves) {
+      for (int half = halves.start; half < halves.end; ++half) {
+        const bool is_top = half == 0, upward = is_top != is_first;
+        const int begin = is_top ? 0 : middle, end = is_top ? middle : height;
+        for (int i = begin; i < end; ++i)
+          visit_row(RowVisit{upward ? begin + end - 1 - i : i, upward, is_first});
+      }
+    });
+}
+
+/// For any number of threads: chunks of rows of both passes, shared out by rows for what lies in a
+/// row, and by strips of columns for the vertical paths.
+/// @param across  called with y, once a row, before any other.
+/// @param down  called with (RowVisit, strip) for each strip from 0 to `strips` - 1.
+/// @param finish  called with y, once a row, after all others.
+template <class Across, class Down, class Finish>
+void visitRowsByStrips(int height, int middle, int strips, const Across& across, const Down& down,
+                       const Finish& finish) {
+  constexpr int kChunkRows = 32;  // of each pass; what they write stays in the caches
+  const int begins[] = {0, middle}, ends[] = {middle, height};
+  for (const bool is_first : {true, false})
+    for (int chunk = 0; chunk < std::max(middle, height - middle); chunk += kChunkRows) {
+      const auto visitOf = [&](int half, int i) {
+        const bool upward = (half == 0) != is_first;
+        return RowVisit{upward ? ends[half] - 1 - i : begins[half] + i, upward, is_first};
+      };
+      const auto rowsLeft = [&](int half) {
+        return std::clamp(ends[half] - begins[half] - chunk, 0, kChunkRows);
+      };
+      const auto forEachRow = [&](const auto& visit_row) {
+        cv::parallel_for_(cv::Range(0, 2 * kChunkRows), [&](const cv::Range& rows) {
+          for (int row = rows.start; row < rows.end; ++row)
+            if (row / 2 < rowsLeft(row % 2)) visit_row(visitOf(row % 2, chunk + row / 2).y);
+        });
+      };
+      if (is_first) forEachRow(across);
+      cv::parallel_for_(cv::Range(0, 2 * strips), [&](const cv::Range& parts) {
+        for (int part = parts.start; part < parts.end; ++part)
+          for (int i = 0; i < rowsLeft(part % 2); ++i) down(visitOf(part % 2, chunk + i), part / 2);
+      });
+      if (!is_first) forEachRow(finish);
+    }
+}
+
+/// Strips for each pass where the work is to be shared out by strips, or 0: two threads are as fast
+/// with a pass each.
+inline int stripsOfSearch() { return cv::getNumThreads() > 2 ? cv::getNumThreads() : 0; }
+
+}  // namespace predictive_stereo
