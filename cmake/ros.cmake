@@ -35,6 +35,7 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/ros_params.cpp
   src/nodelets/stereo_input.cpp
   src/nodelets/tf_input.cpp
+  src/nodelets/thread_limit.cpp
   src/nodelets/topic_state.cpp
 )
 target_link_libraries(predictive_stereo_nodelets

@@ -29,6 +29,7 @@ foreach(name disparity_views message_pool motion_source moving_objects_views sta
     stereo_messages tf_rivals transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()
+predictive_stereo_unit_test(nodelets thread_limit_test predictive_stereo_nodelets)
 
 # Nodelets: each .test file starts what it tests.
 find_package(rostest REQUIRED)

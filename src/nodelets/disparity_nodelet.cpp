@@ -19,6 +19,7 @@
 #include "nodelets/ros_params.h"
 #include "nodelets/stereo_input.h"
 #include "nodelets/tf_input.h"
+#include "nodelets/thread_limit.h"
 
 namespace predictive_stereo {
 
@@ -69,6 +70,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     ParamTable table(params_, rosParamPrefix(private_node));
     for (const std::string& warning : setFromRosParams(private_node, table))
       health_->event(warning);
+    limitThreads(params_.threads);
     processor_ = std::make_unique<DisparityProcessor>(params_.processor);
     reportSimdTarget();
     tf_ = std::make_unique<TfInput>(node);

@@ -23,6 +23,7 @@
 #include "nodelets/stereo_input.h"
 #include "nodelets/tf_input.h"
 #include "nodelets/tf_rivals.h"
+#include "nodelets/thread_limit.h"
 #include "nodelets/transforms.h"
 
 namespace predictive_stereo {
@@ -64,6 +65,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     ParamTable table(params_, rosParamPrefix(private_node));
     for (const std::string& warning : setFromRosParams(private_node, table))
       health_->event(warning);
+    limitThreads(params_.threads);
     processor_ = std::make_unique<EgoMotionProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(
         node, [this](const geometry_msgs::TransformStamped& transform, const std::string& publisher,

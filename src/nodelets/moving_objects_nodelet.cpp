@@ -27,6 +27,7 @@
 #include "nodelets/ros_params.h"
 #include "nodelets/stamp_matcher.h"
 #include "nodelets/tf_input.h"
+#include "nodelets/thread_limit.h"
 #include "nodelets/topic_state.h"
 #include "nodelets/transforms.h"
 
@@ -74,6 +75,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     ParamTable table(params_, rosParamPrefix(private_node));
     for (const std::string& warning : setFromRosParams(private_node, table))
       health_->event(warning);
+    limitThreads(params_.threads);
     processor_ = std::make_unique<MovingObjectsProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(node);
     loop_ = std::make_unique<Loop>(

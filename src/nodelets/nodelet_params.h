@@ -67,6 +67,7 @@ struct EgoMotionNodeletParams {
   /// Otherwise it never sleeps where it publishes tf: who listens to tf cannot be told.
   bool lazy = false;
   double transform_timeout = 0.2;  ///< [s] that a frame waits for base_frame -> camera
+  int threads = 0;                 ///< of parallel loops, 0: all cores; see limitThreads
   /// Features on what MovingObjects marked in the frame before are ignored. The result then depends
   /// on whether the mask came in time.
   bool use_moving_mask = false;
@@ -78,6 +79,7 @@ struct EgoMotionNodeletParams {
     v("publish_tf", publish_tf);
     v("lazy", lazy);
     v("transform_timeout", transform_timeout, 0.0, 10.0);
+    v("threads", threads, 0, 1024);
     v("use_moving_mask", use_moving_mask);
     sync.visit(v);
     processor.visit(v);
@@ -99,6 +101,7 @@ struct PointsParams {
 struct DisparityNodeletParams {
   std::string odom_frame = "odom";  ///< fixed frame against which tf knows the camera's motion
   double transform_timeout = 0.2;   ///< [s] that a frame waits for its motion, and for what moves
+  int threads = 0;                  ///< of parallel loops, 0: all cores; see limitThreads
   SyncParams sync;
   PointsParams points;
   DisparityProcessorParams processor;
@@ -107,6 +110,7 @@ struct DisparityNodeletParams {
   void visit(Visitor&& v) {
     v("odom_frame", odom_frame);
     v("transform_timeout", transform_timeout, 0.0, 10.0);
+    v("threads", threads, 0, 1024);
     sync.visit(v);
     v("points", points);
     processor.visit(v);
@@ -116,6 +120,7 @@ struct DisparityNodeletParams {
 struct MovingObjectsNodeletParams {
   std::string odom_frame = "odom";      ///< fixed frame in which velocities are given
   double transform_timeout = 0.2;       ///< [s] that a frame waits for its pose
+  int threads = 0;                      ///< of parallel loops, 0: all cores; see limitThreads
   int queue_size = 20;                  ///< left images that wait for their disparity
   std::string image_transport = "raw";  ///< of the left image: as of Disparity
   MovingObjectsProcessorParams processor;
@@ -124,6 +129,7 @@ struct MovingObjectsNodeletParams {
   void visit(Visitor&& v) {
     v("odom_frame", odom_frame);
     v("transform_timeout", transform_timeout, 0.0, 10.0);
+    v("threads", threads, 0, 1024);
     v("queue_size", queue_size, 1, 1000);
     v("image_transport", image_transport);
     processor.visit(v);
