@@ -23,8 +23,9 @@ class Rows {
     const int previous = visit.upward ? visit.y + 1 : visit.y - 1;
     EXPECT_EQ(across_[visit.y], 1);
     EXPECT_EQ(finished_[visit.y], 0);
-    if (previous >= 0 && previous < height_)
+    if (previous >= 0 && previous < height_) {
       EXPECT_EQ(visits(previous, visit.upward, strip), 1) << "the row before is missing";
+    }
     EXPECT_EQ(visits(visit.y, !visit.upward, strip), visit.is_first ? 0 : 1);
     EXPECT_EQ(visits(visit.y, visit.upward, strip)++, 0);
   }
