@@ -136,21 +136,24 @@ void uniteRows(const ConstRangeRow& ranges, int width, const RangeRow& hull) {
   unitePixels(ranges.first, ranges.last, width, hull.first, hull.last);
 }
 
-HWY_NOINLINE void cutPixels(const int16_t* HWY_RESTRICT otherwise_first,
-                            const int16_t* HWY_RESTRICT otherwise_last, int width, int16_t smallest,
-                            int16_t largest, int16_t* HWY_RESTRICT first,
-                            int16_t* HWY_RESTRICT last) {
-  for (int x = 0; x < width; ++x) {
-    const int16_t low = std::max(first[x], smallest), high = std::min(last[x], largest);
-    const bool known = first[x] <= last[x];
-    first[x] = known ? low : otherwise_first[x];
-    last[x] = known ? high : otherwise_last[x];
-  }
-}
-
 void cutRanges(const ConstRangeRow& otherwise, int width, int16_t smallest, int16_t largest,
                const RangeRow& ranges) {
-  cutPixels(otherwise.first, otherwise.last, width, smallest, largest, ranges.first, ranges.last);
+  namespace hn = hwy::HWY_NAMESPACE;
+  const auto cut = [&](auto d, int x) {
+    const auto first = hn::LoadU(d, ranges.first + x), last = hn::LoadU(d, ranges.last + x);
+    const auto unknown = hn::Gt(first, last);
+    hn::StoreU(hn::IfThenElse(unknown, hn::LoadU(d, otherwise.first + x),
+                              hn::Max(first, hn::Set(d, smallest))),
+               d, ranges.first + x);
+    hn::StoreU(hn::IfThenElse(unknown, hn::LoadU(d, otherwise.last + x),
+                              hn::Min(last, hn::Set(d, largest))),
+               d, ranges.last + x);
+  };
+  const hn::ScalableTag<int16_t> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  int x = 0;
+  for (; x + lanes <= width; x += lanes) cut(d, x);
+  for (; x < width; ++x) cut(hn::CappedTag<int16_t, 1>(), x);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -15,11 +15,14 @@ class WorkPool {
   /// in `work`.
   template <class Body>
   void forEach(int count, const Body& body) {
-    cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& mine) {
+    // Pieces differ much in size; most are so small that a task each would cost more than they do.
+    const double tasks = 8.0 * cv::getNumThreads();
+    const auto share = [&](const cv::Range& mine) {
       use([&](Work& work) {
         for (int i = mine.start; i < mine.end; ++i) body(i, work);
       });
-    });
+    };
+    cv::parallel_for_(cv::Range(0, count), share, tasks);
   }
 
   /// Calls body(work), from any thread.
