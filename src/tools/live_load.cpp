@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <fstream>
 #include <functional>
@@ -31,8 +32,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kWarmUp = 10;       // frames of which latencies do not count
-constexpr int kEarly = 100;       // frames after which memory is looked at first
 constexpr double kGiveUp_s = 20;  // for what should take milliseconds
 
 int64_t residentBytes() {
@@ -55,7 +54,9 @@ bool waitUntil(const std::function<bool()>& condition) {
 /// A subscriber's side: when which frame came out, and what the diagnostics count.
 class Listener {
  public:
-  explicit Listener(const std::string& ns) : node_(ns), spinner_(1, &queue_) {
+  /// Writes latencies to `frames`.
+  Listener(const std::string& ns, std::vector<LoadedFrame>& frames)
+      : frames_(frames), node_(ns), spinner_(1, &queue_) {
     node_.setCallbackQueue(&queue_);
     objects_ = node_.subscribe<MovingObjectArray>(
         "moving_objects", 100, [this](const MovingObjectArrayConstPtr& objects) {
@@ -63,8 +64,9 @@ class Listener {
           const std::lock_guard<std::mutex> lock(mutex_);
           const auto sent = sent_.find(objects->header.stamp);
           if (sent == sent_.end()) return;
-          latency_ms_.push_back(
-              std::chrono::duration<double, std::milli>(now - sent->second).count());
+          const auto& [index, time] = sent->second;
+          frames_[static_cast<size_t>(index)].latency_ms =
+              std::chrono::duration<double, std::milli>(now - time).count();
           // Those before it are lost: frames come out in their order.
           sent_.erase(sent_.begin(), std::next(sent));
           last_output_ = now;
@@ -92,9 +94,9 @@ class Listener {
     return objects_.getNumPublishers() > 0 && disparity_.getNumPublishers() > 0 &&
            odometry_.getNumPublishers() > 0;
   }
-  void sent(ros::Time stamp) {
+  void sent(int index, ros::Time stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    sent_[stamp] = Clock::now();
+    sent_[stamp] = {index, Clock::now()};
   }
   /// Waits until the next frame would push none aside: the disparity of the last one is there, and
   /// the moving objects of all before it.
@@ -114,10 +116,6 @@ class Listener {
     waitUntil([&] { return reports() >= before + 6; });  // two of each nodelet
   }
 
-  std::vector<double> latencies() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return latency_ms_;
-  }
   Clock::time_point lastOutput() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return last_output_;
@@ -141,13 +139,13 @@ class Listener {
     return reports_;
   }
 
+  std::vector<LoadedFrame>& frames_;
   ros::NodeHandle node_;
   ros::CallbackQueue queue_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<ros::Time, Clock::time_point> sent_;  // on their way
+  std::map<ros::Time, std::pair<int, Clock::time_point>> sent_;  // on their way
   ros::Time last_disparity_;
-  std::vector<double> latency_ms_;
   Clock::time_point last_output_ = Clock::now();
   std::map<std::string, std::map<std::string, std::string>> figures_;
   int reports_ = 0;
@@ -163,7 +161,32 @@ boost::shared_ptr<Message> stamped(const boost::shared_ptr<const Message>& messa
   return copy;
 }
 
+double quantile(const std::vector<double>& sorted, double share) {
+  if (sorted.empty()) return 0;
+  const auto index = static_cast<size_t>(share * static_cast<double>(sorted.size()));
+  return sorted[std::min(sorted.size() - 1, index)];
+}
+
 }  // namespace
+
+LoadSummary LiveLoadResult::summary(int first, int last) const {
+  std::vector<double> latencies_ms;
+  for (int i = first; i < last; ++i) {
+    const double latency_ms = frames[static_cast<size_t>(i)].latency_ms;
+    if (!std::isnan(latency_ms)) latencies_ms.push_back(latency_ms);
+  }
+  std::sort(latencies_ms.begin(), latencies_ms.end());
+  LoadSummary summary;
+  summary.sent = last - first;
+  summary.lost = summary.sent - static_cast<int>(latencies_ms.size());
+  summary.p50_ms = quantile(latencies_ms, 0.5);
+  summary.p95_ms = quantile(latencies_ms, 0.95);
+  summary.p99_ms = quantile(latencies_ms, 0.99);
+  summary.max_ms = quantile(latencies_ms, 1);
+  if (summary.sent > 0)
+    summary.resident_bytes = frames[static_cast<size_t>(last - 1)].resident_bytes;
+  return summary;
+}
 
 LiveLoad::LiveLoad(const std::string& path, const StereoTopicChoice& choice, int max_pairs) {
   rosbag::Bag bag;
@@ -223,7 +246,9 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
   const ParamTable table(params);
   for (const auto& entry : table.entries()) ros::param::set(ns + "/" + entry.name, entry.get());
 
-  Listener listener(ns);
+  LiveLoadResult result;
+  result.frames.resize(static_cast<size_t>(frames));
+  Listener listener(ns, result.frames);
   ros::NodeHandle node(ns);
   ros::Publisher left = node.advertise<sensor_msgs::Image>("left/image_rect", 20);
   ros::Publisher right = node.advertise<sensor_msgs::Image>("right/image_rect", 20);
@@ -243,7 +268,6 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
     throw std::runtime_error("the nodelets do not subscribe");
   std::this_thread::sleep_for(std::chrono::seconds(1));  // until they know of each other
 
-  LiveLoadResult result;
   const ros::Time first = pairs_[0].left->header.stamp;
   const auto begin = Clock::now();
   for (int i = 0; i < frames; ++i) {
@@ -254,21 +278,15 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
                                                 std::chrono::duration<double>(i / rate_hz)));
     else if (!listener.waitForRoom())
       throw std::runtime_error("frame " + std::to_string(i - 1) + " does not come out");
-    listener.sent(pair.left->header.stamp);
+    listener.sent(i, pair.left->header.stamp);
     left_info.publish(pair.left_info);
     right_info.publish(pair.right_info);
     left.publish(pair.left);
     right.publish(pair.right);
-    ++result.sent;
-    if (i + 1 == std::min(kEarly, frames)) result.early_bytes = residentBytes();
+    result.frames[static_cast<size_t>(i)].resident_bytes = residentBytes();
   }
   listener.waitForTheLast();
-  result.late_bytes = residentBytes();
-  result.latency_ms = listener.latencies();
-  result.processed = static_cast<int>(result.latency_ms.size());
   result.seconds = std::chrono::duration<double>(listener.lastOutput() - begin).count();
-  if (result.processed > kWarmUp)
-    result.latency_ms.erase(result.latency_ms.begin(), result.latency_ms.begin() + kWarmUp);
   result.reported_losses = listener.count("/disparity", "dropped pairs") +
                            listener.count("/disparity", "unmatched left images") +
                            listener.count("/moving_objects", "dropped frames") +

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -10,23 +11,30 @@
 
 namespace predictive_stereo {
 
-/// What became of a run of frames.
-struct LiveLoadResult {
-  int sent = 0;
-  int processed = 0;  ///< whose moving objects were published
-  double seconds = 0;
-  std::vector<double> latency_ms;  ///< of those processed, but the first ones
-  /// Frames lost, as the nodelets' diagnostics say; sent - processed where each loss is counted.
-  int64_t reported_losses = 0;
-  int64_t early_bytes = 0, late_bytes = 0;  ///< resident memory after 100 frames, and at the end
+/// What became of one frame.
+struct LoadedFrame {
+  double latency_ms = std::numeric_limits<double>::quiet_NaN();  ///< NaN: lost
+  int64_t resident_bytes = 0;  ///< of the process, when the frame had been sent
+};
 
-  int lost() const { return sent - processed; }
-  double rate_hz() const { return seconds > 0 ? processed / seconds : 0; }
-  double growth_percent() const {
-    return early_bytes > 0 ? 100.0 * static_cast<double>(late_bytes - early_bytes) /
-                                 static_cast<double>(early_bytes)
-                           : 0;
-  }
+/// Some of the frames that were sent.
+struct LoadSummary {
+  int sent = 0;
+  int lost = 0;                                           ///< no moving objects came out
+  double p50_ms = 0, p95_ms = 0, p99_ms = 0, max_ms = 0;  ///< latencies; 0 where all are lost
+  int64_t resident_bytes = 0;                             ///< when the last one had been sent
+};
+
+/// A run of frames.
+struct LiveLoadResult {
+  std::vector<LoadedFrame> frames;  ///< all that were sent
+  double seconds = 0;               ///< from the first sent to the last output
+  /// Frames lost, as the nodelets' diagnostics say; all that are lost where each loss is counted.
+  int64_t reported_losses = 0;
+
+  /// Of the frames [first, last).
+  LoadSummary summary(int first, int last) const;
+  LoadSummary summary() const { return summary(0, static_cast<int>(frames.size())); }
 };
 
 /// Puts load on the three nodelets. They run in this process, in the camera driver's place: images

@@ -1,7 +1,6 @@
 /// How fast the live nodelets are on this machine.
 #include <ros/ros.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <opencv2/core/utility.hpp>
 #include <sstream>
@@ -31,19 +30,44 @@ images are in one process, as in a camera driver's nodelet manager. Needs a runn
   --config YAML         parameters: sections ego_motion, disparity, moving_objects
   --set NAME=VALUE      one parameter, e.g. disparity/matcher/p1=12; may be repeated
   --threads N           threads of each nodelet; the default is all
+  --window N            frames (1000): a run of at least three windows prints one line a window, and
+                        whether memory or latency have grown: memory from the end of the first
+                        window to the end, p99 latency from the second to the last window
   --help
 
-Memory is that of the process after 100 frames and at the end; --frames 10000 --rates max tells
-whether it grows.
+Latencies are without those of the first 10 frames. Memory is that of the process at the end. A long
+run tells whether anything grows: --frames 20000 --rates 15.
 )";
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const size_t index =
-      std::min(values.size() - 1, static_cast<size_t>(share * static_cast<double>(values.size())));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index),
-                   values.end());
-  return values[index];
+constexpr int kWarmUp = 10;
+
+double megabytes(const LoadSummary& summary) {
+  return static_cast<double>(summary.resident_bytes) / 1e6;
+}
+
+double growthPercent(double before, double after) {
+  return before > 0 ? 100 * (after - before) / before : 0;
+}
+
+// Does memory or latency grow in a long run?
+void printWindows(const LiveLoadResult& result, int window) {
+  const auto frames = static_cast<int>(result.frames.size());
+  if (frames / 3 < window) return;
+  std::printf("\n%15s %8s %8s %8s %8s %8s %10s\n", "frames", "lost", "p50 ms", "p95 ms", "p99 ms",
+              "max ms", "memory MB");
+  for (int end = window; end <= frames; end += window) {
+    const LoadSummary part = result.summary(end - window, end);
+    std::printf("%7d-%7d %8d %8.1f %8.1f %8.1f %8.1f %10.1f\n", end - window + 1, end, part.lost,
+                part.p50_ms, part.p95_ms, part.p99_ms, part.max_ms, megabytes(part));
+  }
+  const LoadSummary first = result.summary(0, window), second = result.summary(window, 2 * window),
+                    last = result.summary(frames - window, frames);
+  std::printf("memory: %.1f MB after frame %d, %.1f MB at the end: %+.2f %%\n", megabytes(first),
+              window, megabytes(last), growthPercent(megabytes(first), megabytes(last)));
+  std::printf("p99 latency: %.1f ms in frames %d-%d, %.1f ms in the last %d: %+.1f %%\n",
+              second.p99_ms, window + 1, 2 * window, last.p99_ms, window,
+              growthPercent(second.p99_ms, last.p99_ms));
+  std::printf("lost: %d of %d\n\n", result.summary().lost, frames);
 }
 
 std::vector<double> ratesFrom(const std::string& text) {
@@ -66,6 +90,7 @@ int run(const CommandLine& line) {
   if (!line.positional().empty()) throw UsageError("what is " + line.positional()[0] + "?");
   const std::vector<double> rates = ratesFrom(line.get("rates", "10,30,max"));
   const int frames = line.getInt("frames", 300, 20);
+  const int window = line.getInt("window", 1000, 10);
   AllNodeletParams params;
   ParamTable table(params);
   params.ego_motion.sync.sync_tolerance = params.disparity.sync.sync_tolerance = 0.02;
@@ -82,17 +107,18 @@ int run(const CommandLine& line) {
                 line.getInt("pairs", 100, 2));
   std::printf("%d pairs of %dx%d, %d threads\n", load.pairs(), load.size().width,
               load.size().height, cv::getNumThreads());
-  std::printf("%8s %8s %8s %8s %9s %8s %8s %8s %11s %8s\n", "asked Hz", "sent", "lost", "counted",
-              "reached Hz", "p50 ms", "p95 ms", "max ms", "memory MB", "growth");
+  std::printf("%8s %8s %8s %8s %10s %8s %8s %8s %8s %10s\n", "asked Hz", "sent", "lost", "counted",
+              "reached Hz", "p50 ms", "p95 ms", "p99 ms", "max ms", "memory MB");
   for (const double rate_hz : rates) {
     const LiveLoadResult result = load.run(rate_hz, frames, params);
+    const LoadSummary all = result.summary(), warm = result.summary(kWarmUp, frames);
     char asked[32];
     std::snprintf(asked, sizeof(asked), rate_hz > 0 ? "%.1f" : "max", rate_hz);
-    std::printf("%8s %8d %8d %8ld %10.1f %8.1f %8.1f %8.1f %11.1f %+7.2f%%\n", asked, result.sent,
-                result.lost(), static_cast<long>(result.reported_losses), result.rate_hz(),
-                quantile(result.latency_ms, 0.5), quantile(result.latency_ms, 0.95),
-                quantile(result.latency_ms, 1.0), static_cast<double>(result.late_bytes) / 1e6,
-                result.growth_percent());
+    std::printf("%8s %8d %8d %8ld %10.1f %8.1f %8.1f %8.1f %8.1f %10.1f\n", asked, all.sent,
+                all.lost, static_cast<long>(result.reported_losses),
+                (all.sent - all.lost) / result.seconds, warm.p50_ms, warm.p95_ms, warm.p99_ms,
+                warm.max_ms, megabytes(all));
+    printWindows(result, window);
     std::fflush(stdout);
   }
   return 0;
@@ -103,8 +129,8 @@ int run(const CommandLine& line) {
 
 int main(int argc, char** argv) {
   using namespace predictive_stereo;
-  return runTool(
-      argc, argv, kHelp,
-      {"bag", "camera", "left", "right", "rates", "frames", "pairs", "config", "set", "threads"},
-      {}, run);
+  return runTool(argc, argv, kHelp,
+                 {"bag", "camera", "left", "right", "rates", "frames", "pairs", "config", "set",
+                  "threads", "window"},
+                 {}, run);
 }
