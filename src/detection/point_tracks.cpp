@@ -178,30 +178,41 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
 std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
                                                const MotionDetectionParams& params,
                                                const std::vector<PointTrack>& tracks) {
-  std::vector<size_t> moving;
-  for (size_t i = 0; i < tracks.size(); ++i)
-    if (tracks[i].moving) moving.push_back(i);
+  struct Moving {
+    size_t track;
+    cv::Point2f position;
+    double disparity_px, flow_length;
+    Eigen::Vector2d flow;
+  };
+  std::vector<Moving> moving;
+  for (size_t i = 0; i < tracks.size(); ++i) {
+    const PointTrack& track = tracks[i];
+    const Eigen::Vector2d flow = track.flow();
+    if (track.moving) moving.push_back({i, track.position, track.disparity_px, flow.norm(), flow});
+  }
   std::vector<size_t> parent(moving.size());
   for (size_t i = 0; i < parent.size(); ++i) parent[i] = i;
   const auto root = [&](size_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
+  const double linked_px = params.link_distance_m / rig.baseline_m;  // per pixel of disparity
+  const double linked_depth = params.link_depth_m / rig.disparityTimesDepth();
   for (size_t a = 0; a < moving.size(); ++a)
     for (size_t b = a + 1; b < moving.size(); ++b) {
-      const PointTrack &p = tracks[moving[a]], &q = tracks[moving[b]];
+      const Moving &p = moving[a], &q = moving[b];
       const double mean_d = 0.5 * (p.disparity_px + q.disparity_px);
-      const double pixels_per_m = mean_d / rig.baseline_m;
       const cv::Point2f apart = p.position - q.position;
-      if (std::hypot(apart.x, apart.y) > params.link_distance_m * pixels_per_m) continue;
-      const double link_d = 1.0 + params.link_depth_m * mean_d * mean_d / rig.disparityTimesDepth();
+      const double reach_px = linked_px * mean_d;
+      if (apart.ddot(apart) > reach_px * reach_px) continue;
+      const double link_d = 1.0 + linked_depth * mean_d * mean_d;
       if (std::abs(p.disparity_px - q.disparity_px) > link_d) continue;
-      const double flow = std::max(p.flow().norm(), q.flow().norm());
-      if ((p.flow() - q.flow()).norm() > kFlowNoise_px + kFlowShare * flow) continue;
+      const double flow = std::max(p.flow_length, q.flow_length);
+      if ((p.flow - q.flow).norm() > kFlowNoise_px + kFlowShare * flow) continue;
       parent[root(a)] = root(b);
     }
   std::vector<std::vector<size_t>> by_root(moving.size());
-  for (size_t i = 0; i < moving.size(); ++i) by_root[root(i)].push_back(moving[i]);
+  for (size_t i = 0; i < moving.size(); ++i) by_root[root(i)].push_back(moving[i].track);
   std::vector<std::vector<size_t>> clusters;
   for (const auto& members : by_root)
     if (static_cast<int>(members.size()) >= params.min_tracks) clusters.push_back(members);

@@ -50,7 +50,7 @@ class RowAggregation {
 
   HWY_INLINE void run() const {
     if constexpr (kStraight && !kDiagonal) {
-      if (row_.part == RowPart::kAcross) return walkAcross();
+      if (row_.part == RowPart::kAcross) return walkFromBothEnds();
       if (row_.part == RowPart::kDown) return followVerticals();
     }
     const int step = row_.upward ? -1 : 1;
@@ -64,8 +64,7 @@ class RowAggregation {
       const uint8_t down = row_.floors_down[x];
       const uint8_t across = row_.floors_across[row_.upward ? x + 1 : x];
       if constexpr (kStraight) {
-        follow(horizontal, costs, across, horizontal);
-        horizontal.most = hn::Add(lowestLane(d_, lowest<0, kK>(horizontal.costs)), p2_);
+        walk(costs, across, horizontal);
         sums = horizontal.costs;
 
         Path vertical;
@@ -100,43 +99,79 @@ class RowAggregation {
   }
 
  private:
-  /// The horizontal path from one end to the other and the one back.
-  HWY_INLINE void walkAcross() const {
-    for (const bool backward : {false, true}) {
-      Path horizontal;
-      start(horizontal);
-      for (int i = 0; i < row_.width; ++i) {
-        const int x = backward ? row_.width - 1 - i : i;
-        Pixel costs;
-        matchingCosts(x, costs);
-        follow(horizontal, costs, row_.floors_across[backward ? x + 1 : x], horizontal);
-        horizontal.most = hn::Add(lowestLane(d_, lowest<0, kK>(horizontal.costs)), p2_);
-        addTo(backward ? row_.sums : nullptr, x, horizontal.costs);
-      }
+  /// Both horizontal paths, at the same time as each waits for its own lowest cost. Whichever comes
+  /// to a pixel first finds the matching costs; the second one completes the sum.
+  HWY_INLINE void walkFromBothEnds() const {
+    const int width = row_.width;
+    Path forward, backward;
+    start(forward);
+    start(backward);
+    int x = 0;
+    for (; x < width / 2; ++x) {
+      Pixel costs, mirrored_costs;
+      matchingCosts(x, costs);
+      matchingCosts(width - 1 - x, mirrored_costs);
+      keep(costs, row_.costs, x);
+      keep(mirrored_costs, row_.costs, width - 1 - x);
+      walk(costs, row_.floors_across[x], forward);
+      walk(mirrored_costs, row_.floors_across[width - x], backward);
+      keep(forward.costs, row_.sums, x);
+      keep(backward.costs, row_.sums, width - 1 - x);
+    }
+    if (width % 2 == 1) {
+      Pixel costs;
+      matchingCosts(x, costs);
+      keep(costs, row_.costs, x);
+      walk(costs, row_.floors_across[x], forward);
+      walk(costs, row_.floors_across[x + 1], backward);
+      Pixel sum = forward.costs;
+      add(backward.costs, sum);
+      keep(sum, row_.sums, x);
+      ++x;
+    }
+    for (; x < width; ++x) {
+      Pixel costs, mirrored_costs, sums, mirrored_sums;
+      recall(row_.costs, x, costs);
+      recall(row_.costs, width - 1 - x, mirrored_costs);
+      recall(row_.sums, x, sums);
+      recall(row_.sums, width - 1 - x, mirrored_sums);
+      walk(costs, row_.floors_across[x], forward);
+      walk(mirrored_costs, row_.floors_across[width - x], backward);
+      add(forward.costs, sums);
+      add(backward.costs, mirrored_sums);
+      keep(sums, row_.sums, x);
+      keep(mirrored_sums, row_.sums, width - 1 - x);
     }
   }
 
   HWY_INLINE void followVerticals() const {
     for (int x = row_.begin_column; x < row_.end_column; ++x) {
-      Pixel costs;
-      matchingCosts(x, costs);
+      Pixel costs, sums;
+      if (row_.costs)
+        recall(row_.costs, x, costs);
+      else
+        matchingCosts(x, costs);
       Path vertical;
       load(row_.straight, x, vertical);
       follow(vertical, costs, row_.floors_down[x], vertical);
       store(vertical, row_.straight, x);
-      addTo(row_.sums_before, x, vertical.costs);
+      recall(row_.sums_before, x, sums);
+      add(vertical.costs, sums);
+      keep(sums, row_.sums, x);
     }
   }
 
-  /// The sums of a pixel: what is there before, if anything, and these costs.
-  HWY_INLINE void addTo(const uint8_t* before, int x, const Pixel& costs) const {
-    for (int k = 0; k < kK; ++k) {
-      const size_t at = byteOf(x) + k * kLanes;
-      const V sum = before ? hn::SaturatedAdd(hn::Load(d_, before + at), costs.v[k]) : costs.v[k];
-      hn::Store(sum, d_, row_.sums + at);
-    }
+  HWY_INLINE void walk(const Pixel& costs, uint8_t floor, Path& path) const {
+    follow(path, costs, floor, path);
+    path.most = hn::Add(lowestLane(d_, lowest<0, kK>(path.costs)), p2_);
   }
 
+  HWY_INLINE void keep(const Pixel& pixel, uint8_t* row, int x) const {
+    for (int k = 0; k < kK; ++k) hn::Store(pixel.v[k], d_, row + byteOf(x) + k * kLanes);
+  }
+  HWY_INLINE void recall(const uint8_t* row, int x, Pixel& pixel) const {
+    for (int k = 0; k < kK; ++k) pixel.v[k] = hn::Load(d_, row + byteOf(x) + k * kLanes);
+  }
   /// A path that starts anew: every disparity costs what it costs here.
   HWY_INLINE void start(Path& path) const {
     for (int k = 0; k < kK; ++k) path.costs.v[k] = hn::Zero(d_);

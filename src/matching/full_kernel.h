@@ -55,6 +55,9 @@ struct FullSearchRow {
   PathRow straight;
   PathRow from_behind;         ///< from the column that the pass has just left
   PathRow from_ahead;          ///< from the column that the pass comes to next
+  /// Matching costs + P2 of the row, [x][StripedLayout::size()]: kAcross writes them, kDown reads
+  /// them; nullptr: kDown finds them again. kWhole ignores them.
+  uint8_t* costs;
   const uint8_t* sums_before;  ///< sums of earlier visits, or nullptr; they may be `sums`
   uint8_t* sums;               ///< [x][StripedLayout::size()]
 };

@@ -49,22 +49,26 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
 void FullSearch::matchByStrips(const JumpFloors& floors, int strips, uint8_t* all_sums,
                                Match& match) {
   const int width = match.disparity_px.cols, height = match.disparity_px.rows;
-  const auto sumsOf = [&](int y) {
-    return all_sums + static_cast<size_t>(y) * width * layout_.size();
+  const size_t row_bytes = static_cast<size_t>(width) * layout_.size();
+  uint8_t* const chunk_costs = chunk_costs_.reserve(row_bytes * kChunkSlots);
+  const auto rowOfStrips = [&](const RowVisit& visit, RowPart part) {
+    uint8_t* const sums = all_sums + visit.y * row_bytes;
+    FullSearchRow row = rowOf(visit, part, floors, width, sums, sums);
+    if (visit.is_first) row.costs = chunk_costs + visit.slot * row_bytes;
+    return row;
   };
-  const auto across = [&](int y) {
-    fullSearchRow(simd_target_)(
-        rowOf({y, false, true}, RowPart::kAcross, floors, width, nullptr, sumsOf(y)));
+  const auto across = [&](const RowVisit& visit) {
+    fullSearchRow(simd_target_)(rowOfStrips(visit, RowPart::kAcross));
   };
   const auto down = [&](const RowVisit& visit, int strip) {
-    uint8_t* const sums = sumsOf(visit.y);
-    FullSearchRow row = rowOf(visit, RowPart::kDown, floors, width, sums, sums);
+    FullSearchRow row = rowOfStrips(visit, RowPart::kDown);
     row.begin_column = width * strip / strips;
     row.end_column = width * (strip + 1) / strips;
     fullSearchRow(simd_target_)(row);
   };
-  const auto finish = [&](int y) {
-    row_works_.use([&](RowWork& work) { chooseWinners(y, sumsOf(y), work.winners, match); });
+  const auto finish = [&](const RowVisit& visit) {
+    const uint8_t* const sums = all_sums + visit.y * row_bytes;
+    row_works_.use([&](RowWork& work) { chooseWinners(visit.y, sums, work.winners, match); });
   };
   visitRowsByStrips(height, height / 2, strips, across, down, finish);
 }
@@ -119,6 +123,7 @@ FullSearchRow FullSearch::rowOf(const RowVisit& visit, RowPart part, const JumpF
   row.straight = pass.straight;
   row.from_behind = pass.from_behind;
   row.from_ahead = pass.from_ahead;
+  row.costs = nullptr;
   row.sums_before = sums_before;
   row.sums = sums;
   return row;

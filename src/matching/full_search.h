@@ -48,7 +48,7 @@ class FullSearch {
   const int64_t simd_target_;
   const StripedLayout layout_;
   const CostTables tables_;
-  AlignedBuffer dead_;
+  AlignedBuffer dead_, chunk_costs_;
   CensusPlanes left_planes_, right_planes_;
   Pass downward_, upward_;
   WorkPool<RowWork> row_works_;

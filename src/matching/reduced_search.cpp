@@ -54,13 +54,13 @@ void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const JumpFloors&
                                   Match& match) {
   const int columns = left_words.cols;
   reserve(paths_, 2 * strips, columns);
-  const auto across = [&](int y) {
+  const auto across = [&](const RowVisit& visit) {
     row_works_.use([&](RowWork& work) {
       reserve(work, columns);
-      uint8_t* const sums = all_sums + windows.row_begins[y];
+      uint8_t* const sums = all_sums + windows.row_begins[visit.y];
       const RowMemory memory{&paths_[0], work.half_sums.data(), nullptr, sums};
       reducedSearchRow(simd_target_)(
-          rowOf({y, false, true}, RowPart::kAcross, left_words, floors, windows, memory));
+          rowOf(visit, RowPart::kAcross, left_words, floors, windows, memory));
     });
   };
   const auto down = [&](const RowVisit& visit, int strip) {
@@ -71,10 +71,10 @@ void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const JumpFloors&
     row.end_run = windows.runs_per_row * (strip + 1) / strips;
     reducedSearchRow(simd_target_)(row);
   };
-  const auto finish = [&](int y) {
+  const auto finish = [&](const RowVisit& visit) {
     row_works_.use([&](RowWork& work) {
       reserve(work, columns);
-      chooseWinners(windows, y, all_sums + windows.row_begins[y], work, match);
+      chooseWinners(windows, visit.y, all_sums + windows.row_begins[visit.y], work, match);
     });
   };
   visitRowsByStrips(left_words.rows, rowInTheMiddle(windows), strips, across, down, finish);

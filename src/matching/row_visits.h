@@ -21,7 +21,11 @@ struct RowVisit {
   int y;
   bool upward;
   bool is_first;  ///< of both visits to this row
+  int slot = 0;   ///< by strips: tells apart the rows of a chunk; below kChunkSlots
 };
+
+constexpr int kChunkRows = 32;  ///< of each pass; what they write stays in the caches
+constexpr int kChunkSlots = 2 * kChunkRows;
 
 /// For two threads, one a pass.
 /// @param visit_row  called with a RowVisit.
@@ -40,27 +44,27 @@ void visitRowsTwice(int height, int middle, const VisitRow& visit_row) {
 
 /// For any number of threads: chunks of rows of both passes, shared out by rows for what lies in a
 /// row, and by strips of columns for the vertical paths.
-/// @param across  called with y, once a row, before any other.
+/// @param across  called with a RowVisit, once a row, before any other.
 /// @param down  called with (RowVisit, strip) for each strip from 0 to `strips` - 1.
-/// @param finish  called with y, once a row, after all others.
+/// @param finish  called with a RowVisit, once a row, after all others.
 template <class Across, class Down, class Finish>
 void visitRowsByStrips(int height, int middle, int strips, const Across& across, const Down& down,
                        const Finish& finish) {
-  constexpr int kChunkRows = 32;  // of each pass; what they write stays in the caches
   const int begins[] = {0, middle}, ends[] = {middle, height};
   for (const bool is_first : {true, false})
     for (int chunk = 0; chunk < std::max(middle, height - middle); chunk += kChunkRows) {
       const auto visitOf = [&](int half, int i) {
         const bool upward = (half == 0) != is_first;
-        return RowVisit{upward ? ends[half] - 1 - i : begins[half] + i, upward, is_first};
+        return RowVisit{upward ? ends[half] - 1 - i : begins[half] + i, upward, is_first,
+                        2 * (i % kChunkRows) + half};
       };
       const auto rowsLeft = [&](int half) {
         return std::clamp(ends[half] - begins[half] - chunk, 0, kChunkRows);
       };
       const auto forEachRow = [&](const auto& visit_row) {
-        cv::parallel_for_(cv::Range(0, 2 * kChunkRows), [&](const cv::Range& rows) {
+        cv::parallel_for_(cv::Range(0, kChunkSlots), [&](const cv::Range& rows) {
           for (int row = rows.start; row < rows.end; ++row)
-            if (row / 2 < rowsLeft(row % 2)) visit_row(visitOf(row % 2, chunk + row / 2).y);
+            if (row / 2 < rowsLeft(row % 2)) visit_row(visitOf(row % 2, chunk + row / 2));
         });
       };
       if (is_first) forEachRow(across);
@@ -73,7 +77,7 @@ void visitRowsByStrips(int height, int middle, int strips, const Across& across,
 }
 
 /// Strips for each pass where the work is to be shared out by strips, or 0: two threads are as fast
-/// with a pass each.
-inline int stripsOfSearch() { return cv::getNumThreads() > 2 ? cv::getNumThreads() : 0; }
+/// with a pass each. More strips than threads, as strips differ in their windows.
+inline int stripsOfSearch() { return cv::getNumThreads() > 2 ? 2 * cv::getNumThreads() : 0; }
 
 }  // namespace predictive_stereo

@@ -16,9 +16,14 @@ class Rows {
         strips_(strips),
         across_(height),
         finished_(height),
-        down_(2 * height * strips) {}
+        down_(2 * height * strips),
+        rows_of_slots_(kChunkSlots) {}
 
   void across(int y) { EXPECT_EQ(across_[y]++, 0); }
+  void takeSlot(const RowVisit& visit) { rows_of_slots_[visit.slot] = visit.y; }
+  void requireSlot(const RowVisit& visit) {
+    EXPECT_EQ(rows_of_slots_[visit.slot], visit.y) << "another row took its slot";
+  }
   void down(const RowVisit& visit, int strip) {
     const int previous = visit.upward ? visit.y + 1 : visit.y - 1;
     EXPECT_EQ(across_[visit.y], 1);
@@ -46,7 +51,7 @@ class Rows {
   }
 
   const int height_, strips_;
-  std::vector<std::atomic<int>> across_, finished_, down_;
+  std::vector<std::atomic<int>> across_, finished_, down_, rows_of_slots_;
 };
 
 TEST(RowVisits, ByStripsComeInOrder) {
@@ -55,10 +60,16 @@ TEST(RowVisits, ByStripsComeInOrder) {
       for (const int strips : {1, 3, 8}) {
         SCOPED_TRACE(testing::Message() << height << " rows, middle " << middle);
         Rows rows(height, strips);
-        visitRowsByStrips(
-            height, middle, strips, [&](int y) { rows.across(y); },
-            [&](const RowVisit& visit, int strip) { rows.down(visit, strip); },
-            [&](int y) { rows.finish(y); });
+        const auto across = [&](const RowVisit& visit) {
+          rows.across(visit.y);
+          rows.takeSlot(visit);
+        };
+        const auto down = [&](const RowVisit& visit, int strip) {
+          rows.down(visit, strip);
+          if (visit.is_first) rows.requireSlot(visit);
+        };
+        const auto finish = [&](const RowVisit& visit) { rows.finish(visit.y); };
+        visitRowsByStrips(height, middle, strips, across, down, finish);
         EXPECT_TRUE(rows.all_finished());
       }
 }
