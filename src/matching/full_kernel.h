@@ -53,8 +53,8 @@ struct FullSearchRow {
   /// Paths at the previous row, replaced by those at this one: the one that comes straight, and
   /// those along both diagonals.
   PathRow straight;
-  PathRow from_behind;         ///< from the column that the pass has just left
-  PathRow from_ahead;          ///< from the column that the pass comes to next
+  PathRow from_behind;  ///< from the column that the pass has just left
+  PathRow from_ahead;   ///< from the column that the pass comes to next
   /// Matching costs + P2 of the row, [x][StripedLayout::size()]: kAcross writes them, kDown reads
   /// them; nullptr: kDown finds them again. kWhole ignores them.
   uint8_t* costs;
