@@ -73,10 +73,18 @@ void parseParam(const std::string& name, const std::string& text, bool& value) {
 }
 
 std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
-  return *std::min_element(known.begin(), known.end(),
-                           [&](const std::string& a, const std::string& b) {
-                             return editDistance(name, a) < editDistance(name, b);
-                           });
+  // Whatever is longer resembles no name, and would take its time.
+  constexpr size_t kLongest = 100;
+  const std::string beginning = name.substr(0, kLongest);
+  std::string nearest;
+  size_t least = std::numeric_limits<size_t>::max();
+  for (const std::string& candidate : known) {
+    const size_t distance = editDistance(beginning, candidate);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = candidate;
+  }
+  return nearest;
 }
 
 bool ParamTable::has(const std::string& name) const {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "params/yaml_params.h"
 
 namespace predictive_stereo {
@@ -44,6 +46,13 @@ std::string refusal(Action&& action) {
     return error.what();
   }
   return "accepted";
+}
+
+TEST(ParamTable, ALongNameIsComparedAtOnce) {
+  const std::string name(30'000'000, 'a');
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(nearestName(name, {std::string(80, 'b'), std::string(90, 'a')}), std::string(90, 'a'));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
 }
 
 TEST(ParamTable, SetsNestedValues) {
