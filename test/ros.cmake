@@ -51,6 +51,8 @@ predictive_stereo_rostest(scenarios_test nodelets/scenarios.test nodelets/scenar
 predictive_stereo_rostest(ego_motion_scenarios_test
   nodelets/ego_motion_scenarios.test nodelets/ego_motion_scenarios_test.cpp
 )
+predictive_stereo_rostest(live_faults_test nodelets/live_faults.test nodelets/live_faults_test.cpp)
+add_rostest(nodelets/live_faults_no_clock.test DEPENDENCIES predictive_stereo_live_faults_test)
 predictive_stereo_rostest(neighbours_test nodelets/neighbours.test nodelets/neighbours_test.cpp)
 target_link_libraries(predictive_stereo_neighbours_test ${CMAKE_DL_LIBS})
 predictive_stereo_rostest(on_demand_test nodelets/on_demand.test nodelets/on_demand_test.cpp)

@@ -20,6 +20,7 @@ std::vector<StampMatcher::Set> StampMatcher::add(size_t index, ros::Time stamp, 
   if (constant) {
     slot.constant = std::move(message);
   } else {
+    slot.constant = nullptr;  // whoever stamps them may change them
     // Time went back, as it does when a bag is played in a loop.
     if (!slot.waiting.empty() && stamp < slot.waiting.back().stamp) slot.waiting.clear();
     slot.waiting.push_back({stamp, std::move(message)});

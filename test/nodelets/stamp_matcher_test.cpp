@@ -77,6 +77,16 @@ TEST_F(StampMatcherTest, a_latched_calibration_belongs_to_all) {
   }
 }
 
+TEST_F(StampMatcherTest, a_calibration_with_a_stamp_ends_a_latched_one) {
+  add(matcher_, kInfo, 0, 7, true);
+  add(matcher_, kInfo, 1.0, 8);
+  add(matcher_, kRight, 1.0);
+  EXPECT_EQ(value(add(matcher_, kLeft, 1.0).at(0)[kInfo]), 8);
+  add(matcher_, kRight, 1.1);
+  EXPECT_EQ(add(matcher_, kLeft, 1.1).size(), 0u) << "its own is still to come";
+  EXPECT_EQ(value(add(matcher_, kInfo, 1.1, 9).at(0)[kInfo]), 9);
+}
+
 TEST_F(StampMatcherTest, a_latched_calibration_that_comes_last_completes_all_that_wait) {
   for (const int i : {1, 2, 3}) {
     add(matcher_, kLeft, i, i);
