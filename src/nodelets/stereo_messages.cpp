@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -73,6 +74,10 @@ cv::Mat converted(const sensor_msgs::Image& message, const char* name, const std
 cv::Size imageSize(const sensor_msgs::CameraInfo& info) {
   const unsigned width = info.roi.width > 0 ? info.roi.width : info.width;
   const unsigned height = info.roi.height > 0 ? info.roi.height : info.height;
+  constexpr unsigned kLargest = std::numeric_limits<int>::max();
+  if (width > kLargest || height > kLargest)
+    throw std::invalid_argument("camera_info is for " + sizeText(width, height) +
+                                " images, which no camera has: calibrate it again");
   return cv::Size(static_cast<int>(width / std::max(1u, info.binning_x)),
                   static_cast<int>(height / std::max(1u, info.binning_y)));
 }
