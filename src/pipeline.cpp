@@ -61,7 +61,7 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   if (disparity_) {
     DisparityOutput& maps = output.disparity;
     const std::optional<CameraMotion> motion = motionFromPast(sources, output);
-    if (sources.moved && marksMatter()) markMoving(sources.moved(*past_stamp_));
+    if (sources.moved && needsMovingMask()) markMoving(sources.moved(*past_stamp_));
     disparity_->predict(past_, motion, maps);
     DisparityState& filters = linkToPast(motion.has_value());
     matched_coarsely.get();
@@ -156,12 +156,12 @@ void Pipeline::detect(PipelineOutput& output) {
 }
 
 // Whether the last frame is the past, and what moved in it is to be left out.
-bool Pipeline::marksMatter() const {
+bool Pipeline::needsMovingMask() const {
   return params_.disparity.use_moving_mask && past_stamp_ && unlinked_frames_ == 0;
 }
 
 void Pipeline::markMoving(const cv::Mat1b& mask) {
-  if (mask.empty() || !marksMatter()) return;
+  if (mask.empty() || !needsMovingMask()) return;
   if (mask.size() != past_.missed_frames.size())
     throw std::invalid_argument("mask of moving objects is " + text(mask.size()) +
                                 " but the frame was " + text(past_.missed_frames.size()));

@@ -152,7 +152,7 @@ class Pipeline {
                                              const PipelineOutput& output);
   DisparityState& linkToPast(bool motion_known);
   void detect(PipelineOutput& output);
-  bool marksMatter() const;
+  bool needsMovingMask() const;
   void markMoving(const cv::Mat1b& mask);
   void startAnew();
   void forgetFrames();

@@ -48,7 +48,7 @@ class SequenceGuard {
 
   /// The frame becomes the last one unless it is a duplicate.
   Result next(Stamp stamp, const StereoRig& rig) {
-    const Result result = judge(stamp, rig);
+    const Result result = compareWithLast(stamp, rig);
     if (result.verdict != Verdict::kDuplicate) last_ = Frame{stamp, rig};
     return result;
   }
@@ -61,7 +61,7 @@ class SequenceGuard {
     StereoRig rig;
   };
 
-  Result judge(Stamp stamp, const StereoRig& rig) const {
+  Result compareWithLast(Stamp stamp, const StereoRig& rig) const {
     if (!last_) return {Verdict::kFirst, "first frame"};
     const double gap_s = toSeconds(stamp - last_->stamp);
     std::ostringstream reason;

@@ -25,8 +25,8 @@ struct Residuals {
 };
 
 // Static disparities then, less measured ones.
-HWY_INLINE void residualsThen(const LongRow& row, const PastDisparities& then, const Points& points,
-                              Residuals& residuals) {
+HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
+                                const Points& points, Residuals& residuals) {
   const float* H = then.H;
   const float h0 = H[0], h1 = H[1], h2 = H[2], h3 = H[3];
   const float h8 = H[8], h9 = H[9], h10 = H[10], h11 = H[11];
@@ -94,8 +94,8 @@ HWY_NOINLINE void longResidualRow(const LongRow& row, float* HWY_RESTRICT residu
       for (int i = 0; i < points.count; ++i) any |= chosen[i] == k ? 1 : 0;
       if (any == 0) continue;
       const PastPairOfRow& of_row = row.pairs[k];
-      residualsThen(row, of_row.past, points, far);
-      residualsThen(row, of_row.halfway, points, near);
+      residualsAtPast(row, of_row.past, points, far);
+      residualsAtPast(row, of_row.halfway, points, near);
       const float scale = of_row.scale;
       for (int i = 0; i < points.count; ++i) {
         const float f = far.value[i], n = near.value[i] * scale;

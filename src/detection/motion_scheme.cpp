@@ -11,7 +11,7 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   if (past.empty()) return verification_.objects();
   const FrameView frame{input, range_, params_, frames_.current()};
   since_last_.compare(frame, past[0], verification_.ground());
-  frames_.setFollows(pose_check_.follows(since_last_.contradictingShare()));
+  frames_.setFollows(pose_check_.agreesWithMotion(since_last_.contradictingShare()));
   if (!frames_.current().follows) return verification_.objects();
 
   along_.compare(frame, past);

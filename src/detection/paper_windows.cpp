@@ -13,7 +13,7 @@ double intersectionOverUnion(const cv::Rect& a, const cv::Rect& b) {
 }
 
 // The k-th of `count` equal steps from `first` to `last`.
-int stepped(int first, int last, int k, int count) {
+int windowSize(int first, int last, int k, int count) {
   if (count < 2) return first;
   return static_cast<int>(std::lround(first + static_cast<double>(last - first) * k / (count - 1)));
 }
@@ -33,10 +33,10 @@ std::vector<cv::Rect> movingWindows(const cv::Mat1f& difference_px,
   const int first_row = static_cast<int>(std::ceil(params.skipped_top * difference_px.rows));
   std::vector<cv::Rect> windows;
   for (int k = 0; k < params.window_sizes; ++k) {
-    const int width = stepped(params.smallest_window_width_px, params.largest_window_width_px, k,
-                              params.window_sizes);
-    const int height = stepped(params.smallest_window_height_px, params.largest_window_height_px, k,
-                               params.window_sizes);
+    const int width = windowSize(params.smallest_window_width_px, params.largest_window_width_px, k,
+                                 params.window_sizes);
+    const int height = windowSize(params.smallest_window_height_px, params.largest_window_height_px,
+                                  k, params.window_sizes);
     const double least = params.min_mean_difference_px * width * height;
     for (int y = first_row; y + height <= difference_px.rows; y += params.step_px) {
       const double* above = integral[y];

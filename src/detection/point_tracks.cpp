@@ -35,8 +35,8 @@ float disparityAt(const cv::Mat1f& map, const DisparityRange& range, const Vecto
   return map(y, x);
 }
 
-void judge(const TrackingView& view, const MotionDetectionParams& params, const SourceOf& source_of,
-           PointTrack& track) {
+void compareWithStatic(const TrackingView& view, const MotionDetectionParams& params,
+                       const SourceOf& source_of, PointTrack& track) {
   const Matrix3d j = projectionJacobian(view.rig, track.static_m);
   const Eigen::Vector3f farther =
       source_of(track.position.x, track.position.y, track.disparity_px + 0.1f);
@@ -78,11 +78,11 @@ std::vector<PointTrack> expectedTracks(const TrackingView& view,
   return tracks;
 }
 
-void judgeFoundAt(const TrackingView& view, const MotionDetectionParams& params,
-                  const SourceOf& source_of, cv::Point2f at, PointTrack& track) {
+void compareFoundPosition(const TrackingView& view, const MotionDetectionParams& params,
+                          const SourceOf& source_of, cv::Point2f at, PointTrack& track) {
   track.found_px = Vector3d(at.x, at.y, 0);
   track.found_px.z() = disparityAt(view.previous.disparity_px, view.range, track.found_px);
-  judge(view, params, source_of, track);
+  compareWithStatic(view, params, source_of, track);
 }
 
 }  // namespace
@@ -103,7 +103,7 @@ std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetec
   for (size_t i = 0; i < expected.size(); ++i) {
     if (!tracks[i].found) continue;
     found.push_back(expected[i]);
-    judgeFoundAt(view, params, source_of, tracks[i].position, found.back());
+    compareFoundPosition(view, params, source_of, tracks[i].position, found.back());
   }
   return found;
 }

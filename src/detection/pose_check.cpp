@@ -8,7 +8,7 @@ constexpr int kMostOddFrames = 2;
 
 }  // namespace
 
-bool PoseCheck::follows(double contradicting) {
+bool PoseCheck::agreesWithMotion(double contradicting) {
   const bool odd =
       contradicting > kMostOfTheImage || (usual_ && contradicting > *usual_ + kSuddenShare);
   if (odd && odd_frames_ < kMostOddFrames) {

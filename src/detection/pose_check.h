@@ -11,7 +11,7 @@ class PoseCheck {
  public:
   /// Whether the image agrees with the motion since the frame before, as far as it usually does.
   /// @param contradicting  share of the image that the static world does not explain.
-  bool follows(double contradicting);
+  bool agreesWithMotion(double contradicting);
   void reset() { *this = PoseCheck(); }
 
  private:

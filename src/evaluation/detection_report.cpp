@@ -60,7 +60,7 @@ const char* nameOf(FrameVerdict::Box verdict) {
   return "";
 }
 
-const char* fateOf(const EvaluatedFrame& frame, size_t label) {
+const char* labelOutcome(const EvaluatedFrame& frame, size_t label) {
   if (frame.verdict.demanded[label]) return frame.verdict.found_by[label] < 0 ? "missed" : "found";
   return frame.labels[label].isStatic() ? "static" : "tolerated";
 }
@@ -262,7 +262,7 @@ std::string framesCsv(const std::vector<DetectionEvaluation>& evaluations) {
             << label.type << ',' << boxCells(label.box_px) << ','
             << (label.distance_m ? fixed(*label.distance_m, 2) : "") << ','
             << (label.speed_mps ? fixed(*label.speed_mps, 2) : "") << ',' << label.motion << ",,,"
-            << fateOf(frame, l) << ','
+            << labelOutcome(frame, l) << ','
             << (by < 0 ? "" : std::to_string(frame.objects[static_cast<size_t>(by)].id)) << '\n';
       }
       for (size_t o = 0; o < frame.objects.size(); ++o) {
@@ -295,7 +295,7 @@ cv::Mat3b picture(const cv::Mat1b& left, const EvaluatedFrame& frame) {
   }
   for (size_t l = 0; l < frame.labels.size(); ++l) {
     const ObjectLabel& label = frame.labels[l];
-    const std::string fate = fateOf(frame, l);
+    const std::string fate = labelOutcome(frame, l);
     cv::Scalar colour(150, 150, 150);
     if (fate == "found") colour = {255, 255, 255};
     if (fate == "missed") colour = {255, 0, 255};

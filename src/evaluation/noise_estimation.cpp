@@ -115,7 +115,7 @@ double commonVariance(const VarianceSample& sample, const VarianceParams& params
 }
 
 /// What a prediction, or that there is none, adds to the variance of a match.
-double surprise(const VarianceSample& sample, const VarianceParams& params) {
+double innovationVariance(const VarianceSample& sample, const VarianceParams& params) {
   if (!sample.predicted) return params.sigma_unpredicted_px * params.sigma_unpredicted_px;
   const double innovation_px = std::min<double>(sample.innovation_px, params.max_innovation_px);
   return params.innovation_weight * innovation_px * innovation_px;
@@ -202,9 +202,9 @@ class MatchLoss : public cv::MinProblemSolver::Function {
     double loss = 0;
     for (const VarianceSample& sample : samples_) {
       const double match_px = matchSigma(sample, params);
-      loss +=
-          quantileLoss(sample.error_px, std::sqrt(match_px * match_px + surprise(sample, params) +
-                                                  commonVariance(sample, params)));
+      loss += quantileLoss(sample.error_px,
+                           std::sqrt(match_px * match_px + innovationVariance(sample, params) +
+                                     commonVariance(sample, params)));
     }
     return loss / static_cast<double>(samples_.size()) + penalty;
   }

@@ -152,7 +152,7 @@ std::vector<Perturbation> makePerturbations() {
 
 }  // namespace
 
-PipelineParams Perturbation::applied(PipelineParams params) const {
+PipelineParams Perturbation::applyTo(PipelineParams params) const {
   if (margin_px > 0) params.disparity.search.margin_px = margin_px;
   return params;
 }
@@ -162,9 +162,9 @@ const std::vector<Perturbation>& perturbations() {
   return all;
 }
 
-std::unique_ptr<Sequence> remembered(const Sequence& sequence,
-                                     const std::optional<std::vector<ObjectLabel>>& labels,
-                                     int max_frames) {
+std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence,
+                                         const std::optional<std::vector<ObjectLabel>>& labels,
+                                         int max_frames) {
   return std::make_unique<RememberedSequence>(sequence, labels, max_frames);
 }
 

@@ -23,7 +23,7 @@ struct Perturbation {
   int every = 1, first = 0;     ///< frames `first`, `first + every`, ... alone
   int drop_every = 0;           ///< frames 5, 5 + drop_every, ... are missing; 0: none
 
-  PipelineParams applied(PipelineParams params) const;
+  PipelineParams applyTo(PipelineParams params) const;
 };
 
 /// Those of evaluate_detection --perturb; the first one changes nothing.
@@ -32,9 +32,9 @@ const std::vector<Perturbation>& perturbations();
 /// All images of a sequence in memory with what moves, so that it can be run often.
 /// @param labels  by Sequence::fileNumber; none: the sequence knows by itself.
 /// @param max_frames  0: all.
-std::unique_ptr<Sequence> remembered(const Sequence& sequence,
-                                     const std::optional<std::vector<ObjectLabel>>& labels,
-                                     int max_frames);
+std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence,
+                                         const std::optional<std::vector<ObjectLabel>>& labels,
+                                         int max_frames);
 
 /// A label in the mirrored world, whose left camera is the right one. It is tolerated where its
 /// distance is not known, or where the right image shows less than half of it.

@@ -282,7 +282,7 @@ class RowAggregation {
       }
       if (visit.walker) {
         paths.step(costs, along, row.floors_across[backward ? x + 1 : x], sums, goodness);
-        paths.carryOn(goodness, along);
+        paths.carrySameWindow(goodness, along);
         if (i == pixels - 1) paths.store(goodness, visit.walker->goodness);
       }
       const auto follow = [&](const Neighbour& neighbour, uint8_t floor, uint8_t* next) HWY_ATTR {

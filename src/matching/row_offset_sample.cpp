@@ -74,17 +74,17 @@ bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point c
 
   // The half-resolution disparity may be a pixel off. Three rows of each column that is looked at.
   double around[2 * kColumnReach + 1][3];
-  const auto look = [&](int column) {
+  const auto fillScores = [&](int column) {
     for (int i = 0; i < 3; ++i) around[kColumnReach + column][i] = score(column, best_row + i - 1);
   };
   int best_column = 0;
   std::copy_n(scores + best_row - 1, 3, around[kColumnReach]);
   for (int column : {-1, 1}) {
-    look(column);
+    fillScores(column);
     if (around[kColumnReach + column][1] < around[kColumnReach + best_column][1])
       best_column = column;
   }
-  if (best_column != 0) look(2 * best_column);
+  if (best_column != 0) fillScores(2 * best_column);
   const double* before = around[kColumnReach + best_column - 1];
   const double* middle = around[kColumnReach + best_column];
   const double* after = around[kColumnReach + best_column + 1];

@@ -52,13 +52,13 @@ class RowSearch {
       for (int k = 0; k < kK; ++k) sums[k] = hn::Load(d_, pixel(x) + k * kLanes);
       findLeft(x, sums);
       updateRight(sums);
-      leaveRight(x);
+      finishRightPixel(x);
     }
     V nothing[kK];
     for (V& sums : nothing) sums = none_;
     for (int x = row_.width; x < row_.width + kSize - 1; ++x) {
       updateRight(nothing);
-      leaveRight(x);
+      finishRightPixel(x);
     }
   }
 
@@ -106,7 +106,7 @@ class RowSearch {
   }
 
   /// After left pixel x nothing more comes for the right pixel of the largest disparity.
-  HWY_INLINE void leaveRight(int x) const {
+  HWY_INLINE void finishRightPixel(int x) const {
     const int right_x = x - row_.range.min_disparity - (kSize - 1);
     if (right_x < 0 || right_x >= row_.width) return;
     const hn::Repartition<uint16_t, D> d16;

@@ -241,7 +241,7 @@ class WindowPaths {
       Vectors goodness;
       for (int v = 0; v < vectors(); ++v)
         goodness[v] = hn::LoadU(d, neighbour.goodness + v * kLanesOfD);
-      carryOn(goodness, carried);
+      carrySameWindow(goodness, carried);
     } else if (neighbour.width > 0) {
       for (int v = 0; v < vectors(); ++v) {
         const int shift = first_ + v * kLanesOfD - neighbour.first;
@@ -254,7 +254,7 @@ class WindowPaths {
   }
 
   /// What a neighbour with the same window passes on.
-  HWY_INLINE void carryOn(const Vectors& goodness, Passed& carried) const {
+  HWY_INLINE void carrySameWindow(const Vectors& goodness, Passed& carried) const {
     const D d;
     const V zero = hn::Zero(d);
     for (int v = 0; v < vectors(); ++v)

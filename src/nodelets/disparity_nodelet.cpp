@@ -55,7 +55,7 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   void onInit() override {
     health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
-                                       "Disparity", [this] { return silence(); });
+                                       "Disparity", [this] { return describeMissingInput(); });
     try {
       start(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& e) {
@@ -161,7 +161,7 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   bool usesMovingMask() const { return params_.processor.disparity.use_moving_mask; }
 
-  std::string silence() const { return input_ ? input_->silence() : ""; }
+  std::string describeMissingInput() const { return input_ ? input_->describeMissingInput() : ""; }
 
   bool wanted() const { return outputs_.wanted() || for_detection_.wanted(); }
 
@@ -227,12 +227,13 @@ class DisparityNodelet : public nodelet::Nodelet {
       // tf came but the odometry did not: do not wait for it again until it speaks.
       if (!complete) odometry_silent_ = true;
     } else {
-      health_->problem("motion", Health::Severity::kDegraded, noMotion(now.frame_id, answer));
+      health_->problem("motion", Health::Severity::kDegraded,
+                       describeMissingMotion(now.frame_id, answer));
     }
     return answer.motion;
   }
 
-  std::string noMotion(const std::string& camera, const MotionAnswer& answer) const {
+  std::string describeMissingMotion(const std::string& camera, const MotionAnswer& answer) const {
     if (answer.complete) return answer.reason + ": matched without prediction";
     // tf's own text has stamps in it and would be another one each time.
     std::ostringstream text;

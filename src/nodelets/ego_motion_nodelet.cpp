@@ -52,7 +52,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
 
   void onInit() override {
     health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
-                                       "EgoMotion", [this] { return silence(); });
+                                       "EgoMotion", [this] { return describeMissingInput(); });
     try {
       start(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& e) {
@@ -69,7 +69,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     processor_ = std::make_unique<EgoMotionProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(
         node, [this](const geometry_msgs::TransformStamped& transform, const std::string& publisher,
-                     bool is_static) { rivals_.heard(transform, publisher, is_static); });
+                     bool is_static) { rivals_.addTransform(transform, publisher, is_static); });
     listening_since_ = std::chrono::steady_clock::now();
     if (params_.publish_tf) tf_publisher_ = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
     loop_ =
@@ -109,7 +109,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     if (loop_) loop_->setAwake(false);
   }
 
-  std::string silence() const { return input_ ? input_->silence() : ""; }
+  std::string describeMissingInput() const { return input_ ? input_->describeMissingInput() : ""; }
 
   void process(const Loop::Job& job) {
     const std::optional<Eigen::Isometry3d> T_base_cam = extrinsic(job.frame);
@@ -133,7 +133,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     const std::string& camera = pair.left->header.frame_id;
     std::string error;
     const auto T_base_cam = waitFor(params_.transform_timeout, [&] {
-      return lookUp(tf_->buffer, base, camera, pair.left->header.stamp, error);
+      return lookUpTransform(tf_->buffer, base, camera, pair.left->header.stamp, error);
     });
     if (T_base_cam)
       health_->solved("extrinsic");
@@ -157,7 +157,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   void publish(const EgoMotionMessages& messages) {
     alignment_publisher_.publish(messages.row_alignment);
     if (mayPublishTf(messages.transform.child_frame_id)) {
-      rivals_.ours(messages.transform);
+      rivals_.addOwnTransform(messages.transform);
       tf2_msgs::TFMessagePtr tf = boost::make_shared<tf2_msgs::TFMessage>();
       tf->transforms.push_back(messages.transform);
       tf_publisher_.publish(tf);
@@ -173,9 +173,10 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     if (!std::exchange(asked_, true) && othersPublish(tf_publisher_.getTopic())) {
       const std::chrono::duration<double> listened =
           std::chrono::steady_clock::now() - listening_since_;
-      waitFor(kFirstTfWithin_s - listened.count(), [&] { return rivals_.of(frame).has_value(); });
+      waitFor(kFirstTfWithin_s - listened.count(),
+              [&] { return rivals_.rivalOf(frame).has_value(); });
     }
-    const std::string objection = rivals_.objection(frame);
+    const std::string objection = rivals_.reasonNotToMove(frame);
     if (objection.empty()) return true;
     yielded_ = true;
     health_->problem("tf", Health::Severity::kDegraded, objection);
@@ -198,7 +199,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
               const StageTimes& times) {
     const EgoMotionEstimate& estimate = output.estimate;
     last_stamp_ = job.frame.left->header.stamp;
-    const std::string why = lossOf(output);
+    const std::string why = describeLoss(output);
     if (why.empty())
       health_->solved("tracking");
     else
@@ -213,7 +214,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
   }
 
-  std::string lossOf(const EgoMotionProcessor::Output& output) const {
+  std::string describeLoss(const EgoMotionProcessor::Output& output) const {
     if (output.frozen) {
       std::ostringstream text;
       text << "both images have been the same for more than max_gap = " << params_.processor.max_gap

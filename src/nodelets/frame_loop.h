@@ -49,7 +49,7 @@ class FrameLoop {
         hooks_(hooks),
         live_params_(private_node, params, hooks.check, hooks.fixed),
         reset_service_(private_node.advertiseService("reset", &FrameLoop::onReset, this)) {
-    health_.asleep(true);
+    health_.setAsleep(true);
   }
 
   void push(Frame frame) { worker_.push(Job{std::move(frame)}); }
@@ -58,7 +58,7 @@ class FrameLoop {
   void setAwake(bool awake) {
     if (!awake) forget_ = true;
     awake_ = awake;
-    health_.asleep(!awake);
+    health_.setAsleep(!awake);
   }
 
   /// Frames that a newer one replaced before their turn came.

@@ -83,7 +83,7 @@ void Health::figure(const std::string& name, const std::string& value) {
   figures_.emplace_back(name, value);
 }
 
-void Health::asleep(bool asleep) {
+void Health::setAsleep(bool asleep) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (asleep_ && !asleep) last_output_ = Clock::now();
   asleep_ = asleep;

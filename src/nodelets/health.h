@@ -50,7 +50,7 @@ class Health {
   void figure(const std::string& name, double value, const char* format = "%.3g");
   void figure(const std::string& name, const std::string& value);
   /// Nobody listens: that nothing comes out is no fault.
-  void asleep(bool asleep);
+  void setAsleep(bool asleep);
 
  private:
   using Clock = std::chrono::steady_clock;

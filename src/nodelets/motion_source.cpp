@@ -6,7 +6,7 @@ namespace predictive_stereo {
 namespace {
 
 // Odometry this much later than a frame says nothing of it.
-bool saysNothing(const nav_msgs::Odometry& odometry, ros::Time frame) {
+bool isTooNew(const nav_msgs::Odometry& odometry, ros::Time frame) {
   return odometry.header.stamp - frame > ros::Duration(0.1);
 }
 
@@ -16,7 +16,7 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
                           const std::string& camera, ros::Time previous, ros::Time now,
                           const std::string& fixed_frame) {
   MotionAnswer answer;
-  const auto T_cam_prev = lookUpMotion(tf, camera, previous, now, fixed_frame, answer.reason);
+  const auto T_cam_prev = lookUpCameraMotion(tf, camera, previous, now, fixed_frame, answer.reason);
   if (!T_cam_prev) return answer;
   answer.motion = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
   answer.complete = !odometry;
@@ -26,15 +26,16 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
   const nav_msgs::OdometryConstPtr odometry_previous = odometry->at(previous);
   if (!odometry_now) return answer;
   answer.complete = true;
-  if (saysNothing(*odometry_now, now)) return answer;
-  const bool was_lost = odometry_previous && !saysNothing(*odometry_previous, previous) &&
+  if (isTooNew(*odometry_now, now)) return answer;
+  const bool was_lost = odometry_previous && !isTooNew(*odometry_previous, previous) &&
                         poseIsUnknown(*odometry_previous);
   if (twistIsUnknown(*odometry_now) || was_lost) {
     answer.motion.reset();
     answer.reason = "the odometry is lost";
     return answer;
   }
-  if (const auto T_cam_child = lookUp(tf, camera, odometry_now->child_frame_id, now, answer.reason))
+  if (const auto T_cam_child =
+          lookUpTransform(tf, camera, odometry_now->child_frame_id, now, answer.reason))
     answer.motion->covariance =
         motionCovariance(*odometry_now, (now - previous).toSec(), *T_cam_child);
   return answer;

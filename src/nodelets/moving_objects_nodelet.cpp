@@ -62,7 +62,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
 
   void onInit() override {
     health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
-                                       "MovingObjects", [this] { return silence(); });
+                                       "MovingObjects", [this] { return describeMissingInput(); });
     try {
       start(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& e) {
@@ -185,7 +185,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     }
   }
 
-  std::string silence() const {
+  std::string describeMissingInput() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!subscribers_.left) return "";
     if (const std::string error = subscribers_.left.error(); !error.empty())
@@ -253,7 +253,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   std::optional<Eigen::Isometry3d> pose(const std_msgs::Header& now) {
     std::string error;
     const auto T_odom_cam = waitFor(params_.transform_timeout, [&] {
-      return lookUp(tf_->buffer, params_.odom_frame, now.frame_id, now.stamp, error);
+      return lookUpTransform(tf_->buffer, params_.odom_frame, now.frame_id, now.stamp, error);
     });
     if (T_odom_cam)
       health_->solved("pose");

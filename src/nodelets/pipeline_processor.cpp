@@ -39,8 +39,8 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
 
   Stopwatch watch;
   std::string no_pose;
-  output.T_odom_cam =
-      lookUp(tf_, params_.moving_objects.odom_frame, header.frame_id, header.stamp, no_pose);
+  output.T_odom_cam = lookUpTransform(tf_, params_.moving_objects.odom_frame, header.frame_id,
+                                      header.stamp, no_pose);
   MovingObjectsInput input;
   input.left = pair.left;
   input.left_info = pair.left_info;
@@ -78,8 +78,8 @@ std::optional<CameraMotion> PipelineProcessor::followCamera(const StereoPair& pa
 Eigen::Isometry3d PipelineProcessor::extrinsic(const StereoPair& pair) const {
   if (ego_motion_.cameraIsBase(pair)) return Eigen::Isometry3d::Identity();
   std::string error;
-  const auto T_base_cam = lookUp(tf_, ego_motion_.baseFrame(pair), pair.left->header.frame_id,
-                                 pair.left->header.stamp, error);
+  const auto T_base_cam = lookUpTransform(
+      tf_, ego_motion_.baseFrame(pair), pair.left->header.frame_id, pair.left->header.stamp, error);
   if (!T_base_cam)
     throw std::invalid_argument("no transform from base_frame '" + ego_motion_.baseFrame(pair) +
                                 "' to the left camera: " + error);

@@ -37,8 +37,8 @@ class RectifyNodelet : public nodelet::Nodelet {
   void onInit() override {
     ros::NodeHandle& node = getNodeHandle();
     health_ = std::make_unique<Health>(node, getPrivateNodeHandle(), getName(), "Rectify",
-                                       [this] { return silence(); });
-    health_->asleep(true);
+                                       [this] { return describeMissingInput(); });
+    health_->setAsleep(true);
     const auto connect = [this](const image_transport::SingleSubscriberPublisher&) {
       followSubscribers();
     };
@@ -58,7 +58,7 @@ class RectifyNodelet : public nodelet::Nodelet {
   void followSubscribers() {
     const std::lock_guard<std::mutex> lock(mutex_);
     const bool wanted = rectified_.getNumSubscribers() > 0;
-    health_->asleep(!wanted);
+    health_->setAsleep(!wanted);
     try {
       if (!wanted)
         unsubscribe();
@@ -87,7 +87,7 @@ class RectifyNodelet : public nodelet::Nodelet {
     if (matcher_) matcher_->clear();
   }
 
-  std::string silence() {
+  std::string describeMissingInput() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!raw_) return "";
     if (const std::string error = raw_.error(); !error.empty())

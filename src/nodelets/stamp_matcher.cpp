@@ -34,7 +34,7 @@ std::vector<StampMatcher::Set> StampMatcher::add(size_t index, ros::Time stamp, 
   ros::Time last;
   for (const Entry& reference : slots_[0].waiting) {
     Set set;
-    if (!complete(reference.stamp, set)) continue;
+    if (!collectSet(reference.stamp, set)) continue;
     sets.push_back(std::move(set));
     last = reference.stamp;
   }
@@ -54,7 +54,7 @@ const StampMatcher::Entry* StampMatcher::nearest(const Slot& slot, ros::Time sta
   return best;
 }
 
-bool StampMatcher::complete(ros::Time stamp, Set& set) const {
+bool StampMatcher::collectSet(ros::Time stamp, Set& set) const {
   for (const Slot& slot : slots_) {
     const Entry* entry = nearest(slot, stamp);
     if (entry && std::abs((entry->stamp - stamp).toSec()) <= tolerance())

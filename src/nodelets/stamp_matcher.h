@@ -59,7 +59,7 @@ class StampMatcher {
 
   double tolerance() const { return params_.approximate_sync ? params_.sync_tolerance : 0.0; }
   const Entry* nearest(const Slot& slot, ros::Time stamp) const;
-  bool complete(ros::Time stamp, Set& set) const;
+  bool collectSet(ros::Time stamp, Set& set) const;
   size_t forgetUpTo(ros::Time stamp);  // returns how many of slot 0 went
 
   SyncParams params_;

@@ -87,7 +87,7 @@ size_t StereoInput::unmatched() const {
   return matcher_.unmatched();
 }
 
-std::string StereoInput::silence() const {
+std::string StereoInput::describeMissingInput() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!subscribers_.left) return "";
   for (const ImageSubscriber* images : {&subscribers_.left, &subscribers_.right})

@@ -32,7 +32,7 @@ class StereoInput {
   void stop();
 
   /// Why no pairs come, and which parameter cures it; empty where they do, or need not.
-  std::string silence() const;
+  std::string describeMissingInput() const;
 
   /// Left images that found no partner.
   size_t unmatched() const;

@@ -13,14 +13,14 @@ std::string plain(const std::string& frame) {
 
 }  // namespace
 
-void TfRivals::ours(const geometry_msgs::TransformStamped& transform) {
+void TfRivals::addOwnTransform(const geometry_msgs::TransformStamped& transform) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ours_.push_back(transform);
   if (ours_.size() > kRemembered) ours_.pop_front();
 }
 
-void TfRivals::heard(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
-                     bool is_static) {
+void TfRivals::addTransform(const geometry_msgs::TransformStamped& transform,
+                            const std::string& publisher, bool is_static) {
   const std::lock_guard<std::mutex> lock(mutex_);
   // The newest are at the end.
   if (!is_static && std::find(ours_.rbegin(), ours_.rend(), transform) != ours_.rend()) return;
@@ -28,15 +28,15 @@ void TfRivals::heard(const geometry_msgs::TransformStamped& transform, const std
                                               is_static};
 }
 
-std::optional<TfRivals::Rival> TfRivals::of(const std::string& frame) const {
+std::optional<TfRivals::Rival> TfRivals::rivalOf(const std::string& frame) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto rival = rivals_.find(plain(frame));
   if (rival == rivals_.end()) return std::nullopt;
   return rival->second;
 }
 
-std::string TfRivals::objection(const std::string& frame) const {
-  const std::optional<Rival> rival = of(frame);
+std::string TfRivals::reasonNotToMove(const std::string& frame) const {
+  const std::optional<Rival> rival = rivalOf(frame);
   if (!rival) return "";
   const std::string silent = ": tf is not published from here, as a frame has one parent only. ";
   if (!rival->is_static)
@@ -46,8 +46,8 @@ std::string TfRivals::objection(const std::string& frame) const {
   // The robot is what the fixed frames hang on.
   std::string root = rival->parent;
   std::set<std::string> seen;
-  for (auto above = of(root); above && above->is_static && seen.insert(root).second;
-       above = of(root))
+  for (auto above = rivalOf(root); above && above->is_static && seen.insert(root).second;
+       above = rivalOf(root))
     root = above->parent;
   return "tf: " + rival->publisher + " has '" + frame + "' fixed to '" + rival->parent + "'" +
          silent + "Set base_frame to '" + root + "', or publish_tf to false";

@@ -23,17 +23,17 @@ class TfRivals {
   };
 
   /// To be called before this transform is published: it will be heard, and is no rival's.
-  void ours(const geometry_msgs::TransformStamped& transform);
+  void addOwnTransform(const geometry_msgs::TransformStamped& transform);
 
   /// A transform that tf has, of anybody.
-  void heard(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
-             bool is_static);
+  void addTransform(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
+                    bool is_static);
 
   /// The one that was heard last; none: the frame is nobody else's.
-  std::optional<Rival> of(const std::string& frame) const;
+  std::optional<Rival> rivalOf(const std::string& frame) const;
 
   /// Why this frame must not be moved in tf by us, and what to do about it; empty: it may.
-  std::string objection(const std::string& frame) const;
+  std::string reasonNotToMove(const std::string& frame) const;
 
  private:
   static constexpr size_t kRemembered = 1000;  // of ours; they come back within milliseconds

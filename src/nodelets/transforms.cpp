@@ -89,9 +89,10 @@ Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s) {
   return twist / dt_s;
 }
 
-std::optional<Eigen::Isometry3d> lookUp(const tf2::BufferCore& tf, const std::string& target,
-                                        const std::string& source, ros::Time stamp,
-                                        std::string& error) {
+std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
+                                                 const std::string& target,
+                                                 const std::string& source, ros::Time stamp,
+                                                 std::string& error) {
   try {
     return rounded(finite(fromMsg(tf.lookupTransform(target, source, stamp).transform)));
   } catch (const tf2::TransformException& e) {
@@ -100,9 +101,10 @@ std::optional<Eigen::Isometry3d> lookUp(const tf2::BufferCore& tf, const std::st
   }
 }
 
-std::optional<Eigen::Isometry3d> lookUpMotion(const tf2::BufferCore& tf, const std::string& camera,
-                                              ros::Time previous, ros::Time now,
-                                              const std::string& fixed_frame, std::string& error) {
+std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
+                                                    const std::string& camera, ros::Time previous,
+                                                    ros::Time now, const std::string& fixed_frame,
+                                                    std::string& error) {
   try {
     return rounded(
         finite(fromMsg(tf.lookupTransform(camera, now, camera, previous, fixed_frame).transform)));

@@ -33,14 +33,16 @@ Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s);
 /// tf's interpolation between stored poses leaves rounding errors that depend on which other poses
 /// have come in meanwhile. What is looked up is therefore rounded (to 2^-32 m, and the quaternion
 /// likewise), so that a recording gives the same result, bit by bit, live and in replay.
-std::optional<Eigen::Isometry3d> lookUp(const tf2::BufferCore& tf, const std::string& target,
-                                        const std::string& source, ros::Time stamp,
-                                        std::string& error);
+std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
+                                                 const std::string& target,
+                                                 const std::string& source, ros::Time stamp,
+                                                 std::string& error);
 
 /// The camera's motion between two instants against `fixed_frame`, as CameraMotion::T_cam_prev.
-std::optional<Eigen::Isometry3d> lookUpMotion(const tf2::BufferCore& tf, const std::string& camera,
-                                              ros::Time previous, ros::Time now,
-                                              const std::string& fixed_frame, std::string& error);
+std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
+                                                    const std::string& camera, ros::Time previous,
+                                                    ros::Time now, const std::string& fixed_frame,
+                                                    std::string& error);
 
 /// Whether every variance is kUnknownCovariance or more: the odometry is lost (pose), or has
 /// nothing to compare with (twist).

@@ -78,7 +78,7 @@ double relativeVariance(const StereoMatch& match) {
   return 1 + kNoiseVariance * match.shift_variance_px2;
 }
 
-bool certain(const Matrix6d& covariance) {
+bool isCertain(const Matrix6d& covariance) {
   const double largest_m2 = covariance.diagonal().head<3>().maxCoeff();
   const double largest_rad2 = covariance.diagonal().tail<3>().maxCoeff();
   return largest_m2 < kLargestSigma_m * kLargestSigma_m &&
@@ -114,7 +114,7 @@ struct EgoMotion::State {
                              const StereoRig& new_rig, const cv::Mat1b& moving_mask);
   void reset();
 
-  PoseSolution moveSince(const ReferenceFrame& reference, const cv::Mat1b& moving_mask);
+  PoseSolution motionSince(const ReferenceFrame& reference, const cv::Mat1b& moving_mask);
   PoseSolution tryMotion(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
                          const cv::Mat1b& moving_mask);
   PoseSolverParams solverParams() const {
@@ -131,7 +131,7 @@ struct EgoMotion::State {
   float disparity(const StereoMatch& match) const;
   void updateRowAlignment(const std::vector<StereoMatch>& stereo);
   bool hardlyMoved(const PoseSolution& solution) const;
-  ReferenceFrame frameFromHere(const PoseSolution& solution);
+  ReferenceFrame makeReferenceFrame(const PoseSolution& solution);
 
   EgoMotionParams params;
   StereoRig rig;
@@ -184,7 +184,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   size_t used = 0;
   for (; used < references.size(); ++used) {
     ++references[used].age;
-    solution = moveSince(references[used], moving_mask);
+    solution = motionSince(references[used], moving_mask);
     if (solution.found) break;
   }
   estimate.swapped = !references.empty() && (doubted || !solution.found) && looksSwapped();
@@ -218,7 +218,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
       reference.age = 0;
       references.resize(1);
     } else {
-      ReferenceFrame here = frameFromHere(solution);
+      ReferenceFrame here = makeReferenceFrame(solution);
       references.clear();
       references.push_back(std::move(here));
     }
@@ -227,7 +227,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
     if (!references.empty()) estimate.motion.covariance = Matrix6d::Identity() * kLostCovariance;
     // The pose is held; the next frame may be seen from the last good one, or else from this one.
     correspondences.clear();
-    ReferenceFrame here = frameFromHere(solution);
+    ReferenceFrame here = makeReferenceFrame(solution);
     if (!references.empty() && references.front().age >= kLongestWait) references.clear();
     if (static_cast<int>(here.features.size()) >= kBlindFeatures && !estimate.swapped) {
       references.resize(std::min<size_t>(references.size(), 1));
@@ -238,7 +238,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   if (params.estimate_disparity_offset) {
     estimate.disparity_offset_px = offset.offset_px;
     estimate.disparity_offset_sigma_px = std::sqrt(offset.variance_px2);
-    estimate.column_offset.known = steady_offset.certain();
+    estimate.column_offset.known = steady_offset.isCertain();
     estimate.column_offset.offset_px = steady_offset.mean_px();
     estimate.column_offset.sigma_px = steady_offset.sigma_px();
     estimate.column_offset.correction_px = steady_offset.correction_px();
@@ -252,8 +252,8 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
 // are looked for without an expectation; and what the rest agrees with, because among vehicles that
 // move along with the camera most of the street is out of reach until it is expected where it is.
 // The best one is taken, so that a wrong motion does not make the next expectation.
-PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
-                                         const cv::Mat1b& moving_mask) {
+PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
+                                           const cv::Mat1b& moving_mask) {
   const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
   Eigen::Isometry3d T_expected = T_previous;
   for (int i = 0; i < std::min(reference.age, 3); ++i) T_expected = compose(T_last, T_expected);
@@ -271,22 +271,22 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
   std::vector<StereoMatch> best_matches = matches;
   std::vector<Correspondence> best_correspondences = correspondences;
   std::vector<Eigen::Isometry3d> tried = {T_expected};
-  const auto tryInstead = [&](const Eigen::Isometry3d& T) {
+  const auto tryMotionInstead = [&](const Eigen::Isometry3d& T) {
     for (const Eigen::Isometry3d& before : tried)
-      if (expectTheSame(rig, reference, before, T)) return;
+      if (predictSamePositions(rig, reference, before, T)) return;
     tried.push_back(T);
     const PoseSolution other = tryMotion(reference, T, moving_mask);
-    if (!other.found || (best.found && !better(other, support(other, correspondences), best,
-                                               support(best, best_correspondences))))
+    if (!other.found || (best.found && !isPreferred(other, support(other, correspondences), best,
+                                                    support(best, best_correspondences))))
       return;
     best = other;
     best_matches = matches;
     best_correspondences = correspondences;
   };
-  if (best.found) tryInstead(best.T_cam_prev);
+  if (best.found) tryMotionInstead(best.T_cam_prev);
   if (!asUsual()) {
-    tryInstead(T_previous);
-    if (best.found) tryInstead(best.T_cam_prev);
+    tryMotionInstead(T_previous);
+    if (best.found) tryMotionInstead(best.T_cam_prev);
   }
   if (best.found && !asUsual()) {
     std::vector<Correspondence> rest;
@@ -294,7 +294,7 @@ PoseSolution EgoMotion::State::moveSince(const ReferenceFrame& reference,
       if (!best.inlier[i]) rest.push_back(best_correspondences[i]);
     const PoseSolution second =
         solvePose(rig, rest, best.T_cam_prev, reference.offset, kExpectedSigmaPx, solverParams());
-    if (second.found) tryInstead(second.T_cam_prev);
+    if (second.found) tryMotionInstead(second.T_cam_prev);
   }
   std::swap(matches, best_matches);
   std::swap(correspondences, best_correspondences);
@@ -327,7 +327,7 @@ PoseSolution EgoMotion::State::tryMotion(const ReferenceFrame& reference,
   // What the offset does is told apart from the noise.
   const Vector6d by_offset = solution.by_disparity_errors.col(0);
   solution.covariance -= by_offset * by_offset.transpose();
-  solution.found = solution.found && certain(solution.covariance);
+  solution.found = solution.found && isCertain(solution.covariance);
   return solution;
 }
 
@@ -442,7 +442,7 @@ bool EgoMotion::State::hardlyMoved(const PoseSolution& solution) const {
 
 // Makes a reference of the current frame: its tracks go on, new corners fill the gaps. Takes the
 // current pyramid.
-ReferenceFrame EgoMotion::State::frameFromHere(const PoseSolution& solution) {
+ReferenceFrame EgoMotion::State::makeReferenceFrame(const PoseSolution& solution) {
   ReferenceFrame here;
   here.offset = offset;
   if (params.estimate_disparity_offset)
@@ -483,11 +483,11 @@ void EgoMotion::setParams(const EgoMotionParams& params) { state_->setParams(par
 
 void EgoMotion::reset() { state_->reset(); }
 
-void EgoMotionFault::expect(EgoMotion& ego_motion, const Eigen::Isometry3d& T_cam_prev) {
+void EgoMotionFault::setExpectedMotion(EgoMotion& ego_motion, const Eigen::Isometry3d& T_cam_prev) {
   ego_motion.state_->T_last = T_cam_prev;
 }
 
-Eigen::Isometry3d EgoMotionFault::expected(const EgoMotion& ego_motion) {
+Eigen::Isometry3d EgoMotionFault::expectedMotion(const EgoMotion& ego_motion) {
   return ego_motion.state_->T_last;
 }
 

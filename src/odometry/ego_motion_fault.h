@@ -9,8 +9,8 @@ namespace predictive_stereo {
 /// Of tests: makes the motion model expect something wrong.
 struct EgoMotionFault {
   /// The motion that the next frame is expected to repeat.
-  static void expect(EgoMotion& ego_motion, const Eigen::Isometry3d& T_cam_prev);
-  static Eigen::Isometry3d expected(const EgoMotion& ego_motion);
+  static void setExpectedMotion(EgoMotion& ego_motion, const Eigen::Isometry3d& T_cam_prev);
+  static Eigen::Isometry3d expectedMotion(const EgoMotion& ego_motion);
 };
 
 }  // namespace predictive_stereo

@@ -21,14 +21,14 @@ double support(const PoseSolution& solution, const std::vector<Correspondence>& 
   return sum;
 }
 
-bool better(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b) {
+bool isPreferred(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b) {
   if (support_a < kSimilarSupport * support_b) return false;
   if (support_b < kSimilarSupport * support_a) return true;
   return a.covariance.determinant() < b.covariance.determinant();
 }
 
-bool expectTheSame(const StereoRig& rig, const ReferenceFrame& reference,
-                   const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b) {
+bool predictSamePositions(const StereoRig& rig, const ReferenceFrame& reference,
+                          const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b) {
   const Eigen::Matrix4d by_a = disparityMotion(rig, T_a), by_b = disparityMotion(rig, T_b);
   std::vector<double> apart_px;
   for (const Feature& feature : reference.features) {

@@ -14,11 +14,11 @@ double support(const PoseSolution& solution, const std::vector<Correspondence>& 
 /// Whether a motion is to be preferred to another one, with their support. Of two that are
 /// supported alike, the one that its points determine better: the static world surrounds the
 /// camera, but what moves together is in few places.
-bool better(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b);
+bool isPreferred(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b);
 
 /// Whether two motions expect most features at the same places.
-bool expectTheSame(const StereoRig& rig, const ReferenceFrame& reference,
-                   const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b);
+bool predictSamePositions(const StereoRig& rig, const ReferenceFrame& reference,
+                          const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b);
 
 /// The 0.9 quantile of values, at least one, which are reordered.
 double highQuantile(std::vector<double>& values);

@@ -23,10 +23,10 @@ void SteadyOffset::update(const DisparityOffset& offset) {
   mean_px_ += information / weight_ * (offset.offset_px - mean_px_);
   // Errors of consecutive frames go together: their mean is as certain as one of them.
   sigma_px_ = std::sqrt(offset.variance_px2);
-  if (certain() && std::abs(mean_px_ - correction_px_) > std::max(kStepPx, 3 * sigma_px_))
+  if (isCertain() && std::abs(mean_px_ - correction_px_) > std::max(kStepPx, 3 * sigma_px_))
     correction_px_ = mean_px_;
 }
 
-bool SteadyOffset::certain() const { return frames_ >= kFewestFrames; }
+bool SteadyOffset::isCertain() const { return frames_ >= kFewestFrames; }
 
 }  // namespace predictive_stereo

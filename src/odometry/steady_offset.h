@@ -15,7 +15,7 @@ class SteadyOffset {
   void update(const DisparityOffset& offset);
 
   /// Whether enough frames were certain.
-  bool certain() const;
+  bool isCertain() const;
   double mean_px() const { return mean_px_; }
   double sigma_px() const { return sigma_px_; }
   /// 0 until the mean is certain.

@@ -87,8 +87,8 @@ struct Shader {
 
   // What comes from this direction (unit length) to a point (relative to the sunlight's centre).
   // @param spread  width of what a pixel sees, per metre of way, beyond `width_m`.
-  float arriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
-                 int except) const {
+  float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
+                      int except) const {
     LitHit hit;
     static_cast<Hit&>(hit) = light.around->cast(point, direction, except);
     if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
@@ -112,8 +112,8 @@ struct Shader {
     // A convex mirror spreads the rays of a pixel.
     const float spread =
         grid.pixelPerM() + 2 * kPanelTurn * width_m / std::max(p.half_m.maxCoeff(), 0.1f);
-    const float reflected =
-        light.look.reflections * arriving(point, reflected_ray, width_m, spread, hit.primitive);
+    const float reflected = light.look.reflections *
+                            lightArriving(point, reflected_ray, width_m, spread, hit.primitive);
     if (isClear(p, hit.part, shaded.point)) {
       constexpr float kTint = 0.8f;
       return mirror * reflected + (1 - mirror) * kTint * behind(x, y, hit.primitive);

@@ -5,7 +5,7 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-Traffic lively() {
+Traffic busyTraffic() {
   Traffic t;
   t.oncoming_s = 3.5;
   t.cyclists_s = 7;
@@ -16,7 +16,7 @@ Traffic lively() {
 }
 
 // Light and noise of a room under lamps.
-void goInside(Scene& scene, float lamp_pitch_m, float lamp_height_m, float lamp_strength) {
+void setIndoorLight(Scene& scene, float lamp_pitch_m, float lamp_height_m, float lamp_strength) {
   scene.look.to_sun = Eigen::Vector3f(0.08f, 0.05f, 1).normalized();
   scene.look.sun = 0.2f;  // all that casts shadows
   scene.look.ambient = 0.55f;
@@ -33,7 +33,7 @@ Scene drone() {
   s.summary = "in a hall: rests and trembles, takes off, turns at 90 deg/s, hovers (300 frames)";
   s.site = Site::kHall;
   s.camera = {752, 480, 20, 436, 367.5, 0.51, 0.11, 0.2, 0.05, {0.6, 0.6, 0.4}};
-  goInside(s, 4, 5.9f, 6);
+  setIndoorLight(s, 4, 5.9f, 6);
   // Rests until 2 s; up until 4.5 s; turns until 9 s; flies to the chessboard until 11.5 s; looks
   // down at it, hovers, rises.
   s.waypoints = {{0, {0, 0, 0}, 0, 0, 0},
@@ -62,7 +62,7 @@ Scene robot() {
   s.summary = "low above the floor of a corridor with white walls, among people, 5 Hz (100 frames)";
   s.site = Site::kCorridor;
   s.camera = {640, 480, 5, 385, 321.5, 0.5, 0.12, 0.3, -0.1, {0.5, 0.45, 0.5}};
-  goInside(s, 2.4f, 2.65f, 1.2f);
+  setIndoorLight(s, 2.4f, 2.65f, 1.2f);
   s.sensor.exposure = 2.1;
   // Stands for 2 s, drives along one corridor, turns into the other one, stands again.
   s.waypoints = {
@@ -92,7 +92,7 @@ Scene handheld() {
   s.name = "handheld";
   s.summary = "in the hand of someone who walks along a pavement and looks around (200 frames)";
   s.camera = {640, 480, 15, 500, 318.5, 0.49, 0.1, 0, 0, {0.6, 0.6, 1.8}};
-  s.traffic = lively();
+  s.traffic = busyTraffic();
   s.waypoints = {{0, {-60, -8.7, 1.45}, 0, 0, 0},      {1, {-59.6, -8.7, 1.45}, 5, 3, 0},
                  {3, {-57.2, -8.8, 1.4}, 10, 5, -4},   {4.2, {-55.8, -8.8, 1.45}, 55, 0, 6},
                  {5.5, {-54.6, -8.7, 1.5}, 60, -8, 3}, {6.5, {-53.8, -8.7, 1.3}, 20, 6, -12},
@@ -109,7 +109,7 @@ std::vector<Scene> makeScenes() {
     all.emplace_back();
     all.back().name = name;
     all.back().summary = summary;
-    all.back().traffic = lively();
+    all.back().traffic = busyTraffic();
     return all.back();
   };
   {

@@ -41,7 +41,7 @@ const char* nameOf(Kind kind) {
 }
 
 // With what the scene gives where the parameters leave it open.
-StreetParams completed(StreetParams params, const Camera& camera) {
+StreetParams withSceneDefaults(StreetParams params, const Camera& camera) {
   if (params.width == 0) params.width = camera.width;
   if (params.height == 0) params.height = camera.height;
   if (params.baseline_m == 0) params.baseline_m = camera.baseline_m;
@@ -83,7 +83,7 @@ struct Street::World {
   std::vector<Mover> movers;
 
   World(const StreetParams& p, const Scene& s)
-      : params(completed(p, s.camera)),
+      : params(withSceneDefaults(p, s.camera)),
         scene(s),
         rig(rigOf(params, scene.camera)),
         T_body_cam(mountOf(scene.camera)),

@@ -20,7 +20,7 @@ StereoTopics topicsOf(const std::string& left_folder, const std::string& right_f
           right_folder + "/camera_info"};
 }
 
-bool is(const Types& types, const std::string& topic, const char* type) {
+bool hasType(const Types& types, const std::string& topic, const char* type) {
   const auto found = types.find(topic);
   return found != types.end() && found->second == type;
 }
@@ -29,8 +29,8 @@ bool is(const Types& types, const std::string& topic, const char* type) {
 void takeAsRecorded(const Types& types, CameraLayout& layout) {
   StereoTopics& topics = layout.topics;
   for (const std::string& images : {topics.left, topics.right})
-    if (is(types, images, "sensor_msgs/Image") ||
-        !is(types, images + kCompressedTopic, "sensor_msgs/CompressedImage"))
+    if (hasType(types, images, "sensor_msgs/Image") ||
+        !hasType(types, images + kCompressedTopic, "sensor_msgs/CompressedImage"))
       return;
   topics.left += kCompressedTopic;
   topics.right += kCompressedTopic;
@@ -42,9 +42,9 @@ void addIfThere(const Types& types, CameraLayout layout, std::vector<CameraLayou
   const StereoTopics& topics = layout.topics;
   const bool compressed = imageTopic(topics.left) != topics.left;
   const char* type = compressed ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image";
-  if (is(types, topics.left, type) && is(types, topics.right, type) &&
-      is(types, topics.left_info, "sensor_msgs/CameraInfo") &&
-      is(types, topics.right_info, "sensor_msgs/CameraInfo"))
+  if (hasType(types, topics.left, type) && hasType(types, topics.right, type) &&
+      hasType(types, topics.left_info, "sensor_msgs/CameraInfo") &&
+      hasType(types, topics.right_info, "sensor_msgs/CameraInfo"))
     found.push_back(std::move(layout));
 }
 

@@ -158,7 +158,7 @@ class BagSequence : public Sequence {
       const auto pose = message.instantiate<nav_msgs::Odometry>();
       std::string error;
       const auto T_base_cam =
-          lookUp(extrinsics, pose->child_frame_id, camera, pose->header.stamp, error);
+          lookUpTransform(extrinsics, pose->child_frame_id, camera, pose->header.stamp, error);
       if (!T_base_cam) throw std::runtime_error(name_ + ": truth/odometry: " + error);
       Eigen::Isometry3d T_odom_base;
       tf2::fromMsg(pose->pose.pose, T_odom_base);

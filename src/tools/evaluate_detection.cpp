@@ -165,14 +165,14 @@ int evaluate(const CommandLine& command_line) {
                               progress.update(frame.index);
                             }));
       if (!perturb) continue;
-      const auto known = remembered(*sequence, labels[evaluations.size() - 1], max_frames);
+      const auto known = loadIntoMemory(*sequence, labels[evaluations.size() - 1], max_frames);
       for (size_t i = 0; i < runs.size(); ++i) {
         const Perturbation& change = perturbations()[i];
         Progress steps(sequence->name() + ", " + change.name, 1);
         runs[i].evaluations.push_back(
             i == 0 ? evaluations.back()
                    : evaluateDetection(*perturbed(*known, change), std::nullopt,
-                                       pipelineDetector(change.applied(params)), 0, {}));
+                                       pipelineDetector(change.applyTo(params)), 0, {}));
         steps.update(0);
       }
     }

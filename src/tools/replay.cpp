@@ -132,7 +132,7 @@ class OutputBag {
     file_.write("/tf", time, message);
   }
 
-  void complete() { file_.finish(); }
+  void finish() { file_.finish(); }
 
  private:
   inline static const std::set<std::string> kTopics = {
@@ -254,8 +254,9 @@ class Replay {
       for (const auto& set : add(message, matcher)) processSet(set, message.getTime(), out);
       if (topic == topics_.left) progress.update(lefts_++);
     }
-    if (figures_.pairs() == 0) throw std::runtime_error(noPair(lefts.size(), matcher));
-    out.complete();
+    if (figures_.pairs() == 0)
+      throw std::runtime_error(describeMissingPairs(lefts.size(), matcher));
+    out.finish();
     if (!options_.csv.empty())
       writeText(options_.csv, figures_.csv(options_.bag, matcher.unmatched(), duplicates_, table_));
     report(matcher);
@@ -355,7 +356,7 @@ class Replay {
     out.copy(message);
   }
 
-  std::string noPair(size_t lefts, const StampMatcher& matcher) const {
+  std::string describeMissingPairs(size_t lefts, const StampMatcher& matcher) const {
     if (lefts == 0) return options_.bag + ": no left image in the time that was chosen";
     const std::string mismatch = matcher.describeMismatch();
     return options_.bag + ": " + std::to_string(lefts) + " left images but not one pair" +

@@ -69,14 +69,14 @@ class BagTopics {
   std::map<std::string, std::string> types_;
 };
 
-std::string besides(const std::string& topic) {
+std::string cameraInfoTopic(const std::string& topic) {
   const std::string images = imageTopic(topic);
   const size_t slash = images.rfind('/');
   return (slash == std::string::npos ? "" : images.substr(0, slash + 1)) + "camera_info";
 }
 
 StereoTopics fromImages(const std::string& left, const std::string& right) {
-  return {left, besides(left), right, besides(right)};
+  return {left, cameraInfoTopic(left), right, cameraInfoTopic(right)};
 }
 
 // Pairs whose names differ in "left" and "right" alone.

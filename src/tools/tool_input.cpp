@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-SequenceGroup alone(std::unique_ptr<Sequence> sequence) {
+SequenceGroup groupOfOne(std::unique_ptr<Sequence> sequence) {
   SequenceGroup group;
   group.name = sequence->name();
   group.sequences.push_back(std::move(sequence));
@@ -63,12 +63,12 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
   std::vector<std::string> folders;
   for (const std::string& argument : command_line.positional()) {
     if (open_file && (fs::is_regular_file(argument) || fs::path(argument).extension() == ".bag"))
-      groups.push_back(alone(open_file(argument)));
+      groups.push_back(groupOfOne(open_file(argument)));
     else
       folders.push_back(argument);
   }
   for (const DriveArgument& drive : driveArguments(folders))
-    groups.push_back(alone(kittiDriveSequence(drive.date_dir, drive.drive)));
+    groups.push_back(groupOfOne(kittiDriveSequence(drive.date_dir, drive.drive)));
   if (command_line.has("kitti2012")) {
     const std::string training_dir = command_line.get("kitti2012");
     SequenceGroup group;
@@ -82,7 +82,7 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
     StreetParams params;
     params.scene = scene;
     params.frames = command_line.getInt("street-frames", 40, 2);
-    groups.push_back(alone(streetSequence(params)));
+    groups.push_back(groupOfOne(streetSequence(params)));
   }
   if (groups.empty() && !command_line.has("kitti2015"))
     throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");

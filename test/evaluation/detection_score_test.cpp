@@ -31,7 +31,7 @@ DetectedObject object(int id, const cv::Rect2d& box_px, double distance_m = 20) 
 const cv::Rect2d kHere(100, 100, 40, 40), kThere(300, 100, 40, 40);
 
 // Objects are demanded at once.
-DetectionScore impatient() {
+DetectionScore scoreFromFirstFrame() {
   DetectionScoreParams params;
   params.first_visible_frame = 1;
   return DetectionScore(params);
@@ -50,7 +50,7 @@ TEST(DetectionScore, HasNoRatesWithoutCounts) {
 }
 
 TEST(DetectionScore, CountsWhatIsFoundMissedAndFalse) {
-  DetectionScore score = impatient();
+  DetectionScore score = scoreFromFirstFrame();
   const FrameVerdict verdict =
       score.add({label(1, kHere), label(2, kThere)},
                 {object(7, {500, 100, 30, 30}, 12), object(8, kThere, 21)});
@@ -71,7 +71,7 @@ TEST(DetectionScore, CountsWhatIsFoundMissedAndFalse) {
 TEST(DetectionScore, AMatchNeedsTheIouThreshold) {
   // Shifted by s of 40 px: IoU (40 - s) / (40 + s), 0.3 at s = 21.54.
   for (const auto& [shift, found] : {std::pair(21.5, 1), std::pair(21.6, 0)}) {
-    DetectionScore score = impatient();
+    DetectionScore score = scoreFromFirstFrame();
     score.add({label(1, kHere)}, {object(1, {100 + shift, 100, 40, 40})});
     EXPECT_EQ(score.all().found, found) << shift;
     EXPECT_EQ(score.all().false_boxes, 1 - found) << shift;
@@ -79,7 +79,7 @@ TEST(DetectionScore, AMatchNeedsTheIouThreshold) {
 }
 
 TEST(DetectionScore, ASecondBoxOnAnObjectIsFalse) {
-  DetectionScore score = impatient();
+  DetectionScore score = scoreFromFirstFrame();
   const FrameVerdict verdict =
       score.add({label(1, kHere)}, {object(1, {105, 100, 40, 40}), object(2, kHere)});
   EXPECT_EQ(verdict.found_by, std::vector<int>({1})) << "the better one counts";
@@ -88,7 +88,7 @@ TEST(DetectionScore, ASecondBoxOnAnObjectIsFalse) {
 }
 
 TEST(DetectionScore, OneBoxFindsOneObject) {
-  DetectionScore score = impatient();
+  DetectionScore score = scoreFromFirstFrame();
   score.add({label(1, {100, 100, 40, 40}), label(2, {120, 100, 40, 40})},
             {object(1, {108, 100, 40, 40})});
   EXPECT_EQ(score.all().found, 1);
@@ -97,7 +97,7 @@ TEST(DetectionScore, OneBoxFindsOneObject) {
 
 TEST(DetectionScore, TheBestPairsComeFirst) {
   // The first box fits both objects, the first one better; the second box fits the first alone.
-  DetectionScore score = impatient();
+  DetectionScore score = scoreFromFirstFrame();
   const FrameVerdict verdict =
       score.add({label(1, {100, 100, 40, 40}), label(2, {115, 100, 40, 40})},
                 {object(1, {104, 100, 40, 40}), object(2, {114, 100, 40, 40})});
@@ -108,7 +108,7 @@ TEST(DetectionScore, WhatIsHardOrIgnoredNeitherCountsNorHarms) {
   ObjectLabel hard = label(1, kHere);
   hard.hard = true;
   const ObjectLabel ignored = label(2, kThere, "ignore");
-  DetectionScore score = impatient();
+  DetectionScore score = scoreFromFirstFrame();
   score.add({hard, ignored}, {});
   EXPECT_EQ(score.all().demanded, 0);
   // Right on it, by IoU alone, and mostly within it.
@@ -124,7 +124,7 @@ TEST(DetectionScore, WhatIsHardOrIgnoredNeitherCountsNorHarms) {
 }
 
 TEST(DetectionScore, ABoxOnAParkedCarIsFalse) {
-  DetectionScore score = impatient();
+  DetectionScore score = scoreFromFirstFrame();
   score.add({label(1, kHere, "static")}, {object(1, kHere)});
   EXPECT_EQ(score.all().demanded, 0);
   EXPECT_EQ(score.all().false_boxes, 1);
@@ -159,7 +159,7 @@ TEST(DetectionScore, DemandsFromTheThirdFrameOfVisibilityOn) {
 }
 
 TEST(DetectionScore, CountsIdSwitches) {
-  DetectionScore score = impatient();
+  DetectionScore score = scoreFromFirstFrame();
   const auto see = [&](int id) {
     score.add({label(1, kHere)},
               id ? std::vector<DetectedObject>{object(id, kHere)} : std::vector<DetectedObject>());
@@ -178,7 +178,7 @@ TEST(DetectionScore, CountsIdSwitches) {
 }
 
 TEST(DetectionScore, ErrorsAreThoseOfMatches) {
-  DetectionScore score = impatient();
+  DetectionScore score = scoreFromFirstFrame();
   ObjectLabel far = label(2, kThere);
   far.distance_m = 30;
   far.speed_mps = 9;

@@ -55,7 +55,7 @@ TEST(Perturbation, TheFirstOneChangesNothing) {
   const auto same = perturbed(ramp, perturbations()[0]);
   ASSERT_EQ(same->frames(), kFrames);
   EXPECT_EQ(cv::norm(same->frame(3).right, ramp.frame(3).right, cv::NORM_INF), 0);
-  EXPECT_EQ(perturbations()[0].applied({}).disparity.search.margin_px,
+  EXPECT_EQ(perturbations()[0].applyTo({}).disparity.search.margin_px,
             SearchRangeParams().margin_px);
 }
 
@@ -137,12 +137,12 @@ TEST(Perturbation, RememberedSequencesHaveTheLabelsOfFiles) {
   ObjectLabel label;
   label.frame = 103;
   label.type = "van";
-  const auto known = remembered(ramp, std::vector<ObjectLabel>{label}, 5);
+  const auto known = loadIntoMemory(ramp, std::vector<ObjectLabel>{label}, 5);
   ASSERT_EQ(known->frames(), 5);
   EXPECT_TRUE(known->objects(2)->empty());
   ASSERT_EQ(known->objects(3)->size(), 1u);
   EXPECT_EQ(known->objects(3)->at(0).type, "van");
-  EXPECT_EQ(remembered(ramp, std::nullopt, 0)->objects(3)->at(0).type, "car");
+  EXPECT_EQ(loadIntoMemory(ramp, std::nullopt, 0)->objects(3)->at(0).type, "car");
 }
 
 }  // namespace

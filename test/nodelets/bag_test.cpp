@@ -112,7 +112,7 @@ class Outputs {
     return disparity.connected() && measured.connected() && predicted.connected() &&
            odometry.connected() && objects.connected();
   }
-  bool complete(ros::Time stamp) const {
+  bool hasAllOutputs(ros::Time stamp) const {
     return disparity.at(stamp) && measured.at(stamp) && predicted.at(stamp) && odometry.at(stamp) &&
            objects.at(stamp);
   }
@@ -198,11 +198,11 @@ class Bag : public testing::Test {
   void SetUp() override {
     if (!recording_) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
     for (const ros::Time stamp : player_->stamps())
-      ASSERT_TRUE(first_->complete(stamp)) << "no outputs for " << stamp;
+      ASSERT_TRUE(first_->hasAllOutputs(stamp)) << "no outputs for " << stamp;
   }
 
   static std::function<void(ros::Time)> wait(const Outputs& outputs) {
-    return [&](ros::Time stamp) { eventually([&] { return outputs.complete(stamp); }, 15); };
+    return [&](ros::Time stamp) { eventually([&] { return outputs.hasAllOutputs(stamp); }, 15); };
   }
 
   Poses cameraPoses() const {
@@ -215,8 +215,9 @@ class Bag : public testing::Test {
       Eigen::Isometry3d T_odom_base;
       tf2::fromMsg(odometry->pose.pose, T_odom_base);
       std::string error;
-      const auto T_base_cam = lookUp(extrinsics, odometry->child_frame_id,
-                                     first_->disparity.at(stamp)->header.frame_id, stamp, error);
+      const auto T_base_cam =
+          lookUpTransform(extrinsics, odometry->child_frame_id,
+                          first_->disparity.at(stamp)->header.frame_id, stamp, error);
       if (!T_base_cam) throw std::runtime_error(error);
       poses.push_back(T_odom_base * *T_base_cam);
     }
@@ -343,7 +344,7 @@ TEST_F(Bag, played_in_a_loop_it_starts_anew_and_gives_the_same) {
   player_->play(kSecondPass, wait(*second_));
   for (size_t i = 0; i < kSecondPass; ++i) {
     const ros::Time stamp = player_->stamps()[i];
-    ASSERT_TRUE(second_->complete(stamp)) << "frame " << i;
+    ASSERT_TRUE(second_->hasAllOutputs(stamp)) << "frame " << i;
     EXPECT_TRUE(second_->disparity.at(stamp)->image.data == first_->disparity.at(stamp)->image.data)
         << "frame " << i;
     EXPECT_TRUE(second_->odometry.at(stamp)->pose == first_->odometry.at(stamp)->pose)

@@ -50,7 +50,7 @@ TEST_F(Diagnosis, moving_objects_tells_that_the_camera_has_stopped) {
   DisparityRecorder disparity(node_, "disparity");
   Recorder<MovingObjectArray> objects(node_, "moving_objects");
   ASSERT_TRUE(player_.waitForSubscribers());
-  ASSERT_TRUE(comesOut(street().pair(0), disparity));
+  ASSERT_TRUE(publishesDisparity(street().pair(0), disparity));
   EXPECT_TRUE(says("MovingObjects", "nothing comes on " + ns_ + "/left/image_rect although"));
   EXPECT_TRUE(says("MovingObjects", "is the camera running, or is the bag paused?"));
 }
@@ -210,7 +210,7 @@ TEST_F(Diagnosis, bad_pairs_are_told_and_good_ones_go_on) {
   EXPECT_TRUE(says("Disparity", "left image is broken"));
 
   EXPECT_EQ(disparity.count(), 0u);
-  EXPECT_TRUE(comesOut(street().pair(4), disparity));
+  EXPECT_TRUE(publishesDisparity(street().pair(4), disparity));
   EXPECT_TRUE(eventually([&] {
     return diagnostics_.of(ns_.substr(1) + "/Disparity").level ==
            diagnostic_msgs::DiagnosticStatus::OK;

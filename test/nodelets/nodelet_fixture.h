@@ -44,7 +44,7 @@ class NodeletTest : public testing::Test {
   }
 
   /// Publishes the pair and waits for its disparity.
-  bool comesOut(const StereoPair& pair, const DisparityRecorder& disparity) {
+  bool publishesDisparity(const StereoPair& pair, const DisparityRecorder& disparity) {
     player_.publish(pair);
     return eventually([&] { return disparity.at(pair.left->header.stamp) != nullptr; }, 10);
   }

@@ -82,12 +82,12 @@ TEST(Transforms, tf_answers_at_the_stamp_or_says_why_not) {
   tf.setTransform(stamped("odom", "camera", 10.0, early), "test");
   tf.setTransform(stamped("odom", "camera", 10.2, late), "test");
   std::string error;
-  const auto middle = lookUp(tf, "odom", "camera", ros::Time(10.1), error);
+  const auto middle = lookUpTransform(tf, "odom", "camera", ros::Time(10.1), error);
   ASSERT_TRUE(middle);
   EXPECT_TRUE(middle->isApprox(pose(1, 0, 0, {0, 0, 0.1}), 1e-6));
-  EXPECT_FALSE(lookUp(tf, "odom", "camera", ros::Time(10.3), error)) << "no extrapolation";
+  EXPECT_FALSE(lookUpTransform(tf, "odom", "camera", ros::Time(10.3), error)) << "no extrapolation";
   EXPECT_NE(error.find("extrapolation"), std::string::npos) << error;
-  EXPECT_FALSE(lookUp(tf, "odom", "elsewhere", ros::Time(10.1), error));
+  EXPECT_FALSE(lookUpTransform(tf, "odom", "elsewhere", ros::Time(10.1), error));
   EXPECT_NE(error.find("elsewhere"), std::string::npos) << error;
 }
 
@@ -100,8 +100,8 @@ TEST(Transforms, what_tf_answers_does_not_depend_on_other_poses_in_its_buffer) {
                                       i == 0 ? now : pose(0.1 * i, i, 1, {0.1 * i, 0, 0.02 * i})),
                               "test");
   std::string error;
-  const auto a = lookUp(alone, "odom", "camera", ros::Time(10), error);
-  const auto b = lookUp(among_others, "odom", "camera", ros::Time(10), error);
+  const auto a = lookUpTransform(alone, "odom", "camera", ros::Time(10), error);
+  const auto b = lookUpTransform(among_others, "odom", "camera", ros::Time(10), error);
   ASSERT_TRUE(a && b);
   EXPECT_EQ(a->matrix(), b->matrix()) << "bit by bit";
 }
@@ -116,10 +116,10 @@ TEST(Transforms, the_cameras_motion_is_the_past_in_the_presents_frame) {
   tf.setTransform(stamped("base", "camera", 0, mount), "test", true);
   std::string error;
   const auto T_cam_prev =
-      lookUpMotion(tf, "camera", ros::Time(10.0), ros::Time(10.1), "odom", error);
+      lookUpCameraMotion(tf, "camera", ros::Time(10.0), ros::Time(10.1), "odom", error);
   ASSERT_TRUE(T_cam_prev) << error;
   EXPECT_TRUE(T_cam_prev->isApprox((now * mount).inverse() * (before * mount), 1e-8));
-  EXPECT_FALSE(lookUpMotion(tf, "camera", ros::Time(10.0), ros::Time(10.2), "odom", error));
+  EXPECT_FALSE(lookUpCameraMotion(tf, "camera", ros::Time(10.0), ros::Time(10.2), "odom", error));
 }
 
 TEST(Transforms, an_odometry_that_knows_nothing_is_recognised) {

@@ -23,8 +23,8 @@ struct Pair {
   cv::Mat1b left, right;
 };
 
-Pair look(const testing::Corridor& corridor, const StereoRig& rig,
-          const Eigen::Isometry3d& T_world_cam, int noise_seed) {
+Pair renderPair(const testing::Corridor& corridor, const StereoRig& rig,
+                const Eigen::Isometry3d& T_world_cam, int noise_seed) {
   return {corridor.render(rig, T_world_cam, 0, 1.5, 2 * noise_seed + 1),
           corridor.render(rig, T_world_cam, rig.baseline_m, 1.5, 2 * noise_seed + 2)};
 }
@@ -54,7 +54,7 @@ TEST(EgoMotion, DrivesThroughACorridor) {
   Eigen::Isometry3d previous;
   for (int k = 0; k < 8; ++k) {
     const Eigen::Isometry3d current = pose(0.1 * std::sin(0.3 * k), 0.6 * k, 0.01 * k);
-    const Pair pair = look(corridor, rig, current, k);
+    const Pair pair = renderPair(corridor, rig, current, k);
     const EgoMotionEstimate estimate = ego_motion.estimate(pair.left, pair.right, rig);
     if (k == 0) {
       EXPECT_EQ(estimate.status, EgoMotionStatus::kFirstFrame);
@@ -88,7 +88,8 @@ TEST(EgoMotion, SameForAnyNumberOfThreads) {
   const testing::Corridor corridor(2);
   const StereoRig rig = smallRig();
   std::vector<Pair> pairs;
-  for (int k = 0; k < 4; ++k) pairs.push_back(look(corridor, rig, pose(0, 0.5 * k, 0.02 * k), k));
+  for (int k = 0; k < 4; ++k)
+    pairs.push_back(renderPair(corridor, rig, pose(0, 0.5 * k, 0.02 * k), k));
   std::vector<Eigen::Matrix4d> expected;
   for (int threads : {1, 2, 3, 7}) {
     cv::setNumThreads(threads);

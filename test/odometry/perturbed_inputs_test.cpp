@@ -56,7 +56,7 @@ std::vector<Eigen::Vector3d> positions(const Sequence& sequence, const Perturbat
 }
 
 /// Length of the way that touches every step-th of these positions.
-double wayOf(const std::vector<Eigen::Vector3d>& positions, int step) {
+double pathLength(const std::vector<Eigen::Vector3d>& positions, int step) {
   double way_m = 0;
   const auto n = static_cast<size_t>(step);
   for (size_t i = n; i < positions.size(); i += n)
@@ -76,8 +76,8 @@ TEST_P(PerturbedInputs, LeaveTheWayAsItIs) {
   EXPECT_EQ(lost, 0);
   for (const Perturbation& perturbation : perturbations()) {
     lost = 0;
-    const double way_m = wayOf(positions(*sequence, perturbation, lost), 1);
-    const double expected_m = wayOf(undisturbed, perturbation.step);
+    const double way_m = pathLength(positions(*sequence, perturbation, lost), 1);
+    const double expected_m = pathLength(undisturbed, perturbation.step);
     std::printf("%s, %s: %.2f m, %+.2f %% of the undisturbed way, %d lost\n", GetParam(),
                 perturbation.name.c_str(), way_m, 100 * (way_m / expected_m - 1), lost);
     EXPECT_EQ(lost, 0) << perturbation.name;

@@ -18,11 +18,11 @@ TEST(SteadyOffset, IsKnownAfterAFewCertainFrames) {
   SteadyOffset steady;
   for (int frame = 0; frame < 4; ++frame) {
     steady.update(offset(2, 0.03));
-    EXPECT_FALSE(steady.certain());
+    EXPECT_FALSE(steady.isCertain());
     EXPECT_EQ(steady.correction_px(), 0);
   }
   steady.update(offset(2, 0.03));
-  EXPECT_TRUE(steady.certain());
+  EXPECT_TRUE(steady.isCertain());
   EXPECT_DOUBLE_EQ(steady.mean_px(), 2);
   EXPECT_DOUBLE_EQ(steady.sigma_px(), 0.03);
   EXPECT_DOUBLE_EQ(steady.correction_px(), 2);
@@ -34,7 +34,7 @@ TEST(SteadyOffset, FramesThatTellNothingDoNotCount) {
     steady.update(offset(2, 0.5));
     steady.update(offset(2, 0));  // not estimated
   }
-  EXPECT_FALSE(steady.certain());
+  EXPECT_FALSE(steady.isCertain());
   EXPECT_EQ(steady.correction_px(), 0);
 }
 

@@ -44,8 +44,8 @@ void inject(const Sequence& sequence, int first, int frames, int seed, Differenc
     const auto expected = undisturbed.estimate(frame.left, frame.right, sequence.rig());
     const bool faulty = k == 4 || (k >= 8 && k < 18);
     if (faulty)
-      EgoMotionFault::expect(disturbed,
-                             compose(fault(100 * seed + k), EgoMotionFault::expected(disturbed)));
+      EgoMotionFault::setExpectedMotion(
+          disturbed, compose(fault(100 * seed + k), EgoMotionFault::expectedMotion(disturbed)));
     const auto found = disturbed.estimate(frame.left, frame.right, sequence.rig());
     if (k == 0) continue;
     Differences& differences = faulty ? within : after;

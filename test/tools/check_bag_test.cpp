@@ -134,14 +134,14 @@ class CheckBag : public testing::Test {
   const std::filesystem::path path_;
 };
 
-std::string said(const BagCheck& check, BagFinding::Level level) {
+std::string findingsOf(const BagCheck& check, BagFinding::Level level) {
   std::string text;
   for (const BagFinding& finding : check.findings)
     if (finding.level == level) text += finding.text + "\n";
   return text;
 }
-std::string faults(const BagCheck& check) { return said(check, BagFinding::Level::kFault); }
-std::string advice(const BagCheck& check) { return said(check, BagFinding::Level::kAdvice); }
+std::string faults(const BagCheck& check) { return findingsOf(check, BagFinding::Level::kFault); }
+std::string advice(const BagCheck& check) { return findingsOf(check, BagFinding::Level::kAdvice); }
 
 bool hasArgument(const BagCheck& check, const std::string& argument) {
   return std::count(check.arguments.begin(), check.arguments.end(), argument) == 1;
@@ -304,7 +304,7 @@ TEST_F(CheckBag, TellsSynchronisationsApart) {
   const BagCheck within = check(slightly);
   EXPECT_TRUE(within.usable()) << faults(within);
   EXPECT_EQ(within.arguments.size(), 1u);
-  EXPECT_SAYS(said(within, BagFinding::Level::kGood), "approximate_sync");
+  EXPECT_SAYS(findingsOf(within, BagFinding::Level::kGood), "approximate_sync");
 
   Recording more;
   more.right_delay_s = 0.02;
