@@ -111,6 +111,14 @@ set_tests_properties(rviz PROPERTIES RUN_SERIAL TRUE SKIP_RETURN_CODE 77)
 add_test(NAME troubleshooting
   COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/tooling/troubleshooting_test.py ${PROJECT_SOURCE_DIR}
 )
+add_test(NAME docs
+  COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/docs_test.py
+    ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
+)
+add_test(NAME benchmark
+  COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/benchmark_test.py
+    ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}
+)
 # 77: no right to mount a small disk.
 add_test(NAME hostile_files
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/hostile_files_test.py

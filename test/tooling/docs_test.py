@@ -1,0 +1,184 @@
+#!/usr/bin/python3
+"""README.md, CONTRIBUTING.md and docs/ agree with the package: what they name exists, and each topic is in them.
+
+Arguments: the repository, a folder with the tools.
+"""
+
+import functools
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+REPOSITORY, TOOLS = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md'] + sorted((REPOSITORY / 'docs').glob('*.md'))
+SECTIONS = ('ego_motion', 'disparity', 'moving_objects', 'rectify')
+# Options of programs that are not ours.
+FOREIGN_OPTIONS = {
+    '--approximate', '--build', '--default-resources', '--from-paths', '--ignore-src', '--install',
+    '--no-install-recommends', '--square', '--target', '--toggle-collect', '--tool',
+}
+SCRIPTS = [path for path in (REPOSITORY / 'scripts').iterdir() if path.is_file() and os.access(path, os.X_OK)]
+SCRIPTS.append(REPOSITORY / 'test/tooling/fresh_root')
+
+
+def text(page):
+    return page.read_text()
+
+
+def code(page):
+    """What stands in backquotes or in indented or fenced blocks."""
+    content = text(page)
+    blocks = re.findall(r'^```.*?\n(.*?)^```', content, re.DOTALL | re.MULTILINE)
+    blocks += re.findall(r'^    .*$', content, re.MULTILINE)
+    return blocks + re.findall(r'`([^`\n]+)`', content)
+
+
+@functools.lru_cache(maxsize=None)
+def output(*command):
+    return subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          universal_newlines=True, check=False).stdout
+
+
+@functools.lru_cache(maxsize=None)
+def parameters():
+    """Full names: those of all nodelets, and those of rectify."""
+    lines = output(TOOLS / 'replay', '--parameters').splitlines()
+    names, path = set(), []
+    for line in lines:
+        found = re.match(r'( *)([a-z0-9_]+):', line)
+        if not found:
+            continue
+        depth = len(found.group(1)) // 2
+        path = path[:depth] + [found.group(2)]
+        names.add('/'.join(path))
+    return names
+
+
+def tools():
+    """Programs of the package: those whose source is in src/tools, and the benchmarks."""
+    names = {path.stem for path in (REPOSITORY / 'src/tools').glob('*.cpp') if 'runTool' in path.read_text()}
+    return {name for name in names if (TOOLS / name).exists()}
+
+
+def headings(page):
+    """Anchors of the headings, as GitHub makes them."""
+    anchors = set()
+    for heading in re.findall(r'^#+ (.*)$', text(page), re.MULTILINE):
+        plain = re.sub(r'\[([^]]*)\]\([^)]*\)', r'\1', heading).replace('`', '')
+        anchors.add(re.sub(r'[^\w\- ]', '', plain.lower()).replace(' ', '-'))
+    return anchors
+
+
+class Docs(unittest.TestCase):
+
+    def test_links_resolve(self):
+        wrong = []
+        for page in PAGES:
+            for target in re.findall(r'\]\(([^)\s]+)\)', text(page)):
+                if re.match(r'[a-z]+:', target):
+                    continue
+                path, _, anchor = target.partition('#')
+                file = (page.parent / path).resolve() if path else page
+                if not file.exists():
+                    wrong.append('%s: %s' % (page.name, target))
+                elif anchor and anchor not in headings(file):
+                    wrong.append('%s: %s has no such heading' % (page.name, target))
+        self.assertEqual(wrong, [])
+
+    def test_parameters_exist(self):
+        self.assertIn('disparity/matcher/p1', parameters())
+        wrong = []
+        for page in PAGES:
+            for piece in code(page):
+                for name in re.findall(r'(?<![\w/.])((?:%s)/[a-z0-9_/]+)' % '|'.join(SECTIONS), piece):
+                    name = name.rstrip('/')
+                    if name not in parameters() and not self.is_other(name):
+                        wrong.append('%s: %s' % (page.name, name))
+        self.assertEqual(wrong, [], 'neither a parameter, nor a topic, nor a file')
+
+    def is_other(self, name):
+        return (name in topics() or
+                any(topic.startswith(name + '/') for topic in topics()) or
+                any((REPOSITORY / 'src' / (name + end)).exists() for end in ('', '.cpp', '.h')))
+
+    def test_topics_are_documented(self):
+        self.assertIn('disparity_variance', topics())
+        documented = ' '.join(text(page) for page in PAGES)
+        missing = [topic for topic in topics() if not is_named(topic, documented)]
+        self.assertEqual(missing, [], 'no page names them')
+
+    def test_tools_are_documented(self):
+        self.assertIn('replay', tools())
+        documented = ' '.join(text(page) for page in PAGES)
+        self.assertEqual([tool for tool in tools() if not re.search(r'\b%s\b' % tool, documented)], [])
+
+    def test_messages_are_documented(self):
+        documented = ' '.join(text(page) for page in PAGES)
+        names = [path.stem for path in (REPOSITORY / 'msg').glob('*.msg')]
+        self.assertEqual([name for name in names if name != 'BoundingBox2D' and name not in documented], [])
+
+    def test_options_exist(self):
+        """Each --option that a page names is in the help of one of our programs."""
+        helps = ' '.join(output(TOOLS / tool, '--help') for tool in sorted(tools()) + [
+            name for name in ('benchmark_matchers', 'benchmark_pipeline', 'benchmark_stages', 'work_and_span')
+            if (TOOLS / name).exists()])
+        helps += ' '.join(output(script, '--help') for script in SCRIPTS)
+        known = set(re.findall(r'--[a-z][a-z0-9-]*', helps)) | FOREIGN_OPTIONS
+        self.assertIn('--perturb', known)
+        wrong = ['%s: %s' % (page.name, option) for page in PAGES for piece in code(page)
+                 for option in re.findall(r'(?<![\w-])--[a-z][a-z0-9-]*', piece) if option not in known]
+        self.assertEqual(wrong, [])
+
+    def test_options_of_commands_exist(self):
+        """In a command of one of our tools, each option is one of that tool."""
+        wrong = []
+        for page in PAGES:
+            for piece in code(page):
+                for line in piece.replace('\\\n', ' ').splitlines():
+                    found = re.match(r'\s*(?:rosrun predictive_stereo )?([a-z_]+) (.*)', line.split('#')[0])
+                    if not found or found.group(1) not in tools():
+                        continue
+                    known = set(re.findall(r'--[a-z][a-z0-9-]*', output(TOOLS / found.group(1), '--help')))
+                    known |= {'--help', '--parameters'}
+                    wrong += ['%s: %s %s' % (page.name, found.group(1), option) for option in
+                              re.findall(r'(?<![\w-])--[a-z][a-z0-9-]*', found.group(2)) if option not in known]
+        self.assertEqual(wrong, [])
+
+    def test_launch_arguments_exist(self):
+        declared = set(re.findall(r'<arg name="(\w+)"', ' '.join(
+            path.read_text() for path in (REPOSITORY / 'launch').rglob('*.launch'))))
+        wrong = []
+        for page in [REPOSITORY / 'README.md', REPOSITORY / 'docs/using.md']:
+            for piece in code(page):
+                if 'rosrun' in piece or 'rostest' in piece:
+                    continue
+                wrong += ['%s: %s:=' % (page.name, name) for name in re.findall(r'(?<![\w/])([a-z]\w*):=', piece)
+                          if name not in declared]
+        self.assertEqual(wrong, [])
+
+
+@functools.lru_cache(maxsize=None)
+def topics():
+    """Topics that the nodelets advertise, without namespaces."""
+    names = set()
+    for source in (REPOSITORY / 'src/nodelets').glob('*_nodelet.cpp'):
+        for call in re.findall(r'advertise\w*(?:<[^;(]*?>)?\(([^;]*?)\)', source.read_text(), re.DOTALL):
+            names |= set(re.findall(r'"([a-z0-9_/]+)"', call))
+    mask = (REPOSITORY / 'src/nodelets/mask_input.h').read_text()
+    return names | set(re.findall(r'k\w*Topic\[?\]? = "([a-z_/]+)"', mask))
+
+
+def is_named(topic, documented):
+    """Also where pages write several topics as a/{b,c}, a, b or measured_... ."""
+    base, _, last = topic.rpartition('/')
+    if re.search(r'(?<![\w/])%s(?![\w/])' % re.escape(topic), documented):
+        return True
+    groups = re.findall(r'([\w/]*)\{([\w/,]+)\}', documented)
+    return any(prefix.rstrip('/') == base and last in group.split(',') for prefix, group in groups)
+
+
+if __name__ == '__main__':
+    unittest.main(argv=sys.argv[:1])
