@@ -354,10 +354,10 @@ def latency(run):
     table = Table('latency', 'asked Hz', columns)
     heads = []
     for line in text.splitlines():
-        cells = re.split(r'\s{2,}', line.strip())
-        if cells[0] == 'asked Hz':
-            heads = cells
-        elif cells[0] in ('10.0', 'max') and len(cells) == len(heads):
+        cells = line.split()
+        if cells[:2] == ['asked', 'Hz']:
+            heads = re.findall(r'\w+(?: Hz| ms| MB)?', line)
+        elif cells and cells[0] in ('10.0', 'max') and len(cells) == len(heads):
             table.add({'max': 'as fast as nothing is lost'}.get(cells[0], cells[0]),
                       [number(cells[heads.index(column)]) for column in columns], [0, 0] + [1] * 5 + [0])
     if not table.rows:

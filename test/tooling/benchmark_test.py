@@ -4,6 +4,7 @@
 Arguments: the repository, the build folder.
 """
 
+import contextlib
 import csv
 import os
 import pathlib
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 REPOSITORY, BUILD = pathlib.Path(sys.argv[1]), sys.argv[2]
 sys.dont_write_bytecode = True
@@ -31,6 +33,11 @@ PIPELINE = """2011_09_26_drive_0009_sync: 12 frames of 1242x375x128, 2 threads; 
 stage                     median ms     p95 ms
 ego-motion                     3.80       4.10
 row alignment                  0.80       0.90
+"""
+LOAD = """51 pairs of 1242x375, 2 threads
+asked Hz     sent     lost  counted reached Hz   p50 ms   p95 ms   p99 ms   max ms  memory MB
+    10.0      100        0        0       10.1     26.1     36.8     40.2     47.4      250.0
+     max      100        0        0       39.2     28.8     38.6     41.3     45.2      299.8
 """
 
 
@@ -76,6 +83,13 @@ class Benchmark(unittest.TestCase):
         self.assertEqual(figures['stage: row alignment, ms', '1 thread'], 0.8)
         self.assertAlmostEqual(figures['the pipeline is faster than MODE_SGBM_3WAY by', '2 threads'], 1.7)
         self.assertEqual(len(table.commands), 2)
+
+    def test_reads_the_rates_of_load_test(self):
+        with unittest.mock.patch.object(running, 'roscore', lambda log: contextlib.nullcontext({})):
+            figures = sections.measure('latency', Canned(self.folder, LOAD)).figures()
+        self.assertEqual(figures['10.0', 'p50 ms'], 26.1)
+        self.assertEqual(figures['as fast as nothing is lost', 'reached Hz'], 39.2)
+        self.assertEqual(figures['as fast as nothing is lost', 'memory MB'], 299.8)
 
     def test_another_output_is_an_error(self):
         with self.assertRaisesRegex(running.ToolFailed, 'something else than expected'):

@@ -17,8 +17,8 @@ PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md'] + sorted((REP
 SECTIONS = ('ego_motion', 'disparity', 'moving_objects', 'rectify')
 # Options of programs that are not ours.
 FOREIGN_OPTIONS = {
-    '--approximate', '--build', '--default-resources', '--from-paths', '--ignore-src', '--install',
-    '--no-install-recommends', '--square', '--target', '--toggle-collect', '--tool',
+    '--approximate', '--benchmark_filter', '--build', '--default-resources', '--from-paths', '--ignore-src', '--install',
+    '--no-install-recommends', '--square', '--target',
 }
 SCRIPTS = [path for path in (REPOSITORY / 'scripts').iterdir() if path.is_file() and os.access(path, os.X_OK)]
 SCRIPTS.append(REPOSITORY / 'test/tooling/fresh_root')
@@ -122,14 +122,13 @@ class Docs(unittest.TestCase):
 
     def test_options_exist(self):
         """Each --option that a page names is in the help of one of our programs."""
-        helps = ' '.join(output(TOOLS / tool, '--help') for tool in sorted(tools()) + [
-            name for name in ('benchmark_matchers', 'benchmark_pipeline', 'benchmark_stages', 'work_and_span')
-            if (TOOLS / name).exists()])
+        helps = ' '.join(output(TOOLS / tool, '--help') for tool in sorted(tools()))
+        helps += ' '.join(path.read_text() for path in (REPOSITORY / 'test/benchmark').glob('*.cpp'))
         helps += ' '.join(output(script, '--help') for script in SCRIPTS)
-        known = set(re.findall(r'--[a-z][a-z0-9-]*', helps)) | FOREIGN_OPTIONS
+        known = set(re.findall(r'--[a-z][a-z0-9_-]*', helps)) | FOREIGN_OPTIONS
         self.assertIn('--perturb', known)
         wrong = ['%s: %s' % (page.name, option) for page in PAGES for piece in code(page)
-                 for option in re.findall(r'(?<![\w-])--[a-z][a-z0-9-]*', piece) if option not in known]
+                 for option in re.findall(r'(?<![\w-])--[a-z][a-z0-9_-]*', piece) if option not in known]
         self.assertEqual(wrong, [])
 
     def test_options_of_commands_exist(self):
