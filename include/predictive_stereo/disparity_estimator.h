@@ -107,7 +107,7 @@ class DisparityEstimator {
   /// Of the last frame.
   const StageTimes& times() const { return times_; }
 
-  // What was found on the way, of the last frame.
+  // Intermediate results of the last frame.
   const cv::Mat1b& alignedRight() const { return aligned_right_; }
   const SearchRanges& ranges() const { return ranges_; }
 

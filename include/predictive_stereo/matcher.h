@@ -57,7 +57,7 @@ struct SearchRanges {
   cv::Mat1s last;
 };
 
-/// What matching tells of each pixel of the left image.
+/// Result of matching, for each pixel of the left image.
 struct Match {
   cv::Mat1f disparity_px;  ///< sub-pixel; range.invalid() where nothing was found
   /// 255 * lowest aggregated cost / lowest one that is not next to it: 0 is certain, 255 is a tie.

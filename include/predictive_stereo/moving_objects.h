@@ -1,4 +1,4 @@
-/// Detection of moving objects from what was predicted and what was measured: the paper's
+/// Detection of moving objects from predicted and measured disparities: the paper's
 /// section 4.
 #pragma once
 

@@ -167,7 +167,7 @@ class Pipeline {
   StereoRig rig_;      // its rig, with corrected columns
   PipelineTimes times_;
 
-  // What is carried to the next frame, beside what the parts remember.
+  // State for the next frame, beside the state of the parts.
   std::optional<Eigen::Isometry3d> T_odom_cam_;
   ColumnOffset column_offset_;
   std::deque<Stamp> since_tracked_;  // the last frame that was not lost, and all after it

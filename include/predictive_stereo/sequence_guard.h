@@ -1,4 +1,4 @@
-/// Stamps, and whether a frame goes on from the one before.
+/// Stamps, and whether a frame continues the sequence of the one before.
 #pragma once
 
 #include <chrono>
@@ -25,7 +25,7 @@ inline Stamp stampFromSeconds(double time_s) {
          std::chrono::nanoseconds(std::llround(1e9 * (time_s - whole_s)));
 }
 
-/// Tells whether a frame goes on from the one before, so that state may be carried over to it.
+/// Decides whether a frame continues the one before, so that state may be carried over to it.
 class SequenceGuard {
  public:
   enum class Verdict {
@@ -39,7 +39,7 @@ class SequenceGuard {
     Verdict verdict;
     std::string reason;  ///< where not kContinues
 
-    /// Whether what was remembered is lost, which belongs into the log.
+    /// Whether the state of past frames is lost. The caller should log this.
     bool startsAnew() const { return verdict == Verdict::kBackward || verdict == Verdict::kBroken; }
   };
 

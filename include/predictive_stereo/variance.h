@@ -28,7 +28,7 @@ struct VarianceParams {
   double max_innovation_px = 4.0;  ///< a larger innovation counts as this one
   double sigma_unpredicted_px = 0.64;   ///< adds to a match that nothing was predicted for
   double sigma_kept_px = 0.91;          ///< of a prediction that was not measured
-  double sigma_filled_px = 1.5;         ///< of what was filled
+  double sigma_filled_px = 1.5;         ///< of filled holes
   double sigma_disagreement_px = 1.5;   ///< adds for each disagreement around
   double sigma_far_px = 0.68;           ///< adds at disparity 0, half of it at 10 px, a third at 20
   double sigma_per_row_offset = 0.013;  ///< adds this times the row offset [px] times the disparity

@@ -9,7 +9,8 @@
 
 namespace predictive_stereo {
 
-/// Finds what moves across the line of sight, or fast: the static world does not explain the image
+/// Finds objects that move across the line of sight, or fast: the static world does not explain
+/// the image
 /// as seen from one frame of the past. Points of it are grouped, found again there, and what moves
 /// alike is verified.
 class AcrossChannel {

@@ -63,7 +63,7 @@ std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
   hypothesis.seeds = group.points;
   if (!verification.isFree(hypothesis)) return std::nullopt;
   setLayer(frame, hypothesis);
-  // What comes towards the camera grows too much to be found again over the longest time.
+  // An object that approaches grows too much to be found again over the longest time.
   for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
     const PastFrame& past = pairs_[k].past;
     const auto motion = motionOf(frame, past, group);

@@ -11,7 +11,8 @@
 
 namespace predictive_stereo {
 
-/// Finds what moves along the line of sight: the image hardly changes, the disparity does. One
+/// Finds objects that move along the line of sight: the image hardly changes, the disparity does.
+/// One
 /// frame shows too little of it. So the current frame is compared with frames farther back, as far
 /// as static points have not moved much in the image since. Motion adds up over frames, errors of
 /// disparities do not.

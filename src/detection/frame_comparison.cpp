@@ -8,7 +8,7 @@ namespace {
 constexpr float kFewestKnown = 0.5f * kComparedSide * kComparedSide;
 constexpr double kFastestAway_mps = 30;  // that something which moves along may be
 constexpr float kHidingMargin_px = 1.0f;
-constexpr float kNearestDisparity = 0.5f;  // farther points tell nothing of motion
+constexpr float kNearestDisparity = 0.5f;  // farther points do not show motion
 
 // The last kComparedSide rows of a map, with a border of kComparedReach zeros on both sides.
 class LastRows {

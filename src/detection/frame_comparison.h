@@ -30,7 +30,7 @@ class SourceOf {
   Eigen::Matrix4f h_;
 };
 
-/// Tells which static points were hidden in a previous frame: something so much nearer was where
+/// Finds which static points were hidden in a previous frame: something so much nearer was where
 /// they would have been that it is no part of them, even if it moves along with the camera.
 class Uncovered {
  public:

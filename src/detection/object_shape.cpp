@@ -9,7 +9,7 @@ namespace predictive_stereo {
 namespace {
 
 constexpr size_t kFewestPoints = 8;
-constexpr int kMostPoints = 1500;  // more tell nothing new
+constexpr int kMostPoints = 1500;  // more add nothing
 constexpr double kTail = 0.05;     // share of points left out at either end: mismatches, edges
 
 struct Extent {

@@ -5,9 +5,9 @@
 namespace predictive_stereo {
 namespace {
 
-// The foot of what is far may be seen higher, uphill.
+// The foot of a far object may be seen higher, uphill.
 constexpr double kRoadSlope = 0.03;
-constexpr double kLeastVisible = 0.5;  // of the height of what is half hidden
+constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
 
 }  // namespace
 

@@ -42,7 +42,7 @@ void compareWithStatic(const TrackingView& view, const MotionDetectionParams& pa
       source_of(track.position.x, track.position.y, track.disparity_px + 0.1f);
   const Vector3d by_disparity = (farther.cast<double>() - track.static_px) / 0.1;
   Matrix3d covariance = by_disparity * by_disparity.transpose() * track.variance_px2;
-  // What is off in both frames alike does not show in the disparity.
+  // An error that both frames share does not show in the disparity.
   const Vector3d by_bias(by_disparity.x(), by_disparity.y(), 0);
   covariance += by_bias * by_bias.transpose() * kDisparityBias_px2;
   const double ego = params.ego_motion_sigma_m * params.ego_motion_sigma_m;

@@ -27,7 +27,7 @@ struct PointTrack {
   Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
 };
 
-/// What is needed to follow points back into the previous frame.
+/// Inputs to follow points back into the previous frame.
 struct TrackingView {
   const StereoRig& rig;
   const DisparityRange& range;
@@ -38,7 +38,7 @@ struct TrackingView {
   const Eigen::Isometry3d& T_prev_cam;
 };
 
-/// Follows lattice points back by Lucas-Kanade and tells the moving from the static ones. Points
+/// Follows lattice points back by Lucas-Kanade and separates moving from static ones. Points
 /// that are not found are left out.
 /// @param shift_px  where the search begins, from where a static point would have been.
 std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,

@@ -4,7 +4,8 @@
 
 namespace predictive_stereo {
 
-/// Tells poses that jump: a wrong pose moves everything at once. What covers the image suddenly, or
+/// Finds poses that jump: a wrong pose moves everything at once. Motion that
+/// covers the image suddenly, or
 /// nearly all of it, is taken for that, in so many frames in a row; half of a view that moves for
 /// longer is believed.
 class PoseCheck {

@@ -21,7 +21,7 @@ auto rowsAround(const Map& map, int v) {
   return rows;
 }
 
-// Whether most of what surrounds a pixel has its disparity.
+// Whether most pixels around a pixel have its disparity.
 bool isWithinSurface(const cv::Mat1f& disparity_px, cv::Point p) {
   constexpr int kReach_px = 4;
   const int kFewestAlike = 6;  // of nine

@@ -7,7 +7,8 @@
 
 namespace predictive_stereo {
 
-/// Whether an object that was not seen to move in this frame is still there: most of what can be
+/// Whether an object that was not seen to move in this frame is still there: most of the
+/// pixels that can be
 /// matched in its box, moved along, has its disparity.
 /// @param[out] mask  255 where it has; of the size of the box within the image.
 bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,

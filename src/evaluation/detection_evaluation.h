@@ -42,7 +42,7 @@ struct DetectionEvaluation {
 /// @param labels  by Sequence::fileNumber; none: the sequence knows what moves.
 /// @param max_frames  0: all.
 /// @param seen  called after each frame; may be empty.
-/// @throws std::runtime_error where nothing is known of what moves.
+/// @throws std::runtime_error where there are no labels of moving objects.
 DetectionEvaluation evaluateDetection(
     const Sequence& sequence, const std::optional<std::vector<ObjectLabel>>& labels,
     const Detector& detector, int max_frames,

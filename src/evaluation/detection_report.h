@@ -38,7 +38,7 @@ Table limitsTable(const Sequence& sequence, const PipelineParams& params);
 
 /// One line a sequence and group, with a header; the last sequence is "all".
 std::string csv(const std::vector<DetectionEvaluation>& evaluations);
-/// One line a label and one a detected object of each frame, with what became of it.
+/// One line a label and one a detected object of each frame, with its outcome.
 std::string framesCsv(const std::vector<DetectionEvaluation>& evaluations);
 
 /// The left image with labels (thin: demanded white, missed magenta, tolerated grey, parked blue)

@@ -45,7 +45,7 @@ void DetectionScore::startSequence() {
   last_id_.clear();
 }
 
-// What was hidden for a while is seen anew.
+// An object that was hidden for a while counts as new.
 bool DetectionScore::visibleForLong(int track) {
   Visibility& seen = visibility_[track];
   if (seen.last_frame != frames_)

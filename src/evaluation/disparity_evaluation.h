@@ -31,7 +31,7 @@ class BinnedCalibration {
   std::vector<VarianceCalibration> steps_;
 };
 
-/// What was found out about one method on one sequence, or on several that are counted as one.
+/// Results of one method on one sequence, or on several that are counted as one.
 struct DisparityEvaluation {
   int images = 0;
   double mean_ms = 0;

@@ -10,7 +10,7 @@
 
 namespace predictive_stereo {
 
-/// A frame with what several methods share.
+/// A frame, and the data that several methods share.
 struct MethodInput {
   int index = 0;
   StereoFrame frame;
@@ -32,7 +32,7 @@ class DisparityMethod {
   virtual void run(const MethodInput& input, MethodOutput& output) = 0;
 };
 
-/// This package: the ego-motion is given, and what moves is found and fed back.
+/// This package: the ego-motion is given, and moving objects are detected and fed back.
 std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params);
 
 /// OpenCV on the images as they are, or with rows (and principal points) aligned as this package

@@ -59,7 +59,7 @@ cv::Mat3b errorMap(const SequenceFrame& frame, const DisparityRange& range,
   return map;
 }
 
-/// What the paper's detector sums up, and what was found.
+/// The differences that the paper's detector sums up, and its boxes.
 cv::Mat3b differenceMap(const MethodOutput& output, const DisparityRange& range) {
   constexpr float kLargest_px = 5.0f;
   const cv::Mat1f &measured = output.maps.measured_disparity_px,

@@ -15,7 +15,7 @@
 
 namespace predictive_stereo {
 
-/// One published disparity with truth, and what was known of it.
+/// One published disparity with truth, and its observables.
 struct VarianceSample {
   float error_px;
   float disparity_px;
@@ -26,7 +26,7 @@ struct VarianceSample {
   bool measured, predicted;
 };
 
-/// What one drive tells. Only static pixels count: where `labels` has movers nothing is used.
+/// Samples of one drive. Only static pixels count: where `labels` has movers nothing is used.
 struct NoiseObservations {
   ErrorHistogram process;      ///< warped truth of the previous frame minus truth
   ErrorHistogram measurement;  ///< full search without a past minus truth

@@ -1,4 +1,4 @@
-/// What is known of the moving objects in a frame: from label files, or the synthetic street.
+/// True moving objects of a frame: from label files, or the synthetic street.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,7 +28,7 @@ struct ObjectLabel {
 
   bool isStatic() const { return type == "static"; }
   bool isIgnored() const { return type == "ignore"; }
-  /// Whether a detector must find it. What is neither demanded nor static is tolerated.
+  /// Whether a detector must find it. Objects that are neither demanded nor static are tolerated.
   bool isDemanded() const { return !hard && !isStatic() && !isIgnored(); }
 };
 

@@ -11,7 +11,7 @@
 
 namespace predictive_stereo {
 
-/// What was found out about ego-motion on one sequence with true poses.
+/// Errors of the ego-motion on one sequence with true poses.
 struct OdometryEvaluation {
   std::string name;
   struct Motion {

@@ -19,14 +19,14 @@ struct Region {
   cv::Mat1b mask;  ///< 255 within
 };
 
-/// One pair with what is known of it.
+/// One stereo pair with its truth, as far as there is one.
 struct SequenceFrame {
   cv::Mat1b left, right;
   cv::Mat1f truth_px;  ///< kNoTruth where there is none; empty: none in this frame
   std::vector<Region> regions;
 };
 
-/// A stereo sequence that results can be judged on.
+/// A stereo sequence to evaluate on.
 class Sequence {
  public:
   virtual ~Sequence() = default;

@@ -11,7 +11,7 @@
 namespace predictive_stereo {
 namespace {
 
-// Beside what is hidden the census window, which reaches as far, sees both surfaces.
+// Beside an occlusion the census window, which reaches as far, sees both surfaces.
 constexpr float kHiddenSlack_px = 4.0f;
 
 void createApart(const char* name, const cv::Mat1f& input, cv::Mat1f& output) {

@@ -25,7 +25,7 @@ void medianOfRow(const float* const rows[3], int width, float smallest_valid, fl
 struct HoleLimits {
   int max_width;
   float tolerance_px;
-  float hidden_slack_px;  ///< by which what is hidden may be wider than the disparities' difference
+  float hidden_slack_px;  ///< by which an occlusion may be wider than the disparities' difference
 };
 /// Fills the holes of one row in place, see fillHolesAndMedian3x3.
 void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row);

@@ -40,7 +40,7 @@ struct PublishedTerms {
   float largest_innovation_px, innovation_weight;
   float far_px, per_far_disparity;
   float per_squared_disparity;
-  float largest_variance_px2;  ///< of what is published
+  float largest_variance_px2;  ///< of published pixels
 };
 /// See publish.
 void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms);

@@ -92,7 +92,7 @@ bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point c
   if (before[1] < best || after[1] < best || middle[0] < best || middle[2] < best) return false;
 
   // A quadratic in both directions, of which the column is then left free: an edge that runs
-  // diagonally tells nothing of rows.
+  // diagonally does not show the row offset.
   const double gx = (after[1] - before[1]) / 2;
   const double gy = (middle[2] - middle[0]) / 2;
   const double hxx = after[1] + before[1] - 2 * best;

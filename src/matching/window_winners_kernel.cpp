@@ -60,7 +60,7 @@ HWY_INLINE uint16_t lowestWord(D d, hn::Vec<D> v) {
   }
 }
 
-/// What is found for each pixel, as raw memory: bytes that are written cannot alias these.
+/// Results of each pixel, as raw memory: bytes that are written cannot alias these.
 struct PixelArrays {
   uint16_t* lowest;
   uint32_t* beside;

@@ -1,4 +1,4 @@
-/// The last step of matching: from the aggregated costs of a pixel to what is told of it.
+/// The last step of matching: from the aggregated costs of a pixel to its result.
 #pragma once
 
 #include <algorithm>

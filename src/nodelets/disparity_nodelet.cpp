@@ -130,7 +130,8 @@ class DisparityNodelet : public nodelet::Nodelet {
     odometry_silent_ = false;
   }
 
-  // Masks are needed for what others than MovingObjects listen to. Where it alone listens, it must
+  // Masks are needed for the outputs to which others than MovingObjects listen. Where it alone
+  // listens, it must
   // be free to sleep, and gives masks as long as it does not.
   void followMasks() {
     const bool needed = wanted() && (usesMovingMask() || cloudsAreWanted());
@@ -272,7 +273,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     return cloud_.getNumSubscribers() > 0 || static_cloud_.getNumSubscribers() > 0;
   }
 
-  // The clouds show or leave out what moves, which is known a little later, if at all.
+  // The clouds mark or leave out moving objects, whose mask comes a little later, if at all.
   void prepareClouds(const PendingClouds& clouds) {
     const std::lock_guard<std::mutex> lock(cloud_mutex_);
     if (pending_clouds_) publishClouds(nullptr);

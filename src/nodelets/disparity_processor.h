@@ -31,7 +31,7 @@ struct DisparityMessages {
 /// straight into the messages' memory.
 class DisparityProcessor {
  public:
-  /// What a frame gets from other nodelets, and what it tells them: see FrameSources.
+  /// Inputs of a frame from other nodelets: see FrameSources.
   struct Sources {
     std::function<std::optional<CameraMotion>(std::optional<ros::Time> past)> motion;
     std::function<cv::Mat1b(ros::Time before)> moved;
@@ -75,7 +75,7 @@ class DisparityProcessor {
   StereoRig rig_;
 };
 
-/// The mask of what moved in the frame before, as the core takes it; it shares the message's
+/// The mask of moving objects of the frame before, as the core takes it; it shares the message's
 /// memory.
 /// @param left  an image of the sequence.
 /// @throws std::invalid_argument for a mask of another encoding or size than the image's.

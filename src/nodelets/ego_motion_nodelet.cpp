@@ -153,7 +153,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     return greyImage(*message, "moving_objects/mask", unused);
   }
 
-  // The alignment comes first: whoever waits for the motion then has it for its next frame.
+  // The alignment comes first: a node that waits for the motion then has it for its next frame.
   void publish(const EgoMotionMessages& messages) {
     alignment_publisher_.publish(messages.row_alignment);
     if (mayPublishTf(messages.transform.child_frame_id)) {

@@ -17,7 +17,8 @@
 
 namespace predictive_stereo {
 
-/// What a nodelet tells its user: diagnostics at 1 Hz, each problem in the log once per cause, and
+/// Reports of a nodelet to its user: diagnostics at 1 Hz, each problem once per cause
+/// in the log, and
 /// why nothing comes out while nothing does.
 ///
 /// Thread-safe.
@@ -26,7 +27,7 @@ class Health {
   enum class Severity { kDegraded, kBroken };
 
   /// @param title  of the status in /diagnostics, after the nodelet's name.
-  /// @param silence  tells what input is missing and what would cure it, asked while nothing comes
+  /// @param silence  says which input is missing, and the cure; called while nothing comes
   ///   out; may return an empty text. Called from the timer.
   Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::string& name,
          const std::string& title, std::function<std::string()> silence);
@@ -49,7 +50,7 @@ class Health {
   /// A figure of the last frame.
   void figure(const std::string& name, double value, const char* format = "%.3g");
   void figure(const std::string& name, const std::string& value);
-  /// Nobody listens: that nothing comes out is no fault.
+  /// Without subscribers it is no fault that nothing comes out.
   void setAsleep(bool asleep);
 
  private:

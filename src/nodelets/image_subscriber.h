@@ -30,7 +30,7 @@ class ImageSubscriber {
   void shutdown();
 
   uint32_t getNumPublishers() const;
-  /// What is subscribed to, with what the transport adds.
+  /// Name of the subscribed topic, with the suffix of the transport.
   std::string getTopic() const;
   /// Why the last image could not be unpacked; empty where it could.
   std::string error() const;

@@ -64,7 +64,7 @@ class MaskInput {
     return mask_ && mask_->header.stamp == stamp ? mask_ : nullptr;
   }
 
-  /// The same, having waited for it. Whoever fails to send one is not waited for again before it
+  /// The same, having waited for it. A sender that failed once is not waited for again before it
   /// has sent another.
   sensor_msgs::ImageConstPtr waitForMask(ros::Time stamp, double timeout_s) {
     const bool expected = isPublished() && !silent_;

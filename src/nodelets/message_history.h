@@ -24,7 +24,7 @@ class MessageHistory {
            message->header.stamp - messages_.front()->header.stamp > ros::Duration(kKept_s))
       messages_.pop_front();
   }
-  /// Images went back to this stamp: forgets what is of a later pass.
+  /// Images went back to this stamp: forgets messages of a later pass.
   void goBackTo(ros::Time stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!messages_.empty() && (messages_.back()->header.stamp - stamp).toSec() > kLeastJump_s)

@@ -12,7 +12,7 @@ namespace predictive_stereo {
 template <class Message>
 class MessagePool {
  public:
-  /// A message that nobody else holds; its fields are those of its last use.
+  /// A message without other owners; its fields are those of its last use.
   boost::shared_ptr<Message> take() {
     for (boost::shared_ptr<Message>& message : messages_) {
       if (message.use_count() != 1) continue;

@@ -13,7 +13,7 @@ namespace predictive_stereo {
 
 using OdometryHistory = MessageHistory<nav_msgs::Odometry>;
 
-/// What is known of the camera's motion between two frames.
+/// The camera's motion between two frames, or why there is none.
 struct MotionAnswer {
   std::optional<CameraMotion> motion;
   bool complete = false;  ///< nothing is left to wait for

@@ -20,7 +20,7 @@ struct MovingObjectsInput {
   sensor_msgs::CameraInfoConstPtr left_info;
   stereo_msgs::DisparityImageConstPtr measured_disparity, predicted_disparity;
   sensor_msgs::ImageConstPtr measured_variance, predicted_variance;
-  RowAlignmentConstPtr row_alignment;  ///< tells the correction of columns; null: as before
+  RowAlignmentConstPtr row_alignment;  ///< has the correction of columns; null: as before
 };
 
 struct MovingObjectsMessages {

@@ -67,7 +67,7 @@ class Demand {
     update();
   }
 
-  /// Compares what is wanted with what is done.
+  /// Wakes or stops the nodelet, if the demand has changed.
   void update() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!running_) return;

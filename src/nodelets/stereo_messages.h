@@ -1,4 +1,4 @@
-/// From camera messages to what the core takes.
+/// Conversion of camera messages to the types of the core.
 #pragma once
 
 #include <predictive_stereo/RowAlignment.h>
@@ -43,7 +43,7 @@ StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1
 Stamp stampOf(ros::Time time);
 ros::Time rosTime(Stamp stamp);
 
-/// What is known of rows and columns of the right image.
+/// Estimated offsets of rows and columns of the right image.
 RowAlignment::Ptr rowAlignmentMsg(const RowOffsetModel& rows, const ColumnOffset& columns,
                                   const std_msgs::Header& header);
 ColumnOffset columnOffset(const RowAlignment& message);

@@ -11,7 +11,7 @@
 namespace predictive_stereo {
 
 /// Who else says in tf where a frame is. A frame can have one parent, and one who moves it: where
-/// two do, whoever looks it up gets the one and the other by turns.
+/// two do, a reader of tf gets the one and the other in turns.
 ///
 /// Thread-safe.
 class TfRivals {
@@ -29,7 +29,7 @@ class TfRivals {
   void addTransform(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
                     bool is_static);
 
-  /// The one that was heard last; none: the frame is nobody else's.
+  /// The other publisher that was heard last; none: nobody else publishes this frame.
   std::optional<Rival> rivalOf(const std::string& frame) const;
 
   /// Why this frame must not be moved in tf by us, and what to do about it; empty: it may.

@@ -13,7 +13,7 @@ double rounded(double value) {
   return std::round(value / kUnit) * kUnit;
 }
 
-// tf refuses what is not finite, but interpolates between what is huge.
+// tf refuses values that are not finite, but interpolates between huge ones.
 Eigen::Isometry3d finite(const Eigen::Isometry3d& T) {
   if (!T.matrix().allFinite()) throw tf2::InvalidArgumentException("the transform is not finite");
   return T;

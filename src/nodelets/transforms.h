@@ -28,7 +28,7 @@ boost::array<double, 36> covarianceMsg(const Matrix6d& covariance);
 /// moves.
 Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s);
 
-/// T_target_source at one instant; none where tf cannot tell (yet), `error` then says why.
+/// T_target_source at one instant; none where tf does not have it (yet); `error` then says why.
 ///
 /// tf's interpolation between stored poses leaves rounding errors that depend on which other poses
 /// have come in meanwhile. What is looked up is therefore rounded (to 2^-32 m, and the quaternion

@@ -29,7 +29,7 @@ void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) 
   track.variance_px2 = {patch.covariance()(0, 0), patch.covariance()(1, 1)};
 }
 
-// Most points lie where nobody has looked for long.
+// Most points lie in memory that is not in the cache.
 void prefetch(const ImagePyramid& from, const ImagePyramid& to, const Track& track) {
   for (int k = 0; k < from.levels(); ++k) {
     const float shrink = 1.f / static_cast<float>(1 << k);

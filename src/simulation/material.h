@@ -42,7 +42,7 @@ float lampLight(const CeilingLamps& lamps, const Eigen::Vector3f& point_m,
 /// Is this a window that one sees through?
 bool isClear(const Primitive& primitive, int part, const Eigen::Vector3f& local_m);
 
-/// Radiance of what a mirror shows in this direction (unit length, world): sky and, below, a
+/// Radiance that a mirror reflects from this direction (unit length, world): sky and, below, a
 /// blurred street.
 float surroundings(const Eigen::Vector3f& direction, const Look& look, uint32_t seed);
 

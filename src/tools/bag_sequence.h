@@ -11,7 +11,8 @@
 namespace predictive_stereo {
 
 /// The stereo pairs of a bag, without disparity truth; frames are counted over the pairs, from 0.
-/// What moves is known where the bag has <camera>/truth/moving_objects, as street_to_bag writes it.
+/// Moving objects have truth where the bag has <camera>/truth/moving_objects, as
+/// street_to_bag writes it.
 /// @throws std::runtime_error where the bag cannot be read, or has no such pairs.
 std::unique_ptr<Sequence> bagSequence(const std::string& path, const StereoTopicChoice& choice);
 

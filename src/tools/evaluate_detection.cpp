@@ -120,7 +120,7 @@ int evaluate(const CommandLine& command_line) {
   const auto groups = openSequences(
       command_line, [&](const std::string& path) { return bagSequence(path, topics); });
 
-  // What can be wrong is found out now: nobody wants to hear of it after an hour.
+  // Inputs are checked now, not after an hour of computing.
   std::vector<std::optional<std::vector<ObjectLabel>>> labels;
   size_t sequences = 0;
   for (const SequenceGroup& group : groups)

@@ -203,7 +203,7 @@ int evaluate(const CommandLine& command_line) {
   const auto methods = chooseMethods(command_line, params);
   const auto groups = openSequences(command_line);
 
-  // Folders now: nobody wants to hear of them after an hour.
+  // Folders are made now, not after an hour of computing.
   if (command_line.has("html")) makeFolder(command_line.get("html"));
   if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
     makeFolder(folder);

@@ -50,7 +50,7 @@ class LiveLoad {
   cv::Size size() const;
 
   /// Sends `frames` pairs, forwards and backwards through the bag so that the motion stays
-  /// continuous, to newly loaded nodelets, and takes what they say of moving objects, disparity and
+  /// continuous, to newly loaded nodelets, and receives their moving objects, disparity and
   /// odometry.
   /// @param rate_hz  0: as fast as nothing is lost: the next pair comes with the last one's
   /// disparity.

@@ -11,7 +11,7 @@ namespace predictive_stereo {
 void makeFolder(const std::filesystem::path& path);
 
 /// Writes the text to a temporary file beside `path`, which takes its place when all of it is on
-/// the disk: there is the whole text, or what was there before. Folders are made.
+/// the disk: there is the whole text, or the file of before. Folders are made.
 /// @throws std::runtime_error that names `path` and says why it cannot be written.
 void writeText(const std::filesystem::path& path, const std::string& text);
 /// The same with a picture, in the format of the name's extension.

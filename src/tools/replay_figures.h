@@ -11,7 +11,7 @@
 
 namespace predictive_stereo {
 
-/// What replay tells of a recording without truth.
+/// Figures of a recording without truth, for replay.
 class ReplayFigures {
  public:
   void add(const PipelineProcessor::Output& frame) {
