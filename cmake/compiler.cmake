@@ -24,3 +24,11 @@ if(SANITIZE)
   add_compile_options(-O1 -g1 -fno-omit-frame-pointer ${predictive_stereo_sanitizer})
   add_link_options(${predictive_stereo_sanitizer})
 endif()
+option(FUZZ "Build for the fuzz targets of test/fuzz, by clang" OFF)
+if(FUZZ)
+  add_compile_options(-O1 -g1 -fno-omit-frame-pointer
+    -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined)
+  add_link_options(-fsanitize=address,undefined)
+  # One target of Highway: under its sanitizers clang takes minutes for the kernels of each.
+  add_compile_definitions("HWY_BROKEN_TARGETS=(HWY_SSE4|HWY_AVX3)")
+endif()
