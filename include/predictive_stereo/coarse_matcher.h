@@ -1,3 +1,4 @@
+/// Disparities at half resolution, without any past.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -19,6 +20,7 @@ class CoarseMatcher {
 
   /// @param disparity_px  of size (width / 2, height / 2), in pixels of the **full** resolution;
   ///   params.range.invalid() where unknown. Pixel (x, y) covers (2x, 2y) to (2x + 1, 2y + 1).
+  /// @throws std::invalid_argument where the images differ in size or are too small.
   void match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px);
 
  private:

@@ -27,13 +27,15 @@ struct CorrectionParams {
 /// p_pred + K^2 r, K = p_pred / (p_pred + r). Without a prediction, or where the innovation fails
 /// the gate, the filter starts anew with the measurement; without a measurement the prediction
 /// lives on until max_missed_frames is exceeded, but only if two successive frames have agreed on
-/// it before: a filter that starts anew counts as having missed max_missed_frames. What one frame
-/// alone has seen may be a false match, or a past that does not belong here.
+/// it before: a filter that starts anew counts as having missed max_missed_frames. A surface that
+/// only one frame has seen may be a false match.
 ///
-/// Predictions are not kept that the right camera sees through: where it matches something more
-/// than 3 px farther on the line of sight to such a point, no surface can be there. What a moving
-/// object leaves behind goes this way, and so do errors of earlier matches beside near surfaces. A
-/// nearer match there hides the point and says nothing of it.
+/// A prediction is dropped where the right camera sees through it: where it matches a surface more
+/// than 3 px farther on the line of sight to this point, no surface can be there. So the traces of
+/// moving objects vanish, and false matches beside near surfaces. A nearer match hides the point
+/// and decides nothing.
+///
+/// All maps have the size of the prediction's; this is not checked. `state` is overwritten.
 void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
              const DisparityRange& range, const CorrectionParams& params, DisparityState& state);
 

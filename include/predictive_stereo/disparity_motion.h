@@ -1,3 +1,4 @@
+/// How camera motion moves points of the disparity space.
 #pragma once
 
 #include <Eigen/Geometry>

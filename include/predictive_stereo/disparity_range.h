@@ -1,3 +1,4 @@
+/// The range of disparities, and the value of unknown ones.
 #pragma once
 
 namespace predictive_stereo {

@@ -57,8 +57,8 @@ struct FrameSources {
   /// The camera's motion from the frame `past` to this one; none: it is not known. Called once in
   /// each frame; without a past (nullopt) its result does not matter.
   std::function<std::optional<CameraMotion>(std::optional<Stamp> past)> motion;
-  /// What moved by itself in the frame before, which has this stamp: 255 there, of rig.size; empty:
-  /// not known. Not called where it does not matter.
+  /// Mask of moving objects of the frame before, which has this stamp: 255 on them, of rig.size;
+  /// empty: not known. Called only where it is needed.
   std::function<cv::Mat1b(Stamp before)> moved;
   /// Pose of the left camera's optical frame for the detection, where no ego-motion is known here.
   std::optional<Eigen::Isometry3d> T_odom_cam;

@@ -10,8 +10,8 @@
 
 namespace predictive_stereo {
 
-/// In place of a number of missed frames: the pixel moves by itself, so that what the static world
-/// predicts from it is neither searched nor kept nor filtered with.
+/// In place of a number of missed frames: the pixel is of a moving object. Its prediction is not
+/// used: neither for search ranges, nor for the filter.
 constexpr unsigned char kMovesByItself = 255;
 
 /// The filters' state, one filter a pixel: the only thing that matching carries to the next frame.
@@ -46,12 +46,11 @@ struct PredictionParams {
   }
 };
 
-/// What the past says of the current frame.
+/// The filters of the past, moved into the current frame.
 struct Prediction {
   cv::Mat1f disparity_px;  ///< range.invalid() where nothing is predicted
-  /// 0 where nothing is predicted, which includes what is rejected. Otherwise, near predicted
-  /// discontinuities it is reset to that of any disparity of the range being equally likely,
-  /// count^2 / 12, whatever the value predicted.
+  /// 0 where nothing is predicted or the prediction is rejected. Near predicted discontinuities it
+  /// is count^2 / 12: every disparity of the range is equally likely there.
   cv::Mat1f variance_px2;
   cv::Mat1b missed_frames;  ///< as in DisparityState, moved along
   cv::Mat1b near_edge;      ///< 255 near a predicted discontinuity

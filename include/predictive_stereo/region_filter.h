@@ -1,3 +1,4 @@
+/// Removes small regions of a disparity map.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@ namespace predictive_stereo {
 class RegionFilter {
  public:
   /// @param min_region_px  regions of fewer pixels become invalid; at most 1: nothing does.
-  /// @param disparity_px  is changed.
+  /// @param disparity_px  any size; is changed: pixels of small regions become range.invalid().
   void filter(const DisparityRange& range, int min_region_px, cv::Mat1f& disparity_px);
 
  private:

@@ -11,7 +11,7 @@ constexpr float kLargestResidual = 20.0f;
 
 /// (measured - predicted) / sqrt(measured variance + predicted variance), cut to
 /// +-kLargestResidual; 0 where one of the disparities is unknown. Near predicted discontinuities
-/// the predicted variance is that of no prediction at all, so that nothing is seen there.
+/// the predicted variance is that of no prediction at all, so the residual is small there.
 void normalizedResidual(const cv::Mat1f& measured_disparity_px,
                         const cv::Mat1f& measured_variance_px2,
                         const cv::Mat1f& predicted_disparity_px,

@@ -1,3 +1,4 @@
+/// Times of the stages of a frame.
 #pragma once
 
 #include <chrono>

@@ -1,3 +1,4 @@
+/// Calibration of a rectified stereo camera.
 #pragma once
 
 #include <Eigen/Core>
