@@ -21,7 +21,7 @@ FOREIGN_OPTIONS = {
     '--no-install-recommends', '--square', '--target',
 }
 SCRIPTS = [path for path in (REPOSITORY / 'scripts').iterdir() if path.is_file() and os.access(path, os.X_OK)]
-SCRIPTS.append(REPOSITORY / 'test/tooling/fresh_root')
+SCRIPTS += [REPOSITORY / 'test/tooling/fresh_root', REPOSITORY / 'test/fuzz/run']
 
 
 def text(page):
