@@ -1,6 +1,6 @@
 # What needs no ROS. The core: every stage of the paper's block diagram.
 predictive_stereo_library(predictive_stereo
-  FOLDERS . geometry matching filtering odometry detection
+  FOLDERS . geometry parallel matching filtering odometry detection
   INSTALL EXPORT predictive_stereoTargets COMPONENT core
 )
 target_compile_features(predictive_stereo PUBLIC cxx_std_17)

@@ -1,10 +1,10 @@
 #include "predictive_stereo/pipeline.h"
 
-#include <future>
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 #include <string>
 
+#include "parallel/second_thread.h"
 #include "predictive_stereo/rigid_motion.h"
 #include "predictive_stereo/simd_target.h"
 
@@ -23,7 +23,8 @@ void requireSize(const char* name, const cv::Mat1b& image, cv::Size expected) {
 
 }  // namespace
 
-Pipeline::Pipeline(const PipelineParams& params) : params_(params), guard_(params.max_gap) {
+Pipeline::Pipeline(const PipelineParams& params)
+    : params_(params), guard_(params.max_gap), second_thread_(std::make_unique<SecondThread>()) {
   if (params.parts.disparity) params_.detection.range = params.disparity.matcher.range;
   if (params.parts.ego_motion) ego_motion_.emplace(params_.ego_motion);
   if (params.parts.disparity) disparity_.emplace(params_.disparity);
@@ -31,6 +32,8 @@ Pipeline::Pipeline(const PipelineParams& params) : params_(params), guard_(param
   if (params.parts.detection) detector_.emplace(params_.detection);
   validate(params);
 }
+
+Pipeline::~Pipeline() = default;
 
 SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
   requireSize("left", frame.left, frame.rig.size);
@@ -49,13 +52,12 @@ SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
 void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   times_ = {};
   correctColumns(sources, output);
-  std::future<void> matched_coarsely;
+  std::optional<SecondThread::Running> coarse_match;
   if (disparity_) {
     disparity_->begin(frame_.left, frame_.right, rig_);
     // With two threads each has one to do; more of them share all loops.
-    const bool beside = (ego_motion_ || sources.motion) && cv::getNumThreads() == 2;
-    matched_coarsely = std::async(beside ? std::launch::async : std::launch::deferred,
-                                  [this] { disparity_->matchCoarsely(); });
+    if ((ego_motion_ || sources.motion) && cv::getNumThreads() == 2)
+      coarse_match.emplace(second_thread_->start([this] { disparity_->matchCoarsely(); }));
   }
   followCamera(sources, output);
   if (disparity_) {
@@ -64,7 +66,7 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
     if (sources.moved && needsMovingMask()) markMoving(sources.moved(*past_stamp_));
     disparity_->predict(past_, motion, maps);
     DisparityState& filters = linkToPast(motion.has_value());
-    matched_coarsely.get();
+    coarse_match ? coarse_match->get() : disparity_->matchCoarsely();
     disparity_->chooseRanges(maps);
     disparity_->match(maps);
     disparity_->correct(maps, filters);

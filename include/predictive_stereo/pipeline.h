@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 
 #include "predictive_stereo/disparity_estimator.h"
@@ -12,6 +13,8 @@
 #include "predictive_stereo/sequence_guard.h"
 
 namespace predictive_stereo {
+
+class SecondThread;
 
 /// The parts that a pipeline runs. The others run elsewhere, or nowhere; see FrameSources.
 struct PipelineParts {
@@ -104,6 +107,7 @@ class Pipeline {
  public:
   /// @throws std::invalid_argument for parameters outside their limits.
   explicit Pipeline(const PipelineParams& params);
+  ~Pipeline();
 
   /// Takes a frame. Where it does not go on from the one before (time went back, a gap, another
   /// calibration) everything of the frames before is forgotten, but the pose goes on: it is held
@@ -175,6 +179,8 @@ class Pipeline {
   std::optional<Stamp> past_stamp_;
   int unlinked_frames_ = 0;  // since then
   DisparityState unlinked_;  // the filters of such a frame, which are not kept
+
+  std::unique_ptr<SecondThread> second_thread_;
 };
 
 }  // namespace predictive_stereo
