@@ -106,8 +106,9 @@ void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output)
     output.ego_motion = *sources.ego_motion;
   } else {
     const bool fits = sources.ignored.size() == frame_.rig.size && !since_tracked_.empty();
-    output.ego_motion = ego_motion_->estimate(frame_.left, frame_.right, frame_.rig,
-                                              fits ? sources.ignored : cv::Mat1b());
+    output.ego_motion =
+        ego_motion_->estimate(frame_.left, frame_.right, frame_.rig,
+                              fits ? sources.ignored : cv::Mat1b(), sources.R_cam_prev);
     watch.lap("ego-motion", times_.ego_motion);
   }
   column_offset_ = output.ego_motion.column_offset;

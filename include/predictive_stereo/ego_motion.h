@@ -1,8 +1,10 @@
 /// The camera's own motion from two consecutive stereo pairs.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "predictive_stereo/disparity_motion.h"
@@ -101,9 +103,13 @@ class EgoMotion {
 
   /// @param left, right  rectified 8-bit grey images of rig.size.
   /// @param moving_mask  empty, or 255 where features of the previous frame are to be ignored.
+  /// @param R_cam_prev  what another sensor says of the rotation since the frame before: takes
+  ///   directions of that frame's left camera to this one's. Tried where few features agree, taken
+  ///   where more agree with it: a wrong one costs time alone. No rotation, e.g. NaN: unused.
   /// @throws std::invalid_argument where sizes differ from rig.size.
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
-                             const cv::Mat1b& moving_mask = {});
+                             const cv::Mat1b& moving_mask = {},
+                             const std::optional<Eigen::Matrix3d>& R_cam_prev = {});
   /// Other parameters from the next frame on. What is known of the past is kept; switching
   /// estimate_disparity_offset forgets the past frames.
   /// @throws std::invalid_argument for parameters outside their limits; nothing has changed then.

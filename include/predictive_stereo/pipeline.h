@@ -53,6 +53,9 @@ struct StereoFrame {
 struct FrameSources {
   /// 255 where the ego-motion is to ignore features of the frame before. Of another size: unused.
   cv::Mat1b ignored;
+  /// For the ego-motion: what another sensor says of the rotation since the frame before. See
+  /// EgoMotion::estimate.
+  std::optional<Eigen::Matrix3d> R_cam_prev;
   /// Ego-motion that another pipeline estimated on the same frames.
   std::optional<EgoMotionEstimate> ego_motion;
   /// What an ego-motion elsewhere knew of the right image's columns after the frame before.

@@ -115,14 +115,22 @@ void evaluateWindows(const std::vector<EgoMotionEstimate>& estimates, OdometryEv
 
 }  // namespace
 
+int OdometryInput::frames(const Sequence& sequence) const {
+  const int available = (sequence.frames() + every - 1) / every;
+  return max_frames > 0 ? std::min(max_frames, available) : available;
+}
+
 OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
-                                    int max_frames, const std::function<void(int)>& progress) {
+                                    const OdometryInput& input,
+                                    const std::function<void(int)>& progress) {
   auto poses = sequence.poses();
   if (!poses) throw std::runtime_error(sequence.name() + ": true poses are not known");
-  const int frames = max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
+  const int frames = input.frames(sequence);
   OdometryEvaluation e;
   e.name = sequence.name();
-  e.truth.assign(poses->begin(), poses->begin() + frames);
+  for (int k = 0; k < frames; ++k)
+    e.truth.push_back((*poses)[static_cast<size_t>(k * input.every)]);
+  RotationPriorSource prior(input.rotation_prior);
   e.estimated = {e.truth.front()};
   size_t last_good = 0;  // the pose is held after the last frame that was not lost
   PipelineParams pipeline_params;
@@ -132,8 +140,14 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   PipelineOutput output;
   std::vector<EgoMotionEstimate> estimates;
   for (int index = 0; index < frames; ++index) {
-    const SequenceFrame frame = sequence.frame(index);
-    pipeline.process(stereoFrame(sequence, index, frame), output);
+    const int place = index * input.every;
+    const SequenceFrame frame = sequence.frame(place);
+    FrameSources sources;
+    if (index > 0)
+      sources.R_cam_prev = prior.next(
+          relative(e.truth[static_cast<size_t>(index)], e.truth[static_cast<size_t>(index - 1)]),
+          sequence.stamp_s(place) - sequence.stamp_s(place - input.every));
+    pipeline.process(stereoFrame(sequence, place, frame), output, sources);
     const EgoMotionEstimate& estimate = output.ego_motion;
     if (progress) progress(index);
     estimates.push_back(estimate);

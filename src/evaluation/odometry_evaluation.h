@@ -6,6 +6,7 @@
 
 #include "evaluation/plot.h"
 #include "evaluation/pose_metrics.h"
+#include "evaluation/rotation_prior.h"
 #include "evaluation/sequence.h"
 #include "predictive_stereo/ego_motion.h"
 
@@ -46,11 +47,20 @@ struct OdometryEvaluation {
   double mean_ms = 0, median_ms = 0, p95_ms = 0;
 };
 
-/// @param max_frames  0: all.
+/// What the ego-motion gets of a sequence.
+struct OdometryInput {
+  int max_frames = 0;  ///< 0: all
+  int every = 1;       ///< every so many frames alone
+  RotationPrior rotation_prior = RotationPrior::kNone;
+
+  int frames(const Sequence& sequence) const;
+};
+
 /// @param progress  called after each frame with its index; may be empty.
 /// @throws std::runtime_error for a sequence without true poses.
 OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
-                                    int max_frames, const std::function<void(int)>& progress);
+                                    const OdometryInput& input,
+                                    const std::function<void(int)>& progress);
 
 /// Both paths, seen from above.
 Plot pathPlot(const OdometryEvaluation& evaluation);

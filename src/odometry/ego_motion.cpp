@@ -78,6 +78,12 @@ double relativeVariance(const StereoMatch& match) {
   return 1 + kNoiseVariance * match.shift_variance_px2;
 }
 
+// The camera's centre is where T has it; its rotation is R.
+Eigen::Isometry3d turnedTo(const Eigen::Matrix3d& R_cam_prev, const Eigen::Isometry3d& T_cam_prev) {
+  const Eigen::Quaterniond q(R_cam_prev * T_cam_prev.linear().transpose());
+  return compose(Eigen::Isometry3d(q.normalized()), T_cam_prev);
+}
+
 bool isCertain(const Matrix6d& covariance) {
   const double largest_m2 = covariance.diagonal().head<3>().maxCoeff();
   const double largest_rad2 = covariance.diagonal().tail<3>().maxCoeff();
@@ -111,7 +117,8 @@ struct EgoMotion::State {
   }
 
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                             const StereoRig& new_rig, const cv::Mat1b& moving_mask);
+                             const StereoRig& new_rig, const cv::Mat1b& moving_mask,
+                             const std::optional<Eigen::Matrix3d>& R_cam_prev);
   void reset();
 
   PoseSolution motionSince(const ReferenceFrame& reference, const cv::Mat1b& moving_mask);
@@ -164,8 +171,8 @@ void EgoMotion::State::reset() {
 }
 
 EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                                             const StereoRig& new_rig,
-                                             const cv::Mat1b& moving_mask) {
+                                             const StereoRig& new_rig, const cv::Mat1b& moving_mask,
+                                             const std::optional<Eigen::Matrix3d>& R_cam_prev) {
   requireSize("left image", left, new_rig.size);
   requireSize("right image", right, new_rig.size);
   if (!moving_mask.empty()) requireSize("mask of moving objects", moving_mask, new_rig.size);
@@ -182,8 +189,8 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   correspondences.clear();
   const double share_before = usual_share;
   size_t used = 0;
+  for (ReferenceFrame& reference : references) reference.addFrame(R_cam_prev);
   for (; used < references.size(); ++used) {
-    ++references[used].age;
     solution = motionSince(references[used], moving_mask);
     if (solution.found) break;
   }
@@ -216,6 +223,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
       reference.to_previous = {solution.T_cam_prev, solution.covariance};
       reference.by_disparity_errors = solution.by_disparity_errors;
       reference.age = 0;
+      reference.R_since = Eigen::Matrix3d::Identity();
       references.resize(1);
     } else {
       ReferenceFrame here = makeReferenceFrame(solution);
@@ -248,10 +256,12 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
 
 // From a reference to the current frame. Expects the camera to go on as before. Where fewer points
 // than usual agree with what comes out, the expectation is doubted, and rivals are tried: what was
-// found as the expectation; that the camera stands still, which is also what points say where they
-// are looked for without an expectation; and what the rest agrees with, because among vehicles that
-// move along with the camera most of the street is out of reach until it is expected where it is.
-// The best one is taken, so that a wrong motion does not make the next expectation.
+// found as the expectation; the rotation that others tell; that the camera stands still, which is
+// also what points say where they are looked for without an expectation; and what the rest agrees
+// with, because among vehicles that move along with the camera most of the street is out of reach
+// until it is expected where it is. The best one is taken, so that a wrong motion does not make the
+// next expectation. Others are asked where few points agree, though no more are usual: after a fast
+// turn few are left, and they agree with much.
 PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
                                            const cv::Mat1b& moving_mask) {
   const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
@@ -263,7 +273,9 @@ PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
     return best.found && best.inliers > kUsualShare * usual_share * followed;
   };
   doubted = !asUsual();
-  if (!doubted) {
+  const bool ask_others =
+      reference.R_since && (doubted || best.inliers < kFirstUsualShare * followed);
+  if (!doubted && !ask_others) {
     usual_share = std::max(usual_share, best.inliers / followed);
     return best;
   }
@@ -283,6 +295,12 @@ PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
     best_matches = matches;
     best_correspondences = correspondences;
   };
+  if (ask_others) {
+    // The camera's centre moves as expected, or not at all.
+    const Eigen::Matrix3d R_told = *reference.R_since * T_previous.linear();
+    tryMotionInstead(turnedTo(R_told, T_expected));
+    if (!asUsual()) tryMotionInstead(turnedTo(R_told, T_previous));
+  }
   if (best.found) tryMotionInstead(best.T_cam_prev);
   if (!asUsual()) {
     tryMotionInstead(T_previous);
@@ -298,7 +316,7 @@ PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
   }
   std::swap(matches, best_matches);
   std::swap(correspondences, best_correspondences);
-  if (best.found) usual_share = best.inliers / followed;
+  if (best.found) usual_share = std::max(doubted ? 0 : usual_share, best.inliers / followed);
   return best;
 }
 
@@ -475,8 +493,9 @@ EgoMotion::EgoMotion(EgoMotion&&) noexcept = default;
 EgoMotion& EgoMotion::operator=(EgoMotion&&) noexcept = default;
 
 EgoMotionEstimate EgoMotion::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                                      const StereoRig& rig, const cv::Mat1b& moving_mask) {
-  return state_->estimate(left, right, rig, moving_mask);
+                                      const StereoRig& rig, const cv::Mat1b& moving_mask,
+                                      const std::optional<Eigen::Matrix3d>& R_cam_prev) {
+  return state_->estimate(left, right, rig, moving_mask, R_cam_prev);
 }
 
 void EgoMotion::setParams(const EgoMotionParams& params) { state_->setParams(params); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "odometry/image_pyramid.h"
@@ -16,6 +17,10 @@ struct Feature {
   double trust = 1;               ///< as Correspondence::trust
 };
 
+inline bool isRotation(const Eigen::Matrix3d& R) {
+  return R.isUnitary(1e-6) && R.determinant() > 0;
+}
+
 /// The frame that motion is measured against: the previous one, or an earlier one while the camera
 /// stands still or nothing can be seen.
 struct ReferenceFrame {
@@ -27,6 +32,18 @@ struct ReferenceFrame {
   CameraMotion to_previous;
   DisparityErrors by_disparity_errors = DisparityErrors::Zero();  ///< of to_previous
   int age = 0;  ///< frames since that previous one
+  /// What others say of the rotation since that previous one: takes directions of its camera to
+  /// today's. None: they have not told of all frames.
+  std::optional<Eigen::Matrix3d> R_since = Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+
+  /// One more frame has passed. What is no rotation counts as none.
+  void addFrame(const std::optional<Eigen::Matrix3d>& R_cam_prev) {
+    ++age;
+    if (R_since && R_cam_prev && isRotation(*R_cam_prev))
+      R_since = *R_cam_prev * *R_since;
+    else
+      R_since.reset();
+  }
 };
 
 }  // namespace predictive_stereo

@@ -22,6 +22,7 @@ Measures ego-motion against true poses: of poses_gt_cam0.txt where the drive has
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it
   --street SCENE      a scene of the synthetic street; may be given several times
   --street-frames N   its number of frames (default 40)
+  --street-rate HZ    its frames per second (default: the scene's own)
   --shift-right PX    moves all right images so far to the right, as a rig whose right camera was
                       turned after the calibration
   --csv FILE          writes the figures of each sequence; those of each frame into FILE's name with
@@ -30,6 +31,9 @@ Measures ego-motion against true poses: of poses_gt_cam0.txt where the drive has
   --config YAML       parameters, as in evaluate_kitti
   --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
   --frames N          at most so many frames of each sequence
+  --every N           every Nth frame alone
+  --rotation-prior KIND  what a sensor says of the rotation between frames: none (default), gyro, or
+                      a sensor with a fault: opposite, axes, scaled, biased, stale, zero, random, nan
   --threads N         (default: all cores)
 
 Printed: mean error of each frame's motion; KITTI's relative errors over 5 to 100 m; the mean
@@ -105,14 +109,17 @@ void drawPath(const std::string& dir, const OdometryEvaluation& e) {
 
 int evaluate(const CommandLine& command_line) {
   const PipelineParams params = readParams(command_line);
-  const int max_frames = command_line.getInt("frames", 0, 2);
+  OdometryInput input;
+  input.max_frames = command_line.getInt("frames", 0, 2);
+  input.every = command_line.getInt("every", 1, 1);
+  input.rotation_prior = rotationPriorByName(command_line.get("rotation-prior", "none"));
   useThreads(command_line);
   std::vector<OdometryEvaluation> evaluations;
   for (const SequenceGroup& group : openSequences(command_line))
     for (const auto& sequence : group.sequences) {
-      Progress progress(sequence->name(),
-                        max_frames ? std::min(max_frames, sequence->frames()) : sequence->frames());
-      evaluations.push_back(evaluateOdometry(*sequence, params.ego_motion, max_frames,
+      const int frames = input.frames(*sequence);
+      Progress progress(sequence->name(), frames);
+      evaluations.push_back(evaluateOdometry(*sequence, params.ego_motion, input,
                                              [&](int index) { progress.update(index); }));
     }
   for (const OdometryEvaluation& evaluation : evaluations) {
@@ -131,8 +138,9 @@ int evaluate(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
-                                    {"street", "street-frames", "shift-right", "csv", "pictures",
-                                     "config", "set", "frames", "threads"},
-                                    {}, predictive_stereo::evaluate);
+  return predictive_stereo::runTool(
+      argc, argv, predictive_stereo::kHelp,
+      {"street", "street-frames", "shift-right", "csv", "pictures", "config", "set", "frames",
+       "every", "street-rate", "rotation-prior", "threads"},
+      {}, predictive_stereo::evaluate);
 }

@@ -82,6 +82,7 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
     StreetParams params;
     params.scene = scene;
     params.frames = command_line.getInt("street-frames", 40, 2);
+    params.rate_hz = command_line.getDouble("street-rate", 0);
     groups.push_back(groupOfOne(streetSequence(params)));
   }
   if (groups.empty() && !command_line.has("kitti2015"))

@@ -12,7 +12,7 @@ TEST(EvaluateOdometry, MeasuresTheStreet) {
   const auto street = streetSequence(params);
   int frames = 0;
   const OdometryEvaluation e =
-      evaluateOdometry(*street, EgoMotionParams{}, 0, [&](int) { ++frames; });
+      evaluateOdometry(*street, EgoMotionParams{}, {}, [&](int) { ++frames; });
   EXPECT_EQ(frames, 6);
   EXPECT_EQ(e.motions.size(), 5u);
   EXPECT_EQ(e.estimated.size(), 6u);
@@ -36,7 +36,7 @@ TEST(EvaluateOdometry, NeedsTruePoses) {
     std::string name_ = "blind";
     StereoRig rig_;
   };
-  EXPECT_THROW(evaluateOdometry(Blind(), EgoMotionParams{}, 0, nullptr), std::runtime_error);
+  EXPECT_THROW(evaluateOdometry(Blind(), EgoMotionParams{}, {}, nullptr), std::runtime_error);
 }
 
 }  // namespace
