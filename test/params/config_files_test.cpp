@@ -3,7 +3,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
+#include <fstream>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -68,6 +70,37 @@ TEST(ConfigFiles, TheAnnotatedOneHoldsEveryParameterAtItsDefault) {
     const ParamTable::Entry& entry = default_table.entries()[i];
     EXPECT_TRUE(names.count(entry.name)) << path << ": add " << entry.name << ": " << entry.get();
     EXPECT_EQ(loaded_table.entries()[i].get(), entry.get()) << path << ": " << entry.name;
+  }
+}
+
+// The comment of a parameter: behind its value, or the lines above.
+std::string commentOf(const std::vector<std::string>& lines, size_t line) {
+  const auto from = [](const std::string& text) { return text.substr(text.find('#')); };
+  if (lines[line].find('#') != std::string::npos) return from(lines[line]);
+  std::string comment;
+  while (line-- > 0 && lines[line].find_first_not_of(' ') == lines[line].find('#'))
+    comment = from(lines[line]).substr(1) + comment;
+  return comment;
+}
+
+TEST(ConfigFiles, TheAnnotatedOneTellsTheLimitsOfEveryNumber) {
+  const std::string path = (kFolder / "predictive_stereo.yaml").string();
+  std::vector<std::string> lines;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  const YAML::Node all = YAML::LoadFile(path);
+  AllNodeletParams defaults;
+  const ParamTable table(defaults);
+  for (const ParamTable::Entry& entry : table.entries()) {
+    const bool is_choice = entry.type == ParamTable::Type::kChoice;
+    if (!is_choice && entry.smallest == entry.largest) continue;
+    YAML::Node node = YAML::Clone(all);
+    std::istringstream keys(entry.name);
+    for (std::string key; std::getline(keys, key, '/');) node.reset(node[key]);
+    const std::string comment = commentOf(lines, static_cast<size_t>(node.Mark().line));
+    EXPECT_NE(comment.find(entry.limits), std::string::npos)
+        << path << ":" << node.Mark().line + 1 << ": " << entry.name << " has the limits "
+        << entry.limits << ", its comment is: " << comment;
   }
 }
 
