@@ -7,6 +7,7 @@ predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/disparity_views.cpp
   src/nodelets/ego_motion_processor.cpp
   src/nodelets/image_messages.cpp
+  src/nodelets/imu_rotation.cpp
   src/nodelets/motion_source.cpp
   src/nodelets/moving_objects_processor.cpp
   src/nodelets/moving_objects_views.cpp

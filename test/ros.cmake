@@ -25,7 +25,7 @@ foreach(name street_to_bag replay evaluate_detection evaluate_odometry)
 endforeach()
 
 # Messages in, messages out, and parts of the nodelets.
-foreach(name disparity_views message_pool motion_source moving_objects_views stamp_matcher
+foreach(name disparity_views imu_rotation message_pool motion_source moving_objects_views stamp_matcher
     stereo_messages tf_rivals transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()

@@ -16,6 +16,7 @@
 #include "nodelets/ego_motion_processor.h"
 #include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
+#include "nodelets/imu_rotation.h"
 #include "nodelets/mask_input.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/outputs.h"
@@ -30,7 +31,8 @@ namespace predictive_stereo {
 
 /// Odometry of a stereo camera.
 ///
-/// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info;
+/// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info; imu where
+///   ~use_imu is set;
 ///   moving_objects/mask where ~use_moving_mask is set (moving_objects/passive_mask where it may
 ///   sleep).
 /// Publishes: odometry, odometry/pose, odometry/row_alignment, /tf (odom_frame -> base_frame),
@@ -96,6 +98,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     // What MovingObjects sees comes from here: were this one to wake it, neither would ever sleep.
     if (params_.use_moving_mask)
       masks_->listenTo(mustNotSleep() ? MaskInput::kTopic : MaskInput::kPassiveTopic);
+    if (params_.use_imu)
+      imu_subscriber_ = getNodeHandle().subscribe<sensor_msgs::Imu>(
+          "imu", 500, [this](const sensor_msgs::ImuConstPtr& imu) { imu_.add(imu); });
     input_->start();
   }
 
@@ -106,6 +111,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   void sleep() {
     if (input_) input_->stop();
     if (masks_) masks_->stop();
+    imu_subscriber_.shutdown();
     if (loop_) loop_->setAwake(false);
   }
 
@@ -117,10 +123,13 @@ class EgoMotionNodelet : public nodelet::Nodelet {
 
     StageTimes times;
     Stopwatch watch;
+    const std::optional<Eigen::Matrix3d> R_cam_prev = rotationOfOthers(job.frame.left->header);
+    watch.lap("waiting for the rotation", times);
     sensor_msgs::ImageConstPtr mask_message;
     const EgoMotionProcessor::Output output =
-        processor_->process(job.frame, *T_base_cam, takeMask(mask_message));
+        processor_->process(job.frame, *T_base_cam, takeMask(mask_message), R_cam_prev);
     watch.lap("ego-motion", times);
+    if (params_.use_imu) learnGyroBias(job.frame.left->header.stamp, output);
     if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
     if (!output.messages) return;
     publish(*output.messages);
@@ -144,6 +153,79 @@ class EgoMotionNodelet : public nodelet::Nodelet {
                            "base_frame to '" +
                            camera + "' to take the camera itself as the base");
     return T_base_cam;
+  }
+
+  // What others say of the camera's rotation since the frame before.
+  std::optional<Eigen::Matrix3d> rotationOfOthers(const std_msgs::Header& now) {
+    const double gap_s = (now.stamp - last_stamp_).toSec();
+    if (last_stamp_.isZero() || gap_s <= 0 || gap_s > params_.processor.max_gap) return {};
+    if (params_.use_imu) return rotationOfImu(now);
+    if (!params_.guess_frame.empty()) return rotationOfTf(now);
+    return {};
+  }
+
+  std::optional<Eigen::Matrix3d> rotationOfImu(const std_msgs::Header& now) {
+    const std::string alone = "; the images go on alone";
+    const auto fail = [&](const std::string& text) {
+      health_->problem("imu", Health::Severity::kDegraded, text + alone);
+      rotation_is_late_ = true;
+      return std::nullopt;
+    };
+    const std::string topic = getNodeHandle().resolveName("imu"), frame = imu_.frame();
+    if (frame.empty() && imu_subscriber_.getNumPublishers() == 0)
+      return fail("use_imu: nobody publishes " + topic + " (launch argument imu:=<topic>)");
+    ImuRotation::Answer answer;
+    waitFor(rotation_is_late_ ? 0 : kRotationWithin_s, [&] {
+      answer = imu_.between(last_stamp_, now.stamp);
+      return answer.complete;
+    });
+    if (!answer.R_now_previous) return fail("use_imu: " + topic + ": " + answer.reason);
+    std::string error;
+    const auto T_cam_imu =
+        lookUpTransform(tf_->buffer, now.frame_id, imu_.frame(), now.stamp, error);
+    if (!T_cam_imu)
+      return fail("use_imu: no transform from the left camera '" + now.frame_id +
+                  "' to the IMU's frame '" + imu_.frame() +
+                  "': publish it (e.g. by tf2_ros static_transform_publisher)");
+    rotation_is_late_ = false;
+    health_->solved("imu");
+    const Eigen::Matrix3d R_cam_imu = T_cam_imu->linear();
+    return R_cam_imu * *answer.R_now_previous * R_cam_imu.transpose();
+  }
+
+  std::optional<Eigen::Matrix3d> rotationOfTf(const std_msgs::Header& now) {
+    std::string error;
+    const auto T_cam_prev = waitFor(rotation_is_late_ ? 0 : kRotationWithin_s, [&] {
+      return lookUpCameraMotion(tf_->buffer, now.frame_id, last_stamp_, now.stamp,
+                                params_.guess_frame, error);
+    });
+    rotation_is_late_ = !T_cam_prev;
+    if (!T_cam_prev) {
+      // tf's own text has stamps in it and would be another one each time.
+      health_->problem("guess_frame", Health::Severity::kDegraded,
+                       "tf knows no motion of '" + now.frame_id + "' against guess_frame '" +
+                           params_.guess_frame +
+                           "' at the image's stamp: set guess_frame to the fixed frame of another "
+                           "odometry, or to nothing; the images go on alone");
+      return std::nullopt;
+    }
+    health_->solved("guess_frame");
+    return Eigen::Matrix3d(T_cam_prev->linear());
+  }
+
+  // At rest a gyroscope shows its bias.
+  void learnGyroBias(ros::Time stamp, const EgoMotionProcessor::Output& output) {
+    const double dt_s = (stamp - last_stamp_).toSec();
+    const EgoMotionEstimate& estimate = output.estimate;
+    if (last_stamp_.isZero() || dt_s <= 0 || estimate.status != EgoMotionStatus::kTracked ||
+        estimate.frames != 1)
+      return;
+    const Eigen::Isometry3d& T = estimate.motion.T_cam_prev;
+    if (T.translation().norm() > kRest_mps * dt_s ||
+        Eigen::AngleAxisd(T.linear()).angle() > kRest_radps * dt_s)
+      return;
+    imu_.learnBias(last_stamp_, stamp);
+    health_->figure("gyro bias [deg/s]", imu_.bias_radps().norm() * 180 / M_PI, "%.3f");
   }
 
   cv::Mat1b takeMask(sensor_msgs::ImageConstPtr& message) {
@@ -248,6 +330,8 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   }
 
   static constexpr double kLargestColumnOffsetPx = 0.5;
+  static constexpr double kRotationWithin_s = 0.05;
+  static constexpr double kRest_mps = 0.02, kRest_radps = 0.005;
   static constexpr double kFirstTfWithin_s = 0.5;  // of a node that publishes tf at 2 Hz or more
 
   EgoMotionNodeletParams params_;
@@ -265,6 +349,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   Outputs outputs_{[this] { demand_.update(); }};
   ros::Publisher odometry_publisher_, pose_publisher_, alignment_publisher_, tf_publisher_;
   std::unique_ptr<MaskInput> masks_;
+  ImuRotation imu_;
+  ros::Subscriber imu_subscriber_;
+  bool rotation_is_late_ = false;  // it is not waited for again before it has come
   ros::Time last_stamp_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;

@@ -40,9 +40,9 @@ std::string EgoMotionProcessor::baseFrame(const StereoPair& pair) const {
   return params_.base_frame.empty() ? pair.left->header.frame_id : params_.base_frame;
 }
 
-EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
-                                                       const Eigen::Isometry3d& T_base_cam,
-                                                       const cv::Mat1b& moving_mask) {
+EgoMotionProcessor::Output EgoMotionProcessor::process(
+    const StereoPair& pair, const Eigen::Isometry3d& T_base_cam, const cv::Mat1b& moving_mask,
+    const std::optional<Eigen::Matrix3d>& R_cam_prev) {
   const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
   Output output;
   output.sequence = pipeline_.begin(frame);
@@ -50,6 +50,7 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(const StereoPair& pair,
   if (pipeline_.isOrigin()) setOrigin(pair, T_base_cam);
   FrameSources sources;
   sources.ignored = moving_mask;
+  sources.R_cam_prev = R_cam_prev;
   pipeline_.process(sources, output_);
   output.estimate = output_.ego_motion;
   move(T_base_cam, frame.stamp);

@@ -38,9 +38,11 @@ class EgoMotionProcessor {
 
   /// @param T_base_cam  of the left camera's optical frame at the pair's stamp.
   /// @param moving_mask  255 on moving objects of the previous frame; empty: none known.
+  /// @param R_cam_prev  of others, see EgoMotion::estimate.
   /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
   Output process(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam,
-                 const cv::Mat1b& moving_mask = {});
+                 const cv::Mat1b& moving_mask = {},
+                 const std::optional<Eigen::Matrix3d>& R_cam_prev = {});
 
   /// See Pipeline::setParams.
   void setParams(const EgoMotionParams& params) { pipeline_.setParams(params); }

@@ -71,6 +71,12 @@ struct EgoMotionNodeletParams {
   /// Features on what MovingObjects marked in the frame before are ignored. The result then depends
   /// on whether the mask came in time.
   bool use_moving_mask = false;
+  /// Fast turns: the gyroscope on the topic imu tells where to look for what was seen before. The
+  /// images measure the motion all the same.
+  bool use_imu = false;
+  /// Without use_imu, the same from tf: a fixed frame against which tf knows how the camera turns.
+  /// Empty: none.
+  std::string guess_frame;
   SyncParams sync;
   EgoMotionProcessorParams processor;
 
@@ -81,6 +87,8 @@ struct EgoMotionNodeletParams {
     v("transform_timeout", transform_timeout, 0.0, 10.0);
     v("threads", threads, 0, 1024);
     v("use_moving_mask", use_moving_mask);
+    v("use_imu", use_imu);
+    v("guess_frame", guess_frame);
     sync.visit(v);
     processor.visit(v);
   }

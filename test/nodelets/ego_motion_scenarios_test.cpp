@@ -1,6 +1,7 @@
 /// How the odometry takes what happens to cameras on robots.
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <sensor_msgs/Imu.h>
 #include <std_srvs/Empty.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -208,6 +209,60 @@ TEST_F(EgoMotionScenarios, tf_is_published_only_where_asked) {
   for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
   EXPECT_TRUE(eventually([&] { return !tf.connected(); }, 5));
   EXPECT_EQ(tf.count(), 0u);
+}
+
+sensor_msgs::Imu imuAt(ros::Time stamp, const std::string& frame) {
+  sensor_msgs::Imu imu;
+  imu.header.stamp = stamp;
+  imu.header.frame_id = frame;
+  return imu;
+}
+
+TEST_F(EgoMotionScenarios, a_gyroscope_is_taken_and_what_it_lacks_is_told) {
+  setParam("EgoMotion", "use_imu", true);
+  start();
+  ASSERT_TRUE(odometryOf(0));
+  ASSERT_TRUE(odometryOf(1)) << "the images go on alone";
+  EXPECT_TRUE(
+      says("EgoMotion", "use_imu: nobody publishes " + ns_ + "/imu (launch argument imu:="));
+
+  ros::Publisher imu = node_.advertise<sensor_msgs::Imu>("imu", 500);
+  ASSERT_TRUE(eventually([&] { return imu.getNumSubscribers() > 0; }));
+  const auto send = [&](double from_s, double to_s, const std::string& frame) {
+    for (double t_s = from_s; t_s <= to_s; t_s += 0.005)
+      imu.publish(imuAt(street().stamp(0) + ros::Duration(t_s), frame));
+    ros::WallDuration(0.1).sleep();  // nothing tells when the nodelet has it
+  };
+  send(-0.1, 0.35, "unmounted_imu");
+  ASSERT_TRUE(odometryOf(2));
+  EXPECT_TRUE(says("EgoMotion", "use_imu: no transform from the left camera"));
+  EXPECT_TRUE(says("EgoMotion", "the IMU's frame 'unmounted_imu'"));
+
+  geometry_msgs::TransformStamped mount;
+  mount.header.frame_id = "base_link";
+  mount.child_frame_id = "imu";
+  mount.transform.rotation.w = 1;
+  const StaticTransform mounted(mount);
+  send(0.36, 0.45, "imu");
+  send(0.46, 0.47, "imu");
+  ASSERT_TRUE(eventually([&] {
+    return odometryOf(3) && !diagnostics_.says(ns_.substr(1) + "/EgoMotion", "use_imu");
+  }));
+  // Stamps that go back.
+  send(0.1, 0.2, "imu");
+  ASSERT_TRUE(odometryOf(4));
+  EXPECT_TRUE(says("EgoMotion", "its last stamp is before the image's"));
+  EXPECT_TRUE(says("EgoMotion", "the images go on alone"));
+  EXPECT_LT((position(*odometry_->last()) - truth(0, 4).translation()).norm(), 0.05);
+}
+
+TEST_F(EgoMotionScenarios, a_guess_frame_that_does_not_exist_is_told) {
+  setParam("EgoMotion", "guess_frame", "nowhere");
+  start();
+  for (int i : {0, 1, 2}) ASSERT_TRUE(odometryOf(i));
+  EXPECT_TRUE(says("EgoMotion", "against guess_frame 'nowhere'"));
+  EXPECT_TRUE(says("EgoMotion", "the images go on alone"));
+  EXPECT_LT((position(*odometry_->last()) - truth(0, 2).translation()).norm(), 0.05);
 }
 
 TEST_F(EgoMotionScenarios, who_moves_the_base_later_is_told_and_left_alone) {

@@ -102,6 +102,17 @@ class LaunchFiles(unittest.TestCase):
                          {'/stereo/' + n for n in
                           ('ego_motion', 'disparity', 'predictive_stereo_manager')})
 
+    def test_rotation_of_others(self):
+        arguments = ('camera:=/stereo', 'imu:=/imu/data')
+        given = params('predictive_stereo.launch', *arguments)
+        self.assert_known(given, '/stereo')
+        self.assertIs(given['/stereo/ego_motion/use_imu'], True)
+        self.assertRegex(command('/stereo/ego_motion', 'predictive_stereo.launch', *arguments),
+                         r'imu:=/imu/data')
+        given = params('predictive_stereo.launch', 'camera:=/stereo', 'guess_frame:=wheels')
+        self.assertIs(given['/stereo/ego_motion/use_imu'], False)
+        self.assertEqual(given['/stereo/ego_motion/guess_frame'], 'wheels')
+
     def test_compressed_images(self):
         for name, arguments, prefix in (
                 ('predictive_stereo.launch', ('camera:=/stereo',), '/stereo'),
