@@ -94,7 +94,7 @@ TEST(ConfigFiles, TheAnnotatedOneTellsTheLimitsOfEveryNumber) {
   for (const ParamTable::Entry& entry : table.entries()) {
     const bool is_choice = entry.type == ParamTable::Type::kChoice;
     if (!is_choice && entry.smallest == entry.largest) continue;
-    YAML::Node node = YAML::Clone(all);
+    YAML::Node node = all;  // a copy would have no marks
     std::istringstream keys(entry.name);
     for (std::string key; std::getline(keys, key, '/');) node.reset(node[key]);
     const std::string comment = commentOf(lines, static_cast<size_t>(node.Mark().line));
