@@ -76,6 +76,7 @@ TEST(PatchKernel, DifferentiatesAndMultipliesAsTheReference) {
     PatchMoments m;
     kernel.differentiate(framed, images, m);
     for (int i = 0; i < kPatchSize * kPatchStride; ++i) {
+      if (i % kPatchStride >= kPatchSize) continue;  // short vectors leave padding as it is
       ASSERT_EQ(images.texture[i], expected.texture[i]) << i;
       ASSERT_EQ(images.gradient_x[i], expected.gradient_x[i]) << i;
       ASSERT_EQ(images.gradient_y[i], expected.gradient_y[i]) << i;
