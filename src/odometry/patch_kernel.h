@@ -8,7 +8,7 @@
 namespace predictive_stereo {
 
 constexpr int kPatchSize = 12;    ///< side [px]
-constexpr int kPatchStride = 16;  ///< floats from row to row; those beyond the patch are 0
+constexpr int kPatchStride = 16;  ///< floats from row to row; beyond the patch 0, or not read
 constexpr int kFramedSize = kPatchSize + 2;  ///< with one more pixel on every side, for gradients
 
 /// Zero-mean brightness and gradients of a patch.
