@@ -61,18 +61,27 @@ def _cached(run, name):
     return found.group(1) if found else ''
 
 
+def _cpu():
+    """Its name, and what tells models of the same name apart, as on a virtual machine."""
+    with open('/proc/cpuinfo') as file:
+        cpu = dict(re.findall(r'^([\w ]+?)\s*: (.*)$', file.read(), re.MULTILINE))
+    if 'model name' not in cpu or 'cpu MHz' not in cpu:
+        return platform.machine()
+    return '%s (family %s, model %s, %.1f GHz%s)' % (
+        cpu['model name'], cpu['cpu family'], cpu['model'], float(cpu['cpu MHz']) / 1000,
+        ', virtual' if 'hypervisor' in cpu['flags'].split() else '')
+
+
 @section('tool:replay')
 def machine(run):
     """What the figures were measured with."""
-    with open('/proc/cpuinfo') as file:
-        model = re.search(r'model name\s*: (.*)', file.read())
     with open('/etc/os-release') as file:
         system = re.search(r'PRETTY_NAME="(.*)"', file.read())
     compiler = _output(_cached(run, 'CMAKE_CXX_COMPILER') or 'c++', '-dumpfullversion')
     table = Table('machine', '', [''])
     table.add('commit', [_output('git', '-C', REPOSITORY, 'describe', '--always', '--dirty') or 'unknown'])
     table.add('date', [_output('date', '+%Y-%m-%d')])
-    table.add('CPU', ['%s, %d cores' % (model.group(1) if model else platform.machine(), os.cpu_count())])
+    table.add('CPU', ['%s, %d cores' % (_cpu(), os.cpu_count())])
     table.add('system', ['%s, compiler %s' % (system.group(1) if system else platform.system(), compiler)])
     table.add('OpenCV', [_output('pkg-config', '--modversion', 'opencv4') or 'unknown'])
     return table
