@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <opencv2/core/utility.hpp>
 #include <random>
 
 namespace predictive_stereo {
@@ -204,14 +205,24 @@ TEST(PoseSolver, TooFewOrContradictoryPointsGiveNothing) {
       solvePose(rig, nonsense, kDriving, DisparityOffset(), 0.3, PoseSolverParams()).found);
 }
 
-TEST(PoseSolver, SameEveryTime) {
+// The vote and the sums of the refinement are shared out.
+TEST(PoseSolver, ThreadsDoNotChangeTheResult) {
   const StereoRig rig = kittiRig();
-  const auto all = observe(rig, kDriving, 150, 0.3, 1);
-  const auto first = solvePose(rig, all, Eigen::Isometry3d::Identity(), DisparityOffset(), 0.3,
-                               PoseSolverParams());
-  const auto again = solvePose(rig, all, Eigen::Isometry3d::Identity(), DisparityOffset(), 0.3,
-                               PoseSolverParams());
-  EXPECT_EQ(first.T_cam_prev.matrix(), again.T_cam_prev.matrix());
+  auto all = observe(rig, kDriving, 700, 0.3, 1);
+  for (size_t i = 0; i < all.size(); i += 3) all[i].current.x() += 20;  // outliers
+  const int threads_before = cv::getNumThreads();
+  PoseSolution expected;
+  for (const int threads : {1, 1, 2, 3, 7}) {
+    cv::setNumThreads(threads);
+    const auto solution = solvePose(rig, all, Eigen::Isometry3d::Identity(), DisparityOffset(), 0.3,
+                                    PoseSolverParams());
+    ASSERT_TRUE(solution.found);
+    if (!expected.found) expected = solution;
+    EXPECT_EQ(solution.T_cam_prev.matrix(), expected.T_cam_prev.matrix()) << threads;
+    EXPECT_EQ(solution.covariance, expected.covariance) << threads;
+    EXPECT_EQ(solution.inlier, expected.inlier) << threads;
+  }
+  cv::setNumThreads(threads_before);
 }
 
 }  // namespace
