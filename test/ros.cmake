@@ -33,10 +33,14 @@ predictive_stereo_unit_test(nodelets thread_limit_test predictive_stereo_nodelet
 
 # Nodelets: each .test file starts what it tests.
 find_package(rostest REQUIRED)
-function(predictive_stereo_rostest name)
+# Further arguments are add_rostest's.
+function(predictive_stereo_rostest name launch_file source)
   set(target predictive_stereo_${name})
-  add_rostest_gtest(${target} ${ARGN})
+  add_executable(${target} EXCLUDE_FROM_ALL ${source})
+  add_dependencies(tests ${target})
+  add_rostest(${launch_file} DEPENDENCIES ${target} ${ARGN})
   set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name})
+  target_sources(${target} PRIVATE ${predictive_stereo_thread_backend})
   target_include_directories(${target} PRIVATE
     ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/nodelets
   )
@@ -51,7 +55,12 @@ predictive_stereo_rostest(scenarios_test nodelets/scenarios.test nodelets/scenar
 predictive_stereo_rostest(ego_motion_scenarios_test
   nodelets/ego_motion_scenarios.test nodelets/ego_motion_scenarios_test.cpp
 )
-predictive_stereo_rostest(live_faults_test nodelets/live_faults.test nodelets/live_faults_test.cpp)
+if(SANITIZE)  # there is time, and no manager with a sanitizer
+  set(live_faults_args ARGS loads:=200 manager:=false)
+endif()
+predictive_stereo_rostest(live_faults_test
+  nodelets/live_faults.test nodelets/live_faults_test.cpp ${live_faults_args}
+)
 add_rostest(nodelets/live_faults_no_clock.test DEPENDENCIES predictive_stereo_live_faults_test)
 predictive_stereo_rostest(neighbours_test nodelets/neighbours.test nodelets/neighbours_test.cpp)
 target_link_libraries(predictive_stereo_neighbours_test ${CMAKE_DL_LIBS})
@@ -69,6 +78,10 @@ add_rostest(nodelets/all_outputs_nodes.test DEPENDENCIES
   predictive_stereo_all_outputs_test predictive_stereo_disparity_node
   predictive_stereo_ego_motion_node predictive_stereo_moving_objects_node
 )
+add_custom_target(predictive_stereo_nodelet_tests)
+foreach(name diagnosis ego_motion_scenarios live_faults live_params scenarios stereo_input)
+  add_dependencies(predictive_stereo_nodelet_tests predictive_stereo_${name}_test)
+endforeach()
 # Load: what is lost is counted, and memory does not grow.
 predictive_stereo_rostest(live_load_test nodelets/live_load.test nodelets/live_load_test.cpp)
 target_compile_definitions(predictive_stereo_live_load_test PRIVATE
