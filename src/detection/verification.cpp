@@ -25,7 +25,7 @@ ObservedObject observed(const DetectionInput& input, const Segment& segment, flo
                                 2 * segment.area.height) &
                        image;
   object.observation.box_px = box;
-  object.mask = cv::Mat1b::zeros(box.size());
+  object.mask.create(box.size());
   for (int y = 0; y < box.height; ++y) {
     const float* disparity = input.measured_disparity_px[box.y + y] + box.x;
     const uchar* cell = segment.mask[y / 2];
