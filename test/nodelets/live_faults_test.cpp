@@ -28,8 +28,8 @@ namespace {
 constexpr double kPeriod_s = 0.1;  // of the camera
 constexpr const char* kNodelets[] = {"EgoMotion", "Disparity", "MovingObjects"};
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr bool kMemoryTells = false;  // what is freed stays resident for a while
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMemoryTells = false;  // what is freed stays resident, and accesses are remembered
 #else
 constexpr bool kMemoryTells = true;
 #endif
