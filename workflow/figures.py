@@ -5,8 +5,8 @@ import math
 import os
 from collections import OrderedDict, namedtuple
 
-# `better`: +1 more is better, -1 less is, 0 neither. `weight`: the column that a recording counts by
-# where all are pooled. `ratio`: columns whose sums are divided instead.
+# `better`: +1: more is better, -1: less is better, 0: neither. `weight`: the column that weights a
+# recording when all are pooled. `ratio`: columns whose sums are divided instead.
 Figure = namedtuple('Figure', 'measurement column title better weight ratio')
 Result = namedtuple('Result', 'recording figure value')
 Change = namedtuple('Change', 'recording figure before now worse')
@@ -50,10 +50,10 @@ FIGURES = OrderedDict(((f.measurement, f.column), f) for f in (
         ('objects_per_frame', 'moving objects per frame', 0, None),
         ('median_ms', 'whole frame, median [ms]', -1, None),
         ('p95_ms', 'whole frame, 95 % [ms]', -1, None)))))
-# Sums, where others are means.
+# Pooled as sums; all others as means.
 SUMMED = {('odometry', 'lost'), ('detection', 'id_switches'), ('replay', 'pairs'),
           ('replay', 'unmatched')}
-# Smaller changes than this share are none: times of one program vary by so much.
+# Changes below this share are ignored: the time of one program varies as much.
 NOISE = {'ms': 0.1}
 
 
@@ -66,7 +66,7 @@ def number(text):
 
 
 def read_row(path):
-    """The line of a program's CSV that is of the whole recording; nothing where there is none."""
+    """The line of a program's CSV for the whole recording; None if there is none."""
     if not os.path.isfile(path):
         return None
     with open(path, newline='', encoding='utf-8') as file:
@@ -77,7 +77,7 @@ def read_row(path):
 
 
 def pooled(figure, rows):
-    """The figure of all recordings together; NaN where none has it."""
+    """The figure of all recordings together; NaN if no recording has it."""
     if figure.ratio:
         above, below = figure.ratio
         known = [row for row in rows if not math.isnan(number(row.get(above)))]
@@ -117,7 +117,7 @@ def csv_of(results):
 
 
 def read_results(path):
-    """What csv_of made, as a file. Figures that are not known any more are left out."""
+    """Reads a file that csv_of made. Skips figures that are no longer known."""
     with open(path, newline='', encoding='utf-8') as file:
         rows = list(csv.DictReader(file))
     if rows and not {'recording', 'measurement', 'figure', 'value'} <= set(rows[0]):
@@ -127,9 +127,9 @@ def read_results(path):
 
 
 def changes(before, now):
-    """Changes of figures, what became worse most first, what became better most last.
+    """Changes of figures: the worst change first, the largest gain last.
 
-    `worse` is the change as a share of the larger value, positive where it is for the worse.
+    `worse` is the change as a share of the larger value; positive: the figure became worse.
     """
     old = {(r.recording, r.figure.measurement, r.figure.column): r.value for r in before}
     found = []

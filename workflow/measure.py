@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """One job: measure.py RECORDING MEASUREMENT THREADS, in the output folder of evaluate_many.
 
-The shell that Snakemake starts it by sees these three words alone: nothing of what the list says.
+Snakemake's shell sees only these three words: no text of the list reaches a shell.
 """
 import json
 import os

@@ -12,7 +12,7 @@ TOOLS = {'replay': 'replay', 'detection': 'evaluate_detection', 'disparity': 'ev
 
 
 class ListError(Exception):
-    """What is wrong in the list, and where."""
+    """An error in the list, and its place."""
 
 
 class Recording:
@@ -24,7 +24,7 @@ class Recording:
         self.path = os.path.join(*paths)
 
     def measurements(self):
-        """What can be measured of it; of what is not there, all that its kind has."""
+        """The measurements that are possible. Of a missing recording: all that its kind has."""
         if self.is_bag:
             return ['replay'] + (['detection'] if self.options.get('labels') else [])
         found = []
@@ -37,7 +37,7 @@ class Recording:
         return found
 
     def inputs(self):
-        """Files and folders whose change makes old figures worthless."""
+        """Files and folders whose change makes old figures invalid."""
         files = [self.path]
         if not self.is_bag:
             files += [self.paths[0] + '/calib_cam_to_cam.txt', self.path + '/poses_gt_cam0.txt']
@@ -76,7 +76,7 @@ class Recording:
 
 
 def safe_name(text, taken):
-    """Letters, digits, underscores and dashes: a name that can be that of a file."""
+    """A valid file name: only letters, digits, underscores and dashes."""
     name = re.sub('[^A-Za-z0-9_-]+', '_', text).strip('_') or 'recording'
     number, unique = 1, name
     while unique in taken:
@@ -90,7 +90,7 @@ def read_list(path, labels=None):
 
     Each line is BAG or DATE_DIR DRIVE, then key=value of OPTIONS; quotes and # as in a shell.
     Relative paths start at the list's folder.
-    @param labels  a folder; of it, NAME.csv are the labels of drive or bag NAME.
+    @param labels  a folder with NAME.csv: the labels of drive or bag NAME.
     """
     folder = os.path.dirname(os.path.abspath(path))
     try:

@@ -1,4 +1,4 @@
-"""The page of evaluate_many: failures, what changed, tables, plots."""
+"""The page of evaluate_many: failures, changes, tables, plots."""
 
 import html
 import math
@@ -33,7 +33,7 @@ def table(header, rows, classes=None):
 
 
 def plot(figure, values, before):
-    """The figure over recordings as an SVG: a bar each, in the list's order; before: a line across."""
+    """The figure over recordings as an SVG: one bar each, in the list's order; line: the earlier value."""
     width, height, left, bottom = 600, 220, 60, 20
     known = list(values.values()) + [before[name] for name in values if name in before]
     low, high = min(0.0, *known), max(0.0, *known)
@@ -140,7 +140,7 @@ def page(names, results, failures, before, source):
 
 
 def write(path, text):
-    """The file has all of the text, or what it had before."""
+    """Writes all of the text or, on an error, leaves the file as it was."""
     partial = '%s.part%d' % (path, os.getpid())
     try:
         with open(partial, 'w', encoding='utf-8') as file:
