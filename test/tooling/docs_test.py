@@ -88,6 +88,20 @@ class Docs(unittest.TestCase):
                     wrong.append('%s: %s has no such heading' % (page.name, target))
         self.assertEqual(wrong, [])
 
+    def test_every_file_is_on_the_map(self):
+        """Section "Which file" names each file of src/ but inner loops, and none that is not there."""
+        page = text(REPOSITORY / 'docs/architecture.md')
+        section = re.search(r'^## Which file$(.*?)^## ', page, re.DOTALL | re.MULTILINE).group(1)
+        named = set()
+        for folders, files in re.findall(r'^\| (`.*?) \| (.*) \|$', section, re.MULTILINE):
+            folder = re.match('`([a-z]+)`', folders).group(1)
+            named |= {'%s/%s' % (folder, name) for name in re.findall(r'`([a-z0-9_-]+)`', files)}
+        there = {'%s/%s' % (path.parent.name, path.stem) for path in (REPOSITORY / 'src').glob('*/*')}
+        loops = {name for name in there if re.search('_(rows|kernels?)$', name)}
+        shared = {name for name in there if re.search('_(nodelet|processor)$', name)}  # a row says NAME_...
+        self.assertEqual(sorted(there - loops - shared - named), [], 'not on the map')
+        self.assertEqual(sorted(named - there), [], 'there is no such file')
+
     def test_parameters_exist(self):
         self.assertIn('disparity/matcher/p1', parameters())
         wrong = []
