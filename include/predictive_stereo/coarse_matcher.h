@@ -1,4 +1,4 @@
-/// Disparities at half resolution, without any past.
+/// Disparities at half resolution, from one stereo pair alone.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -8,19 +8,23 @@
 
 namespace predictive_stereo {
 
-/// Full search at half resolution: the part of the search ranges that does not depend on the past,
-/// and the samples for row alignment. Costs an eighth of a full search. Its census is 5x5, whatever
-/// that of the full resolution is: a larger window, doubled, would reach across too many edges.
+/// Full search at half resolution. It gives the part of the search ranges that does not depend on
+/// the past, and the samples for row alignment. It costs an eighth of a full search. Its census
+/// window is always 5x5: a larger window covers twice as much of the scene here, and too many
+/// edges.
 class CoarseMatcher {
  public:
-  /// @param params  of the full-resolution matcher; its disparity range is halved.
-  /// @param min_region_px  smaller regions, in pixels of the full resolution, are dropped; see
-  ///   RegionFilter. Steps within a region are at most 1 px of the half resolution.
+  /// @param params  of the full-resolution matcher; the disparity range is halved here.
+  /// @param min_region_px  smaller regions, in pixels of the full resolution, become invalid; see
+  ///   RegionFilter. Steps within a region are at most 1 px of the half resolution. 0: none.
+  /// @throws std::invalid_argument as the constructor of StereoMatcher does, for the halved range.
   explicit CoarseMatcher(const MatcherParams& params, int min_region_px = 0);
 
-  /// @param disparity_px  of size (width / 2, height / 2), in pixels of the **full** resolution;
-  ///   params.range.invalid() where unknown. Pixel (x, y) covers (2x, 2y) to (2x + 1, 2y + 1).
-  /// @throws std::invalid_argument where the images differ in size or are too small.
+  /// @param left, right  rectified 8-bit grey images of one size.
+  /// @param disparity_px  output of size (width / 2, height / 2), in pixels of the **full**
+  ///   resolution; params.range.invalid() where unknown. Pixel (x, y) covers the full-resolution
+  ///   pixels (2x, 2y) to (2x + 1, 2y + 1).
+  /// @throws std::invalid_argument if the images differ in size or are smaller than 2x2 pixels.
   void match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px);
 
  private:

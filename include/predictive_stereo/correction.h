@@ -11,9 +11,10 @@ namespace predictive_stereo {
 
 struct CorrectionParams {
   double measurement_noise_px2 = 0.454;  ///< r of eq. 6
-  double gate_sigma =
-      3.0;  ///< a larger |innovation| resets the filter to the measurement; 0: never
-  int max_missed_frames = 3;  ///< predictions outlive this many frames without a measurement
+  /// Gate: a larger |innovation|, in standard deviations, resets the filter to the measurement; 0:
+  /// no gate.
+  double gate_sigma = 3.0;
+  int max_missed_frames = 3;  ///< a prediction is kept for this many frames without a measurement
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -23,19 +24,23 @@ struct CorrectionParams {
   }
 };
 
-/// Updates the filters with this frame's measurement: d = d_pred + K (d_z - d_pred), p = (1 - K)^2
-/// p_pred + K^2 r, K = p_pred / (p_pred + r). Without a prediction, or where the innovation fails
-/// the gate, the filter starts anew with the measurement; without a measurement the prediction
-/// lives on until max_missed_frames is exceeded, but only if two successive frames have agreed on
-/// it before: a filter that starts anew counts as having missed max_missed_frames. A surface that
-/// only one frame has seen may be a false match.
+/// Updates the filters with this frame's measurement (eq. 5 and 6): d = d_pred + K (d_z - d_pred),
+/// p = (1 - K)^2 p_pred + K^2 r, K = p_pred / (p_pred + r).
 ///
-/// A prediction is dropped where the right camera sees through it: where it matches a surface more
-/// than 3 px farther on the line of sight to this point, no surface can be there. So the traces of
-/// moving objects vanish, and false matches beside near surfaces. A nearer match hides the point
-/// and decides nothing.
+/// Without a prediction, or where the innovation fails the gate, the filter is reset to the
+/// measurement. Without a measurement the prediction is kept until max_missed_frames is exceeded,
+/// but only if two successive frames agreed on it before: a filter that is reset counts as having
+/// missed max_missed_frames. A surface that only one frame has seen may be a false match.
 ///
-/// All maps have the size of the prediction's; this is not checked. `state` is overwritten.
+/// A prediction without a measurement is dropped where the right camera sees through it: if the
+/// right camera matches a surface with a disparity more than 3 px smaller on the line of sight to
+/// the predicted point, no surface can be there. This removes the traces of moving objects, and
+/// false matches beside near surfaces. A nearer match occludes the point: the prediction stays.
+///
+/// @param prediction  see Prediction; range.invalid() where nothing is predicted.
+/// @param measured_disparity_px  this frame's match; range.invalid() where nothing was measured.
+///   It must have the size of the prediction; this is not checked.
+/// @param state  output of that size, overwritten.
 void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
              const DisparityRange& range, const CorrectionParams& params, DisparityState& state);
 

@@ -1,4 +1,4 @@
-/// What the default scheme of detection can see at all: limits that follow from the rig.
+/// The slowest motion that the default detection scheme can detect with a given rig.
 #pragma once
 
 #include "predictive_stereo/moving_objects.h"
@@ -7,26 +7,29 @@
 
 namespace predictive_stereo {
 
-/// Slowest speeds over ground that can be told from standing still [m/s]; infinite where none can.
+/// Slowest speeds over ground that can be distinguished from a static object [m/s]; infinity where
+/// no speed can.
 struct DetectableSpeed {
   double across_mps = 0;  ///< at right angles to the line of sight
-  /// Along it, on the optical axis, coming towards the camera, from one frame to the next. Frames
-  /// further back show slower motion, at best an eighth.
+  /// Along the line of sight, towards the camera, on the optical axis. Comparison with frames
+  /// further back detects slower motion, down to an eighth of this at best.
   double along_mps = 0;
 };
 
 /// The limits at one depth, for an object that is large and textured enough.
 ///
-/// An object on the optical axis that moves across by m changes its column by fx m / Z, one that
-/// moves along by m changes its disparity by fx B m / (Z (Z + m)). The detector compares with
-/// frames two back and more. Over two frames these changes have to exceed the thresholds of
-/// MotionDetectionParams: min_mahalanobis against the noise of flow, disparity and ego-motion; or,
-/// along the line of sight, dense_min_residual_px on average. So the
-/// speed across grows with Z at most, that along with Z^2: what drives along far away cannot be
-/// seen in disparity, whatever the thresholds. Off the axis motion along the line of sight also
-/// moves the image, and is seen earlier.
+/// An object on the optical axis at depth Z that moves across the line of sight by m changes its
+/// column by fx m / Z. One that moves along it by m changes its disparity by fx B m / (Z (Z + m)).
+/// The detector compares with frames at least two back. Over two frames these changes must exceed
+/// the thresholds of MotionDetectionParams: min_mahalanobis against the noise of flow, disparity
+/// and ego-motion; or, along the line of sight, dense_min_residual_px on average. The limit across
+/// therefore grows with Z at most, the limit along the line of sight with Z^2. Far away the
+/// disparity does not show motion along the line of sight, whatever the thresholds. Off the optical
+/// axis such motion also moves the image, and is detected earlier.
+/// @param rig  only fx_px and baseline_m are used.
+/// @param depth_m  Z of the object.
 /// @param frame_interval_s  time between two frames.
-/// @throws std::invalid_argument for a depth or an interval that is not positive.
+/// @throws std::invalid_argument if depth_m or frame_interval_s is not positive and finite.
 DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double frame_interval_s,
                                 const MotionDetectionParams& detection = {},
                                 const VarianceParams& variance = {});

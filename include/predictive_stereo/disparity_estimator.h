@@ -1,4 +1,5 @@
-/// The stages of one frame's disparities, without a memory of their own: see Pipeline for the loop.
+/// The stages that estimate one frame's disparities. Pipeline runs them, and keeps the filters from
+/// frame to frame.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -27,15 +28,16 @@ struct DisparityParams {
   CorrectionParams correction;
   VarianceParams variance;
   int min_support = 10;  ///< see filterBySupport; applied to the match and to the filters; 0: off
-  int min_region_px = 100;  ///< smaller regions of the match are dropped, at full and at half
+  int min_region_px = 100;  ///< smaller regions of the match become invalid, at full and at half
                             ///< resolution, see RegionFilter; 0: none
-  int max_hole_px = 40;  ///< narrower holes are filled in the published disparity where both sides
-                         ///< agree or one hides them, see post_filter.h; 0: none
+  int max_hole_px = 40;  ///< holes up to this width are filled in the published disparity, if both
+                         ///< sides agree or if they are occlusions, see post_filter.h; 0: none
 
-  /// What moved by itself in the frame before enters neither ranges nor filters, see Pipeline.
+  /// Moving objects of the previous frame are used neither for search ranges nor for the filters,
+  /// see Pipeline.
   bool use_moving_mask = true;
-  /// Disparities are corrected by what the ego-motion finds them to lack, where that is more than
-  /// 0.25 px and certain: see ColumnOffset.
+  /// Adds the column offset that ego-motion estimates to the disparities, if it is certain and
+  /// above 0.25 px: see ColumnOffset.
   bool correct_columns = true;
 
   template <class Visitor>
@@ -54,57 +56,65 @@ struct DisparityParams {
   }
 };
 
-/// The maps of one frame, as published. Callers may provide the memory: buffers of the right size
-/// and type are written in place. See DisparityRange for invalid disparities; variances are 0
-/// there.
+/// The maps of one frame, as published, all of rig.size. Callers may provide the memory: buffers of
+/// the right size and type are written in place. Unknown disparities are DisparityRange::invalid(),
+/// and their variances 0.
 struct DisparityOutput {
   cv::Mat1f disparity_px;  ///< filtered, narrow holes filled, 3x3 median
   cv::Mat1f disparity_variance_px2;
   cv::Mat1f measured_disparity_px;  ///< this frame's match alone
   cv::Mat1f measured_variance_px2;
-  cv::Mat1f predicted_disparity_px;  ///< from the past alone; all invalid without a past
+  cv::Mat1f predicted_disparity_px;  ///< from the past alone; invalid everywhere without a past
   cv::Mat1f predicted_variance_px2;  ///< see Prediction
-  cv::Mat1w search_width_px;  ///< disparities asked for; without matcher/exact_ranges more are
-                              ///< searched, 16 at least
+  cv::Mat1w search_width_px;  ///< number of disparities in the search range; the matcher searches
+                              ///< more, 16 at least, unless matcher/exact_ranges
   cv::Mat1b ambiguity;        ///< of the measured disparity, see Match
   RowOffsetModel row_alignment;
-  bool predicted = false;  ///< whether the past was used
+  bool predicted = false;  ///< whether there was a prediction from the past
 };
 
-/// The blocks of the paper's block diagram, from the images to the published disparity. A frame's
-/// steps come in the order of their declaration, but matchCoarsely() and predict() do not need each
-/// other and may run at the same time. The images must stay alive and unchanged all the time.
+/// The blocks of the paper's Fig. 1, from the images to the published disparity. Call the steps of
+/// a frame in the order of their declaration; only matchCoarsely() and predict() are independent
+/// and may run at the same time. The images must stay alive and unchanged until publish() is done.
 class DisparityEstimator {
  public:
-  /// @throws std::invalid_argument for parameters outside their limits.
+  /// @throws std::invalid_argument if a parameter is outside its limits, or for what the
+  ///   constructors of StereoMatcher and SearchRangeBuilder refuse.
   explicit DisparityEstimator(const DisparityParams& params);
 
+  /// Starts a frame.
   /// @param left, right  rectified 8-bit grey images of rig.size.
   void begin(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
-  /// Half-resolution match and row alignment, which need no past; each only where it is needed.
+  /// Half-resolution match and row alignment, which do not depend on the past. Each runs only if
+  /// the parameters need it.
+  /// @throws std::invalid_argument if the images differ in size or are smaller than 2x2 pixels.
   void matchCoarsely();
-  /// The filters of an earlier frame, moved by the camera's motion since then. Without a motion, or
-  /// where `past` is empty, nothing is predicted.
+  /// Moves the filters of an earlier frame by the camera's motion since then (eq. 2-4). Nothing is
+  /// predicted without a motion or if `past` is empty.
+  /// @param past  its maps must have rig.size; this is not checked.
   void predict(const DisparityState& past, const std::optional<CameraMotion>& motion,
                DisparityOutput& output);
+  /// Search ranges from prediction and half-resolution match (section 2.4).
   void chooseRanges(DisparityOutput& output);
-  /// The measurement and its variance.
+  /// The measurement (sections 2.1-2.3) and its variance.
+  /// @throws std::invalid_argument if the images are empty or differ in size.
   void match(DisparityOutput& output);
-  /// Prediction and measurement become this frame's filters.
+  /// Combines prediction and measurement into this frame's filters (eq. 5 and 6).
+  /// @param filters  output, overwritten; may be the state that predict() was given as `past`.
   void correct(const DisparityOutput& output, DisparityState& filters);
-  /// `disparity_px` and its variance. May run beside whatever only reads the filters.
+  /// `disparity_px` and its variance. May run at the same time as code that only reads the filters.
   void publish(const DisparityState& filters, DisparityOutput& output);
 
-  /// Other parameters from the next frame on. Not between begin() and publish().
-  /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.
+  /// Sets parameters for the next frame. Must not be called between begin() and publish().
+  /// @throws std::invalid_argument as the constructor does; the parameters are then unchanged.
   void setParams(const DisparityParams& params);
   /// Forgets the row alignment of earlier frames.
   void reset() { row_aligner_.reset(); }
 
   const DisparityParams& params() const { return params_; }
-  /// The instruction set that matching runs on.
+  /// The SIMD target of the matcher, see simd_target.h.
   const std::string& simdTarget() const { return matcher_.simdTarget(); }
-  /// Of the last frame.
+  /// Stage times of the last frame.
   const StageTimes& times() const { return times_; }
 
   // Intermediate results of the last frame.

@@ -1,4 +1,4 @@
-/// How camera motion moves points of the disparity space.
+/// How the camera's motion moves points in disparity space.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -19,14 +19,17 @@ struct CameraMotion {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// H of the paper's eq. 2: moves homogeneous disparity-space points (x, y, d, 1) [px] of the
-/// previous frame into the current one, H = M^-1 T_cam_prev M, where M takes (x, y, d, 1) to
-/// homogeneous Euclidean points (Demirdjian and Darrell 2001).
+/// H of the paper's eq. 2: maps homogeneous disparity-space points (x, y, d, 1) [px] of the
+/// previous frame to the current one, up to scale. H = M^-1 T_cam_prev M, where M maps (x, y, d, 1)
+/// to homogeneous Euclidean points (Demirdjian and Darrell 2001).
+/// @param rig  with positive focal lengths and baseline; this is not checked.
+/// @param T_cam_prev  see CameraMotion.
 Eigen::Matrix4d disparityMotion(const StereoRig& rig, const Eigen::Isometry3d& T_cam_prev);
 
 /// Derivative of the predicted disparity [px] of a static point by the perturbation of T_cam_prev
-/// described at CameraMotion::covariance, for a point that is seen at (x, y, d) in the current
-/// frame.
+/// (translation [m], rotation [rad]; see CameraMotion::covariance). J of the predicted variance,
+/// see PredictionParams::use_motion_covariance.
+/// @param x_px, y_px, disparity_px  where the point is in the current frame; disparity_px > 0.
 Vector6d disparityJacobian(const StereoRig& rig, double x_px, double y_px, double disparity_px);
 
 }  // namespace predictive_stereo

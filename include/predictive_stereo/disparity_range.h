@@ -1,4 +1,4 @@
-/// The range of disparities, and the value of unknown ones.
+/// The disparity range, and the value of unknown disparities.
 #pragma once
 
 namespace predictive_stereo {
@@ -6,16 +6,19 @@ namespace predictive_stereo {
 /// The disparities that are searched: min_disparity, ..., min_disparity + count - 1 [px].
 ///
 /// Every disparity map of this package is 32-bit float, in pixels of the full-resolution left
-/// image, and marks unknown pixels by the one finite value `invalid()`, which lies below every
-/// valid disparity (NaN would break consumers such as cv::reprojectImageTo3D).
+/// image. Unknown pixels have the finite value `invalid()`, below every valid disparity (NaN would
+/// break consumers such as cv::reprojectImageTo3D).
 struct DisparityRange {
   int min_disparity = 0;  ///< smallest disparity [px]
   int count = 128;        ///< number of integer disparities, a multiple of 16, at most 256
 
+  /// The value of unknown disparities [px].
   float invalid() const { return static_cast<float>(min_disparity - 1); }
+  /// Whether a disparity is known. Values above max_disparity() count as known.
   bool isValid(float disparity_px) const {
     return disparity_px >= static_cast<float>(min_disparity);
   }
+  /// Largest disparity that is searched [px].
   int max_disparity() const { return min_disparity + count - 1; }
   bool operator==(const DisparityRange& other) const {
     return min_disparity == other.min_disparity && count == other.count;

@@ -1,4 +1,4 @@
-/// The camera's own motion from two consecutive stereo pairs.
+/// The camera's own motion between stereo pairs.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,25 +16,26 @@
 namespace predictive_stereo {
 
 struct EgoMotionParams {
-  int features = 500;          ///< corners that are followed from frame to frame
-  int max_disparity_px = 128;  ///< nearest points that are used
+  int features = 500;          ///< corners that are tracked from frame to frame
+  int max_disparity_px = 128;  ///< nearer points are not used
   RowAlignmentParams row_alignment;
-  /// Whether to estimate a constant that all measured disparities lack, as after a small turn of
-  /// one camera. It shows when the camera moves: near and far points then disagree on how far. On
-  /// KITTI it takes 0.7 % off the length of the path.
+  /// Whether to estimate the disparity offset: a constant error of all measured disparities, as
+  /// after a small turn of one camera. It is observable while the camera moves: near and far points
+  /// then disagree on the distance moved. On KITTI it shortens the path by 0.7 %.
   bool estimate_disparity_offset = true;
-  double disparity_offset_sigma_px = 1.0;   ///< of that constant, before the first frame
-  double disparity_offset_drift_px = 0.02;  ///< by which it wanders from frame to frame
-  /// By which all disparities together change from frame to frame: cameras shake against each other
-  /// on a bumpy road (on one KITTI drive by up to 0.8 px). 0: not at all.
+  double disparity_offset_sigma_px = 1.0;   ///< standard deviation before the first frame
+  double disparity_offset_drift_px = 0.02;  ///< standard deviation of its random walk, per frame
+  /// Standard deviation of a disparity error that is the same in all pixels of a frame and
+  /// independent from frame to frame: on a bumpy road the cameras shake against each other (on one
+  /// KITTI drive by up to 0.8 px). 0: no such error.
   double disparity_jitter_px = 0.3;
-  /// How well the cameras are calibrated, as standard deviations: it bounds how well a path can be
-  /// known. All 0: perfectly, as in a simulation. Of the principal point: the direction of motion
-  /// is off by it, divided by the focal length.
+  /// Standard deviations of the calibration, which limit the certainty of a path. All 0: perfect
+  /// calibration, as in a simulation. An error of the principal point, divided by the focal length,
+  /// turns the direction of motion.
   double principal_point_sigma_px = 2;
   double scale_sigma = 0.002;  ///< of baseline and focal length, relative
-  /// Of an error of disparities that grows from the image's centre to its borders. It makes a
-  /// camera that drives straight on seem to turn.
+  /// Of a disparity error that grows from the image's centre to its borders. With it a camera that
+  /// drives straight on appears to turn.
   double disparity_tilt_sigma_px = 0.15;
 
   template <class Visitor>
@@ -52,69 +53,77 @@ struct EgoMotionParams {
   }
 };
 
-/// How far the right image lies from where the calibration says, in columns: a point that an ideal
-/// right camera sees in column x lies in column x + offset. So all measured disparities lack it,
-/// and adding it to the right camera's cx cures that.
+/// Horizontal offset of the right image from its calibration: a point that an ideal right camera
+/// sees in column x is in column x + offset. All measured disparities are too small by it. Adding
+/// it to the right camera's cx corrects them.
 struct ColumnOffset {
-  bool known = false;    ///< the camera has moved enough to tell
-  double offset_px = 0;  ///< mean of the last frames: what cameras that shake come back to
-  double sigma_px = 0;
-  /// What to correct disparities by: the offset, in steps. It follows when it is more than 0.25 px
-  /// and 3 sigma away, because every step costs the user of it something. 0 until the offset is
-  /// known.
+  bool known = false;    ///< whether the camera has moved enough to estimate it
+  double offset_px = 0;  ///< mean over the last frames, which averages the jitter
+  double sigma_px = 0;   ///< standard deviation of offset_px
+  /// The offset as it is to be added to disparities. It changes in steps, when the offset is more
+  /// than 0.25 px and 3 sigma away: each step disturbs the stages that use it. 0 until the offset
+  /// is known.
   double correction_px = 0;
 };
 
 enum class EgoMotionStatus {
-  kFirstFrame,  ///< nothing to compare with: after construction, a reset or a changed size
+  kFirstFrame,  ///< no reference frame: after construction, a reset or another rig
   kTracked,
-  kLost,  ///< too few features agree; the motion is identity and its covariance 9999
+  kLost,  ///< too few inliers; the motion is identity and its covariance 9999 times identity
 };
 
 struct EgoMotionEstimate {
   EgoMotionStatus status = EgoMotionStatus::kFirstFrame;
-  /// From the last frame that was not lost to this one; where that one is out of sight, from a
-  /// later one. See `frames`.
+  /// From the frame that is `frames` back to this one. That frame is the last one that was tracked,
+  /// or a later one if the two have no view in common.
   CameraMotion motion;
   /// The part of the motion's covariance that is the same in all frames; see PathCovariance.
   CommonErrors common_errors = CommonErrors::Zero();
-  bool swapped = false;          ///< lost, because the left image shows what the right camera sees
-  int frames = 1;                ///< how many frames back `motion` starts: 1 is the previous one
-  int features = 0;              ///< corners followed from there in both cameras
+  bool swapped = false;          ///< kLost, as the left image is the right camera's
+  int frames = 1;                ///< where `motion` starts: 1 is the previous frame
+  int features = 0;              ///< corners tracked from there and matched in both images
   int inliers = 0;               ///< those that agree with the motion
   double residual_px = 0;        ///< root mean square reprojection error of the inliers
-  RowOffsetModel row_alignment;  ///< the vertical offset that the features' stereo matches showed
-  /// To be added to measured disparities of this frame, and its standard deviation; 0 if switched
-  /// off. Its change from frame to frame is known far better than its value.
+  RowOffsetModel row_alignment;  ///< vertical offset, fitted to the features' stereo matches
+  /// To be added to measured disparities of this frame, and its standard deviation; 0 if
+  /// estimate_disparity_offset is off. Its change from frame to frame is far more certain than its
+  /// value.
   double disparity_offset_px = 0, disparity_offset_sigma_px = 0;
-  ColumnOffset column_offset;  ///< what stays of that; unknown if switched off
+  ColumnOffset column_offset;  ///< its lasting part; not known if estimate_disparity_offset is off
 };
 
 /// Stereo odometry: corners, tracks, depth by a search along the row, RANSAC, robust Gauss-Newton
-/// on both cameras' reprojection errors. Motion is measured against the previous frame; against an
-/// earlier one while the camera stands still, so that it does not drift, and after frames that show
-/// nothing. Deterministic for a given input, whatever the number of threads.
+/// on both cameras' reprojection errors. It stands in for the paper's libviso2.
+///
+/// Motion is estimated against a reference frame: the previous frame; or an earlier one while the
+/// camera stands still, which avoids drift, and after frames without features. The result depends
+/// on the input only, not on the number of threads.
 class EgoMotion {
  public:
+  /// @throws std::invalid_argument if a parameter is outside its limits.
   explicit EgoMotion(const EgoMotionParams& params);
   ~EgoMotion();
   EgoMotion(EgoMotion&&) noexcept;
   EgoMotion& operator=(EgoMotion&&) noexcept;
 
   /// @param left, right  rectified 8-bit grey images of rig.size.
-  /// @param moving_mask  empty, or 255 where features of the previous frame are to be ignored.
-  /// @param R_cam_prev  what another sensor says of the rotation since the frame before: takes
-  ///   directions of that frame's left camera to this one's. Tried where few features agree, taken
-  ///   where more agree with it: a wrong one costs time alone. No rotation, e.g. NaN: unused.
-  /// @throws std::invalid_argument where sizes differ from rig.size.
+  /// @param rig  another one than before starts anew, also the disparity offset.
+  /// @param moving_mask  empty, or of rig.size: not 0 where features of the previous frame are
+  ///   ignored.
+  /// @param R_cam_prev  rotation since the previous frame from another sensor: maps directions of
+  ///   the previous left camera to the current one. It is tried if few features agree on a motion,
+  ///   and used if more agree with it: a wrong one only costs time. A matrix that is not a rotation
+  ///   (e.g. NaN) is ignored.
+  /// @throws std::invalid_argument if an image or the mask does not have rig.size.
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
                              const cv::Mat1b& moving_mask = {},
                              const std::optional<Eigen::Matrix3d>& R_cam_prev = {});
-  /// Other parameters from the next frame on. What is known of the past is kept; switching
-  /// estimate_disparity_offset forgets the past frames.
-  /// @throws std::invalid_argument for parameters outside their limits; nothing has changed then.
+  /// Sets parameters for the next frame. The past frames are kept, unless estimate_disparity_offset
+  /// changes.
+  /// @throws std::invalid_argument if a parameter is outside its limits; the parameters are then
+  ///   unchanged.
   void setParams(const EgoMotionParams& params);
-  /// Forgets the past frames. The estimated disparity offset, which belongs to the rig, stays.
+  /// Forgets the past frames. The estimated disparity offset belongs to the rig and is kept.
   void reset();
 
  private:

@@ -1,4 +1,5 @@
-/// Semi-global matching with census costs: the paper's section 2.1-2.3, full and reduced.
+/// Semi-global matching with census costs, over the full or a reduced search space: the paper's
+/// sections 2.1-2.3.
 #pragma once
 
 #include <memory>
@@ -23,8 +24,8 @@ struct MatcherParams {
   PathSet paths = PathSet::kStraight4;
   int p1 = 10;                       ///< penalty of a disparity change by 1 (eq. 1)
   int p2 = 70;                       ///< penalty of a larger change, > p1 (eq. 1)
-  int p2_edge = 24;                  ///< instead of p2 across a lasting step of grey, if lower
-  int edge_step = 12;                ///< grey levels of such a step; 0: p2 is the same everywhere
+  int p2_edge = 24;                  ///< replaces p2 at grey edges (not at thin lines), if lower
+  int edge_step = 12;                ///< grey levels of such an edge; 0: p2 is the same everywhere
   int left_right_tolerance_px = 2;   ///< larger left-right differences are invalid; -1: no check
   bool exact_ranges = false;         ///< search ranges are not widened; scalar code, very slow
   std::string simd_target = "auto";  ///< see chooseSimdTarget (simd_target.h)
@@ -50,7 +51,7 @@ struct MatcherParams {
   }
 };
 
-/// Per pixel, the disparities to search: first, ..., last [px], both included.
+/// Per pixel of the left image, the disparities to search: first, ..., last [px], both included.
 /// last < first: this pixel is not searched and gets no disparity.
 struct SearchRanges {
   cv::Mat1s first;
@@ -60,18 +61,19 @@ struct SearchRanges {
 /// Result of matching, for each pixel of the left image.
 struct Match {
   cv::Mat1f disparity_px;  ///< sub-pixel; range.invalid() where nothing was found
-  /// 255 * lowest aggregated cost / lowest one that is not next to it: 0 is certain, 255 is a tie.
-  /// The best observable of error that a matcher has. 255 where there is no second.
+  /// 255 * lowest aggregated cost / second lowest one, which must not be at a neighbouring
+  /// disparity: 0 is certain, 255 is a tie. Of all that a matcher observes, this predicts its
+  /// errors best. 255 where there is no second one.
   cv::Mat1b ambiguity;
-  /// Disparities that were searched: `count` after a full search, 0: not searched.
+  /// Number of disparities that were searched: `count` after a full search, 0: not searched.
   cv::Mat1w search_width;
 };
 
-/// Matches pairs; keeps its buffers between calls, so that equal sizes allocate nothing.
+/// Matches stereo pairs. Keeps its buffers between calls: pairs of equal size allocate nothing.
 class StereoMatcher {
  public:
-  /// @throws std::invalid_argument for parameters outside their limits, a count that is no multiple
-  ///   of 16, p2 <= p1, or a simd_target that this CPU cannot run.
+  /// @throws std::invalid_argument if a parameter is outside its limits, range.count is not a
+  ///   multiple of 16, p2 <= p1, or this CPU cannot run simd_target.
   explicit StereoMatcher(const MatcherParams& params);
   ~StereoMatcher();
   StereoMatcher(StereoMatcher&&) noexcept;
@@ -79,17 +81,20 @@ class StereoMatcher {
 
   const MatcherParams& params() const;
 
-  /// The SIMD target in use, by name: for logs and diagnostics.
+  /// Name of the SIMD target in use, for logs and diagnostics; see simd_target.h.
   const std::string& simdTarget() const;
 
-  /// Searches every disparity of the range for every pixel.
+  /// Full search: every disparity of the range for every pixel (sections 2.1-2.3).
   /// @param left, right  rectified 8-bit grey images of one size, also views into larger images.
-  /// @throws std::invalid_argument for empty images or different sizes.
+  /// @param match  output of the images' size; buffers of that size are reused.
+  /// @throws std::invalid_argument if the images are empty or differ in size.
   void match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match);
 
-  /// Searches only `ranges`. Where these cover the whole range the result is that of the full
-  /// search, bit for bit. Ranges are cut to `range`, and widened to the windows the kernels use;
-  /// where params().exact_ranges they are not widened.
+  /// Reduced search: only `ranges` (section 2.2). They are cut to `range`, and widened to the
+  /// windows that the kernels use, unless params().exact_ranges. Ranges that all cover the whole
+  /// range give the result of the full search, bit for bit.
+  /// @param ranges  maps of the images' size.
+  /// @throws std::invalid_argument if the images are empty, or images or ranges differ in size.
   void match(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
              Match& match);
 

@@ -1,5 +1,4 @@
-/// Detection of moving objects from predicted and measured disparities: the paper's
-/// section 4.
+/// Detection of moving objects: the default scheme, and that of the paper's section 4.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,9 +12,9 @@
 
 namespace predictive_stereo {
 
-/// One object that moves by itself.
+/// One moving object.
 struct DetectedObject {
-  int id = 0;         ///< stable while the object is followed
+  int id = 0;         ///< the same in all frames while the object is tracked
   cv::Rect2f box_px;  ///< in the left image
   Eigen::Vector3d centre_m =
       Eigen::Vector3d::Zero();  ///< centre of its 3-D box in the left camera's optical frame
@@ -23,45 +22,46 @@ struct DetectedObject {
       Eigen::Vector3d::Zero();  ///< of its 3-D box along the axes of that frame
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();         ///< in the odom frame
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< [m^2/s^2]
-  double score = 0;                                               ///< 0..1
-  int age = 0;            ///< frames since it was first seen
-  double distance_m = 0;  ///< from the left camera to the nearest part of it
+  double score = 0;                                               ///< confidence, 0..1
+  int age = 0;            ///< frames since the first detection
+  double distance_m = 0;  ///< from the left camera to the nearest part of the object
 };
 
-/// One frame as the detector sees it. All maps have rig.size; see Match, Prediction for invalid
-/// values. The predicted ones are for the paper's scheme.
+/// Input of the detector for one frame. All maps have rig.size; unknown disparities are
+/// DisparityRange::invalid(). Only the paper's scheme uses the predicted maps.
 struct DetectionInput {
-  double stamp_s = 0;
+  double stamp_s = 0;  ///< time of the frame since any epoch
   StereoRig rig;
   cv::Mat1b left;
   cv::Mat1f measured_disparity_px, measured_variance_px2;
   cv::Mat1f predicted_disparity_px, predicted_variance_px2;
-  /// Pose of the left camera's optical frame in the odom frame; not set: unknown in this frame.
-  bool has_pose = false;
+  bool has_pose = false;  ///< whether T_odom_cam is known in this frame
+  /// Pose of the left camera's optical frame in the odom frame.
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
 };
 
 struct Detections {
   std::vector<DetectedObject> objects;
-  cv::Mat1b mask;  ///< 255 on pixels of the objects
+  cv::Mat1b mask;  ///< 255 on pixels of the objects, 0 elsewhere; of rig.size
 };
 
 enum class DetectionScheme {
-  kDefault,  ///< images and disparities against the static world, verified, followed over frames
-  kPaper,    ///< section 4: windows of large disparity differences, merged; each frame by itself
+  /// Differences of image and disparity from a static scene, verified, tracked over frames.
+  kDefault,
+  kPaper,  ///< section 4: windows of large disparity differences, merged; each frame by itself
 };
 
-/// The paper's section 4. It finds what changes disparity, and much else: a reference to compare
-/// with.
+/// The paper's section 4, as a reference to compare with. It detects motion that changes disparity,
+/// with many false positives.
 struct PaperDetectionParams {
   int smallest_window_width_px = 20;
   int smallest_window_height_px = 20;
   int largest_window_width_px = 75;
   int largest_window_height_px = 50;
   int window_sizes = 4;  ///< from the smallest to the largest in equal steps, both included
-  int step_px = 5;       ///< by which windows are moved
-  double skipped_top = 1.0 / 3.0;       ///< share of the image's rows without windows
-  double min_mean_difference_px = 1.5;  ///< of a window's pixels, unknown ones counting as 0
+  int step_px = 5;       ///< between neighbouring windows
+  double skipped_top = 1.0 / 3.0;  ///< share of the image's rows, from the top, without windows
+  double min_mean_difference_px = 1.5;  ///< of a window's pixels; unknown ones count as 0
   double max_difference_px = 5.0;       ///< larger differences count as this one
   double min_merge_iou = 0.01;          ///< boxes that overlap by less are not merged
   int min_width_px = 25;                ///< smaller boxes are dropped
@@ -84,16 +84,16 @@ struct PaperDetectionParams {
   }
 };
 
-/// The default scheme: what the static world does not explain, in image and disparity, and another
-/// motion does.
+/// The default scheme: an object moves where a static scene does not explain the image and the
+/// disparities, and another rigid motion does.
 struct MotionDetectionParams {
-  // Points that are followed back into a past frame.
-  double min_mismatch = 0.4;          ///< of the image against the static world, by its texture
-  int max_tracks = 500;               ///< points followed; an even sample where there are more
-  double flow_sigma_px = 0.4;         ///< standard deviation of a point's position
-  double ego_motion_sigma_m = 0.015;  ///< standard deviation of ego-motion since then
-  double min_mahalanobis = 20;        ///< squared distance from the static world in 3 dimensions
-  // Groups of them.
+  // Points that are tracked back into a past frame.
+  double min_mismatch = 0.4;   ///< image difference from a static scene, relative to the texture
+  int max_tracks = 500;        ///< points tracked; an even sample if there are more
+  double flow_sigma_px = 0.4;  ///< standard deviation of a point's position
+  double ego_motion_sigma_m = 0.015;  ///< standard deviation of the ego-motion since that frame
+  double min_mahalanobis = 20;        ///< squared distance from a static point, in 3 dimensions
+  // Groups of these points.
   double link_distance_m = 2.5;  ///< across the line of sight
   double link_depth_m = 1.5;     ///< along it
   int min_tracks = 4;
@@ -101,14 +101,14 @@ struct MotionDetectionParams {
   double dense_min_residual_px = 0.7;  ///< mean over 10x10 pixels
   double dense_min_area_m2 = 0.3;      ///< of a group of such pixels
   // Verification in the object's disparity layer.
-  double layer_margin_m = 0.6;  ///< it reaches so far beyond the depths of the points
-  double reach_m = 4;           ///< farthest that an object extends beyond its points
-  double gap_m = 0.25;          ///< texture-less gaps within an object
+  double layer_margin_m = 0.6;  ///< of the layer before and behind the depths of the points
+  double reach_m = 4;           ///< largest extent of an object beyond its points
+  double gap_m = 0.25;          ///< largest gap without texture within an object
   double min_explained = 0.6;   ///< share of the layer that the object's motion explains better
-  // What an object may be: the defaults are those of roads.
+  // Limits of a plausible object; the defaults are for roads.
   double min_height_m = 0.8, max_height_m = 4.5;
   double min_width_m = 0.2, max_width_m = 9;
-  double max_foot_m = 1.2;  ///< above the road or floor is its lower end, where it can be seen
+  double max_foot_m = 1.2;  ///< height of its lower end above road or floor, where this is visible
   double largest_speed_mps = 40;  ///< over ground
 
   template <class Visitor>
@@ -136,13 +136,13 @@ struct MotionDetectionParams {
   }
 };
 
-/// Following objects over frames.
+/// Tracking of objects over frames.
 struct TrackingParams {
-  int confirm_frames = 2;     ///< an object is reported once it was seen in so many ...
-  int confirm_within = 3;     ///< ... of so many successive frames
-  int max_missed_frames = 2;  ///< a confirmed object that is not seen for longer is dropped
-  double min_iou = 0.2;       ///< of predicted and observed box, for these to belong together
-  double min_overlap_of_smaller = 0.6;  ///< or share of the smaller of both boxes that is common
+  int confirm_frames = 2;     ///< an object is reported after detections in this many ...
+  int confirm_within = 3;     ///< ... of this many successive frames
+  int max_missed_frames = 2;  ///< a confirmed object is dropped after more frames without detection
+  double min_iou = 0.2;       ///< of predicted and observed box, to associate them
+  double min_overlap_of_smaller = 0.6;  ///< or the overlap as a share of the smaller box
   double max_depth_ratio = 1.35;        ///< of predicted and observed distance
   double acceleration_mps2 = 4;         ///< standard deviation of an object's acceleration
   double largest_speed_mps = 30;        ///< 3 sigma of a new object's speed
@@ -179,20 +179,25 @@ struct DetectionParams {
   }
 };
 
+/// Detects moving objects and tracks them over frames.
 class MovingObjectDetector {
  public:
+  /// @throws std::invalid_argument if a parameter is outside its limits, or if width or height of
+  ///   paper/largest_window is below that of paper/smallest_window.
   explicit MovingObjectDetector(const DetectionParams& params);
   ~MovingObjectDetector();
   MovingObjectDetector(MovingObjectDetector&&) noexcept;
   MovingObjectDetector& operator=(MovingObjectDetector&&) noexcept;
 
-  /// Buffers of `detections` are reused where they have the right size. Another rig starts anew,
-  /// except that where only cx_right_px differs the past's disparities are changed by the step.
+  /// Another rig than before resets the detector. If only cx_right_px differs, the disparities of
+  /// the past frames are corrected by the difference instead.
+  /// @param detections  overwritten; buffers of the right size are reused.
+  /// @throws std::invalid_argument if rig.size is empty, or if a map does not have rig.size.
   void detect(const DetectionInput& input, Detections& detections);
-  /// Other parameters from the next frame on. Tracks go on, unless scheme or range become others.
-  /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.
+  /// Sets parameters for the next frame. Tracks are kept, unless scheme or range change.
+  /// @throws std::invalid_argument as the constructor does; the parameters are then unchanged.
   void setParams(const DetectionParams& params);
-  /// Forgets all tracks and the previous image.
+  /// Forgets all tracks and past frames.
   void reset();
 
  private:

@@ -32,7 +32,7 @@ namespace predictive_stereo {
 template <class Enum>
 using Choices = std::initializer_list<std::pair<const char*, Enum>>;
 
-/// Throws std::invalid_argument with "name = value: must be within [smallest, largest]".
+/// @throws std::invalid_argument always: "name = value: must be within [smallest, largest]".
 template <class T>
 [[noreturn]] void throwOutOfRange(const std::string& name, T value, T smallest, T largest) {
   std::ostringstream text;
@@ -40,16 +40,19 @@ template <class T>
   throw std::invalid_argument(text.str());
 }
 
-/// A visitor that refuses values outside their limits (NaN included).
+/// A visitor that checks values against their limits.
 class ParamValidator {
  public:
+  /// @param prefix  of the names in messages, e.g. "search/".
   explicit ParamValidator(std::string prefix = "") : prefix_(std::move(prefix)) {}
 
+  /// @throws std::invalid_argument if `value` is NaN or outside [smallest, largest].
   template <class T>
   void operator()(const char* name, T& value, T smallest, T largest) {
     if (!(value >= smallest && value <= largest))
       throwOutOfRange(prefix_ + name, value, smallest, largest);
   }
+  /// @throws std::invalid_argument if `value` is none of `choices`.
   template <class Enum>
   void operator()(const char* name, Enum& value, Choices<Enum> choices) {
     for (const auto& choice : choices)
@@ -59,6 +62,7 @@ class ParamValidator {
   }
   void operator()(const char*, bool&) {}
   void operator()(const char*, std::string&) {}
+  /// @throws std::invalid_argument as for the members of `nested`.
   template <class Struct, class = std::enable_if_t<std::is_class_v<Struct>>>
   void operator()(const char* name, Struct& nested) {
     nested.visit(ParamValidator(prefix_ + name + "/"));
@@ -69,7 +73,9 @@ class ParamValidator {
 };
 
 /// Checks every member of a parameter struct against its limits.
-/// @throws std::invalid_argument that names the parameter, its value and the allowed range.
+/// @param prefix  of the names in messages, e.g. "search/".
+/// @throws std::invalid_argument if a member is outside its limits; the message has the name, the
+///   value and the limits.
 template <class Params>
 void validate(Params params, const std::string& prefix = "") {
   params.visit(ParamValidator(prefix));

@@ -1,5 +1,5 @@
-/// The life of a frame: one stereo pair in; ego-motion, disparity with variance and moving objects
-/// out; and what of it the next frame starts from.
+/// Processes one stereo pair after the other: ego-motion, disparity with variance, moving objects.
+/// Keeps the state that the next frame needs.
 #pragma once
 
 #include <deque>
@@ -16,7 +16,8 @@ namespace predictive_stereo {
 
 class SecondThread;
 
-/// The parts that a pipeline runs. The others run elsewhere, or nowhere; see FrameSources.
+/// The parts that a pipeline runs. The results of the others may come from elsewhere, see
+/// FrameSources.
 struct PipelineParts {
   bool ego_motion = true;
   bool disparity = true;
@@ -25,10 +26,10 @@ struct PipelineParts {
 
 struct PipelineParams {
   PipelineParts parts;   ///< set by the program, not by its users
-  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
+  double max_gap = 1.0;  ///< [s] a longer gap between two frames breaks the sequence
   EgoMotionParams ego_motion;
   DisparityParams disparity;
-  DetectionParams detection;  ///< where both run, its range is that of the disparities
+  DetectionParams detection;  ///< its range is overwritten by disparity/matcher/range if both run
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -41,48 +42,49 @@ struct PipelineParams {
 
 /// One stereo pair.
 struct StereoFrame {
-  /// Rectified 8-bit grey images of rig.size, which must stay alive and unchanged until the frame
-  /// is done. Detection alone needs no right one.
+  /// Rectified 8-bit grey images of rig.size. They must stay alive and unchanged until process() is
+  /// done. Detection alone does not need `right`.
   cv::Mat1b left, right;
   StereoRig rig;
   Stamp stamp{};
 };
 
-/// What one frame gets from elsewhere; whatever is not set the pipeline has from its own parts.
-/// Functions are called by process(), in its thread; they may wait.
+/// Inputs of one frame from outside the pipeline. What is not set, the pipeline takes from its own
+/// parts. process() calls the functions in its thread; they may wait.
 struct FrameSources {
-  /// 255 where the ego-motion is to ignore features of the frame before. Of another size: unused.
+  /// Not 0 where ego-motion ignores features of the previous frame. Not used if not of rig.size.
   cv::Mat1b ignored;
-  /// For the ego-motion: what another sensor says of the rotation since the frame before. See
+  /// For ego-motion: rotation since the previous frame from another sensor, see
   /// EgoMotion::estimate.
   std::optional<Eigen::Matrix3d> R_cam_prev;
   /// Ego-motion that another pipeline estimated on the same frames.
   std::optional<EgoMotionEstimate> ego_motion;
-  /// What an ego-motion elsewhere knew of the right image's columns after the frame before.
+  /// Column offset that an ego-motion elsewhere had estimated after the previous frame.
   std::optional<ColumnOffset> column_offset;
-  /// The camera's motion from the frame `past` to this one; none: it is not known. Called once in
-  /// each frame; without a past (nullopt) its result does not matter.
+  /// Returns the camera's motion from the frame `past` to this one; nullopt: not known. Called once
+  /// per frame; without a past (nullopt) its result is not used.
   std::function<std::optional<CameraMotion>(std::optional<Stamp> past)> motion;
-  /// Mask of moving objects of the frame before, which has this stamp: 255 on them, of rig.size;
-  /// empty: not known. Called only where it is needed.
-  std::function<cv::Mat1b(Stamp before)> moved;
-  /// Pose of the left camera's optical frame for the detection, where no ego-motion is known here.
+  /// Returns the mask of moving objects of the previous frame, whose stamp is `previous`: 255 on
+  /// them, 0 elsewhere, of rig.size; empty: not known. Called only if it is needed.
+  std::function<cv::Mat1b(Stamp previous)> moved;
+  /// Pose of the left camera's optical frame for the detection, if no ego-motion is known here.
   std::optional<Eigen::Isometry3d> T_odom_cam;
-  /// Called as soon as measured and predicted maps are there, which is all that detection needs.
+  /// Called as soon as the measured and predicted maps are complete, which detection needs.
   std::function<void()> measured;
 };
 
 struct PipelineOutput {
   EgoMotionEstimate ego_motion;
-  /// The frame that ego_motion.motion starts from; none: it was not tracked.
+  /// The frame that ego_motion.motion starts from; nullopt: ego-motion was not tracked.
   std::optional<Stamp> motion_start;
-  bool pose_known = false;
-  /// What was known of the right image's columns when this frame was matched; correction_px is what
-  /// its disparities were corrected by.
+  bool pose_known = false;  ///< whether T_odom_cam is the pose in this frame, not one that is held
+  /// The column offset that this frame was matched with; correction_px was added to its
+  /// disparities.
   ColumnOffset column_offset;
-  /// Of the left camera's optical frame. It goes on from the origin and is held while lost.
+  /// Pose of the left camera's optical frame in the odom frame. It starts at the origin, and is
+  /// held while ego-motion is lost.
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
-  /// Where disparities are estimated elsewhere, the caller puts in what the detection needs.
+  /// If disparities are estimated elsewhere, the caller sets the maps that detection needs.
   DisparityOutput disparity;
   Detections detections;
 };
@@ -90,65 +92,73 @@ struct PipelineOutput {
 /// Duration of the stages of one frame, by part.
 struct PipelineTimes {
   StageTimes ego_motion, disparity, detection;
+  /// All of them, in that order.
   StageTimes all() const;
 };
 
-/// The whole package on one stereo sequence, without ROS: the only place that knows what one frame
-/// leaves for the next.
+/// The whole method of the paper's Fig. 1 on one stereo sequence, without ROS. All state that
+/// passes from frame to frame is here or in the parts.
 ///
-/// The past is the last frame whose filters were kept. A frame is predicted from it where the
-/// camera's motion since then is known. A frame without such a motion (unlinked) is matched without
-/// prediction and leaves the past as it is, so that it costs no more than itself; after
-/// correction/max_missed_frames of them, or where no motion can ever lead from the past to a later
-/// frame, the past is given up. What moved by itself is no past: where disparity/use_moving_mask,
-/// its disparities do not enter the next frame's ranges and filters, see kMovesByItself.
+/// The past is the last frame whose filters were kept. A frame is predicted from it if the camera's
+/// motion since then is known. A frame without such a motion (unlinked) is matched without
+/// prediction and does not change the past, so only this frame suffers. The past is forgotten after
+/// correction/max_missed_frames unlinked frames, or if no motion can lead from it to a later frame.
+/// Moving objects are not part of the past: if disparity/use_moving_mask, their disparities are not
+/// used for the next frame's search ranges and filters, see kMovesByItself.
 ///
-/// Disparities are matched with the right camera's cx corrected by what the ego-motion knew after
-/// the frame before (disparity/correct_columns). Where the correction changes, the past is
-/// corrected with it, also that of the detection.
+/// Disparities are matched with the right camera's cx corrected by the column offset that
+/// ego-motion had estimated after the previous frame (disparity/correct_columns). When the
+/// correction changes, the disparities of the past are corrected too, also those in the detector.
 class Pipeline {
  public:
-  /// @throws std::invalid_argument for parameters outside their limits.
+  /// @throws std::invalid_argument if a parameter is outside its limits, or for what the
+  ///   constructors of EgoMotion, DisparityEstimator and MovingObjectDetector refuse.
   explicit Pipeline(const PipelineParams& params);
   ~Pipeline();
 
-  /// Takes a frame. Where it does not go on from the one before (time went back, a gap, another
-  /// calibration) everything of the frames before is forgotten, but the pose goes on: it is held
-  /// over a gap, and starts anew where time went back.
-  /// @returns kDuplicate where the frame is to be ignored.
-  /// @throws std::invalid_argument where sizes differ from rig.size; the state stays as it was.
+  /// Takes a frame. If it does not continue the previous one (time went back, a gap, another
+  /// calibration), all earlier frames are forgotten. The pose is held over a gap, and starts at the
+  /// origin again if time went back.
+  /// @returns kDuplicate if the frame must be ignored: process() must not be called then.
+  /// @throws std::invalid_argument if an image does not have rig.size; the state is then unchanged.
   SequenceGuard::Result begin(const StereoFrame& frame);
-  /// Runs all parts on the frame that was taken. Buffers of `output` are used again.
-  /// @throws std::invalid_argument for a mask of another size than the frame's.
+  /// Runs all parts on the frame that begin() took. Buffers of `output` are reused.
+  /// @throws std::invalid_argument if the mask that sources.moved returns or a map that the caller
+  ///   set in output.disparity does not have rig.size, or if images to match are smaller than 2x2
+  ///   pixels; and whatever the functions of `sources` throw.
   void process(const FrameSources& sources, PipelineOutput& output);
 
-  /// Both.
-  /// @returns false for a duplicate, which leaves `output` as it was.
+  /// begin() and process() in one call.
+  /// @returns false for a duplicate; `output` is then unchanged.
+  /// @throws as begin() and process() do.
   bool process(const StereoFrame& frame, PipelineOutput& output, const FrameSources& sources = {}) {
     if (begin(frame).verdict == SequenceGuard::Verdict::kDuplicate) return false;
     process(sources, output);
     return true;
   }
 
-  /// Whether poses start with the frame that was taken, and from where: identity where not told.
+  /// Whether the poses start with the frame that begin() took.
   bool isOrigin() const { return !T_odom_cam_; }
+  /// Pose of the frame that the poses start with; without this call it is identity.
   void setOrigin(const Eigen::Isometry3d& T_odom_cam) { T_odom_cam_ = T_odom_cam; }
-  /// Forgets everything: the next frame is the origin.
+  /// Forgets everything: the poses start with the next frame.
   void reset();
 
-  /// Other parameters from the next frame on. What is known of the past is kept, but disparities
-  /// of another range are no past. Only of parts that this pipeline runs.
-  /// @throws std::invalid_argument for what the constructor refuses; nothing has changed then.
+  /// Sets parameters of a part for the next frame. The pipeline must run that part. The past is
+  /// kept, unless the disparity range changes.
+  /// @throws std::invalid_argument as the part's constructor does; the parameters are then
+  ///   unchanged.
   void setParams(const EgoMotionParams& params);
   void setParams(const DisparityParams& params);
   void setParams(const DetectionParams& params);
 
   /// The stamp of the frame that the next one is predicted from.
   std::optional<Stamp> past() const { return past_stamp_; }
+  /// The filters of that frame; empty without a past.
   const DisparityState& pastFilters() const { return past_; }
-  /// Only where this pipeline runs that part.
+  /// The disparity part, which the pipeline must run.
   const DisparityEstimator& disparity() const { return *disparity_; }
-  /// Of the last frame.
+  /// Stage times of the last frame.
   const PipelineTimes& times() const { return times_; }
 
  private:
@@ -170,18 +180,18 @@ class Pipeline {
   std::optional<DisparityEstimator> disparity_;
   std::optional<MovingObjectDetector> detector_;
   SequenceGuard guard_;
-  StereoFrame frame_;  // in work
-  StereoRig rig_;      // its rig, with corrected columns
+  StereoFrame frame_;  // that begin() took
+  StereoRig rig_;      // its rig, with cx_right_px corrected
   PipelineTimes times_;
 
-  // State for the next frame, beside the state of the parts.
+  // State for the next frame, in addition to the state of the parts.
   std::optional<Eigen::Isometry3d> T_odom_cam_;
   ColumnOffset column_offset_;
-  std::deque<Stamp> since_tracked_;  // the last frame that was not lost, and all after it
-  DisparityState past_;              // filters, and the frame that they are of
+  std::deque<Stamp> since_tracked_;  // the last frame that was tracked, and all after it
+  DisparityState past_;              // the filters of the frame with past_stamp_
   std::optional<Stamp> past_stamp_;
   int unlinked_frames_ = 0;  // since then
-  DisparityState unlinked_;  // the filters of such a frame, which are not kept
+  DisparityState unlinked_;  // the filters of an unlinked frame, which are discarded
 
   std::unique_ptr<SecondThread> second_thread_;
 };

@@ -10,11 +10,12 @@
 
 namespace predictive_stereo {
 
-/// In place of a number of missed frames: the pixel is of a moving object. Its prediction is not
-/// used: neither for search ranges, nor for the filter.
+/// Value of missed_frames for pixels of moving objects. Their prediction is used neither for search
+/// ranges nor for the filter.
 constexpr unsigned char kMovesByItself = 255;
 
-/// The filters' state, one filter a pixel: the only thing that matching carries to the next frame.
+/// The state of the filters, one filter per pixel. Matching passes nothing else to the next frame.
+/// All maps have the images' size.
 struct DisparityState {
   cv::Mat1f disparity_px;  ///< range.invalid() where unknown
   cv::Mat1f variance_px2;  ///< 0 where unknown
@@ -25,16 +26,17 @@ struct DisparityState {
   bool empty() const { return disparity_px.empty(); }
 };
 
-/// Adds a constant to all known disparities; those that leave the range below become unknown.
+/// Adds a constant to all known disparities. Those below the range become range.invalid().
 void addToDisparities(const DisparityRange& range, double offset_px, cv::Mat1f& disparity_px);
+/// The same for a state, where the variance of unknown disparities is set to 0. May be empty.
 void addToDisparities(const DisparityRange& range, double offset_px, DisparityState& state);
 
 struct PredictionParams {
-  double process_noise_px2 = 0.051;   ///< q of eq. 4, or its floor where motion covariance is used
-  bool use_motion_covariance = true;  ///< q grows by J Sigma J^T of the ego-motion
+  double process_noise_px2 = 0.051;   ///< q of eq. 4; its minimum if use_motion_covariance
+  bool use_motion_covariance = true;  ///< adds J Sigma J^T of the ego-motion to q
   double edge_jump_px = 3.0;          ///< neighbours that differ by more are a discontinuity
   int edge_margin_px = 2;             ///< pixels this near to a discontinuity are reset
-  bool reject_near_edges = false;     ///< these have no prediction then, as in the paper
+  bool reject_near_edges = false;     ///< no prediction for these pixels, as in the paper
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -50,25 +52,28 @@ struct PredictionParams {
 struct Prediction {
   cv::Mat1f disparity_px;  ///< range.invalid() where nothing is predicted
   /// 0 where nothing is predicted or the prediction is rejected. Near predicted discontinuities it
-  /// is count^2 / 12: every disparity of the range is equally likely there.
+  /// is count^2 / 12, as every disparity of the range is equally likely there.
   cv::Mat1f variance_px2;
-  cv::Mat1b missed_frames;  ///< as in DisparityState, moved along
-  cv::Mat1b near_edge;      ///< 255 near a predicted discontinuity
+  cv::Mat1b missed_frames;  ///< as in DisparityState, warped with the disparities
+  cv::Mat1b near_edge;      ///< 255 near a predicted discontinuity, 0 elsewhere
 };
 
 /// Moves the filters of the previous frame into the current one. Keeps its buffers between calls.
 class Predictor {
  public:
+  /// @throws std::invalid_argument if a parameter is outside its limits.
   Predictor(const DisparityRange& range, const PredictionParams& params);
 
-  /// Forward warp by H (eq. 2) with a z-buffer (the nearer surface wins), variance by Phi^2 p + q
-  /// (eq. 3, 4); a hole with two known neighbours in its row or its column takes their average (the
-  /// zooming effect); then the reset near discontinuities. The result does not depend on the number
-  /// of threads. Memory of `prediction` that has gaps between its rows is replaced.
+  /// Forward warp by H (eq. 2) with a z-buffer (the nearer surface wins), and variance Phi^2 p + q
+  /// (eq. 3, 4). Then a hole with two known neighbours in its row or its column gets their average
+  /// (section 2.4, zooming effect). Then pixels near discontinuities are reset. The result does not
+  /// depend on the number of threads.
+  /// @param previous  not empty, of rig.size; this is not checked.
+  /// @param prediction  output of rig.size. Maps that are not continuous are allocated anew.
   void predict(const DisparityState& previous, const StereoRig& rig, const CameraMotion& motion,
                Prediction& prediction);
 
-  /// The prediction where there is no past: unknown everywhere.
+  /// The prediction without a past: unknown everywhere.
   void predictNothing(cv::Size size, Prediction& prediction) const;
 
  private:
@@ -82,13 +87,13 @@ class Predictor {
 
   DisparityRange range_;
   PredictionParams params_;
-  // Where each pixel of the previous frame goes: its index in the current frame (-1: nowhere), and
-  // its disparity and variance there.
+  // Where each pixel of the previous frame is warped to: its index in the current frame (-1:
+  // outside), and its disparity and variance there.
   cv::Mat1i target_;
   cv::Mat1f target_disparity_px_, target_variance_px2_;
-  std::vector<cv::Range> target_rows_;  // the rows that a row of the previous frame goes to
-  // Of every band of rows: where columns have edges, and the edges of its rows and of those around
-  // it.
+  std::vector<cv::Range> target_rows_;  // the rows that a row of the previous frame is warped to
+  // For every band of rows: one row of marks for the columns with edges, then the edge marks of the
+  // band's rows and of the rows within the margin around it.
   cv::Mat1b marks_;
 };
 

@@ -9,22 +9,21 @@
 
 namespace predictive_stereo {
 
-/// Invalidates small regions: pixels that are connected, above, below, left or right, by steps of
-/// at most 1 px of disparity belong to one region. A false match is surrounded by others that
-/// differ; a surface continues. Keeps its buffers between calls, so that equal sizes allocate
-/// nothing.
+/// Invalidates small regions. Two 4-connected neighbours belong to one region if their disparities
+/// differ by at most 1 px. False matches differ from their neighbours; a surface continues. Keeps
+/// its buffers between calls: maps of equal size allocate nothing.
 class RegionFilter {
  public:
-  /// @param min_region_px  regions of fewer pixels become invalid; at most 1: nothing does.
-  /// @param disparity_px  any size; is changed: pixels of small regions become range.invalid().
+  /// @param min_region_px  regions of fewer pixels become invalid; at most 1: none does.
+  /// @param disparity_px  of any size; in place: pixels of small regions become range.invalid().
   void filter(const DisparityRange& range, int min_region_px, cv::Mat1f& disparity_px);
 
  private:
-  /// Connected pixels of a row.
+  /// Connected pixels of a row: a node of the union-find forest of regions.
   struct Run {
     int32_t begin, end;  ///< columns
-    int32_t parent;      ///< another run of the region, or the run itself
-    int32_t pixels;      ///< of the region, where the run is its own parent
+    int32_t parent;      ///< another run of the region; the run itself if it is the root
+    int32_t pixels;      ///< of the region, if the run is its root
   };
 
   void findRuns(const cv::Mat1f& disparity_px, float smallest_valid);
@@ -33,7 +32,7 @@ class RegionFilter {
   void unite(int32_t a, int32_t b);
 
   cv::Mat1b across_, down_;  ///< 1: connected with the next column, row
-  std::vector<Run> runs_;    ///< of row y from y * width on
+  std::vector<Run> runs_;    ///< those of row y start at index y * width
   std::vector<int32_t> run_count_;
 };
 

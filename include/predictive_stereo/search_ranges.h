@@ -1,4 +1,4 @@
-/// From prediction and half-resolution match to the disparities that are searched.
+/// The search ranges of the matcher, from prediction and half-resolution match.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -14,17 +14,19 @@ namespace predictive_stereo {
 struct ConstRangeRow;
 
 enum class SearchScheme {
-  kFull,        ///< every disparity, every frame: the reference
-  kPaper,       ///< d +- p of the prediction; everything near discontinuities or without prediction
-  kPredictive,  ///< hull of prediction and half-resolution match, widened; with neither, what is
-                ///< known within some 16 px around; everything where that is nothing
+  kFull,   ///< every disparity, every frame: the reference
+  kPaper,  ///< section 2.4: d +- p of the prediction; the whole range near discontinuities and
+           ///< without prediction
+  /// Hull of prediction and half-resolution match, widened. Without both, the hull of the known
+  /// ranges within some 16 px; if there are none, the whole range.
+  kPredictive,
 };
 
 struct SearchRangeParams {
   SearchScheme scheme = SearchScheme::kPredictive;
-  double margin_px = 2.25;     ///< least widening on both sides; the paper has none: 0
+  double margin_px = 2.25;     ///< minimum widening on both sides; 0 as in the paper: none
   double margin_sigma = 3.0;   ///< predictive: widening by this many predicted standard deviations
-  double max_margin_px = 4.0;  ///< predictive: largest widening
+  double max_margin_px = 4.0;  ///< predictive: maximum widening
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -38,17 +40,21 @@ struct SearchRangeParams {
   }
 };
 
-/// Disparities in each range; 0 where nothing is searched.
+/// Number of disparities in each range; 0 where nothing is searched.
+/// @param width_px  output of the ranges' size.
 void searchWidths(const SearchRanges& ranges, cv::Mat1w& width_px);
 
-/// Builds the ranges of one frame. Keeps its buffers between calls.
+/// Builds the search ranges of one frame. Keeps its buffers between calls.
 class SearchRangeBuilder {
  public:
-  /// @throws std::invalid_argument for parameters outside their limits, max_margin_px < margin_px.
+  /// @throws std::invalid_argument if a parameter is outside its limits, or if
+  ///   params.max_margin_px < params.margin_px.
   SearchRangeBuilder(const DisparityRange& range, const SearchRangeParams& params);
 
-  /// @param coarse_disparity_px  from CoarseMatcher, (width / 2, height / 2); may be empty. The
-  ///   paper's scheme does not use it.
+  /// @param prediction  of the images' size.
+  /// @param coarse_disparity_px  from CoarseMatcher, of size (width / 2, height / 2), which is not
+  ///   checked; may be empty. Only kPredictive uses it.
+  /// @param ranges  output of the images' size, within the disparity range.
   void build(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
              SearchRanges& ranges);
 
@@ -62,9 +68,9 @@ class SearchRangeBuilder {
 
   DisparityRange range_;
   SearchRangeParams params_;
-  SearchRanges predicted_, coarse_;  // some rows of each band of the image
-  SearchRanges tiles_;               // hulls of tiles
-  SearchRanges columns_;             // of the columns of each row of tiles
+  SearchRanges predicted_, coarse_;  // buffers of some rows for each band of the image
+  SearchRanges tiles_;               // hull of each tile
+  SearchRanges columns_;             // hull of each column of a row of tiles
 };
 
 }  // namespace predictive_stereo

@@ -1,4 +1,4 @@
-/// Stamps, and whether a frame continues the sequence of the one before.
+/// Stamps of frames, and the check whether a frame continues the sequence of the previous one.
 #pragma once
 
 #include <chrono>
@@ -12,47 +12,50 @@
 
 namespace predictive_stereo {
 
-/// Time of a frame since any epoch. Exact, which seconds since 1970 in a double are not.
+/// Time of a frame since any epoch. Exact; a double of seconds since 1970 is not.
 using Stamp = std::chrono::nanoseconds;
 
+/// [s], rounded to a double: to 0.2 us for times since 1970.
 inline double toSeconds(Stamp time) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(time);
   return static_cast<double>(whole.count()) + 1e-9 * static_cast<double>((time - whole).count());
 }
+/// @param time_s  finite, within 292 years of the epoch; this is not checked.
 inline Stamp stampFromSeconds(double time_s) {
   const double whole_s = std::floor(time_s);
   return std::chrono::seconds(static_cast<int64_t>(whole_s)) +
          std::chrono::nanoseconds(std::llround(1e9 * (time_s - whole_s)));
 }
 
-/// Decides whether a frame continues the one before, so that state may be carried over to it.
+/// Decides whether a frame continues the previous one, so that it may use the state of the past.
 class SequenceGuard {
  public:
   enum class Verdict {
     kContinues,
     kFirst,
-    kDuplicate,  ///< the same stamp again: nothing new to see, to be ignored
+    kDuplicate,  ///< the same stamp again: the frame must be ignored
     kBackward,   ///< time went back: another pass of a bag, or another source
-    kBroken,     ///< a gap, or another calibration or size
+    kBroken,     ///< a gap, or another calibration or image size
   };
   struct Result {
     Verdict verdict;
-    std::string reason;  ///< where not kContinues
+    std::string reason;  ///< one sentence for logs; empty if kContinues
 
-    /// Whether the state of past frames is lost. The caller should log this.
+    /// Whether the state of past frames must be discarded. The caller should log `reason` then.
     bool startsAnew() const { return verdict == Verdict::kBackward || verdict == Verdict::kBroken; }
   };
 
-  /// @param max_gap_s  frames further apart than this do not belong together.
+  /// @param max_gap_s  a longer gap between two frames breaks the sequence.
   explicit SequenceGuard(double max_gap_s) : max_gap_s_(max_gap_s) {}
 
-  /// The frame becomes the last one unless it is a duplicate.
+  /// Compares a frame with the last one. It then becomes the last one, unless it is a duplicate.
   Result next(Stamp stamp, const StereoRig& rig) {
     const Result result = compareWithLast(stamp, rig);
     if (result.verdict != Verdict::kDuplicate) last_ = Frame{stamp, rig};
     return result;
   }
 
+  /// The next frame is the first one again.
   void forget() { last_.reset(); }
 
  private:

@@ -1,5 +1,5 @@
-/// Which instructions the kernels use. One choice holds for all of a process: matching, filters,
-/// ego-motion and detection.
+/// The SIMD target: the instruction set that the kernels use. One choice holds for the whole
+/// process: matching, filters, ego-motion and detection.
 #pragma once
 
 #include <string>
@@ -7,25 +7,26 @@
 
 namespace predictive_stereo {
 
-/// The targets that this build holds and this CPU can run, in the order in which "auto" prefers
-/// them: of "avx2", "avx3" (AVX-512, which was measured to be slower), "sse4", "neon",
-/// "neon_without_aes"; the last one is always "scalar": the plain references, and loops compiled
-/// for what every CPU of this kind has. Results do not depend on the choice.
+/// The targets that this build contains and this CPU can run, in the order in which "auto" prefers
+/// them. Possible ones are "avx2", "avx3" (AVX-512, slower than AVX2 where it was measured),
+/// "sse4", "neon" and "neon_without_aes". The last one is always "scalar": plain C++ for any CPU of
+/// this architecture. Results do not depend on the target.
 std::vector<std::string> availableSimdTargets();
 
-/// Resolves a request: "auto" is the environment variable PREDICTIVE_STEREO_SIMD where that is set,
-/// and the first of availableSimdTargets otherwise.
+/// The target that a request selects. "auto" selects that of the environment variable
+/// PREDICTIVE_STEREO_SIMD if it is set, otherwise the first of availableSimdTargets().
 /// @throws std::invalid_argument for a name that is unknown or that this CPU cannot run.
 std::string chooseSimdTarget(const std::string& requested);
 
-/// What to tell the user where `target` is "scalar": that everything is slow, and the cure. Empty
-/// for all others.
-/// @param requested, target  what chooseSimdTarget was given and what it returned.
+/// A warning for the user if `target` is "scalar", which is slow: cause and cure. Empty for all
+/// other targets.
+/// @param requested, target  argument and result of chooseSimdTarget.
 std::string slowTargetWarning(const std::string& requested, const std::string& target);
 
-/// Lets all kernels of this process use what chooseSimdTarget says, from their next call on. A
-/// Pipeline with disparities does so for its matcher/simd_target; before, it is "auto".
-/// @throws std::invalid_argument as chooseSimdTarget does; nothing has changed then.
+/// Sets the target of all kernels of this process to chooseSimdTarget(requested), from their next
+/// call on. A Pipeline that estimates disparities calls this with its matcher/simd_target; until
+/// then the target is "auto".
+/// @throws std::invalid_argument as chooseSimdTarget does; the target is then unchanged.
 void useSimdTarget(const std::string& requested);
 /// The name of the target in use.
 std::string simdTargetInUse();

@@ -13,10 +13,10 @@ struct StageTime {
 };
 using StageTimes = std::vector<StageTime>;
 
-/// Measures from its construction, or from the last lap, to the next lap.
+/// Measures the time from its construction or the last lap to the next lap.
 class Stopwatch {
  public:
-  /// Appends the time since the last lap as the time of the stage `name` (a string literal).
+  /// Appends the time [ms] since the last lap as the time of the stage `name` (a string literal).
   void lap(const char* name, StageTimes& times) {
     const auto now = Clock::now();
     times.push_back({name, std::chrono::duration<double, std::milli>(now - last_).count()});

@@ -24,20 +24,23 @@ struct StereoRig {
   /// Builds the rig from the 3x4 projection matrices of two rectified cameras (CameraInfo.P,
   /// KITTI's P_rect). baseline = (P_left(0,3) - P_right(0,3)) / fx: both cameras may have an
   /// offset, as KITTI's colour pair does.
-  /// @throws std::invalid_argument for an empty size, focal lengths that are not positive or differ
-  ///   between the cameras, or a baseline that is not positive (swapped cameras); both P are
-  ///   printed.
+  /// @param size  of the images [px].
+  /// @throws std::invalid_argument if the size is empty; if an entry of P is not finite; if a focal
+  ///   length is not positive, or differs by more than 0.1 % between the cameras; if the baseline
+  ///   is not positive (swapped cameras); or if fx * baseline is not finite. The message has both
+  ///   P.
   static StereoRig fromProjections(const Matrix34d& P_left, const Matrix34d& P_right,
                                    cv::Size size);
 
   /// fx * baseline [px m]: disparity times depth.
   double disparityTimesDepth() const { return fx_px * baseline_m; }
 
-  /// The point in the left camera's optical frame [m] seen at (x, y) with this disparity [px] (>
-  /// 0).
+  /// The point [m] in the left camera's optical frame that is at (x, y) [px] in the left image.
+  /// @param disparity_px  positive; this is not checked.
   Eigen::Vector3d pointFromDisparity(double x_px, double y_px, double disparity_px) const;
 
-  /// (x, y, d) in disparity space [px] of a point in the left camera's optical frame [m], Z > 0.
+  /// (x, y, d) [px] in disparity space of a point [m] in the left camera's optical frame.
+  /// @param point_cam_m  with Z > 0; this is not checked.
   Eigen::Vector3d disparityFromPoint(const Eigen::Vector3d& point_cam_m) const;
 
   bool operator==(const StereoRig& other) const;

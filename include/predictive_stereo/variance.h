@@ -1,4 +1,4 @@
-/// How far a disparity can be trusted.
+/// The variance of measured and published disparities.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -9,30 +9,32 @@
 
 namespace predictive_stereo {
 
-/// Standard deviations of disparities [px], by how they came about. The defaults are what
-/// estimate_noise found on KITTI and the synthetic street (config/noise_kitti.yaml).
+/// Standard deviations of disparities [px] by their origin. The defaults were estimated by
+/// estimate_noise on KITTI and the synthetic street (config/noise_kitti.yaml).
 ///
 /// A match has sigma_match = sigma_floor + sigma_ambiguous t^2, where t grows from 0 to 1 as its
-/// ambiguity (lowest over second lowest aggregated cost) goes from `ambiguity_onset` to 1. What is
-/// published has a variance of its own. The filter's p is not used for it: p counts the errors of
-/// successive matches as independent, which they are not. What does tell is the innovation; whether
-/// the surroundings continue the surface, see countDisagreements; how far it is: of far surfaces
-/// one census window holds several, in every frame; and how badly the pair is rectified: row
-/// offsets are measured and undone, but where rows are off columns are off as well, which changes
-/// disparities and which nothing undoes.
+/// ambiguity (lowest over second lowest aggregated cost) grows from `ambiguity_onset` to 1.
+///
+/// A published disparity has a variance of its own, not the filter's p: p treats the errors of
+/// successive matches as independent, which they are not. The published variance grows with
+/// - the innovation,
+/// - the number of neighbours that do not continue the surface, see countDisagreements,
+/// - the distance: a census window covers several far surfaces, in every frame,
+/// - the row offset of the pair: row alignment removes it, but a pair with row offsets has column
+///   offsets too. These change disparities and are not removed.
 struct VarianceParams {
   double sigma_floor_px = 0.15;
   double sigma_ambiguous_px = 0.84;
   double ambiguity_onset = 0.49;
   double innovation_weight = 0.2;  ///< share of the squared innovation that adds to the variance
   double max_innovation_px = 4.0;  ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 0.64;   ///< adds to a match that nothing was predicted for
-  double sigma_kept_px = 0.91;          ///< of a prediction that was not measured
-  double sigma_filled_px = 1.5;         ///< of filled holes
-  double sigma_disagreement_px = 1.5;   ///< adds for each disagreement around
-  double sigma_far_px = 0.68;           ///< adds at disparity 0, half of it at 10 px, a third at 20
-  double sigma_per_row_offset = 0.013;  ///< adds this times the row offset [px] times the disparity
-  double max_sigma_px = 0.0;  ///< disparities less certain than this are not published; 0: all are
+  double sigma_unpredicted_px = 0.64;  ///< added to a match without prediction
+  double sigma_kept_px = 0.91;         ///< of a prediction without a measurement
+  double sigma_filled_px = 1.5;        ///< of filled holes
+  double sigma_disagreement_px = 1.5;  ///< added for each disagreement around the pixel
+  double sigma_far_px = 0.68;          ///< added at disparity 0, half of it at 10 px, a third at 20
+  double sigma_per_row_offset = 0.013;  ///< times row offset [px] times disparity [px] is added
+  double max_sigma_px = 0.0;            ///< less certain disparities are not published; 0: all are
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -51,27 +53,34 @@ struct VarianceParams {
   }
 };
 
-/// Variance [px^2] of each measured disparity from the shape of its aggregated cost; 0 where
-/// nothing was measured. What frames have in common is not in it: distance and rectification.
+/// Variance [px^2] of each measured disparity from its ambiguity; 0 where nothing was measured. It
+/// does not contain errors that are the same in all frames: those of distance and rectification.
+/// @param ambiguity  of that match, see Match; of the disparity map's size, which is not checked.
+/// @param variance_px2  output of the disparity map's size.
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const VarianceParams& params,
                          cv::Mat1f& variance_px2);
 
-/// The disparity at which VarianceParams::sigma_far_px has fallen to half: at d it adds
-/// sigma_far_px / (1 + d / kFarDisparityPx), and all of it where d is negative.
+/// The disparity at which the effect of VarianceParams::sigma_far_px is half: at disparity d,
+/// sigma_far_px / (1 + d / kFarDisparityPx) is added, or sigma_far_px if d is negative.
 constexpr float kFarDisparityPx = 10.0f;
 
-/// How many of the eight pixels around each one, 4 rows or columns or both away (at the border:
-/// nearer), do not continue its surface: 0..8. Those do that differ by at most 2.5 px, or that lie
-/// on one plane with the pixel and their opposite within 1 px. Unknown pixels do not. Of no meaning
-/// where the pixel itself is invalid.
+/// For each pixel, how many of eight pixels around it do not continue its surface: 0..8. These
+/// eight are 4 rows, columns, or both away (less at the image's border). A pixel continues the
+/// surface if its disparity differs by at most 2.5 px, or if the pixel, its opposite and the centre
+/// are on one plane within 1 px. Unknown pixels do not. The count has no meaning where the centre
+/// is unknown.
+/// @param count  output of the disparity map's size.
 void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& range,
                         cv::Mat1b& count);
 
-/// The disparities that are certain enough to be published (params.max_sigma_px) and their variance
-/// [px^2], 0 where unknown.
+/// Selects the disparities that are certain enough to be published (params.max_sigma_px), and gives
+/// them a variance. All maps must have one size; this is not checked.
+/// @param disparity_px  the filters' disparities, with holes filled and median.
+/// @param state  the filters, see correct().
 /// @param row_offset_px  root mean square over the image, see RowOffsetModel.
-/// @throws std::invalid_argument where disparity_px and published_px are the same memory.
+/// @param published_px, variance_px2  output; range.invalid() and 0 where nothing is published.
+/// @throws std::invalid_argument if disparity_px and published_px share memory.
 void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
              const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
              const cv::Mat1f& measured_variance_px2, double row_offset_px,
