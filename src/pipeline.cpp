@@ -167,7 +167,8 @@ void Pipeline::markMoving(const cv::Mat1b& mask) {
   if (mask.empty() || !needsMovingMask()) return;
   if (mask.size() != past_.missed_frames.size())
     throw std::invalid_argument("mask of moving objects is " + text(mask.size()) +
-                                " but the frame was " + text(past_.missed_frames.size()));
+                                " but the images are " + text(past_.missed_frames.size()) +
+                                ": both must have one size");
   cv::bitwise_or(past_.missed_frames, mask, past_.missed_frames);
 }
 

@@ -58,7 +58,7 @@ class ParamValidator {
     for (const auto& choice : choices)
       if (choice.second == value) return;
     throw std::invalid_argument(prefix_ + name + " = " + std::to_string(static_cast<int>(value)) +
-                                ": is none of its choices");
+                                ": must be one of its enumerators");
   }
   void operator()(const char*, bool&) {}
   void operator()(const char*, std::string&) {}

@@ -68,7 +68,7 @@ class SequenceGuard {
     if (!last_) return {Verdict::kFirst, "first frame"};
     const double gap_s = toSeconds(stamp - last_->stamp);
     std::ostringstream reason;
-    if (gap_s == 0) return {Verdict::kDuplicate, "the stamp of the frame before came again"};
+    if (gap_s == 0) return {Verdict::kDuplicate, "the frame has the stamp of the previous one"};
     if (gap_s < 0) {
       reason << "stamps went back by " << -gap_s << " s: starting anew";
       return {Verdict::kBackward, reason.str()};

@@ -16,7 +16,7 @@ constexpr int kFramesBack = 2;  // that both channels compare with at least
 void requirePositive(const char* name, double value) {
   if (!(value > 0 && std::isfinite(value)))
     throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
-                                ": must be positive");
+                                ": must be positive and finite");
 }
 
 }  // namespace

@@ -27,7 +27,8 @@ void requireSize(const char* name, const cv::Mat& map, cv::Size expected) {
 
 void requireSizes(const DetectionInput& input) {
   if (input.rig.size.empty())
-    throw std::invalid_argument("rig.size = 0x0: the detector needs the calibration of the images");
+    throw std::invalid_argument(
+        "rig.size = 0x0: set the calibration of the images (StereoRig::fromProjections)");
   requireSize("left image", input.left, input.rig.size);
   requireSize("measured disparity", input.measured_disparity_px, input.rig.size);
   requireSize("measured variance", input.measured_variance_px2, input.rig.size);
@@ -104,9 +105,12 @@ void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
 MovingObjectDetector::MovingObjectDetector(const DetectionParams& params) {
   validate(params);
   const PaperDetectionParams& paper = params.paper;
-  if (paper.largest_window_width_px < paper.smallest_window_width_px ||
-      paper.largest_window_height_px < paper.smallest_window_height_px)
-    throw std::invalid_argument("paper/largest_window is smaller than paper/smallest_window");
+  const cv::Size smallest(paper.smallest_window_width_px, paper.smallest_window_height_px);
+  const cv::Size largest(paper.largest_window_width_px, paper.largest_window_height_px);
+  if (largest.width < smallest.width || largest.height < smallest.height)
+    throw std::invalid_argument("paper/largest_window = " + text(largest) +
+                                " px: must not be below paper/smallest_window = " + text(smallest) +
+                                " px");
   state_ = std::make_unique<State>(params);
 }
 MovingObjectDetector::~MovingObjectDetector() = default;

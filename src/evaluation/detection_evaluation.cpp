@@ -34,7 +34,8 @@ DetectionEvaluation evaluateDetection(
     const auto known =
         labels ? labelsOf(*labels, sequence.fileNumber(index)) : sequence.objects(index);
     if (!known)
-      throw std::runtime_error(sequence.name() + ": nothing is known of what moves; give --labels");
+      throw std::runtime_error(sequence.name() +
+                               ": has no labels of moving objects; give --labels");
     const DetectorOutput output = detector(stereoFrame(sequence, index, images));
     EvaluatedFrame frame;
     frame.index = index;

@@ -313,12 +313,11 @@ std::string htmlPage(const std::vector<DetectionEvaluation>& evaluations,
                      const std::vector<Table>& limits, const std::vector<FramePicture>& pictures,
                      const std::string& provenance) {
   std::ostringstream page;
-  page
-      << "<p>A box is right where it covers a demanded object with an IoU of 0.3 or more, from the "
-         "third frame that the object is visible in. Errors are medians of absolute values; speeds "
-         "are compared up to 25 m. Labels are thin (demanded white, missed magenta, tolerated "
-         "grey, parked blue), detected boxes thick (right green, tolerated yellow, false "
-         "red).</p>\n";
+  page << "<p>A box is correct if its IoU with a demanded object is 0.3 or more. An object is "
+          "demanded from the third frame on in which it is visible. Errors are medians of absolute "
+          "values; speed errors are of objects up to 25 m away. Labels are thin (demanded white, "
+          "missed magenta, tolerated grey, parked blue), detected boxes thick (correct green, "
+          "tolerated yellow, false red).</p>\n";
   for (const DetectionEvaluation& evaluation : evaluations) page << scoreTable(evaluation).html();
   if (evaluations.size() > 1) page << scoreTable(evaluations).html();
   for (const Table& table : limits) page << table.html();

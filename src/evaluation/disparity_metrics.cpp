@@ -102,8 +102,8 @@ cv::Mat1b nearTruthEdges(const cv::Mat1f& truth_px, float jump_px, int radius_px
 
 void VarianceCalibration::add(double error_px, double variance_px2) {
   if (!(variance_px2 > 0))
-    throw std::invalid_argument("VarianceCalibration: a variance of " +
-                                std::to_string(variance_px2) + " px^2 is not positive");
+    throw std::invalid_argument("VarianceCalibration: variance = " + std::to_string(variance_px2) +
+                                " px^2: must be positive");
   const double sigma_px = std::sqrt(variance_px2);
   const double bin = std::abs(error_px) / sigma_px / kBinWidth;
   ++histogram_[static_cast<size_t>(std::min(bin, kBins - 1.0))];

@@ -141,7 +141,7 @@ std::string htmlPage(const std::vector<SequenceReport>& reports, const std::stri
     if (!stages.rows.empty()) page << stages.html();
     for (const Panel& panel : report.panels) page << figureHtml(panel);
   }
-  return htmlDocument("Disparities against truth", page.str(), provenance);
+  return htmlDocument("Disparities against ground truth", page.str(), provenance);
 }
 
 }  // namespace predictive_stereo

@@ -29,7 +29,8 @@ KittiCalibrationFile::KittiCalibrationFile(const std::string& path) : path_(path
 const std::vector<double>& KittiCalibrationFile::numbers(const std::string& name,
                                                          size_t count) const {
   const auto entry = entries_.find(name);
-  if (entry == entries_.end()) throw std::runtime_error(path_ + ": no entry " + name);
+  if (entry == entries_.end())
+    throw std::runtime_error(path_ + ": has no entry " + name + "; unpack the file again");
   if (entry->second.size() != count)
     throw std::runtime_error(path_ + ": " + name + " has " + std::to_string(entry->second.size()) +
                              " numbers, expected " + std::to_string(count));

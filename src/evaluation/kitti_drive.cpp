@@ -86,7 +86,8 @@ std::vector<Eigen::Isometry3d> readPoses(const std::string& path) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     for (int i = 0; i < 12; ++i)
       if (!(text >> pose.matrix()(i / 4, i % 4)))
-        fail(path, "line " + std::to_string(number) + " has not the 12 numbers of a 3x4 pose");
+        fail(path, "line " + std::to_string(number) +
+                       " must have the 12 numbers of a 3x4 pose; unpack the file again");
     poses.push_back(pose);
   }
   return poses;
@@ -130,7 +131,7 @@ std::vector<int64_t> readKittiTimestamps(const std::string& path, size_t max_cou
     const auto stamp = parseTimestamp(line);
     if (!stamp)
       fail(path, "line " + std::to_string(number) + " \"" + line +
-                     "\" is no time stamp such as 2011-09-26 13:08:24.973999360");
+                     "\" is not a time stamp such as 2011-09-26 13:08:24.973999360");
     stamps.push_back(*stamp);
   }
   return stamps;
@@ -149,7 +150,8 @@ KittiDrive::KittiDrive(const std::string& date_dir, const std::string& drive, Ki
   first_file_ = std::max(*left_files.begin(), *right_files.begin());
   const int last_file = std::min(*left_files.rbegin(), *right_files.rbegin());
   frames_ = std::max(0, last_file - first_file_ + 1);
-  if (frames_ == 0) fail(dir_, "left and right images have no frame in common");
+  if (frames_ == 0)
+    fail(dir_, "left and right images have no frame in common; unpack the drive again");
   for (int frame = 0; frame < frames_; ++frame) {
     if (!left_files.count(fileNumber(frame)))
       fail(dataFile(imageFolder(left_), frame, "png"), "is missing, though later images exist");
@@ -180,7 +182,7 @@ cv::Mat KittiDrive::image(const KittiCamera& camera, int frame) const {
   if (image.size() != rig_.size)
     fail(path, "is " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
                    ", but the drive's first image is " + std::to_string(rig_.size.width) + "x" +
-                   std::to_string(rig_.size.height));
+                   std::to_string(rig_.size.height) + "; unpack the drive again");
   return image;
 }
 
@@ -211,12 +213,12 @@ std::vector<LidarPoint> KittiDrive::lidar(int frame) const {
   if (!file) fail(path, "cannot be read");
   const auto bytes = static_cast<size_t>(file.tellg());
   if (bytes == 0 || bytes % sizeof(LidarPoint) != 0)
-    fail(path,
-         "has " + std::to_string(bytes) + " bytes, no whole number of points (16 bytes each)");
+    fail(path, "has " + std::to_string(bytes) +
+                   " bytes, which is not a multiple of 16 (one point); unpack the scan again");
   std::vector<LidarPoint> points(bytes / sizeof(LidarPoint));
   file.seekg(0);
   file.read(reinterpret_cast<char*>(points.data()), static_cast<std::streamsize>(bytes));
-  if (!file) fail(path, "cannot be read to its end");
+  if (!file) fail(path, "cannot be read to its end; unpack the scan again");
   return points;
 }
 
@@ -243,7 +245,7 @@ OxtsRecord KittiDrive::oxts(int frame) const {
   OxtsRecord record;
   for (size_t i = 0; i < record.fields.size(); ++i)
     if (!(file >> record.fields[i]))
-      fail(path, "has " + std::to_string(i) + " numbers, expected 30");
+      fail(path, "has " + std::to_string(i) + " numbers, expected 30; unpack the file again");
   return record;
 }
 

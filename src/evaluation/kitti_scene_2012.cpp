@@ -34,7 +34,7 @@ KittiScene2012::KittiScene2012(const std::string& training_dir, const std::strin
     ++frames_;
   if (frames_ == 0)
     throw std::runtime_error(sceneFile(dir_, "image_0", scene, kTruthFile) +
-                             ": this pair is missing (image_0 and image_1)");
+                             ": the file, or that in image_1, is missing; unpack the scene again");
   const cv::Size size = cv::imread(file("image_0", 0), cv::IMREAD_GRAYSCALE).size();
   rig_ =
       StereoRig::fromProjections(calibration.projection("P0"), calibration.projection("P1"), size);
@@ -61,7 +61,10 @@ cv::Mat1b KittiScene2012::image(const std::string& folder, int frame) const {
   const cv::Mat1b image = cv::imread(path, cv::IMREAD_GRAYSCALE);
   if (image.empty()) throw std::runtime_error(path + ": cannot be read as an image");
   if (image.size() != rig_.size)
-    throw std::runtime_error(path + ": its size differs from that of the scene's first image");
+    throw std::runtime_error(path + ": is " + std::to_string(image.cols) + "x" +
+                             std::to_string(image.rows) + ", but the scene's first image is " +
+                             std::to_string(rig_.size.width) + "x" +
+                             std::to_string(rig_.size.height) + "; unpack the scene again");
   return image;
 }
 

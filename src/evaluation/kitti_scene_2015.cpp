@@ -13,11 +13,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+void requireSize(const std::string& path, cv::Size size, cv::Size left) {
+  if (size == left) return;
+  const auto text = [](cv::Size s) {
+    return std::to_string(s.width) + "x" + std::to_string(s.height);
+  };
+  throw std::runtime_error(path + ": is " + text(size) + ", but the scene's left image is " +
+                           text(left) + "; unpack the scene again");
+}
+
 cv::Mat1b readGrey(const std::string& path, cv::Size size) {
   const cv::Mat1b image = cv::imread(path, cv::IMREAD_GRAYSCALE);
   if (image.empty()) throw std::runtime_error(path + ": cannot be read as an image");
-  if (!size.empty() && image.size() != size)
-    throw std::runtime_error(path + ": its size differs from that of the scene's left image");
+  if (!size.empty()) requireSize(path, image.size(), size);
   return image;
 }
 
@@ -25,8 +33,7 @@ cv::Mat1f readTruth(const std::string& path, cv::Size size) {
   const cv::Mat coded = cv::imread(path, cv::IMREAD_UNCHANGED);
   if (coded.empty() || coded.type() != CV_16UC1)
     throw std::runtime_error(path + ": cannot be read as a 16-bit grey image");
-  if (coded.size() != size)
-    throw std::runtime_error(path + ": its size differs from that of the scene's left image");
+  requireSize(path, coded.size(), size);
   cv::Mat1f truth_px;
   coded.convertTo(truth_px, CV_32F, 1.0 / 256);
   truth_px.setTo(kNoTruth, coded == 0);
@@ -43,7 +50,8 @@ std::vector<std::string> listKittiScenes2015(const std::string& training_dir) {
     const std::string file = entry.path().filename().string();
     if (file.size() == 13 && file.substr(6) == "_10.png") scenes.push_back(file.substr(0, 6));
   }
-  if (scenes.empty()) throw std::runtime_error(folder + ": has no files NNNNNN_10.png");
+  if (scenes.empty())
+    throw std::runtime_error(folder + ": has no files NNNNNN_10.png; give the training folder");
   std::sort(scenes.begin(), scenes.end());
   return scenes;
 }

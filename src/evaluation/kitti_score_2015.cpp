@@ -70,7 +70,7 @@ KittiScore scoreAsKitti(const cv::Mat1f& disparity_px, const cv::Mat1f& interpol
                         const cv::Mat1b& vehicles) {
   if (disparity_px.size() != truth_px.size() || interpolated_px.size() != truth_px.size() ||
       vehicles.size() != truth_px.size())
-    throw std::invalid_argument("scoreAsKitti: disparities, truth and vehicles: one size needed");
+    throw std::invalid_argument("scoreAsKitti: disparities, truth and vehicles must have one size");
   KittiScore score;
   for (int y = 0; y < truth_px.rows; ++y)
     for (int x = 0; x < truth_px.cols; ++x) {

@@ -293,7 +293,8 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
     if (progress) progress(index);
   }
   if (seen.frames == 0)
-    throw std::runtime_error(drive.name() + ": has no laser scans (velodyne_points)");
+    throw std::runtime_error(drive.name() +
+                             ": has no laser scans (velodyne_points); choose another drive");
   return seen;
 }
 

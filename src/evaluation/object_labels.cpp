@@ -77,7 +77,7 @@ std::vector<ObjectLabel> readObjectLabels(const std::string& path) {
       labels.push_back(parse(fields(line)));
     } catch (const std::logic_error&) {
       throw std::runtime_error(path + ": line " + std::to_string(count) + " \"" + line +
-                               "\" is no label");
+                               "\" is not a label: 12 fields, x1 < x2, y1 < y2");
     }
   }
   return labels;

@@ -124,7 +124,9 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
                                     const OdometryInput& input,
                                     const std::function<void(int)>& progress) {
   auto poses = sequence.poses();
-  if (!poses) throw std::runtime_error(sequence.name() + ": true poses are not known");
+  if (!poses)
+    throw std::runtime_error(sequence.name() +
+                             ": has no true poses; a drive needs oxts or poses_gt_cam0.txt");
   const int frames = input.frames(sequence);
   OdometryEvaluation e;
   e.name = sequence.name();

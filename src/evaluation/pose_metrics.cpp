@@ -13,7 +13,7 @@ void requireEqual(size_t estimated, size_t truth) {
   if (estimated != truth)
     throw std::invalid_argument(std::to_string(estimated) + " estimated and " +
                                 std::to_string(truth) +
-                                " true poses or motions; numbers must match");
+                                " true poses or motions: give as many of each");
 }
 
 double angle(const Eigen::Matrix3d& rotation) { return Eigen::AngleAxisd(rotation).angle(); }
@@ -94,7 +94,7 @@ double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isomet
   const Vector6d error = perturbation(estimated.T_cam_prev, truth);
   const Eigen::LLT<Matrix6d> cholesky(estimated.covariance);
   if (cholesky.info() != Eigen::Success)
-    throw std::invalid_argument("normalizedErrorSquared: covariance is not positive definite");
+    throw std::invalid_argument("normalizedErrorSquared: the covariance must be positive definite");
   return error.dot(cholesky.solve(error));
 }
 

@@ -18,7 +18,7 @@ void createApart(const char* name, const cv::Mat1f& input, cv::Mat1f& output) {
   output.create(input.size());
   if (!input.empty() && output.datastart < input.dataend && input.datastart < output.dataend)
     throw std::invalid_argument(std::string(name) +
-                                ": input and output share memory; give it another output");
+                                ": input and output share memory; give another cv::Mat as output");
 }
 
 // Calls prepare(y, row) for every row of an image, then kernel(y, rows) with those from kReach

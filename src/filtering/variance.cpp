@@ -56,7 +56,8 @@ void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
   variance_px2.create(disparity_px.size());
   if (published_px.datastart < disparity_px.dataend &&
       disparity_px.datastart < published_px.dataend)
-    throw std::invalid_argument("publish: input and output share memory; give it another output");
+    throw std::invalid_argument(
+        "publish: input and output share memory; give another cv::Mat as output");
   const auto squared = [](double value) { return static_cast<float>(value * value); };
   PublishedTerms terms;
   terms.smallest_valid = static_cast<float>(range.min_disparity);

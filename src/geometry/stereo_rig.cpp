@@ -10,7 +10,7 @@ namespace {
 [[noreturn]] void refuse(const std::string& reason, const Matrix34d& P_left,
                          const Matrix34d& P_right) {
   std::ostringstream text;
-  text << "stereo calibration refused: " << reason << "\nP_left =\n"
+  text << "stereo calibration cannot be used: " << reason << "\nP_left =\n"
        << P_left << "\nP_right =\n"
        << P_right;
   throw std::invalid_argument(text.str());
@@ -25,7 +25,8 @@ StereoRig StereoRig::fromProjections(const Matrix34d& P_left, const Matrix34d& P
                "; is the camera calibrated?",
            P_left, P_right);
   if (!P_left.allFinite() || !P_right.allFinite())
-    refuse("a projection matrix is not finite", P_left, P_right);
+    refuse("a projection matrix has entries that are not finite; calibrate the cameras again",
+           P_left, P_right);
   StereoRig rig;
   rig.size = size;
   rig.fx_px = P_left(0, 0);
@@ -39,15 +40,20 @@ StereoRig StereoRig::fromProjections(const Matrix34d& P_left, const Matrix34d& P
            P_left, P_right);
   if (std::abs(P_right(0, 0) - rig.fx_px) > 1e-3 * rig.fx_px ||
       std::abs(P_right(1, 1) - rig.fy_px) > 1e-3 * rig.fy_px)
-    refuse("focal lengths differ; the images must be rectified as a pair", P_left, P_right);
+    refuse("focal lengths of left (" + std::to_string(rig.fx_px) + " x " +
+               std::to_string(rig.fy_px) + " px) and right camera (" +
+               std::to_string(P_right(0, 0)) + " x " + std::to_string(P_right(1, 1)) +
+               " px) differ; calibrate both cameras together, as a pair",
+           P_left, P_right);
   rig.baseline_m = (P_left(0, 3) - P_right(0, 3)) / rig.fx_px;
   if (!(rig.baseline_m > 0))
     refuse("baseline " + std::to_string(rig.baseline_m) +
                " m is not positive; are left and right swapped, or is the pair not calibrated?",
            P_left, P_right);
   if (!std::isfinite(rig.baseline_m) || !std::isfinite(rig.disparityTimesDepth()))
-    refuse("the disparities that this focal length and baseline give are not finite", P_left,
-           P_right);
+    refuse("focal length " + std::to_string(rig.fx_px) + " px times baseline " +
+               std::to_string(rig.baseline_m) + " m is not finite; calibrate the cameras again",
+           P_left, P_right);
   return rig;
 }
 

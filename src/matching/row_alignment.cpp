@@ -36,10 +36,11 @@ void requireSizes(cv::Size left, cv::Size right, cv::Size coarse) {
   if (left.empty()) throw std::invalid_argument("row alignment: the left image is empty");
   if (left != right)
     throw std::invalid_argument("row alignment: the left image is " + text(left) +
-                                ", the right one " + text(right) + ": they must have one size");
+                                ", the right one " + text(right) + ": both must have one size");
   if (coarse != left / 2)
     throw std::invalid_argument("row alignment: the half-resolution match is " + text(coarse) +
-                                " but the images are " + text(left));
+                                ", the images are " + text(left) +
+                                ": it must have half their width and height");
 }
 
 // Offsets on a grid that reaches the corners; a quadratic has no narrow peaks.

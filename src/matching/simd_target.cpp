@@ -38,7 +38,7 @@ bool canRun(int64_t bit) {
 
 #if HWY_ARCH_X86
 constexpr char kCure[] =
-    "the CPU shows neither AVX2 nor SSE4.2 with AES. In a virtual machine, pass the host's CPU on "
+    "the CPU has neither AVX2 nor SSE4.2 with AES. In a virtual machine, expose the host's CPU "
     "(QEMU: -cpu host); otherwise use another CPU";
 #elif HWY_ARCH_ARM
 constexpr char kCure[] =
@@ -109,7 +109,8 @@ std::string chooseSimdTarget(const std::string& requested) {
     if (name == candidate) return name;
     choices += ", " + candidate;
   }
-  throw std::invalid_argument(origin + " = " + name + ": this build and CPU can run " + choices);
+  throw std::invalid_argument(origin + " = " + name + ": on this build and CPU it must be one of " +
+                              choices);
 }
 
 void useSimdTarget(const std::string& requested) {
@@ -119,7 +120,7 @@ void useSimdTarget(const std::string& requested) {
 std::string slowTargetWarning(const std::string& requested, const std::string& target) {
   if (target != "scalar") return "";
   const std::string slow =
-      "simd_target is scalar: no SIMD instructions are used, and a frame takes some 20 times as "
+      "simd_target is scalar: no SIMD instructions are used, and a frame takes about 20 times as "
       "long. ";
   if (requested != "auto") return slow + "Cure: set simd_target to auto";
   if (!targetOfEnvironment().empty())

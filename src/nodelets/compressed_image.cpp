@@ -26,7 +26,7 @@ std::string encodingOf(const cv::Mat& image, const std::string& format) {
       return encodings::BGRA8;
     default:
       throw std::invalid_argument("compressed image of format '" + format +
-                                  "' is neither of 8 bit nor grey: send it as mono8 or bgr8");
+                                  "' is neither 8-bit nor grey: send it as mono8 or bgr8");
   }
 }
 
@@ -41,8 +41,8 @@ sensor_msgs::ImagePtr unpacked(const sensor_msgs::CompressedImage& message) {
   if (image.empty())
     throw std::invalid_argument("compressed image of format '" + message.format + "' with " +
                                 std::to_string(message.data.size()) +
-                                " bytes is neither JPEG nor PNG: set image_transport to what the "
-                                "camera driver sends");
+                                " bytes is neither JPEG nor PNG: set image_transport to the one "
+                                "that the camera driver uses");
   return cv_bridge::CvImage(message.header, encodingOf(image, message.format), image).toImageMsg();
 }
 

@@ -238,7 +238,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     if (answer.complete) return answer.reason + ": matched without prediction";
     // tf's own text has stamps in it and would be another one each time.
     std::ostringstream text;
-    text << "tf knows no motion of '" << camera << "' against odom_frame '" << params_.odom_frame
+    text << "tf has no motion of '" << camera << "' relative to odom_frame '" << params_.odom_frame
          << "' at the image's stamp within transform_timeout = " << params_.transform_timeout
          << " s: matched without prediction. Run the EgoMotion nodelet with publish_tf, or set "
             "odom_frame to the fixed frame of your odometry";
@@ -313,8 +313,8 @@ class DisparityNodelet : public nodelet::Nodelet {
     if (!missing) health_->solved("points2_static");
     if (missing_masks_ == kTellMissingMasks)
       health_->problem("points2_static", Health::Severity::kDegraded,
-                       "points2_static is not published, as nobody tells what moves: run the "
-                       "MovingObjects nodelet (launch argument moving_objects:=true)");
+                       "points2_static is not published, as the mask of moving objects is missing: "
+                       "run the MovingObjects nodelet (launch argument moving_objects:=true)");
   }
 
   void reportSimdTarget() {
@@ -331,8 +331,9 @@ class DisparityNodelet : public nodelet::Nodelet {
     if (messages.contradicted_fraction > kMostContradicted)
       health_->problem(
           "prediction", Health::Severity::kDegraded,
-          "many measured disparities contradict those that the motion of odom_frame '" +
-              params_.odom_frame + "' predicts: does this odometry jump?");
+          "many measured disparities contradict the prediction by the motion of odom_frame '" +
+              params_.odom_frame +
+              "': does this odometry jump? Use another one, or the EgoMotion nodelet");
     else
       health_->solved("prediction");
     health_->figure("prediction contradicted [%]", 100 * messages.contradicted_fraction, "%.1f");

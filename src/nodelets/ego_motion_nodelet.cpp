@@ -165,7 +165,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   }
 
   std::optional<Eigen::Matrix3d> rotationOfImu(const std_msgs::Header& now) {
-    const std::string alone = "; the images go on alone";
+    const std::string alone = "; ego-motion uses the images only";
     const auto fail = [&](const std::string& text) {
       health_->problem("imu", Health::Severity::kDegraded, text + alone);
       rotation_is_late_ = true;
@@ -203,10 +203,10 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     if (!T_cam_prev) {
       // tf's own text has stamps in it and would be another one each time.
       health_->problem("guess_frame", Health::Severity::kDegraded,
-                       "tf knows no motion of '" + now.frame_id + "' against guess_frame '" +
+                       "tf has no motion of '" + now.frame_id + "' relative to guess_frame '" +
                            params_.guess_frame +
                            "' at the image's stamp: set guess_frame to the fixed frame of another "
-                           "odometry, or to nothing; the images go on alone");
+                           "odometry, or leave it empty; ego-motion uses the images only");
       return std::nullopt;
     }
     health_->solved("guess_frame");
@@ -305,7 +305,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     }
     if (output.estimate.swapped)
       return "the left image shows what the right camera sees; the pose is held. Are the topics of "
-             "left and right exchanged?";
+             "left and right swapped?";
     if (output.estimate.status == EgoMotionStatus::kLost)
       return "too few features agree on a motion; the pose is held";
     return "";
@@ -322,8 +322,8 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     char text[300];
     std::snprintf(
         text, sizeof text,
-        "the right image lies %.1f px (sigma %.1f) beside where the calibration has it, so "
-        "that all disparities lack as much: calibrate the cameras again, or add %.1f to "
+        "the right image is shifted by %.1f px (sigma %.1f) to the right of its calibration, and "
+        "all disparities are too small by as much: calibrate the cameras again, or add %.1f to "
         "P[2] of right/camera_info",
         columns.offset_px, columns.sigma_px, columns.offset_px);
     health_->problem("calibration", Health::Severity::kDegraded, text);

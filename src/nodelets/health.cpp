@@ -44,7 +44,7 @@ void Health::problem(const std::string& cause, Severity severity, const std::str
 
 void Health::solved(const std::string& cause) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (problems_.erase(cause)) ROS_INFO_STREAM(name_ << ": " << cause << ": in order again");
+  if (problems_.erase(cause)) ROS_INFO_STREAM(name_ << ": " << cause << ": problem solved");
 }
 
 void Health::event(const std::string& text) { ROS_INFO_STREAM(name_ << ": " << text); }
@@ -65,7 +65,7 @@ void Health::frame(ros::Time stamp, double latency_ms, const StageTimes& times) 
   }
   if (!silence_text_.empty()) {
     silence_text_.clear();
-    ROS_INFO_STREAM(name_ << ": frames come out again");
+    ROS_INFO_STREAM(name_ << ": output is published again");
   }
 }
 
@@ -100,7 +100,7 @@ void Health::tick() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (silent && text.empty() && problems_.empty())
-      text = "input comes in but nothing goes out yet";
+      text = "input arrives but no output is published yet";
     if (!text.empty() && text != silence_text_) ROS_WARN_STREAM(name_ << ": no output: " << text);
     silence_text_ = text;
   }

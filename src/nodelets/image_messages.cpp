@@ -25,7 +25,7 @@ cv::Mat1f floatView(const sensor_msgs::Image& message, const std::string& name) 
   if (message.encoding != sensor_msgs::image_encodings::TYPE_32FC1 || message.is_bigendian)
     throw std::invalid_argument(name + " has encoding '" + message.encoding +
                                 (message.is_bigendian ? "' (big-endian)" : "'") +
-                                ": little-endian 32FC1 is needed");
+                                ": must be little-endian 32FC1");
   const size_t row_bytes = message.width * sizeof(float);
   if (message.width == 0 || message.height == 0 || message.step < row_bytes ||
       message.step % sizeof(float) != 0 ||
@@ -44,9 +44,10 @@ DisparityRange rangeOf(const stereo_msgs::DisparityImage& message) {
   constexpr float kLargest_px = 1e6f;
   if (!(std::abs(message.min_disparity) <= kLargest_px &&
         std::abs(message.max_disparity) <= kLargest_px))
-    throw std::invalid_argument("disparity message has the range " +
-                                std::to_string(message.min_disparity) + " to " +
-                                std::to_string(message.max_disparity) + " px: no such disparities");
+    throw std::invalid_argument(
+        "disparity message has min_disparity = " + std::to_string(message.min_disparity) +
+        " and max_disparity = " + std::to_string(message.max_disparity) +
+        " px: its publisher must set both limits of its disparities");
   DisparityRange range;
   range.min_disparity = static_cast<int>(std::floor(message.min_disparity));
   range.count = static_cast<int>(std::ceil(message.max_disparity)) - range.min_disparity + 1;

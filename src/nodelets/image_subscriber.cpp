@@ -37,7 +37,7 @@ ImageSubscriber::ImageSubscriber(ros::NodeHandle node, const std::string& topic,
         topic, queue, callback, ros::VoidPtr(), image_transport::TransportHints(transport, hints));
   } catch (const image_transport::TransportLoadException& e) {
     throw std::runtime_error("image_transport = " + transport + ": cannot be used (" + e.what() +
-                             "); raw and compressed can, others need their plugin package");
+                             "); set it to raw or compressed, or install its plugin package");
   }
 }
 

@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr char kCure[] = ": they must come from the clock of the images, at 20 Hz or more";
+constexpr char kCure[] = ": stamp it by the clock of the images, and send it at 20 Hz or more";
 
 }  // namespace
 
@@ -38,8 +38,7 @@ std::string ImuRotation::forEachStep(ros::Time previous, ros::Time now, bool& co
     return std::string("its last stamp is before the image's") + kCure;
   }
   if (samples_.front().stamp > previous)
-    return std::string("its stamps begin after that of the image before, or have jumped back") +
-           kCure;
+    return std::string("its stamps begin after the previous image's, or jumped back") + kCure;
   for (size_t i = 1; i < samples_.size(); ++i) {
     const Sample &before = samples_[i - 1], &after = samples_[i];
     const double begin_s = std::max(0.0, (previous - before.stamp).toSec());

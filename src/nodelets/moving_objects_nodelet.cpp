@@ -204,10 +204,10 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
              "camera:=<namespace>), or remap";
     // Without images there are no disparities either.
     if (topics[kLeft].isSilent())
-      return "nothing comes on " + topics[kLeft].name +
+      return "no messages arrive on " + topics[kLeft].name +
              " although it is advertised: is the camera running, or is the bag paused?";
     if (!silent.empty())
-      return "nothing comes on " + silent +
+      return "no messages arrive on " + silent +
              " although it is advertised: see the diagnostics of the Disparity nodelet";
     return matcher_->describeMismatch();
   }
@@ -259,7 +259,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
       health_->solved("pose");
     else
       health_->problem("pose", Health::Severity::kDegraded,
-                       "tf does not know '" + now.frame_id + "' in odom_frame '" +
+                       "tf has no pose of '" + now.frame_id + "' in odom_frame '" +
                            params_.odom_frame +
                            "' at the image's stamp: no velocities. Run the EgoMotion nodelet with "
                            "publish_tf, or set odom_frame to the fixed frame of your odometry");

@@ -133,7 +133,9 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
   const cv::Mat1b grey = greyImage(left, "left", buffer);
   const cv::Mat1b moving = greyImage(mask, "mask", mask_buffer);
   if (moving.size() != grey.size())
-    throw std::invalid_argument("moving_objects/mask and the left image differ in size");
+    throw std::invalid_argument(
+        "moving_objects/mask and the left image differ in size; do the topics belong to one "
+        "camera?");
   auto message = boost::make_shared<sensor_msgs::Image>();
   allocateImage(left.header, grey.size(), sensor_msgs::image_encodings::BGR8, *message);
   cv::Mat3b image = writableView<cv::Vec3b>(*message);
@@ -166,7 +168,10 @@ sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
                             floatView(predicted_variance, "predicted_variance")};
   for (const cv::Mat1f& map : maps)
     if (map.size() != maps[0].size())
-      throw std::invalid_argument("measured and predicted disparity and variance differ in size");
+      throw std::invalid_argument(
+          "measured and predicted disparity and variance differ in size; do the topics belong to "
+          "one "
+          "camera?");
   auto message = boost::make_shared<sensor_msgs::Image>();
   allocateImage(measured.header, maps[0].size(), sensor_msgs::image_encodings::TYPE_32FC1,
                 *message);

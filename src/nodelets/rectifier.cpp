@@ -55,7 +55,7 @@ void Rectifier::calibrate(const sensor_msgs::CameraInfo& info, cv::Size size) {
   else
     throw std::invalid_argument(
         "camera_info has distortion_model '" + info.distortion_model +
-        "': plumb_bob, rational_polynomial and equidistant are known; calibrate with one of them");
+        "': must be plumb_bob, rational_polynomial or equidistant; calibrate with one of these");
   info_ = info;
 }
 
@@ -66,7 +66,8 @@ sensor_msgs::ImagePtr Rectifier::rectify(const sensor_msgs::Image& raw,
     calibrate(info, grey.size());
   } catch (const cv::Exception& error) {  // e.g. for a number of coefficients that it does not know
     info_ = sensor_msgs::CameraInfo();
-    throw std::invalid_argument("camera_info cannot be used: " + error.msg);
+    throw std::invalid_argument("camera_info cannot be used; calibrate the camera again: " +
+                                error.msg);
   }
   sensor_msgs::ImagePtr rectified = images_.take();
   allocateImage(raw.header, grey.size(), sensor_msgs::image_encodings::MONO8, *rectified);

@@ -98,7 +98,8 @@ class RectifyNodelet : public nodelet::Nodelet {
     if (!unpublished.empty())
       return "nobody publishes " + unpublished +
              ": start the camera driver in this namespace (launch argument camera:=<namespace>)";
-    return "no " + raw_.getTopic() + " comes with a " + info_topic_ + " of the same stamp";
+    return "no image on " + raw_.getTopic() + " has the stamp of a message on " + info_topic_ +
+           ": the camera driver must give both the same stamp";
   }
 
   // Callbacks of a nodelet's node handle come one at a time.

@@ -101,7 +101,7 @@ std::string StampMatcher::describeMismatch() const {
        << worst_s * 1e3 << " ms or more, but ";
   if (params_.approximate_sync)
     text << "sync_tolerance allows " << params_.sync_tolerance * 1e3
-         << " ms: set sync_tolerance above it, or synchronise the cameras";
+         << " ms: set sync_tolerance above the difference, or synchronise the cameras";
   else
     text << "approximate_sync is false: set approximate_sync to true";
   return text.str();

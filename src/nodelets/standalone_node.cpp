@@ -9,8 +9,8 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i)
     if (std::strcmp(argv[i], "--help") == 0 || std::strcmp(argv[i], "-h") == 0) {
       std::cout << "Runs the nodelet " NODELET_TYPE
-                   " as a node. Give names and parameters the ROS "
-                   "way:\n  rosrun predictive_stereo " NODE_NAME
+                   " as a node. Names and parameters are ROS arguments:\n"
+                   "  rosrun predictive_stereo " NODE_NAME
                    " __ns:=/stereo _parameter:=value topic:=other_topic\n";
       return 0;
     }

@@ -104,7 +104,7 @@ std::string StereoInput::describeMissingInput() const {
     return "nobody publishes " + unpublished +
            ": run in the camera's namespace (launch argument camera:=<namespace>), or remap";
   if (!silent.empty())
-    return "nothing comes on " + silent +
+    return "no messages arrive on " + silent +
            " although it is advertised: is the camera running, or is the bag paused?";
   return matcher_.describeMismatch();
 }

@@ -77,7 +77,7 @@ cv::Size imageSize(const sensor_msgs::CameraInfo& info) {
   constexpr unsigned kLargest = std::numeric_limits<int>::max();
   if (width > kLargest || height > kLargest)
     throw std::invalid_argument("camera_info is for " + sizeText(width, height) +
-                                " images, which no camera has: calibrate it again");
+                                " images: no camera has this size; calibrate it again");
   return cv::Size(static_cast<int>(width / std::max(1u, info.binning_x)),
                   static_cast<int>(height / std::max(1u, info.binning_y)));
 }

@@ -15,7 +15,8 @@ double rounded(double value) {
 
 // tf refuses values that are not finite, but interpolates between huge ones.
 Eigen::Isometry3d finite(const Eigen::Isometry3d& T) {
-  if (!T.matrix().allFinite()) throw tf2::InvalidArgumentException("the transform is not finite");
+  if (!T.matrix().allFinite())
+    throw tf2::InvalidArgumentException("the transform in tf is not finite: check its publisher");
   return T;
 }
 

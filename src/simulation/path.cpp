@@ -18,11 +18,12 @@ constexpr double kFade_s = 0.4;  // in which a shake begins and ends
 WaypointPath::WaypointPath(const std::vector<Waypoint>& waypoints, const std::vector<Shake>& shakes,
                            uint32_t seed)
     : shakes_(shakes), seed_(seed) {
-  if (waypoints.empty()) throw std::invalid_argument("waypoints: there are none");
+  if (waypoints.empty()) throw std::invalid_argument("waypoints: give at least one");
   for (const Waypoint& w : waypoints) {
     if (!times_s_.empty() && w.time_s <= times_s_.back())
       throw std::invalid_argument("waypoints: time_s = " + std::to_string(w.time_s) +
-                                  " does not follow " + std::to_string(times_s_.back()));
+                                  " must be after the previous one, " +
+                                  std::to_string(times_s_.back()));
     times_s_.push_back(w.time_s);
     values_.emplace_back();
     values_.back() << w.position_m, w.heading_deg * kRadPerDeg, w.pitch_deg * kRadPerDeg,

@@ -30,7 +30,7 @@ void setIndoorLight(Scene& scene, float lamp_pitch_m, float lamp_height_m, float
 Scene drone() {
   Scene s;
   s.name = "drone";
-  s.summary = "in a hall: rests and trembles, takes off, turns at 90 deg/s, hovers (300 frames)";
+  s.summary = "in a hall: vibrates at rest, takes off, turns at 90 deg/s, hovers (300 frames)";
   s.site = Site::kHall;
   s.camera = {752, 480, 20, 436, 367.5, 0.51, 0.11, 0.2, 0.05, {0.6, 0.6, 0.4}};
   setIndoorLight(s, 4, 5.9f, 6);
@@ -59,7 +59,7 @@ Scene drone() {
 Scene robot() {
   Scene s;
   s.name = "robot";
-  s.summary = "low above the floor of a corridor with white walls, among people, 5 Hz (100 frames)";
+  s.summary = "low above the floor of a corridor with white walls and people, 5 Hz (100 frames)";
   s.site = Site::kCorridor;
   s.camera = {640, 480, 5, 385, 321.5, 0.5, 0.12, 0.3, -0.1, {0.5, 0.45, 0.5}};
   setIndoorLight(s, 2.4f, 2.65f, 1.2f);
@@ -90,7 +90,7 @@ Scene robot() {
 Scene handheld() {
   Scene s;
   s.name = "handheld";
-  s.summary = "in the hand of someone who walks along a pavement and looks around (200 frames)";
+  s.summary = "held by a person who walks along a pavement and looks around (200 frames)";
   s.camera = {640, 480, 15, 500, 318.5, 0.49, 0.1, 0, 0, {0.6, 0.6, 1.8}};
   s.traffic = busyTraffic();
   s.waypoints = {{0, {-60, -8.7, 1.45}, 0, 0, 0},      {1, {-59.6, -8.7, 1.45}, 5, 3, 0},
@@ -175,8 +175,7 @@ std::vector<Scene> makeScenes() {
     s.drive.turns = "S";
   }
   {
-    Scene& s =
-        scene("near_half_moves", "close behind a truck, between others: half of the view moves");
+    Scene& s = scene("near_half_moves", "close to two trucks and a bus: half of the view moves");
     s.traffic.companions = {{Kind::kTruck, 10, 0, 1.5, 9},
                             {Kind::kBus, 5.5, 3.2, 1, 13},
                             {Kind::kTruck, 11, -3.0, 2, 11}};
@@ -184,7 +183,8 @@ std::vector<Scene> makeScenes() {
     s.drive.turns = "S";
   }
   {
-    Scene& s = scene("highway", "drives at 100 km/h among others who do, and some oncoming ones");
+    Scene& s =
+        scene("highway", "drives at 100 km/h among vehicles of that speed and oncoming ones");
     s.traffic = Traffic();
     s.traffic.companions = {
         {Kind::kCar, 18, 0, 4, 9}, {Kind::kVan, 9, 3.2, 3, 13}, {Kind::kTruck, 35, 0, 3, 11}};
@@ -244,7 +244,7 @@ std::vector<Scene> makeScenes() {
     s.drive.turns = "S";
   }
   {
-    Scene& s = scene("duplicated", "every fifth frame shows the one before once more");
+    Scene& s = scene("duplicated", "every fifth frame repeats the previous one");
     s.sensor.duplicate_every = 5;
     s.drive.turns = "S";
   }

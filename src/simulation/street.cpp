@@ -384,7 +384,8 @@ double Street::rightRowOffset(double x, double y) const { return world_->rowOffs
 StreetFrame Street::render(int index) const {
   if (index < 0 || index >= frames())
     throw std::invalid_argument("index = " + std::to_string(index) +
-                                ": this street has frames 0 to " + std::to_string(frames() - 1));
+                                ": must be a frame of this street, 0 to " +
+                                std::to_string(frames() - 1));
   StreetFrame frame;
   frame.index = index;
   frame.stamp_s = world_->stamp(index);

@@ -138,7 +138,7 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const V
     mover.speed_mps = walk.speed_mps;
     if (!isFree(mover, movers, path, body_m))
       throw std::invalid_argument("walk " + std::to_string(mover.id) +
-                                  " meets the camera or another one");
+                                  " collides with the camera or with another one; change its path");
     movers.push_back(mover);
   }
   // Candidates one kind after the other; those who would collide are left out.

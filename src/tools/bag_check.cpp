@@ -52,7 +52,7 @@ class Checker {
   BagCheck run() {
     types_ = topicTypes(bag_);
     if (types_.empty()) {
-      fault("the bag is empty");
+      fault("the bag is empty: record the images and camera_info topics");
       return result_;
     }
     if (!chooseCamera()) return result_;
@@ -100,7 +100,7 @@ class Checker {
       camera_ = cameras[0];
       good("layout: " + camera_.name);
       for (size_t i = 1; i < cameras.size(); ++i)
-        advice("there is also: " + cameras[i].name + " (--left " + cameras[i].topics.left +
+        advice("the bag also has: " + cameras[i].name + " (--left " + cameras[i].topics.left +
                " --right " + cameras[i].topics.right + ")");
       return true;
     }
@@ -108,15 +108,16 @@ class Checker {
     const std::string packed = topicsOfType("sensor_msgs/CompressedImage");
     if (!packed.empty()) images += (images.empty() ? "" : ", ") + packed;
     if (!images.empty() && topicsOfType("sensor_msgs/CameraInfo").empty())
-      fault("there are images (" + images +
+      fault("the bag has images (" + images +
             ") but no sensor_msgs/CameraInfo, the calibration: record the camera_info topics too");
     else if (!images.empty())
       fault(
-          "no stereo camera of a known layout; choose by --left and --right from the image "
-          "topics " +
-          images + ", each with a camera_info beside it");
+          "the bag has no stereo camera of a known layout; choose with --left and --right from the "
+          "image topics " +
+          images + "; each needs a camera_info topic beside it");
     else
-      fault("no topic has type sensor_msgs/Image or sensor_msgs/CompressedImage");
+      fault(
+          "no topic has type sensor_msgs/Image or sensor_msgs/CompressedImage: record the images");
     return false;
   }
 
@@ -171,8 +172,8 @@ class Checker {
       return text + "Record " + (stream < 2 ? "the images" : "the calibration") + " too";
     if (stream < 2)
       return text +
-             "Choose by --camera, or --left and --right; or rename with rosbag play's old:=new";
-    return text + "Give the one that belongs to the image to the launch file, as " +
+             "Choose with --camera, or --left and --right; or rename with rosbag play's old:=new";
+    return text + "Give the image's camera_info to the launch file, as " +
            (stream == 2 ? "left_info:=" : "right_info:=") +
            "<topic>; or rename it with rosbag play's old:=new";
   }
@@ -228,8 +229,8 @@ class Checker {
         format("the first left image is dark: no pixel is brighter than %.0f of 255", brightest) +
         (pair_.left->encoding.find("16") == std::string::npos
              ? ""
-             : ". Of 16 bit the upper 8 are used: where the camera has fewer bits, set its driver "
-               "to mono8"));
+             : ". The upper 8 of 16 bits are used: if the camera has fewer than 16 bits, set its "
+               "driver to mono8"));
   }
 
   // Largest distance of a stamp of `a` to the nearest one of `b`, leaving out the worst 5 %: single
@@ -253,12 +254,12 @@ class Checker {
   void checkStamps() {
     for (size_t i = 0; i < 2; ++i)
       if (streams_[i].unstamped()) {
-        fault(streams_[i].topic + " has stamps of zero: the driver must stamp its images");
+        fault(streams_[i].topic + " has stamps of zero: the camera driver must stamp its images");
         return;
       }
     const std::vector<ros::Time>& left = streams_[0].stamps;
     if (left.size() < 2) {
-      advice("one pair only: there is nothing to predict from");
+      advice("the bag has fewer than two left images: without a past nothing can be predicted");
       return;
     }
     std::vector<double> periods;
@@ -275,14 +276,14 @@ class Checker {
     good(format("%zu left images in the first %.1f s, %.1f Hz", left.size(),
                 (left.back() - left.front()).toSec(), rate_hz));
     if (backward)
-      advice(format("stamps go back %zu times: everything starts anew there", backward));
+      advice(format("stamps go back %zu times: all nodelets start anew there", backward));
     if (gaps)
-      advice(format("%zu gaps of more than max_gap = %g s: everything starts anew after them", gaps,
-                    kLargestGap_s));
+      advice(format("%zu gaps of more than max_gap = %g s: all nodelets start anew after them",
+                    gaps, kLargestGap_s));
     if (rate_hz < kSlow_hz)
       advice(
-          format("%.1f Hz is slow: the further the camera moves between two frames, the less "
-                 "the past can predict",
+          format("%.1f Hz is slow: the prediction gets worse with the camera's motion between two "
+                 "frames; record at a higher rate",
                  rate_hz));
     checkSynchronisation(period_s);
   }
@@ -297,7 +298,8 @@ class Checker {
       if (distance_s < 0.5 * period_s) continue;
       fault(streams_[i].topic +
             format(": its stamps differ from those of the left images by %.3f s, half the time "
-                   "between two frames (%.3f s) or more: the cameras are not synchronised",
+                   "between two frames (%.3f s) or more: the cameras are not synchronised; trigger "
+                   "them together",
                    distance_s, period_s));
       return;
     }
@@ -312,8 +314,8 @@ class Checker {
       const double tolerance_s = std::min(0.49 * period_s, 1.2 * largest_s);
       argument(format("sync_tolerance:=%.4f", tolerance_s));
       advice(
-          format("stamps of both cameras differ by up to %.1f ms: sync_tolerance:=%.4f; fast "
-                 "motion will be seen as disparity",
+          format("stamps of both cameras differ by up to %.1f ms: give sync_tolerance:=%.4f; fast "
+                 "motion makes disparities wrong",
                  1e3 * largest_s, tolerance_s));
     }
   }
@@ -343,14 +345,13 @@ class Checker {
       const std::string root = rootOf(frame);
       if (root != frame) {
         argument("base_frame:=" + root);
-        advice("tf has no path from " + base + " to " + frame + ": base_frame:=" + root +
-               " takes what the camera is fixed to as the robot");
+        advice("tf has no path from " + base + " to " + frame + ": give base_frame:=" + root +
+               ", the frame that the camera is fixed to");
         return;
       }
       argument("camera_is_base:=true");
-      advice(
-          "tf has no path from " + base + " to " + frame +
-          ": camera_is_base:=true takes the left camera itself as the base; or give base_frame:=");
+      advice("tf has no path from " + base + " to " + frame +
+             ": give camera_is_base:=true, which makes the left camera the base, or base_frame:=");
       return;
     }
     good("tf: " + base + " to " + frame + " is there");
@@ -358,9 +359,8 @@ class Checker {
     if (parent != moving_parents_.end()) {
       argument("publish_tf:=false");
       argument("odom_frame:=" + parent->second);
-      advice("the bag's tf moves " + base + " in " + parent->second +
-             " itself: publish_tf:=false, and odom_frame:=" + parent->second +
-             " takes the motion from there");
+      advice("the bag's own tf moves " + base + " in " + parent->second +
+             ": give publish_tf:=false and odom_frame:=" + parent->second + " to use this motion");
     }
   }
 

@@ -13,7 +13,7 @@ BagFile::BagFile(const std::string& path)
       temporary_(path + ".part" + std::to_string(getpid())),
       bag_(std::make_unique<rosbag::Bag>()) {
   if (std::filesystem::is_directory(path))
-    throw std::runtime_error(path + ": is a folder, not the name of a bag");
+    throw std::runtime_error(path + ": is a folder; give the name of a file");
   try {
     bag_->open(temporary_, rosbag::bagmode::Write);
   } catch (const rosbag::BagException& error) {
@@ -21,7 +21,7 @@ BagFile::BagFile(const std::string& path)
     abandon();
     if (made) fail(error.what());  // but its first bytes could not be written
     throw std::runtime_error(path +
-                             ": cannot be written; is there such a folder, and may you write "
+                             ": cannot be written; does the folder exist, and may you write "
                              "to it? (" +
                              error.what() + ")");
   }

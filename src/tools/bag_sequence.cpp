@@ -30,7 +30,7 @@ void open(const std::string& path, rosbag::Bag& bag) {
   try {
     bag.open(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(path + ": is no bag that can be read (" + error.what() + ")");
+    throw std::runtime_error(path + ": cannot be read as a bag (" + error.what() + ")");
   }
 }
 
@@ -75,7 +75,7 @@ class BagSequence : public Sequence {
     const StereoPair pair = pairAt(index);
     if (stereoRig(pair) != rig_)
       throw std::runtime_error(name_ + ": the calibration changes at pair " +
-                               std::to_string(index));
+                               std::to_string(index) + "; split the bag there (rosbag filter)");
     cv::Mat1b left, right;
     SequenceFrame frame;
     frame.left = greyImage(*pair.left, "left", left).clone();
@@ -168,7 +168,9 @@ class BagSequence : public Sequence {
       const auto array = message.instantiate<MovingObjectArray>();
       const auto R = R_odom_cam.find(array->header.stamp);
       if (R == R_odom_cam.end())
-        throw std::runtime_error(name_ + ": truth/odometry lacks a stamp of truth/moving_objects");
+        throw std::runtime_error(name_ + ": truth/odometry has no message with stamp " +
+                                 std::to_string(array->header.stamp.toSec()) +
+                                 " of truth/moving_objects");
       std::vector<ObjectLabel>& labels = truth_[array->header.stamp];
       for (const MovingObject& object : array->objects)
         labels.push_back(trueObject(0, static_cast<int>(object.id), "mover", boxOf(object),
@@ -217,8 +219,8 @@ Detector recordedDetector(const std::string& path, const Sequence& sequence) {
                topics.end());
   if (topics.size() != 1)
     throw std::runtime_error(path + ": has " + std::to_string(topics.size()) +
-                             " topics .../moving_objects (predictive_stereo/MovingObjectArray) but "
-                             "one is needed");
+                             " topics .../moving_objects (predictive_stereo/MovingObjectArray): "
+                             "give a bag with one");
   // Stamps become floating-point seconds in between: rounded to microseconds.
   const auto key = [](double stamp_s) { return std::llround(stamp_s * 1e6); };
   const auto recorded = std::make_shared<std::map<long long, std::vector<DetectedObject>>>();

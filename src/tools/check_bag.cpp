@@ -14,15 +14,15 @@ namespace {
 
 constexpr char kHelp[] = R"(Usage: check_bag BAG [options]
 
-Says whether the nodelets can use a bag, with which launch file and arguments, and what is wrong
-where they cannot: topics, encodings, sizes, calibrations, stamps, tf. Needs no ROS master.
+Checks whether the nodelets can use a bag. Prints the launch file and its arguments, and each fault
+with its cure: topics, encodings, sizes, calibrations, stamps, tf. Needs no ROS master.
 
   --camera NS           check this camera: NS/{left,right}/{image_rect,camera_info}
   --left T --right T    check these image topics, with camera_info beside them
-  --launch              print nothing but the launch file and its arguments, quoted for a shell
-                        where that is needed; faults on stderr
+  --launch              print only the launch file and its arguments, quoted for a shell if
+                        necessary; faults go to stderr
 
-Exit status: 0: the bag can be used; 1: it cannot; 2: wrong use.
+Exit status: 0: the bag can be used; 1: it cannot be used; 2: wrong command line.
 )";
 
 const char* mark(BagFinding::Level level) {
@@ -58,19 +58,18 @@ int check(const CommandLine& command_line) {
   const StereoTopicChoice choice{command_line.get("camera"), command_line.get("left"),
                                  command_line.get("right")};
   if (choice.left.empty() != choice.right.empty())
-    throw UsageError("--left and --right go together");
+    throw UsageError("give --left and --right together");
   if (!choice.left.empty() && !choice.camera.empty())
-    throw UsageError("--camera and --left/--right exclude each other");
+    throw UsageError("give either --camera, or --left and --right, not both");
   const std::string path = command_line.positional()[0];
 
-  if (!std::filesystem::is_regular_file(path))
-    throw std::runtime_error(path + ": there is no such file");
+  if (!std::filesystem::is_regular_file(path)) throw std::runtime_error(path + ": file not found");
   rosbag::Bag bag;
   try {
     bag.open(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
     throw std::runtime_error(path +
-                             ": has no index (was its recording cut off?); run rosbag reindex");
+                             ": has no index (was the recording cut off?); run rosbag reindex");
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(path + ": " + error.what());
   }

@@ -21,29 +21,29 @@ namespace fs = std::filesystem;
 constexpr char kHelp[] =
     R"(Usage: estimate_noise DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] --output DIR [options]
 
-Estimates from laser scans, on what stands still (the paper's section 3):
-  process noise q      scans moved by the estimated ego-motion, against the next frame's scans
+Estimates from laser scans of the static scene (the paper's section 3):
+  process noise q      scans, moved by the estimated ego-motion, against the next frame's scans
   measurement noise r  full search of each pair by itself, against the scan
-and beyond it the parameters of the published variance, in closed loop, such that sigma and
-2 sigma are the 68.3 and 95.4 % quantiles of the absolute error as nearly as both can be had.
+and, beyond the paper, the parameters of the published variance: in closed loop, such that sigma and
+2 sigma are as close as possible to the 68.3 and 95.4 % quantiles of the absolute error.
 
-Writes to DIR: noise.yaml (parameters as pipeline configs have them, with provenance),
-process_noise.{png,csv}, measurement_noise.{png,csv}, and of each drive DRIVE_process_error.png and
+Writes to DIR: noise.yaml (parameters in the format of config/*.yaml, with provenance),
+process_noise.{png,csv}, measurement_noise.{png,csv}, and for each drive DRIVE_process_error.png and
 DRIVE_measurement_error.png: absolute errors accumulated over the image (the paper's figure 3).
 
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
   --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
-                      what moves is left out. Without labels all that is seen counts as static.
-  --street SCENE      adds a scene of the synthetic street, whose truth has no noise, to what the
-                      published variance is fitted to; may be given several times
+                      they are left out. Without labels the whole scene counts as static.
+  --street SCENE      adds a scene of the synthetic street, whose ground truth has no noise, to the
+                      data for the published variance; may be given several times
   --street-frames N   its number of frames (default 20)
-  --kitti2015 DIR     adds the pairs of a KITTI 2015 "training" folder, each without a past:
-                      all together have the weight of one drive or scene
-  --all-errors        q and r are the variances of all errors, as in the paper; without it gross
-                      errors (> 3 px), which are no noise, do not count
+  --kitti2015 DIR     adds the pairs of a KITTI 2015 "training" folder, each without a past;
+                      together they have the weight of one drive or scene
+  --all-errors        q and r are the variances of all errors, as in the paper; without this option
+                      gross errors (> 3 px) do not count, as they are not noise
   --config YAML       parameters to start from, as in evaluate_kitti
   --set NAME=VALUE    one parameter; may be given several times
-  --frames N          at most so many frames of each drive
+  --frames N          use at most N frames of each drive
   --threads N         (default: all cores)
 )";
 

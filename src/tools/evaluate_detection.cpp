@@ -19,31 +19,32 @@ constexpr char kHelp[] =
        evaluate_detection DATE_DIR DRIVE --labels CSV [options]
        evaluate_detection --street SCENE [options]
 
-Runs the package over stereo sequences and measures its moving objects against labels: recall,
-precision, false boxes per frame, IoU of boxes, id switches, errors of distance and speed; of all
-objects, by direction of motion against the line of sight (toward, away, crossing) and by distance.
-Of several sequences it prints recall and precision of each one and of all as one, at IoU 0.3 and
-0.5, and how often boxes of some score are right.
+Runs the package on stereo sequences and measures its moving objects against labels: recall,
+precision, false boxes per frame, IoU of boxes, id switches, errors of distance and speed; for all
+objects, by direction of motion relative to the line of sight (toward, away, crossing) and by
+distance. For several sequences it prints recall and precision of each one and of all together, at
+IoU 0.3 and 0.5, and the share of correct boxes by score.
 
 Sequences, one or several:
   BAG                 a bag with a rectified stereo pair; frames are its pairs, from 0. Bags of
-                      street_to_bag have truth of their own and need no labels.
+                      street_to_bag contain ground truth and need no labels.
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it, e.g.
                       2011_09_26 2011_09_26_drive_0009_sync; frames are the numbers of image files
   --kitti2012 DIR     all scenes of a KITTI 2012 "training" folder; nothing moves in them
   --street SCENE      a scene of the synthetic street (see street_to_bag --help)
   --street-frames N   its number of frames (default 40)
-  --shift-right PX    moves all right images so far to the right, as a rig whose right camera was
-                      turned after the calibration
+  --shift-right PX    shifts all right images to the right, as if the right camera had been turned
+                      after the calibration
 
 Labels and objects:
   --labels CSV        frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard with
-                      this header line. Class "ignore" and hard = 1 neither count nor harm; a box
-                      on class "static" is false. Frames without labels count for false boxes. For
-                      several sequences a folder with NAME.csv for each drive or bag.
-  --objects BAG       measures the topic moving_objects of this bag, as replay or the nodelets wrote
-                      it, in place of running the package. It may be the same bag. Frames of which
-                      it has no message count as frames without objects.
+                      this header line. Objects of class "ignore" or with hard = 1 do not count, and
+                      boxes on them are not false; a box on class "static" is false. In frames
+                      without labels every box is false. For several sequences give a folder with
+                      NAME.csv for each drive or bag.
+  --objects BAG       measures the topic moving_objects of this bag, which replay or the nodelets
+                      wrote, instead of running the package. It may be the same bag. Frames without
+                      a message count as frames without objects.
   --camera NS, --left T --right T
                       the topics of a bag, as in replay
 
@@ -51,27 +52,28 @@ Parameters:
   --scheme NAME       default or paper: the same as --set moving_objects/scheme=NAME
   --config YAML       as in config/*.yaml
   --set NAME=VALUE    one parameter, e.g. moving_objects/motion/min_tracks=5; may be repeated
-  --list-parameters   prints all parameters with their values and limits, and ends
-  --frames N          at most so many frames of each sequence
+  --list-parameters   prints all parameters with their values and limits, and exits
+  --frames N          use at most N frames of each sequence
   --threads N         (default: all cores)
 
-  --perturb           runs each sequence again with changes that should not matter: other search
-                      ranges, noise, contrast, mirrored images, columns that are off, missing
-                      frames, every second frame; prints the figures under each of them, their mean
-                      and their standard deviation
+  --perturb           runs each sequence again with perturbations that should not matter: other
+                      search ranges, noise, contrast, mirrored images, a column offset, missing
+                      frames, every second frame; prints the figures of each one, their mean and
+                      their standard deviation
 
-Printed as well: the slowest speeds that the default scheme can see with this camera and frame rate,
+Also printed: the slowest speeds that the default scheme can detect with this camera and frame rate,
 by distance.
 
 Results:
-  --csv FILE          writes the figures, and every label and box into FILE's name with _frames
+  --csv FILE          writes the figures, and every label and box into a second file, with _frames
+                      added to its name
   --html DIR          writes DIR/index.html with the figures and the frames with errors, and each
                       frame as a picture into DIR/frames
 
-A box is right where its IoU with a demanded object is 0.3 or more; objects are demanded from the
-third frame on that they are visible. Of the street are demanded: objects nearer than 35 m, faster
-than 2 m/s over ground, at least half visible, with a box of 400 px^2 or more. Errors are medians of
-absolute values, of speed up to 25 m.
+A box is correct if its IoU with a demanded object is 0.3 or more. An object is demanded from the
+third frame on in which it is visible. In streets, objects are demanded that are nearer than 35 m,
+faster than 2 m/s over ground, at least half visible, and have a box of 400 px^2 or more. Errors are
+medians of absolute values; speed errors are of objects up to 25 m away.
 )";
 
 // Of one sequence; none: it has to know by itself.
@@ -116,7 +118,7 @@ int evaluate(const CommandLine& command_line) {
   const StereoTopicChoice topics{command_line.get("camera"), command_line.get("left"),
                                  command_line.get("right")};
   if (topics.left.empty() != topics.right.empty())
-    throw UsageError("--left and --right go together");
+    throw UsageError("give --left and --right together");
   const auto groups = openSequences(
       command_line, [&](const std::string& path) { return bagSequence(path, topics); });
 
@@ -128,20 +130,20 @@ int evaluate(const CommandLine& command_line) {
       ++sequences;
       labels.push_back(labelsFor(command_line, *sequence));
       if (!labels.back() && !sequence->objects(0))
-        throw UsageError(sequence->name() + ": nothing is known of what moves; give --labels CSV");
+        throw UsageError(sequence->name() + ": has no labels of moving objects; give --labels CSV");
     }
   if (sequences > 1 && command_line.has("labels") && !fs::is_directory(command_line.get("labels")))
     throw UsageError("--labels = " + command_line.get("labels") +
                      ": must be a folder with NAME.csv for each of several sequences");
   if (sequences > 1 && command_line.has("objects"))
-    throw UsageError("--objects goes with one sequence only");
+    throw UsageError("--objects: give one sequence, not " + std::to_string(sequences));
   if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
     makeFolder(folder);
   std::optional<Pictures> pictures;
   if (command_line.has("html")) pictures.emplace(command_line.get("html"));
 
   const bool recorded = command_line.has("objects"), perturb = command_line.has("perturb");
-  if (recorded && perturb) throw UsageError("--perturb runs the package: it excludes --objects");
+  if (recorded && perturb) throw UsageError("give either --perturb or --objects, not both");
   std::vector<DetectionEvaluation> evaluations;
   std::vector<PerturbedEvaluation> runs;
   for (const Perturbation& change : perturbations())

@@ -22,35 +22,37 @@ namespace fs = std::filesystem;
 constexpr char kHelp[] =
     R"(Usage: evaluate_kitti DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
 
-Measures disparities against truth: KITTI raw drives against their laser scans, scenes of KITTI
-2012 and synthetic streets against dense truth. Outliers are off by more than 3 px and 5 %.
+Measures disparities against ground truth: KITTI raw drives against their laser scans, scenes of
+KITTI 2012 and synthetic streets against dense ground truth. Outliers have an error above 3 px and
+5 %.
 
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it, e.g.
                       2011_09_26 2011_09_26_drive_0009_sync
   --kitti2012 DIR     all scenes of a KITTI 2012 "training" folder, counted as one sequence
   --kitti2015 DIR     all pairs of a KITTI 2015 "training" folder, each by itself: D1 of background,
-                      vehicles and all, as the devkit counts, pooled over pairs. --csv writes them
-                      into FILE's name with _kitti2015, --html writes DIR/kitti2015.html
+                      vehicles and all pixels, counted as the devkit does, pooled over pairs. --csv
+                      writes them into FILE with _kitti2015 added to its name, --html writes
+                      DIR/kitti2015.html
   --kitti2015-as-sequence
-                      its pairs as one sequence; some show the same place some time apart, most
-                      do not
+                      its pairs as one sequence; only some neighbouring pairs show the same place
   --street SCENE      a scene of the synthetic street; may be given several times
   --street-frames N   its number of frames (default 40)
-  --shift-right PX    moves all right images so far to the right, as a rig whose right camera was
-                      turned after the calibration
+  --shift-right PX    shifts all right images to the right, as if the right camera had been turned
+                      after the calibration
   --methods LIST      of opencv_hh, opencv_3way, opencv_hh_aligned, ours, ours_diagonal, ours_8,
                       ours_full; comma-separated (default: all). With matcher/exact_ranges, as in
-                      config/paper.yaml, also ours_widened and ours_8_widened: search ranges as vector
-                      code widens them, whose times are the ones to compare
+                      config/paper.yaml, also ours_widened and ours_8_widened: search ranges as
+                      widened by vector code; compare the times of these
   --quick             only opencv_hh and ours
-  --cache DIR         keeps OpenCV's disparities there, for the next run. Empty it after a change
+  --cache DIR         stores OpenCV's disparities in DIR for the next run. Empty it after a change
                       of images or of row alignment.
-  --config YAML       parameters of this package, as config/*.yaml of its sources
+  --config YAML       parameters of this package, e.g. one of config/*.yaml
   --set NAME=VALUE    one parameter, e.g. disparity/matcher/p1=12; may be given several times
-  --list-parameters   prints all parameters with their values and limits, and ends
-  --csv FILE          writes all figures; those of each frame into FILE's name with _frames
+  --list-parameters   prints all parameters with their values and limits, and exits
+  --csv FILE          writes all figures, and those of each frame into a second file, with _frames
+                      added to its name
   --html DIR          writes DIR/index.html, one page with all figures, plots and pictures
-  --frames N          at most so many frames of each sequence
+  --frames N          use at most N frames of each sequence
   --threads N         for all methods (default: all cores)
 )";
 
@@ -92,7 +94,11 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
   for (std::string name; std::getline(names, name, ',');) {
     const auto method = std::find_if(known.begin(), known.end(),
                                      [&](const NamedMethod& m) { return m.name == name; });
-    if (method == known.end()) throw UsageError("unknown method " + name);
+    if (method == known.end()) {
+      std::string names;
+      for (const NamedMethod& m : known) names += (names.empty() ? "" : ", ") + m.name;
+      throw UsageError("--methods: unknown method " + name + "; choose from " + names);
+    }
     chosen.push_back(*method);
   }
   return chosen;
@@ -181,9 +187,9 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   }
   if (!command_line.has("html")) return;
   std::string page =
-      "<p>D1: off by more than 3 px and 5 %. Interpolated: pixels without a disparity are filled "
-      "as "
-      "the devkit does. Truth includes pixels that the right camera does not see.</p>\n";
+      "<p>D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity "
+      "are filled as the devkit does. Ground truth includes pixels that the right camera does not "
+      "see.</p>\n";
   for (const Table& table : tables)
     if (!table.rows.empty()) page += table.html();
   for (const size_t scene : worstSceneIndices2015(results, shown, kWorst))

@@ -16,28 +16,29 @@ namespace {
 constexpr char kHelp[] =
     R"(Usage: evaluate_odometry DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
 
-Measures ego-motion against true poses: of poses_gt_cam0.txt where the drive has it, else of oxts
-(whose positions jitter by some 0.05 m from frame to frame, and drift where GPS is poor).
+Measures ego-motion against true poses: those of poses_gt_cam0.txt if the drive has this file,
+otherwise those of oxts (whose positions jitter by about 0.05 m from frame to frame, and drift where
+GPS is poor).
 
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it
   --street SCENE      a scene of the synthetic street; may be given several times
   --street-frames N   its number of frames (default 40)
   --street-rate HZ    its frames per second (default: the scene's own)
-  --shift-right PX    moves all right images so far to the right, as a rig whose right camera was
-                      turned after the calibration
-  --csv FILE          writes the figures of each sequence; those of each frame into FILE's name with
-                      _frames
+  --shift-right PX    shifts all right images to the right, as if the right camera had been turned
+                      after the calibration
+  --csv FILE          writes the figures of each sequence, and those of each frame into a second
+                      file, with _frames added to its name
   --pictures DIR      writes each path, seen from above, as PNG and SVG
   --config YAML       parameters, as in evaluate_kitti
   --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
-  --frames N          at most so many frames of each sequence
-  --every N           every Nth frame alone
-  --rotation-prior KIND  what a sensor says of the rotation between frames: none (default), gyro, or
-                      a sensor with a fault: opposite, axes, scaled, biased, stale, zero, random, nan
+  --frames N          use at most N frames of each sequence
+  --every N           use every Nth frame only
+  --rotation-prior KIND  rotation between frames from a simulated sensor: none (default), gyro, or a
+                      faulty one: opposite, axes, scaled, biased, stale, zero, random, nan
   --threads N         (default: all cores)
 
-Printed: mean error of each frame's motion; KITTI's relative errors over 5 to 100 m; the mean
-normalised error squared, divided by 6 (1: covariances are right); ms per frame.
+Printed: mean error of the motion per frame; KITTI's relative errors over 5 to 100 m; the mean
+normalised error squared, divided by 6 (1: the covariance is consistent); ms per frame.
 )";
 
 void print(const OdometryEvaluation& e) {

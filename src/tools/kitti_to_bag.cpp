@@ -20,7 +20,7 @@ raw_synced bags. Needs no ROS master. An existing OUT.bag is replaced.
 
 Topics: /kitti/camera_gray_left/{image_raw,camera_info} and the right one's (or camera_color_...),
 /kitti/oxts/{imu,gps/fix,gps/vel}, /kitti/velo/pointcloud, /tf (world -> base_link), /tf_static.
-The images are rectified already, although they are named image_raw.
+The images are rectified, although they are named image_raw.
 )";
 
 int convert(const CommandLine& command_line) {

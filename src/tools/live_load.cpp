@@ -193,7 +193,7 @@ LiveLoad::LiveLoad(const std::string& path, const StereoTopicChoice& choice, int
   try {
     bag.open(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(path + ": is no bag that can be read (" + error.what() + ")");
+    throw std::runtime_error(path + ": cannot be read as a bag (" + error.what() + ")");
   }
   const StereoTopics topics = findStereoTopics(bag, choice);
   const std::vector<std::string> names = {topics.left, topics.left_info, topics.right,
@@ -218,7 +218,8 @@ LiveLoad::LiveLoad(const std::string& path, const StereoTopicChoice& choice, int
                         boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[3])});
   }
   if (pairs_.size() < 2)
-    throw std::runtime_error(path + ": has not two stereo pairs. " + matcher.describeMismatch());
+    throw std::runtime_error(path + ": has fewer than two stereo pairs. " +
+                             matcher.describeMismatch());
   period_ = (pairs_.back().left->header.stamp - pairs_.front().left->header.stamp) *
             (1.0 / (pairs() - 1));
 }
@@ -259,13 +260,14 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
        {std::pair("ego_motion", "EgoMotion"), std::pair("disparity", "Disparity"),
         std::pair("moving_objects", "MovingObjects")})
     if (!loader.load(ns + "/" + name, std::string("predictive_stereo/") + type, {}, {}))
-      throw std::runtime_error(std::string("the nodelet ") + type + " does not load");
+      throw std::runtime_error(std::string("the nodelet ") + type +
+                               " cannot be loaded; source the workspace's setup.bash first");
   if (!waitUntil([&] {
         return left.getNumSubscribers() > 0 && right.getNumSubscribers() > 0 &&
                left_info.getNumSubscribers() > 0 && right_info.getNumSubscribers() > 0 &&
                listener.connected();
       }))
-    throw std::runtime_error("the nodelets do not subscribe");
+    throw std::runtime_error("the nodelets do not subscribe to the images; see the log above");
   std::this_thread::sleep_for(std::chrono::seconds(1));  // until they know of each other
 
   const ros::Time first = pairs_[0].left->header.stamp;
@@ -277,7 +279,8 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
       std::this_thread::sleep_until(begin + std::chrono::duration_cast<Clock::duration>(
                                                 std::chrono::duration<double>(i / rate_hz)));
     else if (!listener.waitForRoom())
-      throw std::runtime_error("frame " + std::to_string(i - 1) + " does not come out");
+      throw std::runtime_error("the nodelets publish nothing for frame " + std::to_string(i - 1) +
+                               "; see the log above");
     listener.sent(i, pair.left->header.stamp);
     left_info.publish(pair.left_info);
     right_info.publish(pair.right_info);

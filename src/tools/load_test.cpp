@@ -15,28 +15,30 @@ namespace {
 
 constexpr char kHelp[] = R"(load_test --bag BAG [options]
 
-Sends the stereo pairs of a bag to the three nodelets and measures how long it takes from a left
-image to its moving objects, how many frames are lost, and which rate they sustain. Nodelets and
+Sends the stereo pairs of a bag to the three nodelets. Measures the latency from a left image to its
+moving objects, the number of lost frames, and the rate that the nodelets sustain. Nodelets and
 images are in one process, as in a camera driver's nodelet manager. Needs a running roscore.
 
-  --bag BAG             bag with a rectified stereo pair; read into memory, then played forwards and
-                        backwards as often as it takes
+  --bag BAG             bag with a rectified stereo pair; it is read into memory, then played
+                        forwards and backwards as often as necessary
   --camera NS           topics NS/{left,right}/{image_rect,camera_info}
-  --left T --right T    image topics, their camera_info beside them
-                        (neither: the only camera with a known layout is taken)
-  --rates A,B,...       frames per second, or max: as fast as no frame is lost (10,30,max)
-  --frames N            to send at each rate (300)
-  --pairs N             of the bag to use at most (100)
+  --left T --right T    image topics, with camera_info topics beside them
+                        (without these options: the only camera with a known layout)
+  --rates A,B,...       frames per second; max: the highest rate without lost frames
+                        (default: 10,30,max)
+  --frames N            number of frames to send at each rate (default: 300)
+  --pairs N             use at most N pairs of the bag (default: 100)
   --config YAML         parameters: sections ego_motion, disparity, moving_objects
   --set NAME=VALUE      one parameter, e.g. disparity/matcher/p1=12; may be repeated
-  --threads N           threads of each nodelet; the default is all
-  --window N            frames (1000): a run of at least three windows prints one line a window, and
-                        whether memory or latency have grown: memory from the end of the first
-                        window to the end, p99 latency from the second to the last window
+  --threads N           threads of each nodelet (default: all cores)
+  --window N            frames of a window (default: 1000). A run of at least three windows prints
+                        one line per window, and the growth of memory (from the end of the first
+                        window to the end of the run) and of p99 latency (from the second to the
+                        last window)
   --help
 
-Latencies are without those of the first 10 frames. Memory is that of the process at the end. A long
-run tells whether anything grows: --frames 20000 --rates 15.
+Latencies leave out the first 10 frames. Memory is that of the process at the end. A long run shows
+whether memory or latency grow: --frames 20000 --rates 15.
 )";
 
 constexpr int kWarmUp = 10;
@@ -77,7 +79,7 @@ std::vector<double> ratesFrom(const std::string& text) {
     double rate = 0;
     if (item != "max") {
       parseParam("--rates", item, rate);
-      if (!(rate > 0)) throw UsageError("--rates = " + text + ": each must be positive, or max");
+      if (!(rate > 0)) throw UsageError("--rates = " + text + ": each must be positive or max");
     }
     rates.push_back(rate);
   }
@@ -87,7 +89,7 @@ std::vector<double> ratesFrom(const std::string& text) {
 
 int run(const CommandLine& line) {
   if (!line.has("bag")) throw UsageError("--bag is missing");
-  if (!line.positional().empty()) throw UsageError("what is " + line.positional()[0] + "?");
+  if (!line.positional().empty()) throw UsageError("unexpected argument " + line.positional()[0]);
   const std::vector<double> rates = ratesFrom(line.get("rates", "10,30,max"));
   const int frames = line.getInt("frames", 300, 20);
   const int window = line.getInt("window", 1000, 10);

@@ -35,31 +35,30 @@ namespace {
 constexpr char kHelp[] = R"(replay --bag IN --output OUT [options]
 
 Estimates ego-motion, disparity and moving objects for every stereo pair of the bag IN, in order and
-without dropping any, and writes the topics that the nodelets publish to the bag OUT. The results do
-not depend on the number of threads.
+without dropping one. Writes the topics that the nodelets publish to the bag OUT. The results do not
+depend on the number of threads.
 
   --bag IN              bag with a rectified stereo pair
-  --output OUT          bag to write; appears only when it is complete
-  --camera NS           topics NS/{left,right}/{image_rect,camera_info}; outputs go to NS as well
-  --left T --right T    image topics, their camera_info beside them; outputs go to /
-                        (neither: the only camera with a known layout is taken; outputs go to /)
-  --rectify             the images are not rectified (NS/{left,right}/image_raw): that is done first,
-                        by what their camera_info say
+  --output OUT          bag to write; it exists only when it is complete
+  --camera NS           topics NS/{left,right}/{image_rect,camera_info}; outputs go to NS too
+  --left T --right T    image topics, with camera_info topics beside them; outputs go to /
+                        (without these options: the only camera with a known layout, outputs in /)
+  --rectify             rectifies the images (NS/{left,right}/image_raw) first, by their camera_info
   --config YAML         parameters: sections ego_motion, disparity, moving_objects
   --set NAME=VALUE      one parameter, e.g. disparity/matcher/p1=12; may be repeated
-  --start S             seconds after the beginning of the bag
-  --duration S          seconds
-  --topics A,B,...      write these outputs only (e.g. disparity,odometry); the default is all of
-                        them: about 30 MB for an image of 1242x375
+  --start S             begin S seconds after the beginning of the bag
+  --duration S          end S seconds later
+  --topics A,B,...      write these outputs only, e.g. disparity,odometry (default: all of them,
+                        about 30 MB for an image of 1242x375)
   --compress            compress OUT (lz4)
-  --csv FILE            writes what can be told without truth: pairs, how many were lost or without
-                        prediction, density, objects, ms per frame
-  --threads N           threads to use; the default is all
-  --parameters          print all parameters with their values and limits as yaml, and end
+  --csv FILE            writes the figures that need no ground truth: number of pairs, share of
+                        pairs that were lost or without prediction, density, objects, ms per frame
+  --threads N           threads to use (default: all cores)
+  --parameters          print all parameters with their values and limits as yaml, and exit
   --help
 
-The transform from base_frame to the left camera is taken from the bag's tf. Where the bag has none,
-the camera itself becomes the base, which is said.
+The transform from base_frame to the left camera is taken from the bag's tf. If the bag does not
+have it, the camera itself becomes the base, and a note says so.
 )";
 
 struct Options {
@@ -73,11 +72,11 @@ struct Options {
         compress(line.has("compress")) {
     if (bag.empty()) throw UsageError("--bag is missing");
     if (output.empty()) throw UsageError("--output is missing");
-    if (!line.positional().empty()) throw UsageError("what is " + line.positional()[0] + "?");
+    if (!line.positional().empty()) throw UsageError("unexpected argument " + line.positional()[0]);
     if (topics.left.empty() != topics.right.empty())
-      throw UsageError("--left and --right go together");
+      throw UsageError("give --left and --right together");
     if (!topics.left.empty() && !topics.camera.empty())
-      throw UsageError("--camera and --left/--right exclude each other");
+      throw UsageError("give either --camera, or --left and --right, not both");
     std::istringstream list(line.get("topics"));
     for (std::string topic; std::getline(list, topic, ',');) outputs.insert(topic);
     if (line.has("start")) start_s = seconds(line, "start");
@@ -96,7 +95,8 @@ struct Options {
   static double seconds(const CommandLine& line, const std::string& name) {
     double value = 0;
     parseParam("--" + name, line.get(name), value);
-    if (!(value >= 0)) throw UsageError("--" + name + " must not be negative");
+    if (!(value >= 0))
+      throw UsageError("--" + name + " = " + line.get(name) + ": must not be negative");
     return value;
   }
 };
@@ -109,7 +109,7 @@ class OutputBag {
       : wanted_(wanted), ns_(ns), file_(path) {
     for (const std::string& topic : wanted_)
       if (!kTopics.count(topic)) {
-        std::string text = "--topics: there is no output '" + topic + "'; there are";
+        std::string text = "--topics: there is no output '" + topic + "'; choose from";
         for (const std::string& known : kTopics) text += " " + known;
         throw UsageError(text);
       }
@@ -219,7 +219,7 @@ class Replay {
     try {
       in_.open(options.bag, rosbag::bagmode::Read);
     } catch (const rosbag::BagException& error) {
-      throw std::runtime_error(options.bag + ": is no bag that can be read (" + error.what() + ")");
+      throw std::runtime_error(options.bag + ": cannot be read as a bag (" + error.what() + ")");
     }
     topics_ = findStereoTopics(in_, options.topics);
     rosbag::View everything(in_);
@@ -292,7 +292,7 @@ class Replay {
     if (!base.empty() && base != camera &&
         !extrinsics.canTransform(base, camera, pair.left->header.stamp)) {
       std::cerr << "note: the bag's tf has no path from '" << base << "' to the left camera '"
-                << camera << "': the camera itself is the base, odometry is that of '" << camera
+                << camera << "': the camera is the base frame, and odometry is that of '" << camera
                 << "'\n";
       base.clear();
     }
@@ -357,16 +357,18 @@ class Replay {
   }
 
   std::string describeMissingPairs(size_t lefts, const StampMatcher& matcher) const {
-    if (lefts == 0) return options_.bag + ": no left image in the time that was chosen";
+    if (lefts == 0)
+      return options_.bag + ": has no left image between --start and --start plus --duration";
     const std::string mismatch = matcher.describeMismatch();
-    return options_.bag + ": " + std::to_string(lefts) + " left images but not one pair" +
+    return options_.bag + ": has " + std::to_string(lefts) +
+           " left images but not one stereo pair; run check_bag" +
            (mismatch.empty() ? "" : ": " + mismatch);
   }
 
   void report(const StampMatcher& matcher) const {
     std::cout << figures_.pairs() << " pairs";
     if (matcher.unmatched()) std::cout << ", " << matcher.unmatched() << " left images unmatched";
-    if (duplicates_) std::cout << ", " << duplicates_ << " duplicates left out";
+    if (duplicates_) std::cout << ", " << duplicates_ << " duplicates ignored";
     std::cout << "; " << cv::getNumThreads() << " threads\n";
     table_.print(std::cout);
   }

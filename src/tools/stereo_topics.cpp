@@ -47,7 +47,7 @@ class BagTopics {
 
   void require(const std::string& topic, const std::string& type) const {
     if (has(topic, type)) return;
-    std::string text = file_ + " has no " + type + " on " + topic + "; its topics of this type are";
+    std::string text = file_ + " has no " + type + " on " + topic + "; topics of this type are";
     const char* separator = " ";
     for (const auto& known : types_)
       if (known.second == type) {
@@ -130,9 +130,9 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
     const std::vector<StereoTopics> candidates = knownLayouts(known, choice.raw);
     if (candidates.size() == 1) return candidates[0];
     std::string text = candidates.empty()
-                           ? "no stereo camera of a known layout in " + bag.getFileName()
-                           : "more than one stereo camera in " + bag.getFileName();
-    text += "; choose with --camera or --left and --right from these image topics:";
+                           ? bag.getFileName() + " has no stereo camera of a known layout"
+                           : bag.getFileName() + " has more than one stereo camera";
+    text += "; choose with --camera, or --left and --right, from these image topics:";
     for (const std::string& topic : known.imageTopics()) text += "\n  " + topic;
     if (known.imageTopics().empty()) text += " none";
     throw std::runtime_error(text);

@@ -28,26 +28,27 @@ std::string helpText() {
   std::string text = R"(street_to_bag OUT.bag [options]
 
 Renders a synthetic street into the bag OUT.bag, as a driver of a rectified stereo camera would
-publish it, with exact truth. The same options give the same bag.
+publish it, with exact ground truth. The same options give the same bag.
 
-  --scene NAME      what happens (below); the default is street
-  --frames N        number of stereo pairs (150)
-  --seed S          another seed is another town with other traffic (1)
-  --size WxH        image size, with the same field of view
+  --scene NAME      one of the scenes below (default: street)
+  --frames N        number of stereo pairs (default: 150)
+  --seed S          seed of the town and its traffic (default: 1)
+  --size WxH        image size; the field of view stays the same
   --rate HZ         frames per second
-                    (both: the scene's; 1242x375 with KITTI's field of view and 10 Hz for cars)
-  --namespace NS    of all topics but tf (/street)
+                    (default of both: the scene's; for cars 1242x375 and 10 Hz, with KITTI's field
+                    of view)
+  --namespace NS    of all topics except tf (default: /street)
   --compress        compress the bag (lz4)
   --help
 
 Topics in NS:
   left/image_rect, left/camera_info, right/image_rect, right/camera_info
-  truth/disparity         stereo_msgs/DisparityImage: at every pixel, 0 in the sky (infinitely far)
+  truth/disparity         stereo_msgs/DisparityImage: of every pixel; 0 in the sky (infinitely far)
   truth/odometry          nav_msgs/Odometry: odom is base_link in the first frame
-  truth/moving_objects    predictive_stereo/MovingObjectArray: movers with visible pixels; score is
-                          the share of their outline that can be seen
-and /tf_static: base_link -> camera_link -> camera_left_optical_frame. Both cameras' messages carry
-the left camera's frame, as ROS has it for stereo pairs. About 2.8 MB per pair.
+  truth/moving_objects    predictive_stereo/MovingObjectArray: moving objects with visible pixels;
+                          score is the visible share of their outline
+and /tf_static: base_link -> camera_link -> camera_left_optical_frame. The messages of both cameras
+have the left camera's frame_id, as usual for stereo pairs in ROS. About 2.8 MB per pair.
 
 Scenes:
 )";
@@ -216,12 +217,12 @@ StreetParams paramsFrom(const CommandLine& line) {
   if (line.has("size")) {
     char rest = 0;
     if (std::sscanf(line.get("size").c_str(), "%dx%d%c", &params.width, &params.height, &rest) != 2)
-      throw UsageError("--size = " + line.get("size") + ": give it as 1242x375");
+      throw UsageError("--size = " + line.get("size") + ": must be WIDTHxHEIGHT, e.g. 1242x375");
   }
   if (line.has("rate")) {
     char rest = 0;
     if (std::sscanf(line.get("rate").c_str(), "%lf%c", &params.rate_hz, &rest) != 1)
-      throw UsageError("--rate = " + line.get("rate") + ": is no number");
+      throw UsageError("--rate = " + line.get("rate") + ": must be a number");
   }
   return params;
 }

@@ -42,7 +42,7 @@ std::vector<DriveArgument> driveArguments(const std::vector<std::string>& positi
     const fs::path path =
         fs::path(argument).has_filename() ? fs::path(argument) : fs::path(argument).parent_path();
     if (date_dir.empty() && fs::is_regular_file(path / ".." / "calib_cam_to_cam.txt"))
-      throw UsageError(argument + " is a drive: give its day before it, as " +
+      throw UsageError(argument + " is a drive: give the folder of its day before it, as " +
                        path.parent_path().string() + " " + path.filename().string());
     if (date_dir.empty() || fs::is_regular_file(fs::path(argument) / "calib_cam_to_cam.txt")) {
       if (!date_used) break;
@@ -53,7 +53,7 @@ std::vector<DriveArgument> driveArguments(const std::vector<std::string>& positi
       date_used = true;
     }
   }
-  if (!date_used) throw UsageError("no drive given after the folder " + date_dir);
+  if (!date_used) throw UsageError("give a drive after the folder of the day, " + date_dir);
   return drives;
 }
 
@@ -74,7 +74,8 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
     SequenceGroup group;
     for (const std::string& scene : KittiScene2012::list(training_dir))
       group.sequences.push_back(kittiScene2012Sequence(training_dir, scene));
-    if (group.sequences.empty()) throw std::runtime_error(training_dir + ": has no scenes");
+    if (group.sequences.empty())
+      throw std::runtime_error(training_dir + ": has no scenes; give the training folder");
     group.name = "KITTI 2012 (" + std::to_string(group.sequences.size()) + ")";
     groups.push_back(std::move(group));
   }

@@ -75,7 +75,7 @@ TEST(ObjectLabels, MaskWhatMovesOrMayMove) {
   for (const std::string line :
        {"1e300,1,car,10,5,20,15", "3,1,car,-1e300,5,20,15", "3,1,car,10,5,1e10,15"}) {
     files.write("a.csv", header + line + ",8.5,0,1,toward,0\n");
-    EXPECT_NE(messageOf([&] { readObjectLabels(path); }).find("is no label"), std::string::npos)
+    EXPECT_NE(messageOf([&] { readObjectLabels(path); }).find("is not a label"), std::string::npos)
         << line;
   }
   files.write("a.csv", "x,y\n");

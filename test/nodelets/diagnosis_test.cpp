@@ -30,7 +30,7 @@ TEST_F(Diagnosis, a_topic_that_is_advertised_but_silent_is_named) {
     player_.publishLeft(left);
     ros::WallDuration(0.1).sleep();
   }
-  EXPECT_TRUE(says("Disparity", "nothing comes on " + ns_ + "/left/camera_info, " + ns_ +
+  EXPECT_TRUE(says("Disparity", "no messages arrive on " + ns_ + "/left/camera_info, " + ns_ +
                                     "/right/image_rect, " + ns_ + "/right/camera_info"));
   EXPECT_TRUE(says("Disparity", "is the camera running, or is the bag paused?"));
 }
@@ -51,7 +51,7 @@ TEST_F(Diagnosis, moving_objects_tells_that_the_camera_has_stopped) {
   Recorder<MovingObjectArray> objects(node_, "moving_objects");
   ASSERT_TRUE(player_.waitForSubscribers());
   ASSERT_TRUE(publishesDisparity(street().pair(0), disparity));
-  EXPECT_TRUE(says("MovingObjects", "nothing comes on " + ns_ + "/left/image_rect although"));
+  EXPECT_TRUE(says("MovingObjects", "no messages arrive on " + ns_ + "/left/image_rect although"));
   EXPECT_TRUE(says("MovingObjects", "is the camera running, or is the bag paused?"));
 }
 
@@ -93,7 +93,7 @@ TEST_F(Diagnosis, stamps_that_differ_are_told_with_the_cure) {
   }
   EXPECT_TRUE(says("Disparity", "by 4 ms or more"));
   EXPECT_TRUE(says("Disparity", "set approximate_sync to true"));
-  EXPECT_TRUE(says("EgoMotion", "sync_tolerance allows 1 ms: set sync_tolerance above it"));
+  EXPECT_TRUE(says("EgoMotion", "sync_tolerance allows 1 ms: set sync_tolerance above"));
   EXPECT_EQ(disparity.count(), 0u);
 }
 

@@ -222,7 +222,7 @@ TEST_F(EgoMotionScenarios, a_gyroscope_is_taken_and_what_it_lacks_is_told) {
   setParam("EgoMotion", "use_imu", true);
   start();
   ASSERT_TRUE(odometryOf(0));
-  ASSERT_TRUE(odometryOf(1)) << "the images go on alone";
+  ASSERT_TRUE(odometryOf(1)) << "ego-motion uses the images only";
   EXPECT_TRUE(
       says("EgoMotion", "use_imu: nobody publishes " + ns_ + "/imu (launch argument imu:="));
 
@@ -252,7 +252,7 @@ TEST_F(EgoMotionScenarios, a_gyroscope_is_taken_and_what_it_lacks_is_told) {
   send(0.1, 0.2, "imu");
   ASSERT_TRUE(odometryOf(4));
   EXPECT_TRUE(says("EgoMotion", "its last stamp is before the image's"));
-  EXPECT_TRUE(says("EgoMotion", "the images go on alone"));
+  EXPECT_TRUE(says("EgoMotion", "ego-motion uses the images only"));
   EXPECT_LT((position(*odometry_->last()) - truth(0, 4).translation()).norm(), 0.05);
 }
 
@@ -260,8 +260,8 @@ TEST_F(EgoMotionScenarios, a_guess_frame_that_does_not_exist_is_told) {
   setParam("EgoMotion", "guess_frame", "nowhere");
   start();
   for (int i : {0, 1, 2}) ASSERT_TRUE(odometryOf(i));
-  EXPECT_TRUE(says("EgoMotion", "against guess_frame 'nowhere'"));
-  EXPECT_TRUE(says("EgoMotion", "the images go on alone"));
+  EXPECT_TRUE(says("EgoMotion", "relative to guess_frame 'nowhere'"));
+  EXPECT_TRUE(says("EgoMotion", "ego-motion uses the images only"));
   EXPECT_LT((position(*odometry_->last()) - truth(0, 2).translation()).norm(), 0.05);
 }
 

@@ -58,7 +58,7 @@ TEST_F(Scenarios, without_tf_disparity_comes_without_prediction) {
   ASSERT_TRUE(publishesDisparity(street().pair(1), disparity));
   EXPECT_GT(validPixels(*disparity.last()), StreetCamera::kWidth * StreetCamera::kHeight / 2u);
   EXPECT_EQ(validPixels(*predicted.at(street().stamp(1))), 0u);
-  EXPECT_TRUE(says("Disparity", "against odom_frame 'odom'"));
+  EXPECT_TRUE(says("Disparity", "relative to odom_frame 'odom'"));
   EXPECT_TRUE(says("Disparity", "within transform_timeout = 0.2 s: matched without prediction"));
   EXPECT_TRUE(says("Disparity", "Run the EgoMotion nodelet with publish_tf, or set odom_frame"));
 }
@@ -245,7 +245,7 @@ TEST_F(Scenarios, a_jump_of_anybodys_odometry_is_told) {
   ASSERT_TRUE(publishesDisparity(moved(3, "jumping_camera", broadcaster), disparity));
   EXPECT_TRUE(allFinite(*disparity.last()));
   EXPECT_GT(validPixels(*disparity.last()), StreetCamera::kWidth * StreetCamera::kHeight / 2u);
-  EXPECT_TRUE(says("Disparity", "contradict those that the motion of odom_frame"))
+  EXPECT_TRUE(says("Disparity", "contradict the prediction by the motion of odom_frame"))
       << value("Disparity", "prediction contradicted [%]") << " % are contradicted; predicted are "
       << validPixels(*predicted.at(street().stamp(3))) << " pixels";
   // All poses are off by the jump from now on, which does not matter.
@@ -270,7 +270,7 @@ TEST_F(Scenarios, tf_that_is_not_a_number_is_told) {
   ASSERT_TRUE(publishesDisparity(moved(2, "broken_camera", broadcaster), disparity));
   EXPECT_TRUE(allFinite(*disparity.last()));
   EXPECT_EQ(validPixels(*predicted.at(street().stamp(2))), 0u);
-  EXPECT_TRUE(says("Disparity", "against odom_frame 'world_of_others'"));
+  EXPECT_TRUE(says("Disparity", "relative to odom_frame 'world_of_others'"));
   jump_ = good;
   for (int i : {3, 4})
     ASSERT_TRUE(publishesDisparity(moved(i, "broken_camera", broadcaster), disparity));
@@ -363,7 +363,7 @@ TEST_F(Scenarios, without_masks_there_is_no_static_cloud_and_that_is_told) {
       disparity.clear();
       ASSERT_TRUE(publishesDisparity(street().pair(i), disparity));
     }
-  EXPECT_TRUE(says("Disparity", "points2_static is not published, as nobody tells what moves"));
+  EXPECT_TRUE(says("Disparity", "points2_static is not published, as the mask of moving objects"));
   EXPECT_TRUE(says("Disparity", "moving_objects:=true"));
   EXPECT_EQ(still.count(), 0u);
 }

@@ -77,7 +77,7 @@ class EvaluateMany(unittest.TestCase):
         self.assertIn(('a', 'detection', 'false_boxes_per_frame'), found)
         page = (self.output / 'index.html').read_text()
         self.assertIn('<h3>cut, replay</h3>', page)
-        self.assertIn('is no bag that can be read', page)
+        self.assertIn('cannot be read as a bag', page)
         self.assertEqual(page.count('<rect'), sum(name != 'all' for name, _, _ in found))
         self.assertFalse(list(self.folder.rglob('hacked')), 'a name was taken for a command')
         self.assertFalse(list(self.folder.glob('*/recordings/*/*.part*')))

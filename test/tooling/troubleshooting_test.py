@@ -12,9 +12,9 @@ import messages  # noqa: E402
 REPOSITORY = pathlib.Path(sys.argv[1])
 # What looks like a message but never gets out.
 INTERNAL = {
-    'empty box',  # becomes "is no label"
+    'empty box',  # becomes "is not a label"
     "], 'enum_description': ''}", 'SIMD target', 'the calibration', 'first frame',
-    'the stamp of the frame before came again', 'its topics of this type are',
+    'the frame has the stamp of the previous one',
 }
 
 

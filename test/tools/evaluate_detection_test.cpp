@@ -103,10 +103,10 @@ TEST_F(EvaluateDetection, NamesWhatIsWrongAndTheCure) {
   const KittiFixture kitti;
   const std::string drive = kitti.path() + " " + KittiFixture::kDrive;
   expectRefused("", "nothing to evaluate");
-  expectRefused("no/such.bag", "no/such.bag: is no bag that can be read");
-  expectRefused(files_.write("not_a.bag", "hello"), "is no bag that can be read");
+  expectRefused("no/such.bag", "no/such.bag: cannot be read as a bag");
+  expectRefused(files_.write("not_a.bag", "hello"), "cannot be read as a bag");
   expectRefused(drive, "give --labels");
-  expectRefused(kitti.path() + "/" + KittiFixture::kDrive, "give its day before it");
+  expectRefused(kitti.path() + "/" + KittiFixture::kDrive, "give the folder of its day before it");
   expectRefused(drive + " --labels " + files_.path("none.csv"), "none.csv: cannot be read");
   expectRefused(drive + " --labels " + files_.write("a.csv", "x,y\n"), "first line must be");
   expectRefused(
@@ -117,7 +117,7 @@ TEST_F(EvaluateDetection, NamesWhatIsWrongAndTheCure) {
                 "must be a folder");
   expectRefused(bag() + " --objects " + bag(), "0 topics .../moving_objects");
   expectRefused(bag() + " --scheme best", "default | paper");
-  expectRefused(bag() + " --left /a", "--left and --right go together");
+  expectRefused(bag() + " --left /a", "give --left and --right together");
   expectRefused(bag() + " --camera /nobody", "/nobody/left/image_rect");
   expectRefused("--street moon", "there is no such scene");
   expectRefused(bag() + " --lables x", "did you mean --labels?");
