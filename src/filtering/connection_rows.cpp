@@ -13,7 +13,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Pixels from x on, as long as vectors fit; returns the first that did not.
+// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
 template <class D>
 HWY_INLINE int connectPixels(D d, const float* pixels, const float* neighbours, int count,
                              float smallest_valid, int x, uint8_t* connected) {

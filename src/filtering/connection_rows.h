@@ -5,7 +5,7 @@
 
 namespace predictive_stereo {
 
-/// connected[x]: 1 where both pixels are valid and differ by at most 1 px, else 0.
+/// connected[x]: 1 if both pixels are valid and differ by at most 1 px, else 0.
 void connectionsOfRow(const float* pixels, const float* neighbours, int count, float smallest_valid,
                       uint8_t* connected);
 

@@ -15,7 +15,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Pixels from x on, as long as vectors fit; returns the first that did not.
+// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
 template <class D>
 HWY_INLINE int correctPixels(D d, const CorrectionRow& row, int width,
                              const CorrectionLimits& limits, int x) {
@@ -52,7 +52,8 @@ HWY_INLINE int correctPixels(D d, const CorrectionRow& row, int width,
     hn::StoreU(hn::IfThenElse(is_measured, corrected_variance, kept_variance), d,
                row.variance_px2 + x);
     const auto kept_on = hn::RebindMask(di, hn::AndNot(is_measured, alive));
-    // Near discontinuities p is that of knowing nothing, which any measurement agrees with.
+    // Near discontinuities p covers the whole range, and any measurement passes the gate. That does
+    // not confirm the filter: p is limited to r here.
     const auto surely =
         hn::Le(hn::Mul(innovation, innovation), hn::Mul(gate, hn::Add(hn::Min(p, r), r)));
     const auto confirmed = hn::And(agree, surely);
@@ -69,15 +70,16 @@ void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& lim
   correctPixels(hn::FixedTag<float, 1>(), row, width, limits, x);
 }
 
-// Columns of the right image that see the pixels from x on, if there were such disparities.
+// Right image columns of the pixels from x on with these disparities.
 template <class D>
 HWY_INLINE hn::Vec<hn::RebindToSigned<D>> rightColumns(D d, int x, hn::Vec<D> disparity) {
   const auto position = hn::Sub(hn::Iota(d, static_cast<float>(x)), disparity);
   return hn::ConvertTo(hn::RebindToSigned<D>(), hn::Add(position, hn::Set(d, 0.5f)));
 }
 
-// Pixels from x on, as long as vectors fit; returns the first that did not. Of two pixels that are
-// seen in one column, the one to the right is the nearer.
+// The disparities as the right camera sees them. Processes pixels from x on in whole vectors;
+// returns the first pixel that is left over. Of two pixels in one right column, the one with the
+// larger x is nearer and overwrites the other.
 template <class D>
 HWY_INLINE int rightView(D d, const float* measured, int width, float smallest_valid, int x,
                          float* nearest) {
@@ -97,7 +99,7 @@ HWY_INLINE int rightView(D d, const float* measured, int width, float smallest_v
   return x;
 }
 
-// In place: the largest of each and the two after it.
+// In place: the maximum of each entry and the two after it.
 template <class D>
 HWY_INLINE int largestOfThree(D d, int width, int x, float* nearest) {
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -108,7 +110,7 @@ HWY_INLINE int largestOfThree(D d, int width, int x, float* nearest) {
   return x;
 }
 
-// @param nearest  of the columns from one left to one right of each.
+// @param nearest  largest disparity in each right column and its two neighbours.
 template <class D>
 HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width, float smallest_valid,
                                  float invalid, int x, const float* nearest) {

@@ -23,9 +23,9 @@ struct CorrectionLimits {
 };
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits);
 
-/// Drops what correctRow() kept without a measurement where the right image's row sees something
-/// farther by more than kRefutingStep_px on the line of sight.
-/// @param nearest  memory for width + kBesideNearest entries.
+/// Drops a prediction that correctRow() kept without a measurement, if the right image's row
+/// matches a disparity more than kRefutingStep_px smaller on the line of sight to it.
+/// @param nearest  scratch memory of width + kBesideNearest entries.
 void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& limits,
                  float* nearest);
 constexpr float kRefutingStep_px = 3.0f;

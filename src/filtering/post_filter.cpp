@@ -11,7 +11,7 @@
 namespace predictive_stereo {
 namespace {
 
-// Beside an occlusion the census window, which reaches as far, sees both surfaces.
+// At an occlusion boundary the census window, of this reach, covers both surfaces.
 constexpr float kHiddenSlack_px = 4.0f;
 
 void createApart(const char* name, const cv::Mat1f& input, cv::Mat1f& output) {
@@ -21,9 +21,9 @@ void createApart(const char* name, const cv::Mat1f& input, cv::Mat1f& output) {
                                 ": input and output share memory; give another cv::Mat as output");
 }
 
-// Calls prepare(y, row) for every row of an image, then kernel(y, rows) with those from kReach
-// above y to kReach below it while they are in the cache. Beyond the image, and beside it as far,
-// rows hold `outside`.
+// Calls prepare(y, row) for every row of an image, then kernel(y, rows) with the prepared rows from
+// y - kReach to y + kReach while they are in the cache. Rows and columns outside the image are
+// `outside`.
 template <int kReach, class T, class Prepare, class Kernel>
 void filterRows(cv::Size size, T outside, const Prepare& prepare, const Kernel& kernel) {
   constexpr int kBandRows = 32, kRows = 2 * kReach + 1;
@@ -38,7 +38,7 @@ void filterRows(cv::Size size, T outside, const Prepare& prepare, const Kernel& 
     };
     for (int band = part.start; band < part.end; ++band) {
       const int begin = band * kBandRows, end = std::min(begin + kBandRows, size.height);
-      int next = std::max(begin - kReach, 0);  // the first row that is not prepared yet
+      int next = std::max(begin - kReach, 0);  // first row that is not prepared yet
       for (int y = begin; y < end; ++y) {
         for (; next <= std::min(y + kReach, size.height - 1); ++next) prepare(next, row(next));
         std::array<const T*, kRows> rows;

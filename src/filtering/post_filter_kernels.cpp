@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Floats as integers of the same order; 0 and -0 become two of them.
+// Floats as integers of the same order; 0 and -0 give different integers.
 template <class D>
 HWY_INLINE hn::Vec<hn::RebindToSigned<D>> orderedKeys(D, hn::Vec<D> value) {
   const hn::RebindToSigned<D> di;
@@ -27,7 +27,7 @@ HWY_INLINE hn::Vec<hn::RebindToSigned<D>> orderedKeys(D, hn::Vec<D> value) {
   return hn::Xor(bits, hn::BitCast(di, hn::ShiftRight<1>(sign)));
 }
 
-// Pixels from x on, as long as vectors fit; returns the first that did not.
+// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
 template <class D>
 HWY_INLINE int keyPixels(D d, const float* disparity_px, int width, float smallest_valid, int x,
                          int32_t* keys) {
@@ -38,7 +38,7 @@ HWY_INLINE int keyPixels(D d, const float* disparity_px, int width, float smalle
   for (; x + lanes <= width; x += lanes) {
     const auto value = hn::LoadU(d, disparity_px + x);
     const auto valid = hn::RebindMask(di, hn::Ge(value, smallest));
-    const auto key = orderedKeys(d, hn::Add(value, zero));  // of -0, that of 0
+    const auto key = orderedKeys(d, hn::Add(value, zero));  // -0 becomes 0
     hn::StoreU(hn::IfThenElse(valid, key, none), di, keys + x);
   }
   return x;
@@ -49,7 +49,7 @@ void supportKeysOfRow(const float* disparity_px, int width, float smallest_valid
   keyPixels(hn::FixedTag<float, 1>(), disparity_px, width, smallest_valid, x, keys);
 }
 
-// Pixels from x on, as long as vectors fit; returns the first that did not.
+// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
 template <class D>
 HWY_INLINE int filterPixelsBySupport(D d, const float* disparity_px, const int32_t* const keys[5],
                                      int width, float smallest_valid, float invalid,
@@ -61,12 +61,12 @@ HWY_INLINE int filterPixelsBySupport(D d, const float* disparity_px, const int32
   for (; x + lanes <= width; x += lanes) {
     const auto centre = hn::LoadU(d, disparity_px + x);
     const auto valid = hn::Ge(centre, smallest);
-    // Keys from lowest to highest are those that highest exceeds by no more than lowest, as
-    // unsigned numbers. Comparisons are signed: so both sides are moved by half of all numbers.
+    // lowest <= key <= highest is highest - key <= highest - lowest for unsigned numbers. Vectors
+    // compare signed numbers: flipping the sign bit of both sides keeps the order.
     const auto lowest = orderedKeys(d, hn::Sub(centre, one));
     const auto highest = orderedKeys(d, hn::Add(centre, one));
     const auto most = hn::Xor(hn::Sub(highest, lowest), sign), from = hn::Xor(highest, sign);
-    auto strangers = hn::Zero(di);  // negative
+    auto strangers = hn::Zero(di);  // minus the number of pixels without support
     for (int i = 0; i < 5; ++i)
       for (int j = -2; j <= 2; ++j) {
         if (i == 2 && j == 0) continue;
@@ -94,8 +94,8 @@ HWY_INLINE void sort2(V& a, V& b) {
   a = smaller;
 }
 
-// Median of nine: sort the columns; the median is that of the largest of the low row, the median
-// of the middle row and the smallest of the high row.
+// Sorts the columns. The median of nine is then the median of three: the largest of the low row,
+// the median of the middle row, and the smallest of the high row.
 template <class V>
 HWY_INLINE V medianOfNine(V (&v)[3][3]) {
   for (int j = 0; j < 3; ++j) {
@@ -112,7 +112,7 @@ HWY_INLINE V medianOfNine(V (&v)[3][3]) {
   return median(low, median(v[1][0], v[1][1], v[1][2]), high);
 }
 
-// Pixels from x on, as long as vectors fit; returns the first that did not.
+// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
 template <class D>
 HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float smallest_valid,
                               float invalid, int x, float* filtered) {
@@ -132,8 +132,8 @@ HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float 
       hn::StoreU(medianOfNine(v), d, filtered + x);
       continue;
     }
-    // Invalid neighbours become by turns smaller and larger than all others: the median of the nine
-    // is then the (lower) median of the valid ones.
+    // Invalid neighbours are replaced alternately by the smallest and the largest value: the median
+    // of the nine is then the (lower) median of the valid ones.
     V filler = hn::Set(d, -std::numeric_limits<float>::max());
     V valid_count = hn::Zero(d);
     for (auto& row : v)
@@ -156,7 +156,7 @@ void medianOfRow(const float* const rows[3], int width, float smallest_valid, fl
   medianOfPixels(hn::FixedTag<float, 1>(), rows, width, smallest_valid, invalid, x, filtered);
 }
 
-// The first pixel from x on that is valid or, as asked, is not; `width` where there is none.
+// The first pixel from x on that is valid (kValid) or invalid (!kValid); `width` if there is none.
 template <bool kValid>
 HWY_INLINE int find(const float* row, int x, int width, float smallest_valid) {
   const hn::ScalableTag<float> d;

@@ -5,27 +5,26 @@
 
 namespace predictive_stereo {
 
-/// What a pixel is asked for when others ask whether it supports them: integers in the order of the
-/// disparities, so that one subtraction and one comparison tell whether one lies between two
-/// others.
+/// Keys for the support test: integers in the order of the disparities. One subtraction and one
+/// comparison then decide whether a disparity is between two others.
 void supportKeysOfRow(const float* disparity_px, int width, float smallest_valid, int32_t* keys);
-/// Of unknown pixels, which lie between no others, and of those beyond the image.
+/// Key of unknown pixels, and of pixels outside the image: it is never between two others.
 constexpr int32_t kNoSupportKey = INT32_MIN;
 
 /// One output row of filterBySupport. `keys` are those of the rows from two above to two below,
-/// with two more on both sides.
+/// with two more entries on both sides.
 void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5], int width,
                         float smallest_valid, float invalid, int min_support, float* filtered);
 
 /// One output row of the 3x3 median. `rows` are the input rows from one above to one below, with
-/// one more pixel on both sides; pixels beyond the image are invalid.
+/// one more pixel on both sides; pixels outside the image are invalid.
 void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
                  float* filtered);
 
 struct HoleLimits {
   int max_width;
   float tolerance_px;
-  float hidden_slack_px;  ///< by which an occlusion may be wider than the disparities' difference
+  float hidden_slack_px;  ///< an occlusion may exceed the difference of disparities by this
 };
 /// Fills the holes of one row in place, see fillHolesAndMedian3x3.
 void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row);

@@ -18,8 +18,8 @@ RowMotion rowMotion(const Eigen::Matrix4d& H, int y) {
   return motion;
 }
 
-// J Sigma J^T of the ego-motion for the pixels of one row, see disparityJacobian: of its six
-// components only Z, pitch and yaw change a disparity.
+// J Sigma J^T of the ego-motion for the pixels of one row, see disparityJacobian. Only three of the
+// six components change a disparity: Z, pitch and yaw.
 RowNoise rowNoise(const StereoRig& rig, const Eigen::Matrix3d& sigma, double floor_px2, int y) {
   const double y_n = (y - rig.cy_px) / rig.fy_px;
   RowNoise noise;
@@ -36,7 +36,7 @@ RowNoise rowNoise(const StereoRig& rig, const Eigen::Matrix3d& sigma, double flo
   return noise;
 }
 
-// Work is shared out by bands of rows.
+// Work is distributed by bands of rows.
 constexpr int kBandRows = 48;
 int bandCount(cv::Size size) { return (size.height + kBandRows - 1) / kBandRows; }
 cv::Range bandRows(int band, cv::Size size) {
@@ -57,7 +57,7 @@ MutablePredictionRow mutableRow(Prediction& maps, int y, int x = 0) {
   return {maps.disparity_px[y] + x, maps.variance_px2[y] + x, maps.missed_frames[y] + x};
 }
 
-// The first and the last pixel have one neighbour only.
+// The first and the last pixel have only one neighbour.
 void fillWithinRow(float smallest_valid, int y, Prediction& maps) {
   const int width = maps.disparity_px.cols;
   if (width > 2)
@@ -129,12 +129,13 @@ void Predictor::warp(const DisparityState& previous, const StereoRig& rig,
   });
 }
 
-// Bands of the current frame do not depend on each other, and within a band the previous frame's
-// pixels come in a fixed order: so the result does not depend on which thread does which band.
+// Bands of the current frame are independent, and within a band the previous frame's pixels come in
+// a fixed order. The result therefore does not depend on the number of threads.
 //
-// Holes are filled along rows first and then along columns, so that the crossings of missing rows
-// and missing columns are filled. A hole that is filled has no hole beside it, so what is filled
-// fills no other; and in any order, but that a band's first and last row have neighbours elsewhere.
+// Holes are filled along rows first, then along columns, so that crossings of missing rows and
+// missing columns are filled. Within each step the order does not matter: a hole is filled only
+// between two known neighbours, so no filled pixel fills another one. The first and last row of a
+// band need a neighbouring band and come last.
 void Predictor::scatterAndFill(const DisparityState& previous, Prediction& prediction) const {
   const cv::Size size = target_.size();
   createWithoutGaps(size, prediction.disparity_px);
@@ -179,7 +180,7 @@ void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previou
     const float* const moved_variance = target_variance_px2_[y];
     const uchar* const previous_missed = previous.missed_frames[y];
     for (int x = 0; x < width; ++x) {
-      const auto i = static_cast<unsigned>(target[x] - first);  // of other bands: too large
+      const auto i = static_cast<unsigned>(target[x] - first);  // of another band: too large
       if (i >= pixels || moved_disparity[x] <= disparity[i]) continue;
       disparity[i] = moved_disparity[x];
       variance[i] = moved_variance[x];
@@ -188,14 +189,14 @@ void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previou
   }
 }
 
-// Not while edges are looked for: bands look at rows of their neighbours.
+// After all edges are found: bands read rows of their neighbours.
 void Predictor::rejectNearEdges(Prediction& prediction) const {
   prediction.disparity_px.setTo(range_.invalid(), prediction.near_edge);
   prediction.variance_px2.setTo(0, prediction.near_edge);
   prediction.missed_frames.setTo(0, prediction.near_edge);
 }
 
-// A pixel is near an edge where one lies within the margin in columns and in rows.
+// A pixel is near an edge if an edge pixel is within the margin, in columns and in rows.
 void Predictor::markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotion& motion,
                                          Prediction& prediction) {
   const cv::Size size = prediction.disparity_px.size();

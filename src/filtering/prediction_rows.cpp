@@ -16,7 +16,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The motion of a row's pixels, as many at a time as D has lanes.
+// Warps the pixels of a row, as many at a time as D has lanes.
 template <class D>
 class RowWarp {
   using DI = hn::RebindToSigned<D>;
@@ -37,7 +37,7 @@ class RowWarp {
     }
   }
 
-  // Pixels from x on, as long as vectors fit; returns the first that did not.
+  // Processes pixels from x on in whole vectors; returns the first pixel that is left over.
   HWY_INLINE int run(const float* disparity_px, const float* variance_px2, int width, int x,
                      const WarpedRow& warped) {
     const int lanes = static_cast<int>(hn::Lanes(d_));
@@ -60,23 +60,23 @@ class RowWarp {
       const auto in_rows = hn::And(hn::Ge(row, zero), hn::Lt(row, rows_));
       const auto visible = hn::And(hn::And(in_front, in_range), hn::And(in_columns, in_rows));
 
-      // Conversions of what is not visible mean nothing and are dropped.
+      // For pixels outside the image the conversion is undefined; they are discarded below.
       const auto inside =
           hn::Add(hn::Mul(hn::ConvertTo(di_, row), row_pixels_), hn::ConvertTo(di_, column));
       const auto index = hn::IfThenElse(hn::RebindMask(di_, visible), inside, none_);
       hn::StoreU(index, di_, warped.target + x);
-      // Phi = d_pred / d (eq. 3) is the ratio of depths, which also exists where d = 0.
+      // Phi = d_pred / d (eq. 3) is the ratio of depths, which is also defined for d = 0.
       hn::StoreU(moved, d_, warped.disparity_px + x);
       hn::StoreU(hn::Mul(hn::Mul(scale, scale), hn::LoadU(d_, variance_px2 + x)), d_,
                  warped.variance_px2 + x);
-      // None is the smallest of signed numbers here, and the largest of unsigned ones.
+      // -1 (none) is the smallest index as a signed number, and the largest as an unsigned one.
       last_ = hn::Max(last_, index);
       first_ = hn::Min(first_, hn::BitCast(du_, index));
     }
     return x;
   }
 
-  // Of all targets so far; -1: none.
+  // First and last of all targets so far; -1: none.
   int firstTarget() const { return static_cast<int>(hn::GetLane(hn::MinOfLanes(du_, first_))); }
   int lastTarget() const { return hn::GetLane(hn::MaxOfLanes(di_, last_)); }
 
@@ -104,8 +104,9 @@ void warpRow(const RowMotion& motion, const float* disparity_px, const float* va
   warped.last_row = last < 0 ? -1 : last / limits.columns;
 }
 
-// Pixels from x on, as long as vectors fit; returns the first that did not. A hole that is filled
-// has no hole beside it: so what is written is never read, and `filled` may lie between others.
+// Processes pixels from x on in whole vectors; returns the first pixel that is left over. A hole
+// that is filled has no hole beside it: so what is written is never read, and `filled` may lie
+// between others.
 template <class D>
 HWY_INLINE int fillPixels(D d, const ConstPredictionRow before, const ConstPredictionRow after,
                           int width, float smallest_valid, int x,

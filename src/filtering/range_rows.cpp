@@ -14,7 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
-// Floor and ceiling that compilers turn into vector code; the offset makes every argument positive.
+// Floor and ceiling that compilers can vectorise; the offset makes every argument positive.
 constexpr float kOffset = 1024.0f;
 HWY_INLINE int16_t floorOf(float value) {
   return static_cast<int16_t>(static_cast<int>(value + kOffset) - static_cast<int>(kOffset));
@@ -23,7 +23,7 @@ HWY_INLINE int16_t ceilingOf(float value) {
   return static_cast<int16_t>(static_cast<int>(kOffset) - static_cast<int>(kOffset - value));
 }
 
-// Arguments that are known not to overlap are passed one by one: only then do compilers vectorise.
+// Pointers are separate arguments that do not overlap: compilers vectorise this loop only then.
 HWY_NOINLINE void widenPredictedPixels(const float* HWY_RESTRICT disparity_px,
                                        const float* HWY_RESTRICT variance_px2,
                                        const uint8_t* HWY_RESTRICT near_edge,
@@ -31,7 +31,8 @@ HWY_NOINLINE void widenPredictedPixels(const float* HWY_RESTRICT disparity_px,
                                        Margins margins, float smallest_valid, uint8_t moving,
                                        int16_t* HWY_RESTRICT first, int16_t* HWY_RESTRICT last) {
   for (int x = 0; x < width; ++x) {
-    // Near discontinuities the hull with the neighbours reaches across: no wider margin there.
+    // Near discontinuities the hull with the neighbours covers both surfaces: the least margin is
+    // enough.
     const float by_sigma = margins.sigmas * std::sqrt(variance_px2[x]);
     const float wanted = near_edge[x] != 0 ? margins.least : by_sigma;
     const float margin = std::min(std::max(wanted, margins.least), margins.most);

@@ -6,7 +6,7 @@
 
 namespace predictive_stereo {
 
-/// Ranges of one row. first > last: nothing is known.
+/// Ranges of one row. first > last: unknown.
 struct RangeRow {
   int16_t* first;
   int16_t* last;
@@ -16,11 +16,12 @@ struct ConstRangeRow {
   const int16_t* last;
 };
 
-/// A range that contains nothing and leaves every hull as it is.
+/// The empty range, which does not change a hull.
 constexpr int16_t kEmptyFirst = INT16_MAX;
 constexpr int16_t kEmptyLast = INT16_MIN;
 
-/// Margin around a disparity: sigmas standard deviations within [least, most]; least near edges.
+/// Margin around a disparity: `sigmas` standard deviations, clamped to [least, most]; `least` near
+/// edges.
 struct Margins {
   float sigmas, least, most;
 };
@@ -36,8 +37,8 @@ void widenPredicted(const PredictedRow& row, int width, const Margins& margins,
 void widenMeasured(const float* disparity_px, int width, float margin_px, float smallest_valid,
                    const RangeRow& ranges);
 
-/// The hull of three rows, then of each pixel with both its neighbours. `column_hull` is scratch
-/// memory of `width` pixels.
+/// The 3x3 hull: of three rows, then of each pixel with both its neighbours. `column_hull` is
+/// scratch memory of `width` pixels.
 void hullOfRows(const ConstRangeRow rows[3], int width, const RangeRow& column_hull,
                 const RangeRow& hull);
 
@@ -48,7 +49,7 @@ void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width,
 /// Unites `hull` with `ranges`, pixel by pixel.
 void uniteRows(const ConstRangeRow& ranges, int width, const RangeRow& hull);
 
-/// Cuts `ranges` to [smallest, largest]; those that are empty become `otherwise`.
+/// Cuts `ranges` to [smallest, largest]; empty ones become `otherwise`.
 void cutRanges(const ConstRangeRow& otherwise, int width, int16_t smallest, int16_t largest,
                const RangeRow& ranges);
 

@@ -17,7 +17,8 @@ void RegionFilter::filter(const DisparityRange& range, int min_region_px, cv::Ma
   if (min_region_px <= 1 || disparity_px.empty()) return;
   const int width = disparity_px.cols, height = disparity_px.rows;
   findRuns(disparity_px, static_cast<float>(range.min_disparity));
-  // Within bands first, which do not know of each other; what is united in which order is the same.
+  // First within bands, which are independent, then across their borders. The order of unions does
+  // not depend on the number of threads.
   const int bands = (height + kBandRows - 1) / kBandRows;
   cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band)
@@ -25,7 +26,7 @@ void RegionFilter::filter(const DisparityRange& range, int min_region_px, cv::Ma
         connectRows(y);
   });
   for (int y = kBandRows; y < height; y += kBandRows) connectRows(y);
-  // Parents come first: one step then leads from each run to its root.
+  // Parents come before their runs, so after this loop the parent of each run is its root.
   for (int y = 0; y < height; ++y)
     for (int32_t run = y * width; run < y * width + run_count_[y]; ++run)
       runs_[run].parent = runs_[runs_[run].parent].parent;
@@ -70,7 +71,7 @@ void RegionFilter::findRuns(const cv::Mat1f& disparity_px, float smallest_valid)
   });
 }
 
-/// Unites the regions of runs of rows y - 1 and y that touch and are connected somewhere.
+/// Unites the regions of runs in rows y - 1 and y that overlap and are connected in some column.
 void RegionFilter::connectRows(int y) {
   const int width = across_.cols;
   int32_t above = (y - 1) * width, here = y * width;

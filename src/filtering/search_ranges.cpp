@@ -26,17 +26,17 @@ cv::Size tilesOf(cv::Size size) {
   return {(size.width + kTilePx - 1) / kTilePx, (size.height + kTilePx - 1) / kTilePx};
 }
 
-// The 3x3 hulls of successive rows, from their ranges without neighbours. Three rows of those are
-// kept: what is needed next lies in the cache.
+// The 3x3 hulls of successive rows. Keeps the widened ranges of three rows, which stay in the
+// cache.
 class RollingHull {
  public:
   static constexpr int kMemoryRows = 4;
 
-  // @param memory  its rows from `memory_row` on are used.
+  // @param memory  kMemoryRows of its rows are used, from `memory_row` on.
   RollingHull(SearchRanges& memory, int memory_row, int rows)
       : memory_(memory), memory_row_(memory_row), rows_(rows) {}
 
-  // @param widen  called with a row and where its ranges are to go.
+  // @param widen  called with a row's number and the output for its ranges.
   template <class Widen>
   void hullOfRow(int y, const Widen& widen, const RangeRow& hull) {
     const int above = std::max(y - 1, 0), below = std::min(y + 1, rows_ - 1);
@@ -52,7 +52,7 @@ class RollingHull {
 
   SearchRanges& memory_;
   const int memory_row_, rows_;
-  int next_ = 0;  // the first row that is not known yet
+  int next_ = 0;  // first row that is not widened yet
 };
 
 }  // namespace
@@ -159,7 +159,7 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
   cutAndOpen(ranges);
 }
 
-// Rows come in order; the last one of a tile completes it.
+// Rows must come in order; the last row of a tile completes the tile.
 void SearchRangeBuilder::addToTiles(int y, int rows, const ConstRangeRow& ranges) {
   const int width = columns_.first.cols, tile_y = y / kTilePx;
   const RangeRow columns = row(columns_, tile_y);
@@ -177,7 +177,7 @@ void SearchRangeBuilder::addToTiles(int y, int rows, const ConstRangeRow& ranges
   }
 }
 
-// The hull of a tile and those around it; everything, where nothing is known there.
+// The hull of a tile and its neighbours; the whole range if nothing is known there.
 std::pair<short, short> SearchRangeBuilder::aroundTile(int tile_x, int tile_y) const {
   short first = kEmptyFirst, last = kEmptyLast;
   for (int i = std::max(tile_y - 1, 0); i <= std::min(tile_y + 1, tiles_.first.rows - 1); ++i)
@@ -191,7 +191,7 @@ std::pair<short, short> SearchRangeBuilder::aroundTile(int tile_x, int tile_y) c
   return {std::max(first, smallest), std::min(last, largest)};
 }
 
-// Cuts all ranges to that of the matcher, and opens those that are empty.
+// Cuts all ranges to that of the matcher, and replaces empty ones by the hull around their tile.
 void SearchRangeBuilder::cutAndOpen(SearchRanges& ranges) {
   const cv::Size size = ranges.first.size(), tiles = tiles_.first.size();
   cv::parallel_for_(cv::Range(0, tiles.height), [&](const cv::Range& part) {

@@ -40,14 +40,14 @@ void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, 
                             variance_px2);
 }
 
-// Unknown neighbours become NaN, which compares as false with everything.
+// Unknown neighbours become NaN, for which every comparison is false.
 template <class D>
 HWY_INLINE hn::Vec<D> known(D d, hn::Vec<D> disparity, hn::Vec<D> smallest) {
   return hn::Or(disparity, hn::VecFromMask(d, hn::Lt(disparity, smallest)));
 }
 
-// How many of the eight pixels around x, as floats. Of two opposite ones, those continue the
-// surface that are about as near, or both where the three lie on one plane, however steep.
+// The count of countDisagreements at x, as floats. Of two opposite pixels, each one continues the
+// surface if its disparity is similar; both do if the three are on one plane of any slope.
 template <class D>
 HWY_INLINE hn::Vec<D> disagreeing(D d, const DisagreementRows& rows, int left, int x, int right,
                                   hn::Vec<D> smallest) {
@@ -71,8 +71,8 @@ HWY_INLINE hn::Vec<D> disagreeing(D d, const DisagreementRows& rows, int left, i
   return hn::ConvertTo(d, count);
 }
 
-// Calls pixels(tag, x, neighbours left and right of x) for a whole row, in vectors where these and
-// their neighbours fit.
+// Calls pixels(tag, x, columns of the left and right neighbour) for a whole row; in vectors where
+// these and their neighbours are inside the row.
 template <class Pixels>
 HWY_INLINE void forPixelsWithNeighbours(int width, const Pixels& pixels) {
   const hn::ScalableTag<float> vectors;

@@ -12,8 +12,8 @@ struct MeasurementTerms {
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
                             const MeasurementTerms& terms, float* variance_px2);
 
-/// A row and those kDisagreementReachPx above and below it, or the image's first and last row where
-/// these lie beyond.
+/// A row and the rows kDisagreementReachPx above and below it, or the image's first and last row if
+/// these are outside.
 struct DisagreementRows {
   const float* above;
   const float* centre;

@@ -1,4 +1,4 @@
-/// Memory for large volumes: aligned for SIMD, and in huge pages where the system has them.
+/// Memory for large volumes: aligned for SIMD, and in huge pages if the system has them.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace predictive_stereo {
 
 class AlignedBuffer {
  public:
-  /// Keeps what it has if that is large enough; its contents are undefined afterwards.
+  /// Returns at least `bytes` bytes, with undefined contents. Allocates only if the buffer grows.
   uint8_t* reserve(size_t bytes) {
     if (bytes <= capacity_) return data();
     memory_.reset();

@@ -1,4 +1,4 @@
-/// Census transforms: what a pixel's neighbourhood looks like, as bits (section 2.1).
+/// Census transforms: comparisons in a pixel's neighbourhood, as bits (section 2.1).
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -7,7 +7,8 @@
 
 namespace predictive_stereo {
 
-/// One comparison is one bit: is the first pixel darker than the second? Offsets from the centre.
+/// One comparison gives one bit: whether the first pixel is darker than the second. Offsets are
+/// from the centre.
 struct CensusComparison {
   int first_x, first_y, second_x, second_y;
 };
@@ -16,8 +17,8 @@ struct CensusComparison {
 class CensusPattern {
  public:
   static constexpr int kMostComparisons = 31;
-  static constexpr int kMarginX = 4;  ///< farthest column of any form
-  static constexpr int kMarginY = 3;  ///< farthest row of any form
+  static constexpr int kMarginX = 4;  ///< largest column offset of all forms
+  static constexpr int kMarginY = 3;  ///< largest row offset of all forms
 
   explicit CensusPattern(CensusForm form);
 
@@ -30,7 +31,7 @@ class CensusPattern {
   int size_ = 0;
 };
 
-/// The plain reference: one census word per pixel; the image's borders are replicated.
+/// The reference in plain C++: one census word per pixel; the image's borders are replicated.
 void censusReference(const cv::Mat1b& image, CensusForm form, cv::Mat1i& words);
 
 }  // namespace predictive_stereo

@@ -45,7 +45,7 @@ void SplitReversed(const int* words, int size, int bytes, size_t stride, uint8_t
     return;
   }
   for (int e = 0; e + lanes <= size; e += lanes) split(e);
-  split(size - lanes);  // the rest, and some again
+  split(size - lanes);  // the rest; overlaps the last vector
 }
 
 #else
@@ -68,7 +68,7 @@ void CensusBytes::build(const cv::Mat1i& right_words, const DisparityRange& rang
   constexpr int kLargestVector = 64;
   const auto split = PREDICTIVE_STEREO_DISPATCH(SplitReversed, simd_target_);
   const int width = right_words.cols;
-  // Of the image's columns from right to left, the first one is entry -min_disparity.
+  // The last image column is entry -min_disparity.
   const int before = std::max(-range.min_disparity, 0);
   const int behind = std::max(range.max_disparity(), 0) + kLargestVector;
   plane_stride_ = before + width + behind;

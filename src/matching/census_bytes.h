@@ -1,5 +1,5 @@
-/// Census words of the right image as the reduced search reads them: from right to left, as the
-/// partners of a left pixel follow each other, one plane for each byte of the words.
+/// Census words of the right image in the layout of the reduced search: from right to left, which
+/// is the order of a left pixel's partners by disparity, with one plane for each byte of the words.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace predictive_stereo {
 
-/// Bytes that a census word has: 3 or 4.
+/// Number of bytes of a census word: 3 or 4.
 int censusBytes(CensusForm form);
 
 class CensusBytes {
@@ -21,10 +21,10 @@ class CensusBytes {
   void build(const cv::Mat1i& right_words, const DisparityRange& range);
 
   /// Byte 0 of the words of row y. For a left pixel x, entry width - 1 - x + i is its right partner
-  /// at disparity index i; columns outside the image repeat its border. As many as a vector has may
-  /// be read behind the last one.
+  /// at disparity index i; columns outside the image repeat its border. One vector may be read
+  /// behind the last entry.
   const uint8_t* row(int y) const { return planes_[y] + row_offset_; }
-  /// From a byte's plane to that of the next one.
+  /// Distance between the planes of two successive bytes.
   size_t plane_stride() const { return plane_stride_; }
 
  private:

@@ -21,7 +21,7 @@ using Bytes = hn::ScalableTag<uint8_t>;
 using SignedBytes = hn::RebindToSigned<Bytes>;
 using BytesV = hn::Vec<Bytes>;
 
-/// Eight comparisons of the pixels at x, ..., as one byte each.
+/// kComparisons comparisons of the pixels from x on: one byte per pixel.
 template <int kComparisons>
 HWY_INLINE BytesV compare(const int8_t* const* first, const int8_t* const* second, size_t x) {
   const Bytes d;
@@ -52,7 +52,7 @@ void censusRow(const int8_t* const* first, const int8_t* const* second, int widt
   }
 }
 
-/// first[i] and second[i] point at the pixels that bit i of the row's first word compares.
+/// first[i] and second[i] point to the pixels that bit i of the row's first word compares.
 void CensusRow(const int8_t* const* first, const int8_t* const* second, int comparisons, int width,
                int* words) {
   if (comparisons == 22) censusRow<22>(first, second, width, words);
@@ -85,9 +85,8 @@ void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
     for (int y = part.start; y < part.end; ++y) {
       const uint8_t* source = image[y];
       uint8_t* target = padded_[y];
-      const int columns = image.cols;  // a copy, which bytes that are written cannot alias
-      // Flipping the highest bit keeps the order and makes it that of signed numbers, which x86
-      // compares faster.
+      const int columns = image.cols;  // a copy: writes to bytes cannot alias it
+      // Flipping the highest bit gives signed numbers of the same order, which x86 compares faster.
       for (int x = 0; x < columns; ++x) target[kMargin + x] = source[x] ^ 0x80;
       std::fill_n(target, kMargin, target[kMargin]);
       uint8_t* const end = target + kMargin + columns;

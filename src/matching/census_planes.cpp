@@ -17,8 +17,8 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Bits 4 n, ... of each word go to target + n * stride: into the high half of the byte if
-/// kHighHalf, else into the low one. Reads and writes as many as fill whole vectors.
+/// Writes bits 4 n to 4 n + 3 of each word to target + n * stride: into the high half of the byte
+/// if kHighHalf, else into the low half. Reads and writes whole vectors.
 template <bool kHighHalf>
 void splitWords(const int* words, int size, int nibbles, size_t stride, uint8_t* target) {
   const hn::ScalableTag<uint8_t> d;
@@ -70,7 +70,7 @@ namespace {
 HWY_EXPORT(SplitIntoTableRows);
 HWY_EXPORT(SplitIntoIndices);
 
-/// Room for reading and writing whole vectors, in cache lines.
+/// Whole cache lines, with room to read and write whole vectors.
 size_t paddedStride(int entries) {
   constexpr int kLargestVector = 64;
   return (entries + kLargestVector + 63) / 64 * 64;

@@ -1,4 +1,4 @@
-/// Census words as kernels read them: split into planes of four bits, one byte each.
+/// Census words in the layout of the full search: planes of four bits, one byte each.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace predictive_stereo {
 
-/// Groups of four bits in a word of this census form: 6 or 8.
+/// Number of groups of four bits in a word of this census form: 6 or 8.
 int nibbleCount(CensusForm form);
 
 /// Four-bit planes of every row. Bits 4 n, ... of row y begin at row(y) + n * plane_stride().
@@ -19,18 +19,18 @@ class CensusPlanes {
   CensusPlanes(CensusForm form, int64_t simd_target)
       : nibbles_(nibbleCount(form)), simd_target_(simd_target) {}
 
-  /// Of the left image, in the order of columns; bytes hold 16 times their four bits: the place of
-  /// a row of CostTables.
+  /// Of the left image, in the order of columns. Bytes hold 16 times their four bits, which is the
+  /// position of a row of CostTables.
   void buildLeft(const cv::Mat1i& words);
 
   /// Of the right image, in the order of entries: for a left pixel x, entry width - 1 - x + i is
   /// its right partner at disparity index i. Columns outside the image repeat the border. Entries
-  /// are dealt out over `phases`: every phases-th lies beside its predecessor.
+  /// are interleaved: entries e and e + phases are neighbours in memory.
   void buildRight(const cv::Mat1i& words, const DisparityRange& range, int phases);
 
   const uint8_t* row(int y) const { return planes_[y]; }
   size_t plane_stride() const { return plane_stride_; }
-  /// Where each entry lies in its planes.
+  /// Position of each entry in its plane.
   const uint32_t* entry_offsets() const { return entry_offsets_.data(); }
 
  private:
@@ -38,7 +38,7 @@ class CensusPlanes {
   int64_t simd_target_;
   size_t plane_stride_ = 0;
   std::vector<uint32_t> entry_offsets_;
-  cv::Mat1i ordered_;  ///< words in the order of entries, phase by phase
+  cv::Mat1i ordered_;  ///< words in the order of memory, phase by phase
   cv::Mat1b planes_;
 };
 

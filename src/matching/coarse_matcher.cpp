@@ -11,7 +11,7 @@
 namespace predictive_stereo {
 namespace {
 
-/// Parameters of the half resolution; half disparities cover the full-resolution interval.
+/// Parameters of the half resolution. Its range covers the full-resolution range.
 MatcherParams halved(MatcherParams params) {
   const DisparityRange full = params.range;
   const auto floorOfHalf = [](int value) { return (value - (value & 1)) / 2; };
@@ -49,7 +49,7 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
   region_filter_.filter(matcher_.params().range, min_region_px_ / kPixelsOfHalf,
                         match_.disparity_px);
 
-  // Half disparities that are invalid, or that the halved range has in addition, lie outside.
+  // Invalid half disparities, and those that only the halved range has, are outside the range.
   const DisparityRange& range = full_params_.range;
   const auto range_lowest = static_cast<float>(range.min_disparity);
   const auto range_highest = static_cast<float>(range.max_disparity());
@@ -58,7 +58,7 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
     for (int y = rows.start; y < rows.end; ++y) {
       const float* const half = match_.disparity_px[y];
       float* const full = disparity_px[y];
-      // Local copies: what lambdas capture might change with every pixel written, to compilers.
+      // Local copies: compilers assume that a written pixel may change what a lambda captures.
       const int width = disparity_px.cols;
       const float lowest = range_lowest, highest = range_highest, invalid = range.invalid();
       for (int x = 0; x < width; ++x) {

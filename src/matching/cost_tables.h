@@ -6,9 +6,9 @@
 
 namespace predictive_stereo {
 
-/// For four bits of the left word, a row of 16 distances, one for each value of the four bits of
-/// the right word. A byte shuffle then gives the distances of 16 or more right pixels at once,
-/// without a population count.
+/// Each value of four bits of the left word has a row of 16 distances, one for each value of the
+/// four bits of the right word. A byte shuffle with this row gives the distances of 16 or more
+/// right pixels at once, without a population count.
 struct CostTables {
   explicit CostTables(int p2) {
     for (unsigned left = 0; left < 16; ++left)
@@ -19,7 +19,7 @@ struct CostTables {
       }
   }
 
-  // Row after row: the planes of the left image hold the places where rows begin.
+  // Row after row. The planes of the left image hold the positions where rows begin.
   alignas(64) uint8_t distance[16 * 16];
   alignas(64) uint8_t distance_and_p2[16 * 16];  ///< P2 included, for the first four bits of a word
 };

@@ -30,10 +30,10 @@ class RowAggregation {
   static constexpr int kSize = kK * kLanes;
 
   struct Pixel {
-    HWY_INLINE Pixel() {}  // an implicit one would not be compiled for this target on Arm
+    HWY_INLINE Pixel() {}  // explicit: on Arm an implicit one is compiled for another target
     V v[kK];
   };
-  /// A path at one pixel: its costs, and the lowest of them + P2.
+  /// A path at one pixel: its costs, and P2 + the lowest of them.
   struct Path {
     HWY_INLINE Path() {}
     Pixel costs;
@@ -74,8 +74,8 @@ class RowAggregation {
         add(vertical.costs, sums);
       }
       if constexpr (kDiagonal) {
-        // Both diagonals are kept by the column where they are needed next: what this row leaves
-        // at x, the next row wants at x + step (from_behind) or x - step (from_ahead).
+        // Both diagonals are stored at the column that needs them next: the state at x of this row
+        // is used at x + step (from_behind) or x - step (from_ahead) of the next row.
         Path path = behind;
         load(row_.from_behind, x, behind);
         follow(path, costs, std::max(across, down), path);
@@ -99,8 +99,8 @@ class RowAggregation {
   }
 
  private:
-  /// Both horizontal paths, at the same time as each waits for its own lowest cost. Whichever comes
-  /// to a pixel first finds the matching costs; the second one completes the sum.
+  /// Both horizontal paths at the same time, as each one waits for its own lowest cost. The first
+  /// one at a pixel computes the matching costs, the second one completes the sum.
   HWY_INLINE void walkFromBothEnds() const {
     const int width = row_.width;
     Path forward, backward;
@@ -172,7 +172,8 @@ class RowAggregation {
   HWY_INLINE void recall(const uint8_t* row, int x, Pixel& pixel) const {
     for (int k = 0; k < kK; ++k) pixel.v[k] = hn::Load(d_, row + byteOf(x) + k * kLanes);
   }
-  /// A path that starts anew: every disparity costs what it costs here.
+  /// The state before the first pixel of a path: at that pixel the path costs are the matching
+  /// costs.
   HWY_INLINE void start(Path& path) const {
     for (int k = 0; k < kK; ++k) path.costs.v[k] = hn::Zero(d_);
     path.most = p2_;
@@ -192,7 +193,7 @@ class RowAggregation {
   }
   static size_t byteOf(int x) { return static_cast<size_t>(x) * kSize; }
 
-  /// Lane by lane, the lowest of vectors kBegin ... kEnd - 1.
+  /// Lane by lane, the minimum of vectors kBegin ... kEnd - 1.
   template <int kBegin, int kEnd>
   static HWY_INLINE V lowest(const Pixel& pixel) {
     if constexpr (kEnd - kBegin == 1) {
@@ -224,8 +225,8 @@ class RowAggregation {
     }
   }
 
-  /// Eq. 1, one pixel on: C + min(L(d), L(d +- 1) + P1, min L + P2) - min L. All but the very last
-  /// term is known before min L is, which takes longest.
+  /// Eq. 1 at the next pixel: C + min(L(d), L(d +- 1) + P1, min L + P2) - min L. All terms except
+  /// the last one are known before min L, which takes longest.
   HWY_INLINE void follow(const Path& previous, const Pixel& costs_and_p2, uint8_t floor,
                          Path& next) const {
     constexpr int kLast = kK - 1;
@@ -245,8 +246,8 @@ class RowAggregation {
         next.costs.v[k] = hn::Or(next.costs.v[k], hn::Load(d_, row_.dead + k * kLanes));
   }
 
-  /// The first pass writes past the caches, which a whole volume does not fit into; the second one
-  /// asks for its sums early.
+  /// The first pass writes past the caches, as a whole volume does not fit into them. The second
+  /// one prefetches these sums.
   HWY_INLINE void finish(int x, Pixel& sums) const {
     uint8_t* const target = row_.sums + byteOf(x);
     if (!row_.sums_before) {

@@ -1,8 +1,8 @@
 /// Full search, one row at a time: every disparity of every pixel, in vectors of 8-bit costs.
 ///
-/// Layout ("striped"): the costs of a pixel lie in K vectors of N lanes, lane i of vector k
-/// belonging to disparity index i * K + k. The neighbours d +- 1 of vector k are then simply the
-/// vectors k +- 1, but for the two at the ends. Indices from `count` on are dead: they cost 255.
+/// Layout ("striped"): the costs of a pixel are in K vectors of N lanes; lane i of vector k belongs
+/// to disparity index i * K + k. The neighbours d +- 1 of vector k are then the vectors k +- 1,
+/// except for the first and the last vector. Indices from `count` on are dead: they cost 255.
 #pragma once
 
 #include <cstddef>
@@ -15,23 +15,23 @@
 namespace predictive_stereo {
 
 struct StripedLayout {
-  int lanes;    ///< N: those of the target's vectors
+  int lanes;    ///< N, of the target's vectors
   int vectors;  ///< K
 
   int size() const { return lanes * vectors; }  ///< bytes per pixel
 };
-/// The smallest layout of this target that holds so many disparities.
+/// The smallest layout of this target that holds `count` disparities.
 StripedLayout stripedLayout(int64_t simd_target, int count);
 
-/// What a path leaves at the pixels of a row: its costs L, [x][StripedLayout::size()], and the
-/// lowest of each pixel + P2, [x].
+/// State of a path at the pixels of a row: its costs L, [x][StripedLayout::size()], and P2 + the
+/// lowest cost of each pixel, [x].
 struct PathRow {
   uint8_t* costs;
   uint8_t* most;
 };
 
-/// One row of one pass. The downward pass goes from left to right and carries the paths that come
-/// from the left and from above; the upward pass is its mirror image.
+/// One row of one pass. The downward pass goes from left to right and follows the paths from the
+/// left and from above; the upward pass is its mirror image.
 struct FullSearchRow {
   int width;
   StripedLayout layout;
@@ -39,8 +39,8 @@ struct FullSearchRow {
   int nibbles;
   PathSet paths;
   bool upward;
-  RowPart part;                  ///< of straight paths alone; others: kWhole
-  int begin_column, end_column;  ///< kDown: where
+  RowPart part;                  ///< kWhole unless paths are straight
+  int begin_column, end_column;  ///< kDown: the columns of this call
   const CostTables* tables;
   const uint8_t* left_planes;  ///< CensusPlanes::buildLeft of this row
   size_t left_stride;
@@ -48,17 +48,16 @@ struct FullSearchRow {
   size_t right_stride;
   const uint32_t* entry_offsets;
   const uint8_t* floors_across;  ///< JumpFloors of this row
-  const uint8_t* floors_down;    ///< JumpFloors between this row and the row before
+  const uint8_t* floors_down;    ///< JumpFloors between the previous row and this one
   const uint8_t* dead;           ///< 255 at dead indices, 0 at others; nullptr: none is dead
-  /// Paths at the previous row, replaced by those at this one: the one that comes straight, and
-  /// those along both diagonals.
+  /// Paths at the previous row, replaced by those at this row: the vertical one and both diagonals.
   PathRow straight;
-  PathRow from_behind;  ///< from the column that the pass has just left
-  PathRow from_ahead;   ///< from the column that the pass comes to next
+  PathRow from_behind;  ///< along the diagonal from the previous column of the pass
+  PathRow from_ahead;   ///< along the diagonal from the next column of the pass
   /// Matching costs + P2 of the row, [x][StripedLayout::size()]: kAcross writes them, kDown reads
-  /// them; nullptr: kDown finds them again. kWhole ignores them.
+  /// them; nullptr: kDown computes them again. kWhole does not use them.
   uint8_t* costs;
-  const uint8_t* sums_before;  ///< sums of earlier visits, or nullptr; they may be `sums`
+  const uint8_t* sums_before;  ///< sums of earlier visits, or nullptr; may be `sums`
   uint8_t* sums;               ///< [x][StripedLayout::size()]
 };
 

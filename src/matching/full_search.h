@@ -1,4 +1,4 @@
-/// Full search of a pair by kernels: both passes, each exactly, on any number of threads.
+/// Full search of a pair by kernels: both passes, exact for any number of threads.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -15,14 +15,14 @@
 
 namespace predictive_stereo {
 
-/// The paths of the downward pass need the rows above, those of the upward pass the rows below. So
-/// each pass starts on its own half of the image and leaves its sums there; then they swap halves,
-/// add what the other one has left, and choose winners.
+/// The paths of the downward pass need the rows above, those of the upward pass the rows below.
+/// Therefore each pass starts on its own half of the image and stores its sums there. Then they
+/// swap halves, add the sums of the other pass, and choose the winners.
 class FullSearch {
  public:
   FullSearch(const MatcherParams& params, int64_t simd_target);
 
-  /// Fills every member of `match` except search_width; all have their sizes already.
+  /// Fills every member of `match` except search_width; all must have the images' size.
   /// @param volume  memory for the sums of all disparities; may be shared with other searches.
   void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, const JumpFloors& floors,
              AlignedBuffer& volume, Match& match);
@@ -32,7 +32,7 @@ class FullSearch {
     AlignedBuffer paths;
     PathRow straight, from_behind, from_ahead;
   };
-  /// Memory for the work on a row.
+  /// Buffers of the thread that works on a row.
   struct RowWork {
     AlignedBuffer sums;
     RowWinners winners;

@@ -7,9 +7,10 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr int kReach = 2;  // of a step that lasts: pixels beyond the two between which it lies
+constexpr int kReach =
+    2;  // pixels on each side, beyond the edge's own two, where the step must last
 
-/// Arguments that are known not to overlap are passed one by one: only then do compilers vectorise.
+/// Pointers are separate arguments that do not overlap: compilers vectorise this loop only then.
 void floorsBetween(const uint8_t* near_before, const uint8_t* near_after, const uint8_t* far_before,
                    const uint8_t* far_after, int count, uint8_t least_step, uint8_t floor,
                    uint8_t* __restrict floors) {

@@ -17,12 +17,12 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The lowest of all lanes, in lane 0 of the result.
+/// The minimum of all lanes, in lane 0 of the result.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE hn::Vec<hn::FixedTag<uint8_t, 16>> lowestToFront(D d, V v) {
   if constexpr (hn::MaxLanes(D()) == 16) {
 #if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
-    // The lower one of each pair in 16 bits, then x86's minimum of eight 16-bit lanes.
+    // The minimum of each pair in 16 bits, then x86's minimum of eight 16-bit lanes.
     const hn::Repartition<uint16_t, D> d16;
     const auto pairs = hn::Min(v, hn::BitCast(d, hn::ShiftRight<8>(hn::BitCast(d16, v))));
     return V{_mm_minpos_epu16(pairs.raw)};
@@ -38,7 +38,7 @@ HWY_INLINE hn::Vec<hn::FixedTag<uint8_t, 16>> lowestToFront(D d, V v) {
   }
 }
 
-/// The lowest of all lanes, in every lane.
+/// The minimum of all lanes, in every lane.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V lowestLane(D d, V v) {
   const auto front = lowestToFront(d, v);
@@ -52,7 +52,7 @@ HWY_INLINE V lowestLane(D d, V v) {
     return hn::TableLookupBytes(front, hn::Zero(hn::FixedTag<uint8_t, 16>()));
 }
 
-/// The lowest lane of each 128-bit block, in every lane of the block.
+/// The minimum of each 128-bit block, in every lane of the block.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V lowestOfBlocks(D d, V v) {
   if constexpr (hn::MaxLanes(D()) == 16) {
@@ -65,13 +65,13 @@ HWY_INLINE V lowestOfBlocks(D d, V v) {
   }
 }
 
-/// The lowest of all lanes.
+/// The minimum of all lanes.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE uint8_t lowestOfLanes(D d, V v) {
   return hn::GetLane(lowestToFront(d, v));
 }
 
-/// 128-bit blocks moved up by one; a block of `fill` comes in.
+/// 128-bit blocks moved up by one; the lowest block is one of `fill`.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V blocksUp(D d, V v, V fill) {
   if constexpr (hn::MaxLanes(D()) == 16) {
@@ -86,7 +86,7 @@ HWY_INLINE V blocksUp(D d, V v, V fill) {
   }
 }
 
-/// 128-bit blocks moved down by one; a block of `fill` comes in.
+/// 128-bit blocks moved down by one; the highest block is one of `fill`.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V blocksDown(D d, V v, V fill) {
   if constexpr (hn::MaxLanes(D()) == 16) {
@@ -101,28 +101,28 @@ HWY_INLINE V blocksDown(D d, V v, V fill) {
   }
 }
 
-/// Lane i takes the value of lane i - 1; lane 0 becomes that of `fill`, all of whose lanes are one.
+/// Lane i gets the value of lane i - 1; lane 0 gets that of `fill`, whose lanes are all equal.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V lanesUp(D d, V v, V fill) {
   return hn::CombineShiftRightBytes<15>(d, v, blocksUp(d, v, fill));
 }
 
-/// Lane i takes the value of lane i + 1; the last lane becomes that of `fill`.
+/// Lane i gets the value of lane i + 1; the last lane gets that of `fill`.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V lanesDown(D d, V v, V fill) {
   return hn::CombineShiftRightBytes<1>(d, blocksDown(d, v, fill), v);
 }
 
-/// C + P2 - max(G(d), G(d +- 1) - P1, floor): what a path pays at disparities that have `goodness`
-/// at the previous pixel, and `below` and `above` one disparity beside. See JumpFloors.
+/// C + P2 - max(G(d), G(d +- 1) - P1, floor): cost of a path at disparities d. The previous pixel
+/// has `goodness` at d, `below` at d - 1 and `above` at d + 1. See JumpFloors for `floor`.
 template <class V>
 HWY_INLINE V pathCost(V cost_and_p2, V goodness, V below, V above, V p1, V floor) {
   const V stepped = hn::SaturatedSub(hn::Max(below, above), p1);
   return hn::Sub(cost_and_p2, hn::Max(hn::Max(goodness, floor), stepped));
 }
 
-/// Sums of both passes together. Those of 8 paths are halved, as they would not fit into a byte:
-/// on hard images up to a fifth of the pixels would have no winner below 255.
+/// Adds the sums of both passes. Those of 8 paths are halved, as they would not fit into a byte: on
+/// difficult images up to a fifth of the pixels would have no winner below 255.
 template <bool kHalve, class V>
 HWY_INLINE V joinPasses(V sums, V sums_of_other_pass) {
   if constexpr (kHalve)

@@ -23,11 +23,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr WindowRun kNoWindow{0, 0, 0};
 
-/// A horizontal path, at the pixel that it has come to.
+/// A horizontal path at its current pixel.
 struct Walker {
-  const WindowRun* window = &kNoWindow;  ///< where it is; none: the path starts anew
+  const WindowRun* window = &kNoWindow;  ///< at that pixel; kNoWindow: the path starts
   bool backward;                         ///< from right to left
-  /// With room for reading beyond both ends of the window.
+  /// With room to read beyond both ends of the window.
   HWY_ALIGN uint8_t memory[kBeyond + 256 + kBeyond];
   uint8_t* const goodness = memory + kBeyond;
 
@@ -35,16 +35,16 @@ struct Walker {
   Neighbour here() const { return {goodness, window->first, window->width}; }
 };
 
-/// What happens to the pixels of a run.
+/// The work of one visit to the pixels of a run.
 struct Visit {
-  bool matches;                ///< their matching costs are yet to be found
-  Walker* walker;              ///< the horizontal path that comes along, or nullptr
-  bool from_previous_row;      ///< the paths from the previous row come along
-  const uint8_t* sums_before;  ///< what has been added up before, or nullptr
+  bool matches;                ///< computes their matching costs
+  Walker* walker;              ///< the horizontal path to add, or nullptr
+  bool from_previous_row;      ///< adds the paths from the previous row
+  const uint8_t* sums_before;  ///< sums of earlier visits, or nullptr
   uint8_t* sums;
 };
 
-/// A step of the vertical path of windows of 16: what it reads and writes.
+/// Inputs and outputs of a step of the vertical path, for windows of 16.
 struct VerticalStep {
   const uint8_t *costs, *sums_before;
   uint8_t *goodness, *sums;
@@ -91,11 +91,11 @@ class RowAggregation {
 
   // --- Straight paths -----------------------------------------------------------------------
 
-  /// First visit: both horizontal paths. Whichever comes to a run first finds the matching costs;
-  /// the second one completes the sums, with kDown along with the vertical path.
+  /// First visit: both horizontal paths. The first one at a run computes the matching costs; the
+  /// second one completes the sums, with kDown together with the vertical path.
   template <bool kDown>
   HWY_INLINE void walkFromBothEnds() {
-    int i = 0, j = runs_ - 1;  // where the paths come next
+    int i = 0, j = runs_ - 1;  // the next runs of the two paths
     const auto isReady = [this](int run, const Walker& walker) {
       return isNarrow(row_, run) && walker.window->width == kLanes;
     };
@@ -117,12 +117,12 @@ class RowAggregation {
     return {false, &walker, down, row_.half_sums, row_.sums};
   }
 
-  /// Both horizontal paths, from runs i and j on as long as these are narrow and the paths do not
-  /// meet. kComeFirst: neither has been where the other one is now.
+  /// Both horizontal paths, from runs i and j on, while these runs are narrow and the paths do not
+  /// meet. kComeFirst: the other path has not visited these runs yet.
   template <bool kComeFirst, bool kDown>
   HWY_INLINE void walkTogether(int& i, int& j) {
-    // What the loop reads lies in local variables: bytes that it writes might, for all the compiler
-    // knows, change the members of this object.
+    // The loop reads local copies: compilers assume that a written byte may change members of this
+    // object.
     const ReducedSearchRow row = row_;
     const int runs = runs_;
     const PairBytes d;
@@ -206,7 +206,7 @@ class RowAggregation {
     }
   }
 
-  /// The vertical path of a whole narrow run: its pixels do not wait for each other, and fill
+  /// The vertical path of a whole narrow run. Its pixels do not depend on each other, and fill
   /// registers of any width.
   HWY_INLINE void followVertical(const ReducedSearchRow& row, int run, const WindowRun& window,
                                  const uint8_t* sums_before) {
@@ -252,7 +252,7 @@ class RowAggregation {
       visit.walker->window = &kNoWindow;
   }
 
-  /// kVectors: number of vectors of a window, 0: as many as it takes.
+  /// kVectors: number of vectors of a window; 0: not known at compile time.
   template <int kVectors, class D>
   HWY_NOINLINE void visitRun(D d, int run, const WindowRun& run_window, const Visit& visit_of_run) {
     using Window = WindowPaths<D, kVectors>;

@@ -1,14 +1,14 @@
-/// Reduced search, one row at a time: each run of pixels has a window of disparities of its own.
+/// Reduced search, one row at a time: each run of pixels has its own window of disparities.
 ///
-/// Layout: the costs of a pixel are the bytes of its window, in order; those of a row lie one after
-/// the other (WindowRun::position). What a neighbour passes on is its goodness (path_step-inl.h),
-/// shifted by the distance of the two windows, with zeros where the neighbour's window has nothing:
-/// such disparities pay P2 without any branch. Windows of 16, by far the most, are one vector, and
+/// Layout: the costs of a pixel are the bytes of its window, in order; those of a row follow each
+/// other (WindowRun::position). A neighbour passes on its goodness (path_step-inl.h), shifted by
+/// the distance between the two windows, with zeros outside the neighbour's window: such
+/// disparities pay P2 without a branch. Most windows have a width of 16: they are one vector, and
 /// the shift is one shuffle.
 ///
-/// Each row is visited twice, by the downward and by the upward pass. With straight paths both
-/// horizontal ones belong to the first visit, which walks from both ends of the row at once: they
-/// do not wait for each other, and share their vectors.
+/// Each row is visited twice, by the downward and by the upward pass. With straight paths the first
+/// visit follows both horizontal paths, from both ends of the row at once: they do not depend on
+/// each other, and share their vectors.
 #pragma once
 
 #include <cstddef>
@@ -23,37 +23,36 @@ namespace predictive_stereo {
 /// Width of the windows that have a fast path.
 constexpr int kNarrowWindow = 16;
 
-/// Where windows differ, up to that many bytes before and behind a pixel's may be read.
+/// If windows differ, up to this many bytes before and behind those of a pixel may be read.
 constexpr int kBeyond = 256 + 64;
 
-/// What the paths that come from the previous row have left there: bytes as laid out by its
-/// windows.
+/// States of the paths at the previous row, in the layout of its windows.
 struct PathStates {
   uint8_t* straight;
-  uint8_t* from_behind;  ///< along the diagonal from the column that the pass has just left
-  uint8_t* from_ahead;   ///< along the diagonal from the column that the pass comes to next
+  uint8_t* from_behind;  ///< along the diagonal from the previous column of the pass
+  uint8_t* from_ahead;   ///< along the diagonal from the next column of the pass
 };
 
-/// One row of one pass. The downward pass goes from left to right, the upward one back.
+/// One row of one pass: from left to right in the downward pass, back in the upward one.
 struct ReducedSearchRow {
   int columns;
   int p1, p2;
   int bytes;  ///< of a census word
   PathSet paths;
   bool upward;
-  RowPart part;            ///< of straight paths alone; others: kWhole
-  int begin_run, end_run;  ///< kDown: where
+  RowPart part;            ///< kWhole unless paths are straight
+  int begin_run, end_run;  ///< kDown: the runs of this call
   const int* left_words;
   const uint8_t* right_bytes;  ///< CensusBytes of this row
   size_t right_stride;
   const uint8_t* floors_across;  ///< JumpFloors of this row
-  const uint8_t* floors_down;    ///< JumpFloors between this row and the row before
+  const uint8_t* floors_down;    ///< JumpFloors between the previous row and this one
   const WindowRun* windows;
-  const WindowRun* previous_windows;  ///< of the row before; nullptr: there is none
+  const WindowRun* previous_windows;  ///< of the previous row; nullptr: there is none
   PathStates previous, next;
-  uint8_t* costs;      ///< matching costs + P2: left by the first visit for the second one
+  uint8_t* costs;      ///< matching costs + P2: the first visit writes, the second one reads them
   uint8_t* half_sums;  ///< scratch memory
-  /// Sums of earlier visits, or nullptr; of kDown they may be `sums`.
+  /// Sums of earlier visits, or nullptr; for kDown this may be `sums`.
   const uint8_t* sums_before;
   uint8_t* sums;
 };

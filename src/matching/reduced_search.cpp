@@ -5,7 +5,8 @@
 namespace predictive_stereo {
 namespace {
 
-/// Where the image falls into two halves of equal work, which grows with the windows.
+/// The row that divides the image into two halves of equal work. Work is proportional to the
+/// windows.
 int rowInTheMiddle(const SearchWindows& windows) {
   const auto work = [&](size_t y) {
     return windows.row_begins[y] + y * windows.width.cols * kNarrowWindow;
@@ -26,8 +27,8 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
                           AlignedBuffer& volume, Match& match) {
   const int columns = left_words.cols;
   right_bytes_.build(right_words, params_.range);
-  // Room for the widest windows: pages that are never touched cost nothing, and no frame with wider
-  // windows than its predecessors has to allocate.
+  // Room for the widest windows, so that later frames with wider windows need not allocate. Pages
+  // that are never touched cost nothing.
   const size_t most = windows.runs.size() * kWindowRun * params_.range.count;
   uint8_t* const all_sums = volume.reserve(kRowSumsMargin + most + kRowSumsMargin) + kRowSumsMargin;
   costs_.reserve(most);

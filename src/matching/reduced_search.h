@@ -1,4 +1,4 @@
-/// Reduced search of a pair by kernels: as FullSearch, with windows.
+/// Reduced search of a pair by kernels: like FullSearch, with a window of disparities per run.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -20,7 +20,7 @@ class ReducedSearch {
  public:
   ReducedSearch(const MatcherParams& params, int64_t simd_target);
 
-  /// Fills every member of `match` except search_width; all have their sizes already.
+  /// Fills every member of `match` except search_width; all must have the images' size.
   /// @param volume  memory for the sums of all windows; may be shared with other searches.
   void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, const JumpFloors& floors,
              const SearchWindows& windows, AlignedBuffer& volume, Match& match);
@@ -34,13 +34,13 @@ class ReducedSearch {
               rows[which][2].data() + kBeyond};
     }
   };
-  /// Memory for the work on a row.
+  /// Buffers of the thread that works on a row.
   struct RowWork {
-    AlignedBuffer half_sums, row_sums;  ///< row_sums: behind a margin
+    AlignedBuffer half_sums, row_sums;  ///< row_sums begins with a margin
     WindowWinnersScratch scratch;
     RowWinners winners;
   };
-  /// What a visit to a row needs beside the windows.
+  /// Memory that a visit to a row uses, in addition to the windows.
   struct RowMemory {
     const PathRows* paths;
     uint8_t* half_sums;
@@ -62,7 +62,7 @@ class ReducedSearch {
   const int64_t simd_target_;
   CensusBytes right_bytes_;
   AlignedBuffer costs_;
-  std::vector<PathRows> paths_;  ///< of both passes, or of each of their strips
+  std::vector<PathRows> paths_;  ///< one per pass, or one per strip of each pass
   WorkPool<RowWork> row_works_;
 };
 

@@ -15,15 +15,15 @@ namespace {
 
 using std::uint8_t;
 
-constexpr int kNoDisparity = -1000;  // agrees with nothing
+constexpr int kNoDisparity = -1000;  // fails every left-right check
 
 /// The lowest aggregated cost of a pixel.
 struct Winner {
   int index;  ///< the smallest of equals
   int cost;
-  int below, above;  ///< costs beside it; only where `inside`
+  int below, above;  ///< costs of its neighbours; only if `inside`
   int runner_up;     ///< lowest cost with |index difference| > 1; 255: none
-  bool inside;       ///< both neighbours belong to the pixel's window
+  bool inside;       ///< both neighbours are in the pixel's window
 };
 
 /// Aggregation of one image pair. Disparities are indices here: 0 is min_disparity.
@@ -63,18 +63,18 @@ class ReferenceSgm {
   }
 
  private:
-  /// Hamming distance; columns that lie outside the right image repeat its border.
+  /// Hamming distance; columns outside the right image repeat its border.
   int cost(int x, int y, int index) const {
     const int right_x = std::clamp(x - params_.range.min_disparity - index, 0, size_.width - 1);
     return static_cast<int>(
         std::bitset<32>(left_census_(y, x) ^ right_census_(y, right_x)).count());
   }
 
-  /// Eq. 1 along the path that steps by (dx, dy). A path's costs L are kept as goodness
-  /// G = max(P2 - (L - min L), 0): all that a step may pass on. Disparities outside a pixel's
-  /// window have G = 0, so that a neighbour pays P2 for reaching them.
+  /// Eq. 1 along the path that steps by (dx, dy). A path's costs L are stored as goodness
+  /// G = max(P2 - (L - min L), 0), which is all that a step passes on. Disparities outside a
+  /// pixel's window have G = 0: the next pixel pays P2 to reach them.
   void aggregatePath(int dx, int dy) {
-    // One more disparity on both sides, G = 0, saves asking whether a neighbour exists.
+    // One more disparity on both sides with G = 0: no check whether a neighbour exists.
     const int stride = count_ + 2;
     std::vector<uint8_t> current(size_.width * stride), previous(current.size());
     for (int row = 0; row < size_.height; ++row) {
@@ -92,7 +92,7 @@ class ReferenceSgm {
     }
   }
 
-  /// See JumpFloors: between a pixel and the one beside it in the direction (dx, dy).
+  /// Entry of JumpFloors between a pixel and its neighbour in the direction (dx, dy).
   int floorTo(int x, int y, int dx, int dy) const {
     const auto grey = [&](int steps) -> int {
       return left_(std::clamp(y + steps * dy, 0, size_.height - 1),
@@ -103,7 +103,7 @@ class ReferenceSgm {
     return is_edge ? std::max(params_.p2 - params_.p2_edge, 0) : 0;
   }
 
-  /// One pixel of a path; no neighbour: the path starts here.
+  /// One pixel of a path. neighbour = nullptr: the path starts here.
   void step(int x, int y, const uint8_t* neighbour, int floor, uint8_t* goodness, uint8_t* sums) {
     const WindowRun& window = windowOf(x, y);
     const int first = window.first, end = first + window.width;
@@ -128,10 +128,10 @@ class ReferenceSgm {
     return static_cast<uint8_t>(halve ? (down + up + 1) / 2 : std::min(down + up, 255));
   }
 
-  /// The right image's winners, searched along the diagonals of the left image's sums; of equals
-  /// that of the smallest disparity, which comes first.
+  /// The right image's winners, searched along the diagonals of the left image's sums. Of equal
+  /// sums the smallest disparity wins, which comes first.
   void chooseRightWinners(int y, std::vector<int>& indices) const {
-    std::vector<int> lowest(size_.width, 255);  // saturated sums win nothing
+    std::vector<int> lowest(size_.width, 255);  // saturated sums cannot win
     indices.assign(size_.width, kNoDisparity);
     for (int x = 0; x < size_.width; ++x) {
       const uint8_t* sums = sumsOf(x, y);
@@ -199,8 +199,8 @@ class ReferenceSgm {
   const int count_;
   const cv::Mat1b left_;
   cv::Mat1i left_census_, right_census_;
-  /// Saturating sums over the paths of the downward pass (in the end those of both passes), and
-  /// over those of the upward pass: [y][x][index].
+  /// Saturating sums over the paths of the downward pass (finally of both passes) and of the upward
+  /// pass: [y][x][index].
   std::vector<uint8_t> sums_, upward_sums_;
 };
 

@@ -1,4 +1,4 @@
-/// Semi-global matching in plain C++: slow, and what every kernel must equal bit for bit.
+/// Semi-global matching in plain C++: the slow reference that every kernel must equal bit for bit.
 #pragma once
 
 #include <opencv2/core.hpp>

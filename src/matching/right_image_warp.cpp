@@ -12,7 +12,7 @@ constexpr int kTile = 64;  // columns that are warped together
 constexpr int kBits = 7;   // fixed point of offsets and weights
 constexpr int kOne = 1 << kBits;
 
-// A row of the right image moved horizontally by a constant shift, borders replicated.
+// Rows of the right image, shifted horizontally by a constant; borders are replicated.
 class ShiftedRows {
  public:
   ShiftedRows(const cv::Mat1b& image, double shift_px) : image_(image) {
@@ -20,8 +20,8 @@ class ShiftedRows {
     whole_ = static_cast<int>(std::floor(-shift / static_cast<double>(kOne)));
     fraction_ = -shift - whole_ * kOne;
   }
-  // `count` pixels from column x on; rows outside the image are those of its border. The result
-  // points into the image where nothing is to be moved.
+  // `count` pixels from column x on; rows outside the image repeat its border. Without a shift the
+  // result points into the image.
   const std::uint8_t* get(int row, int x, int count, std::uint8_t* buffer) const {
     const std::uint8_t* pixels = image_.ptr(std::clamp(row, 0, image_.rows - 1));
     if (whole_ == 0 && fraction_ == 0) return pixels + x;
@@ -47,7 +47,7 @@ std::uint8_t blend(std::uint8_t a, std::uint8_t b, std::uint16_t weight) {
 // Warps one row in fixed point.
 void warpRow(const ShiftedRows& right, int y, const RowOffsetModel& alignment, cv::Size size,
              std::uint8_t* out) {
-  // The offset as a quadratic of x alone, scaled, and positive so that truncation rounds.
+  // The offset as a quadratic of x only, scaled, and made positive so that truncation rounds.
   constexpr int kBias = 1 << 14;
   const Eigen::Vector3d along_x = kOne * alignment.alongRow(y, size);
   const auto k0 = static_cast<float>(along_x[0] + 0.5);
@@ -56,7 +56,7 @@ void warpRow(const ShiftedRows& right, int y, const RowOffsetModel& alignment, c
     const auto fx = static_cast<float>(x);
     return static_cast<int>((k0 + fx * (k1 + fx * k2)) + kBias) - kBias;
   };
-  // Within a tile the offset leaves the interval between its ends by less than this.
+  // Within a tile the offset exceeds the interval between its two ends by less than this.
   const int bulge = 1 + static_cast<int>(std::abs(k2) * (kTile * kTile / 4));
 
   std::int16_t offsets[kTile];
@@ -66,7 +66,7 @@ void warpRow(const ShiftedRows& right, int y, const RowOffsetModel& alignment, c
     for (int i = 0; i < count; ++i) offsets[i] = static_cast<std::int16_t>(offsetAt(x + i));
     const int first = (std::min(offsets[0], offsets[count - 1]) - bulge) >> kBits;
     const int last = (std::max(offsets[0], offsets[count - 1]) + bulge) >> kBits;
-    // The two source rows change a few times along the row: one pass for each.
+    // The two source rows change only a few times along the row: one pass for each of them.
     for (int row = first; row <= last; ++row) {
       const std::uint8_t* a = right.get(y + row, x, count, buffers[0]);
       const std::uint8_t* b = right.get(y + row + 1, x, count, buffers[1]);
@@ -88,7 +88,7 @@ void alignRightImage(const cv::Mat1b& right, const RowOffsetModel& alignment,
     aligned = right;
     return;
   }
-  // Not into pixels that someone else shares: those may be the image of an earlier frame.
+  // Do not write to pixels that another cv::Mat shares: they may be the image of an earlier frame.
   if (!aligned.u || aligned.u->refcount > 1) aligned.release();
   aligned.create(right.size());
   const ShiftedRows rows(right, column_shift_px);

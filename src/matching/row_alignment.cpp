@@ -43,7 +43,8 @@ void requireSizes(cv::Size left, cv::Size right, cv::Size coarse) {
                                 ": it must have half their width and height");
 }
 
-// Offsets on a grid that reaches the corners; a quadratic has no narrow peaks.
+// From offsets on a grid that includes the corners. A coarse grid is enough: the model is
+// quadratic.
 void summarise(RowOffsetModel& alignment) {
   constexpr int kSteps = 8;
   double squares = 0, largest = 0;
@@ -86,8 +87,9 @@ void RowOffsetFilter::reset() {
   prior_px_.setZero();
 }
 
-// The constant term shakes from frame to frame (cameras that vibrate, or expose not quite at once)
-// by as much as 0.2 px on KITTI, the others stay: what is known of it is dropped.
+// The constant term changes from frame to frame by up to 0.2 px on KITTI (the cameras vibrate, or
+// are not exposed at exactly the same time). The other terms are stable. Therefore the past
+// information on the constant term is removed (marginalised).
 void RowOffsetFilter::Fit::fade(double weight) {
   if (information(0, 0) > 0) {
     const Vector6 column = information.col(0) / information(0, 0);
@@ -122,8 +124,8 @@ RowOffsetModel RowOffsetFilter::update(const std::vector<RowOffsetMeasurement>& 
     terms_.push_back(
         terms(2 * sample.x_right_px / size.width - 1, 2 * sample.y_px / size.height - 1));
 
-  // Reweighted least squares (Geman-McClure) from a wide to a narrow scale, so that the result does
-  // not hang on a first guess.
+  // Reweighted least squares (Geman-McClure) from a wide to a narrow scale: the result does not
+  // depend on the initial value.
   Vector6 coefficients_px = solve(Fit());
   for (double scale_px : kScalesPx) {
     Fit fit;

@@ -13,14 +13,14 @@ constexpr int kPatchCols = 16;
 constexpr int kPatchRows = 9;
 constexpr int kPatchPixels = kPatchCols * kPatchRows;
 constexpr int kRowReach = 3;     // searched up and down
-constexpr int kColumnReach = 2;  // looked at left and right of the half-resolution disparity
+constexpr int kColumnReach = 2;  // searched left and right of the half-resolution disparity
 constexpr int kRowShifts = 2 * kRowReach + 1;
 
 constexpr double kSmallestCurvature = 40;  // per pixel, grey levels^2 per px^2
-constexpr double kLargestMisfit = 0.5;     // lowest score by the curvature
-constexpr double kUniqueness = 0.7;        // lowest score by the lowest that is no neighbour
-constexpr int kLineReach = 6;              // columns in which the rows beside may match as well
-constexpr double kLeastHold = 0.2;         // curvature with these columns free by that without
+constexpr double kLargestMisfit = 0.5;     // lowest score / curvature
+constexpr double kUniqueness = 0.7;        // lowest score / lowest one that is not its neighbour
+constexpr int kLineReach = 6;              // columns in which neighbouring rows may match too
+constexpr double kLeastHold = 0.2;         // curvature with these columns free / with them fixed
 
 // Zero-mean mean of squared differences of two patches, from exact sums.
 double dissimilarity(const cv::Mat1b& left, cv::Point l, const cv::Mat1b& right, cv::Point r) {
@@ -53,8 +53,8 @@ bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point c
       corner.y + kPatchRows + kRowReach > left.rows)
     return false;
 
-  // The curvature of a perfect match is twice the difference to the next row: most patches without
-  // texture need no search.
+  // The curvature of a perfect match is twice the difference to the next row. This rejects most
+  // patches without texture before the search.
   if (2 * dissimilarity(left, corner, left, {corner.x, corner.y + 1}) < kSmallestCurvature)
     return false;
 
@@ -72,7 +72,8 @@ bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point c
   for (int i = 0; i < kRowShifts; ++i)
     if (std::abs(i - best_row) > 1 && scores[best_row] > kUniqueness * scores[i]) return false;
 
-  // The half-resolution disparity may be a pixel off. Three rows of each column that is looked at.
+  // The half-resolution disparity may have an error of a pixel: scores of three rows in each
+  // neighbouring column.
   double around[2 * kColumnReach + 1][3];
   const auto fillScores = [&](int column) {
     for (int i = 0; i < 3; ++i) around[kColumnReach + column][i] = score(column, best_row + i - 1);
@@ -91,8 +92,8 @@ bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point c
   const double best = middle[1];
   if (before[1] < best || after[1] < best || middle[0] < best || middle[2] < best) return false;
 
-  // A quadratic in both directions, of which the column is then left free: an edge that runs
-  // diagonally does not show the row offset.
+  // A quadratic fit in both directions. The curvature is that with a free column: a diagonal edge
+  // does not determine the row offset.
   const double gx = (after[1] - before[1]) / 2;
   const double gy = (middle[2] - middle[0]) / 2;
   const double hxx = after[1] + before[1] - 2 * best;
@@ -102,9 +103,9 @@ bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point c
   const double curvature = hyy - hxy * hxy / hxx;
   if (curvature < kSmallestCurvature || best > kLargestMisfit * curvature) return false;
 
-  // A line may run so flatly that no quadratic shows it: it fits every row, some columns further to
-  // one side, and row 0 best of all, as that was where the disparity was looked for.
-  const int aside = hxy < 0 ? 1 : -1;  // to the better columns of the row below
+  // A nearly horizontal line escapes the quadratic fit: it matches in every row, some columns
+  // further to one side, and best in row 0, where the disparity was measured.
+  const int aside = hxy < 0 ? 1 : -1;  // direction of the better columns in the row below
   const auto lowestOfRow = [&](int row, int step) {
     double lowest = std::numeric_limits<double>::max();
     for (int i = 0; i <= kLineReach; ++i) {

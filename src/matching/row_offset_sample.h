@@ -4,12 +4,12 @@
 
 namespace predictive_stereo {
 
-/// Measures how many rows below its place in the left image a patch lies in the right one, to a
-/// fraction of a pixel, by the zero-mean sum of squared differences.
+/// Measures the row offset of a patch, from the left image to the right one (positive: down), with
+/// sub-pixel accuracy by the zero-mean sum of squared differences.
 /// @param centre  of the patch, in the left image.
-/// @param disparity_px  good to about a pixel.
-/// @return false where the patch leaves an image, shows too little texture across rows, or fits in
-///   more than one place; `offset_px` is then left as it was.
+/// @param disparity_px  correct to about a pixel.
+/// @returns false if the patch leaves an image, has too little vertical texture, or is not unique;
+///   `offset_px` is then unchanged.
 bool measureRowOffset(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point centre,
                       int disparity_px, double& offset_px);
 

@@ -6,28 +6,28 @@
 
 namespace predictive_stereo {
 
-/// What happens to a row in one visit. Paths along a row need no other row, and those from row to
-/// row, where they are vertical, no other column: so rows and columns can be shared out.
+/// The part of a row's work that one visit does. Horizontal paths need no other row, and vertical
+/// paths no other column: rows and columns can therefore be distributed over threads.
 enum class RowPart {
   kWhole,   ///< all paths of the pass
   kAcross,  ///< both horizontal paths
-  kDown,    ///< the vertical path of the pass, in some columns
+  kDown,    ///< the vertical path of the pass, in a strip of columns
 };
 
-/// A downward and an upward pass visit every row, both at the same time. While the downward pass
-/// starts from the top, the upward one starts from the bottom; they meet before row `middle` and go
-/// on where the other one has been. So each pass follows its order: not an approximation.
+/// A downward and an upward pass visit every row, both at the same time. The downward pass starts
+/// at the top, the upward one at the bottom; they meet before row `middle` and continue in the rows
+/// of the other one. Each pass keeps its order of rows, so the result is exact.
 struct RowVisit {
   int y;
   bool upward;
-  bool is_first;  ///< of both visits to this row
-  int slot = 0;   ///< by strips: tells apart the rows of a chunk; below kChunkSlots
+  bool is_first;  ///< of the two visits to this row
+  int slot = 0;   ///< by strips: number of the row in its chunk; below kChunkSlots
 };
 
-constexpr int kChunkRows = 32;  ///< of each pass; what they write stays in the caches
+constexpr int kChunkRows = 32;  ///< of each pass; their output stays in the caches
 constexpr int kChunkSlots = 2 * kChunkRows;
 
-/// For two threads, one a pass.
+/// For two threads: one for each pass.
 /// @param visit_row  called with a RowVisit.
 template <class VisitRow>
 void visitRowsTwice(int height, int middle, const VisitRow& visit_row) {
@@ -42,8 +42,8 @@ void visitRowsTwice(int height, int middle, const VisitRow& visit_row) {
     });
 }
 
-/// For any number of threads: chunks of rows of both passes, shared out by rows for what lies in a
-/// row, and by strips of columns for the vertical paths.
+/// For any number of threads: chunks of rows of both passes. Work within a row is distributed by
+/// rows, vertical paths by strips of columns.
 /// @param across  called with a RowVisit, once a row, before any other.
 /// @param down  called with (RowVisit, strip) for each strip from 0 to `strips` - 1.
 /// @param finish  called with a RowVisit, once a row, after all others.
@@ -76,8 +76,8 @@ void visitRowsByStrips(int height, int middle, int strips, const Across& across,
     }
 }
 
-/// Strips for each pass where the work is to be shared out by strips, or 0: two threads are as fast
-/// with a pass each. More strips than threads, as strips differ in their windows.
+/// Number of strips for each pass, or 0 if each pass is done by one thread, which is as fast with
+/// two threads. More strips than threads, as the windows of strips differ in width.
 inline int stripsOfSearch() { return cv::getNumThreads() > 2 ? 2 * cv::getNumThreads() : 0; }
 
 }  // namespace predictive_stereo

@@ -34,8 +34,8 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Columns x, ... in vectors of type D, from `x` as long as they fit; returns the first that did
-/// not. See winner.h for the formulas.
+/// Processes columns from x on in whole vectors of type D; returns the first column that is left
+/// over. See winner.h for the formulas.
 template <class D>
 HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRange& range,
                               int columns, int x) {
@@ -97,7 +97,7 @@ HWY_EXPORT(DescribePixels);
 void RowWinners::resize(int width, const DisparityRange& range) {
   for (auto* values : {&index, &cost, &below, &above, &runner_up, &first, &agrees})
     values->resize(width + kPadding);
-  // Left columns 0 ... width - 1 look at 0 - max_disparity ... width - 1 - min_disparity.
+  // Left columns 0 ... width - 1 match right columns -max_disparity ... width - 1 - min_disparity.
   right_margin_ = std::max(range.max_disparity(), 0);
   right_index_.assign(right_margin_ + width + std::max(-range.min_disparity, 0), kNoIndex);
 }
@@ -105,7 +105,7 @@ void RowWinners::resize(int width, const DisparityRange& range) {
 void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_target, int y,
                  const uint8_t* first, const uint16_t* width, Match& match) {
   const int columns = match.disparity_px.cols;
-  // Left-right check: does the right pixel that the winner points at have a winner close to it?
+  // Left-right check: the right pixel's winner must be close to that of the left pixel.
   const int tolerance = params.left_right_tolerance_px;
   const int16_t* const right = winners.rightIndices() - params.range.min_disparity;
   const uint8_t* const indices = winners.index.data();

@@ -1,4 +1,4 @@
-/// The winners of a row, as kernels hand them over, and their translation into a Match.
+/// The winners of a row, as kernels return them, and their conversion to a Match.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +9,23 @@
 
 namespace predictive_stereo {
 
-/// One entry per pixel of the left image; entries of pixels that are not searched mean nothing.
+/// One entry per pixel of the left image; entries of pixels that are not searched are undefined.
 struct RowWinners {
   static constexpr int16_t kNoIndex = -1000;
-  static constexpr int kPadding = 64;  ///< entries behind the row's, for whole vectors
+  static constexpr int kPadding = 64;  ///< entries behind those of the row, for whole vectors
 
   std::vector<uint8_t> index;      ///< of the lowest sum; the smallest of equals
   std::vector<uint8_t> cost;       ///< lowest sum
-  std::vector<uint8_t> below;      ///< sum at index - 1, where that is in the window
-  std::vector<uint8_t> above;      ///< sum at index + 1, where that is in the window
+  std::vector<uint8_t> below;      ///< sum at index - 1, if this is in the window
+  std::vector<uint8_t> above;      ///< sum at index + 1, if this is in the window
   std::vector<uint8_t> runner_up;  ///< lowest sum with |index difference| > 1; 255: none
   std::vector<uint8_t> first;      ///< first index of the window
   std::vector<uint8_t> agrees;     ///< scratch memory of describeRow
 
   void resize(int width, const DisparityRange& range);
 
-  /// Winners of the right image's pixels, kNoIndex where there is none below 255. Columns outside
-  /// the image, as far as disparities reach, may be read and hold kNoIndex.
+  /// Winners of the right image's pixels; kNoIndex where no sum is below 255. Columns outside the
+  /// image that a disparity reaches may be read: they have kNoIndex.
   int16_t* rightIndices() { return right_index_.data() + right_margin_; }
   const int16_t* rightIndices() const { return right_index_.data() + right_margin_; }
 
@@ -34,8 +34,8 @@ struct RowWinners {
   int right_margin_ = 0;
 };
 
-/// Sub-pixel disparity, left-right check and the observables of row y. The maps of `match` have
-/// their sizes already.
+/// Sub-pixel disparity, left-right check and ambiguity of row y. The maps of `match` must have the
+/// images' size.
 /// @param first, width  the windows of this row; nullptr: everything was searched.
 void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_target, int y,
                  const uint8_t* first, const uint16_t* width, Match& match);

@@ -18,7 +18,7 @@ void requireSize(const char* name, const cv::Mat1s& map, cv::Size size) {
   throw std::invalid_argument(text.str());
 }
 
-/// Room for an image's windows, and what `planRow` makes of each row, laid out.
+/// Allocates the windows of an image, calls plan_row for each row, and sets positions in memory.
 template <class PlanRow>
 void planRows(cv::Size size, int run_length, SearchWindows& windows, const PlanRow& plan_row) {
   windows.run_length = run_length;

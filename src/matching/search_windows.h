@@ -1,4 +1,4 @@
-/// From the ranges that a caller asks for to the windows that the kernels search.
+/// Conversion of search ranges to the windows that the kernels search.
 #pragma once
 
 #include <cstddef>
@@ -10,27 +10,27 @@
 
 namespace predictive_stereo {
 
-/// Pixels of such a run, which begins at a multiple of its length, share one window: kernels then
-/// need to shift costs between windows only once in a run. Real ranges, which are hulls over
-/// neighbours anyway, hardly grow by it.
+/// Length of a run: pixels that share one window. Runs begin at multiples of it. Kernels then shift
+/// costs between windows only once per run. Ranges hardly grow by this, as they are hulls over
+/// neighbours anyway.
 constexpr int kWindowRun = 4;
 
 /// The window of a run (or of a pixel, see planExactWindows), as indices into the disparity range
 /// (0 is min_disparity).
 struct WindowRun {
-  int position;    ///< where its bytes begin among those of its row: `width` for each pixel
-  uint16_t width;  ///< 16, 32, 64, the whole range, or exact; 0: no pixel of it is searched
+  int position;    ///< of its first byte among those of its row; each pixel has `width` bytes
+  uint16_t width;  ///< 16, 32, 64, the whole range, or exact; 0: none of its pixels is searched
   uint8_t first;   ///< first index
 };
 
 struct SearchWindows {
-  int run_length = kWindowRun;  ///< 1 where each pixel has a window of its own
+  int run_length = kWindowRun;  ///< 1 if each pixel has its own window
   int runs_per_row = 0;
   std::vector<WindowRun> runs;  ///< row by row
-  /// Where the bytes of each row begin among those of the image; the last entry is their number.
+  /// Position of each row's first byte among those of the image; the last entry is their number.
   std::vector<size_t> row_begins;
-  /// Of each pixel: the width of its run's window, or 0 where it is not searched itself. Paths lead
-  /// through all pixels of a run, also through those.
+  /// For each pixel the width of its run's window, or 0 if the pixel itself is not searched. Paths
+  /// pass through all pixels of a run, also through these.
   cv::Mat1w width;
 
   const WindowRun* row(int y) const { return &runs[static_cast<size_t>(y) * runs_per_row]; }
@@ -43,16 +43,16 @@ struct SearchWindows {
 void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
                        int64_t simd_target, SearchWindows& windows);
 
-/// Every pixel has a window of its own, which is its range, cut to `range`. Only matchReference can
-/// search such windows.
+/// Gives every pixel its own window: its range, cut to `range`. Only matchReference can search such
+/// windows.
 /// @throws std::invalid_argument where the ranges' sizes are not `size`.
 void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
                       SearchWindows& windows);
 
-/// Whether every pixel searches everything, which the full search does faster.
+/// Whether every pixel searches the whole range; the full search is faster then.
 bool isFullSearch(const SearchWindows& windows, const DisparityRange& range);
 
-/// Every pixel searches everything.
+/// Every pixel searches the whole range.
 void planFullSearch(const DisparityRange& range, cv::Size size, SearchWindows& windows);
 
 }  // namespace predictive_stereo

@@ -21,7 +21,7 @@ using Words = hn::RebindToUnsigned<Shorts>;
 
 /// The windows of as many runs as a vector has lanes.
 struct PlannedRuns {
-  HWY_INLINE PlannedRuns() {}  // written out: g++ would not compile it for the target of the others
+  HWY_INLINE PlannedRuns() {}  // explicit: g++ would compile an implicit one for another target
   hn::Vec<Shorts> first;
   hn::Vec<Words> width;
   hn::Vec<Words> pixel_width[kWindowRun];

@@ -14,8 +14,8 @@ struct NamedTarget {
   int64_t bit;
 };
 
-/// In the order in which "auto" prefers them. AVX-512 comes after AVX2: where it was measured, its
-/// wider vectors made the kernels slower (docs/design_notes.md).
+/// In the order in which "auto" prefers them. AVX-512 comes after AVX2: its wider vectors made the
+/// kernels slower on the CPUs that were measured (docs/design_notes.md).
 constexpr NamedTarget kTargets[] = {
 #if HWY_ARCH_X86
     {"avx2", HWY_AVX2},
@@ -23,7 +23,7 @@ constexpr NamedTarget kTargets[] = {
     {"sse4", HWY_SSE4},
 #elif HWY_ARCH_ARM
     {"neon", HWY_NEON},
-#ifdef HWY_NEON_WITHOUT_AES  // Highway 1.0 has HWY_NEON alone
+#ifdef HWY_NEON_WITHOUT_AES  // Highway 1.0 has only HWY_NEON
     {"neon_without_aes", HWY_NEON_WITHOUT_AES},
 #endif
 #endif
@@ -31,7 +31,7 @@ constexpr NamedTarget kTargets[] = {
 };
 
 bool canRun(int64_t bit) {
-  // Asked once: to ask also makes Highway dispatch to the best target from then on.
+  // Called only once: SupportedTargets() also makes Highway dispatch to the best target.
   static const int64_t runnable = runnableSimdTargets(hwy::SupportedTargets());
   return bit == kScalarTarget || (runnable & bit) != 0;
 }
@@ -48,7 +48,7 @@ constexpr char kCure[] =
 constexpr char kCure[] = "the kernels are written for x86 and Arm CPUs. Use one of these";
 #endif
 
-// What "auto" means to somebody else; empty where it is ours to decide.
+// The target that PREDICTIVE_STEREO_SIMD names; empty if it is not set or "auto".
 std::string targetOfEnvironment() {
   const char* variable = std::getenv("PREDICTIVE_STEREO_SIMD");
   const std::string name = variable ? variable : "";
@@ -59,10 +59,11 @@ std::atomic<int64_t> bit_in_use{kScalarTarget};
 
 void use(int64_t bit) {
   bit_in_use = bit;
-  hwy::GetChosenTarget().Update(bit);  // HWY_DYNAMIC_DISPATCH asks this one
+  hwy::GetChosenTarget().Update(bit);  // for HWY_DYNAMIC_DISPATCH
 }
 
-// When the library is loaded. A name that cannot be used is told to those who choose.
+// Runs when the library is loaded. A wrong name in the environment is reported later, by
+// chooseSimdTarget.
 [[maybe_unused]] const bool is_chosen = [] {
   try {
     useSimdTarget("auto");
@@ -75,8 +76,9 @@ void use(int64_t bit) {
 }  // namespace
 
 int64_t runnableSimdTargets(int64_t detected) {
-  // The compiler may use HWY_STATIC_TARGET everywhere, so no detection can forbid it. Highway 1.0
-  // does: it grants NEON only to CPUs with AES, which a Raspberry Pi 4 lacks. No kernel uses AES.
+  // The compiler may use HWY_STATIC_TARGET everywhere, so it can always run. Highway 1.0 does not
+  // report it on some CPUs: it reports NEON only with AES, which a Raspberry Pi 4 does not have. No
+  // kernel uses AES.
   return (detected | HWY_STATIC_TARGET) & HWY_TARGETS;
 }
 

@@ -23,7 +23,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using StripedBytes = hn::CappedTag<uint8_t, 64>;
 
-/// Kernels are compiled for 1 to 8 vectors per pixel, and for even numbers beyond.
+/// Kernels are compiled for 1 to 8 vectors per pixel, and for even numbers above.
 constexpr int moreVectors(int vectors) { return vectors < 8 ? vectors + 1 : vectors + 2; }
 
 inline StripedLayout layOutStripes(int count) {

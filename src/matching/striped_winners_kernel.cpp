@@ -67,7 +67,7 @@ class RowSearch {
   uint8_t sumAt(int x, int index) const { return pixel(x)[index % kK * kLanes + index / kK]; }
 
   HWY_INLINE void findLeft(int x, const V* sums) const {
-    V lowest = sums[0];  // of each lane, and the first index that has it
+    V lowest = sums[0];  // of each lane, with its first index
     V first = indices_[0];
     for (int k = 1; k < kK; ++k) {
       const V lower = hn::Min(lowest, sums[k]);
@@ -92,8 +92,9 @@ class RowSearch {
     above_[x] = sumAt(x, index < row_.range.count - 1 ? index + 1 : index);
   }
   /// Lane i of vector k holds the lowest sum so far, and its index, of the right pixel that is the
-  /// partner of x at disparity index i * K + k. From one x to the next all right pixels move on by
-  /// one disparity, and a new one comes in. Larger indices come later and win only if better.
+  /// partner of x at disparity index i * K + k. From one x to the next, every right pixel moves to
+  /// the next disparity, and a new right pixel enters. Larger indices come later and win only if
+  /// their sum is lower.
   HWY_INLINE void updateRight(const V* sums) {
     const V lowest_of_first = lanesUp(d_, right_lowest_[kLast], none_);
     const V index_of_first = lanesUp(d_, right_indices_[kLast], none_);
@@ -105,7 +106,7 @@ class RowSearch {
     }
   }
 
-  /// After left pixel x nothing more comes for the right pixel of the largest disparity.
+  /// The right pixel at the largest disparity of left pixel x has no further candidates.
   HWY_INLINE void finishRightPixel(int x) const {
     const int right_x = x - row_.range.min_disparity - (kSize - 1);
     if (right_x < 0 || right_x >= row_.width) return;

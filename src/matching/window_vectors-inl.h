@@ -1,4 +1,4 @@
-/// Vectors of the reduced search: windows shifted against each other, and pairs of windows.
+/// Vectors of the reduced search: shifts between windows, and pairs of windows.
 /// Included once per SIMD target.
 
 #if defined(PREDICTIVE_STEREO_WINDOW_VECTORS_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -30,11 +30,11 @@ constexpr int kLanes = kNarrowWindow;
 /// Windows of 16 of neighbouring pixels, one pixel per 16 lanes.
 using RunBytes = hn::CappedTag<uint8_t, kWindowRun * kLanes>;
 constexpr int kPixelsOfVector = hn::MaxLanes(RunBytes()) / kLanes;
-/// Windows wider than 16, which are 32 or more in general.
+/// For windows wider than 16: 32 or more.
 using WideBytes = hn::CappedTag<uint8_t, 32>;
 constexpr int kWideLanes = hn::MaxLanes(WideBytes());
 
-/// As many of the lowest lanes as D has.
+/// The lowest lanes, as many as D has.
 template <class D, class From>
 HWY_INLINE hn::Vec<D> lowLanes(D d, [[maybe_unused]] From from, hn::Vec<From> v) {
   if constexpr (hn::MaxLanes(D()) == hn::MaxLanes(From())) {
@@ -45,10 +45,10 @@ HWY_INLINE hn::Vec<D> lowLanes(D d, [[maybe_unused]] From from, hn::Vec<From> v)
   }
 }
 
-/// What a neighbour passes on to the disparities of a vector.
+/// The goodness that a neighbour passes on to the disparities of a vector.
 template <class V>
 struct Carried {
-  HWY_INLINE Carried() {}  // written out: g++ would not compile it for the target of the others
+  HWY_INLINE Carried() {}  // explicit: g++ would compile an implicit one for another target
   HWY_INLINE Carried(V from_same, V from_below, V from_above)
       : same(from_same), below(from_below), above(from_above) {}
   V same, below, above;
@@ -60,13 +60,13 @@ HWY_INLINE V pathCost(V cost_and_p2, const Carried<V>& carried, V p1, V floor) {
   return pathCost(cost_and_p2, carried.same, carried.below, carried.above, p1, floor);
 }
 
-/// What windows of 16 pass on.
+/// The goodness that windows of 16 pass on.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V goodnessOf(D d, V path_costs, V p2) {
   return hn::SaturatedSub(p2, hn::Sub(path_costs, lowestOfBlocks(d, path_costs)));
 }
 
-/// Lane i takes the value of lane i - 1; lane 0 that of the last lane of the vector before.
+/// Lane i gets the value of lane i - 1; lane 0 gets the last lane of the vector before.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V oneUp(D d, V before, V here) {
   if constexpr (hn::MaxLanes(D()) == kLanes)
@@ -75,7 +75,7 @@ HWY_INLINE V oneUp(D d, V before, V here) {
     return hn::CombineShiftRightBytes<15>(d, here, hn::ConcatLowerUpper(d, here, before));
 }
 
-/// Lane i takes the value of lane i + 1; the last lane that of lane 0 of the vector after.
+/// Lane i gets the value of lane i + 1; the last lane gets lane 0 of the vector after.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V oneDown(D d, V here, V after) {
   if constexpr (hn::MaxLanes(D()) == kLanes)
@@ -84,7 +84,7 @@ HWY_INLINE V oneDown(D d, V here, V after) {
     return hn::CombineShiftRightBytes<1>(d, hn::ConcatLowerUpper(d, after, here), here);
 }
 
-/// Shuffles that shift by -18 ... 18 lanes are 16 bytes of this, from kNoShift - 18 on.
+/// The shuffle that shifts by s = -18 ... 18 lanes: 16 bytes of ShiftTable from kNoShift + s on.
 constexpr int kNoShift = 18;
 struct ShiftTable {
   constexpr ShiftTable() {
@@ -95,14 +95,14 @@ struct ShiftTable {
 };
 constexpr ShiftTable kShiftTable;
 
-/// The shuffle by which lane i takes the value of lane i + shift of a window of 16, or 0.
+/// The shuffle that gives lane i the value of lane i + shift of a window of 16, or 0.
 HWY_INLINE const uint8_t* shuffleBy(int shift) {
-  // Windows that are further apart than 16 do not even touch.
+  // Windows with a larger distance have no neighbouring disparities.
   constexpr int kApart = kLanes + 1;
   return kShiftTable.values + kNoShift + std::clamp(shift, -kApart, kApart);
 }
 
-/// What windows of 16 pass on to others, `shift` disparities further.
+/// The goodness that windows of 16 pass on to windows that begin `shift` disparities higher.
 template <class D, class V = hn::Vec<D>>
 class Shift {
  public:
@@ -121,14 +121,13 @@ class Shift {
   const V same_, below_, above_;
 };
 
-/// What windows of 16 pass on to the same ones.
+/// The goodness that windows of 16 pass on to equal windows.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Carried<V> unshifted(D d, V goodness) {
   return {goodness, hn::ShiftLeftBytes<1>(d, goodness), hn::ShiftRightBytes<1>(d, goodness)};
 }
 
-/// Whether a place is one of those that exist: 0 below zero, 255 from zero on, for places from -512
-/// to 575.
+/// A step function: 0 for negative positions, 255 from zero on; for positions from -512 to 575.
 struct StepTable {
   constexpr StepTable() {
     for (int i = 512; i < 512 + 576; ++i) values[i] = 255;
@@ -138,7 +137,7 @@ struct StepTable {
 };
 constexpr StepTable kStep;
 
-/// Shuffles that take one byte of the census word of each of a run's pixels to all of its lanes.
+/// Shuffles that copy one byte of each pixel's census word to all lanes of that pixel, for a run.
 struct SpreadTable {
   constexpr SpreadTable() {
     for (int b = 0; b < 4; ++b)
@@ -149,7 +148,7 @@ struct SpreadTable {
 };
 constexpr SpreadTable kSpread;
 
-/// Shuffles that take a byte of each of a run's pixels to all of its lanes.
+/// The shuffle that copies one byte per pixel to all lanes of that pixel, for a run.
 struct PixelTable {
   constexpr PixelTable() {
     for (int i = 0; i < kWindowRun * kLanes; ++i) pixel[i] = static_cast<uint8_t>(i / kLanes);
@@ -170,7 +169,7 @@ HWY_INLINE hn::Vec<D> loadDescending(D d, const uint8_t* source) {
   }
 }
 
-/// Number of bits that are set in kBytes bytes together, + P2.
+/// Number of set bits in kBytes bytes, + P2.
 template <class D, int kBytes, class V = hn::Vec<D>>
 class BitCounter {
  public:
@@ -184,7 +183,8 @@ class BitCounter {
   }
 
   HWY_INLINE V count(const V* bytes) const {
-    // Three bits of equal weight are one of that weight and one of twice that weight.
+    // A full adder: three bits of equal weight give one of that weight and one of twice that
+    // weight.
     const V first_two = hn::Xor(bytes[0], bytes[1]);
     const V ones = hn::Xor(first_two, bytes[2]);
     const V twos = hn::Or(hn::And(bytes[0], bytes[1]), hn::And(first_two, bytes[2]));
@@ -208,15 +208,15 @@ class BitCounter {
   V once_, once_and_p2_, twice_;
 };
 
-/// A previous pixel of a path.
+/// The previous pixel of a path.
 struct Neighbour {
   const uint8_t* goodness;
   int first;
-  int width;  ///< 0: the path starts anew
+  int width;  ///< 0: there is no previous pixel, the path starts here
 };
 
-/// Steps of paths into one window of any width. kVectors: the number of its vectors, 0: as many as
-/// it takes.
+/// Path steps into one window of any width. kVectors: the number of its vectors; 0: not known at
+/// compile time.
 template <class D, int kVectors, class V = hn::Vec<D>>
 class WindowPaths {
   static constexpr int kLanesOfD = hn::MaxLanes(D());
@@ -234,7 +234,7 @@ class WindowPaths {
 
   HWY_INLINE int vectors() const { return kVectors > 0 ? kVectors : width_ / kLanesOfD; }
 
-  /// What a neighbour passes on to this window.
+  /// The goodness that a neighbour passes on to this window.
   HWY_INLINE void carry(const Neighbour& neighbour, Passed& carried) const {
     const D d;
     if (neighbour.first == first_ && neighbour.width == width_) {
@@ -253,7 +253,7 @@ class WindowPaths {
     }
   }
 
-  /// What a neighbour with the same window passes on.
+  /// The goodness that a neighbour with the same window passes on.
   HWY_INLINE void carrySameWindow(const Vectors& goodness, Passed& carried) const {
     const D d;
     const V zero = hn::Zero(d);
@@ -262,7 +262,7 @@ class WindowPaths {
                     oneDown(d, goodness[v], v + 1 < vectors() ? goodness[v + 1] : zero)};
   }
 
-  /// Adds the path's costs to `sums`, and gives what it passes on.
+  /// Adds the path's costs to `sums`, and computes the goodness that it passes on.
   HWY_INLINE void step(const Vectors& costs, const Passed& carried, uint8_t floor, Vectors& sums,
                        Vectors& goodness) const {
     const D d;
@@ -284,7 +284,7 @@ class WindowPaths {
   }
 
  private:
-  /// Lane i: the neighbour's byte i + shift, 0 where its window has none.
+  /// Lane i: the neighbour's byte i + shift; 0 outside its window.
   static HWY_INLINE V insideOnly(const Neighbour& neighbour, int shift) {
     const D d;
     const V from_first = hn::LoadU(d, kStep.from_zero() + shift);
@@ -296,7 +296,7 @@ class WindowPaths {
   const V p1_, p2_;
 };
 
-/// Two windows of 16 in one vector, or in two where vectors are short.
+/// Two windows of 16 in one vector, or in two if vectors have 16 lanes.
 using PairBytes = hn::CappedTag<uint8_t, 2 * kLanes>;
 using PairVector = hn::Vec<PairBytes>;
 constexpr int kPairParts = 2 * kLanes / hn::MaxLanes(PairBytes());
@@ -318,7 +318,7 @@ HWY_INLINE Pair loadPair(D d, const uint8_t* one, const uint8_t* other) {
   return pair;
 }
 
-/// A value for each of the two windows, in all of its lanes.
+/// One value for each of the two windows, in all of its lanes.
 template <class D>
 HWY_INLINE Pair setPair(D d, uint8_t one, uint8_t other) {
   Pair pair;
@@ -344,7 +344,7 @@ HWY_INLINE void storePair(D d, const Pair& pair, uint8_t* one, uint8_t* other) {
   }
 }
 
-/// Shift of pairs, by a distance of its own for each of the two.
+/// Shift of pairs, with a separate distance for each window.
 class PairShift {
  public:
   HWY_INLINE PairShift(int one, int other) : PairShift(shuffleBy(one), shuffleBy(other)) {}

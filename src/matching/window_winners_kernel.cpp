@@ -16,7 +16,7 @@
 #define PREDICTIVE_STEREO_BESIDE_TABLE
 namespace predictive_stereo {
 
-/// 255 at three neighbouring places, 0 elsewhere.
+/// 255 at three neighbouring positions, 0 elsewhere.
 constexpr int kBeside = 255 + 16;
 struct BesideTable {
   constexpr BesideTable() {
@@ -37,13 +37,13 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Windows are looked at by 16 disparities.
+/// Windows are processed in groups of 16 disparities.
 constexpr int kLanes = 16;
 using Bytes16 = hn::FixedTag<uint8_t, kLanes>;
 using Words = hn::CappedTag<uint16_t, kLanes>;
 constexpr int kWords = hn::MaxLanes(Words());
 
-/// The lowest of all lanes.
+/// The minimum of all lanes.
 template <class D>
 HWY_INLINE uint16_t lowestWord(D d, hn::Vec<D> v) {
   if constexpr (hn::MaxLanes(D()) > 8) {
@@ -60,15 +60,15 @@ HWY_INLINE uint16_t lowestWord(D d, hn::Vec<D> v) {
   }
 }
 
-/// Results of each pixel, as raw memory: bytes that are written cannot alias these.
+/// Results of each pixel, as pointers to types that byte writes cannot alias.
 struct PixelArrays {
   uint16_t* lowest;
   uint32_t* beside;
   uint8_t* runner_up;
 };
 
-/// A pixel's winner, and what it tells the right image. kWidth: width of its window where it is
-/// known at compile time, or 0.
+/// A pixel's winner, and its candidates for the right image. kWidth: width of its window, or 0 if
+/// it is not known at compile time.
 /// @param entries  of the right image, for the window's disparities.
 template <int kWidth>
 HWY_INLINE void describePixel(int x, const uint8_t* sums, int first, int window_width,
@@ -77,8 +77,8 @@ HWY_INLINE void describePixel(int x, const uint8_t* sums, int first, int window_
   const Words words;
   const hn::Rebind<uint8_t, Words> bytes;
   const int width = kWidth > 0 ? kWidth : window_width;
-  // As numbers, sums with their indices in the low byte order as winners do: of equals, the
-  // smallest index wins.
+  // 256 * sum + index: the smallest of these numbers has the lowest sum, and of equal sums the
+  // smallest index.
   auto index = hn::Iota(words, static_cast<uint16_t>(first));
   auto lowest = hn::Set(words, 0xFFFF);
   for (int k = 0; k < width; k += kWords) {
@@ -124,7 +124,7 @@ HWY_INLINE void describeRun(const WindowSums& row, const WindowRun& window, int 
   }
 }
 
-/// From what belongs together to one array of each kind.
+/// Splits the combined entries into separate arrays.
 void splitWinners(const WindowWinnersScratch& scratch, int columns, RowWinners& winners) {
   const hn::ScalableTag<uint8_t> d;
   hn::Vec<decltype(d)> index, cost, below, same, above, next;
@@ -168,13 +168,13 @@ void chooseRightWinners(const WindowWinnersScratch& scratch, int begin, int end,
 
 void WindowRowWinners(const WindowSums& window_sums, WindowWinnersScratch& scratch,
                       RowWinners& winners) {
-  const WindowSums row = window_sums;  // a copy, which bytes that are written cannot alias
+  const WindowSums row = window_sums;  // a copy: writes to bytes cannot alias it
   for (auto& candidates : scratch.right) std::fill(candidates.begin(), candidates.end(), 0xFFFF);
   uint16_t* right[kWindowRun];
   for (int k = 0; k < kWindowRun; ++k) right[k] = scratch.right[k].data();
   const PixelArrays arrays{scratch.lowest.data(), scratch.beside.data(), winners.runner_up.data()};
-  // Neighbours write to overlapping entries, and loads that overlap a recent store are slow: so
-  // come to them later.
+  // Neighbouring runs write to overlapping entries, and loads that overlap a recent store are slow.
+  // Therefore neighbours are processed later.
   constexpr int kDistance = 4;
   const int runs = (row.columns + kWindowRun - 1) / kWindowRun;
   for (int start = 0; start < kDistance; ++start)
@@ -189,7 +189,7 @@ void WindowRowWinners(const WindowSums& window_sums, WindowWinnersScratch& scrat
   splitWinners(scratch, row.columns, winners);
 
   int16_t* const right_indices = winners.rightIndices();
-  // Right columns that no disparity reaches have no entry.
+  // Right columns outside the reach of all disparities have no entry.
   const int entries = row.columns - 1 + row.range.count;
   const int last_entry = row.columns - 1 - row.range.min_disparity;
   const int begin = std::clamp(last_entry - (entries - 1), 0, row.columns);

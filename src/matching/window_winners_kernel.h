@@ -9,16 +9,16 @@
 
 namespace predictive_stereo {
 
-/// Sums may be read, though not used, that many bytes before and behind a row's.
+/// Up to this many bytes before and behind the sums of a row may be read, but are not used.
 constexpr int kRowSumsMargin = 64;
 
-/// Memory of the kernel.
+/// Scratch memory of the kernel.
 struct WindowWinnersScratch {
   /// Candidates of right pixels: entry columns - 1 - x + i stands for the partner of left pixel x
-  /// at disparity index i. Pixels of a run write to one each.
+  /// at disparity index i. Each pixel of a run writes to its own array.
   std::vector<uint16_t> right[kWindowRun];
   std::vector<uint16_t> lowest;  ///< 256 * lowest sum + its index
-  std::vector<uint32_t> beside;  ///< four sums from the one below the lowest on, in memory's order
+  std::vector<uint32_t> beside;  ///< four sums from index - 1 on, in memory order
 
   void resize(int columns, const DisparityRange& range);
 };
@@ -31,7 +31,7 @@ struct WindowSums {
   const uint8_t* sums;
 };
 
-/// Fills all members of RowWinners but `agrees`.
+/// Fills all members of RowWinners except `agrees`.
 using WindowWinnersFunction = void (*)(const WindowSums&, WindowWinnersScratch&, RowWinners&);
 WindowWinnersFunction windowWinners(int64_t simd_target);
 
