@@ -55,7 +55,7 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   std::optional<SecondThread::Running> coarse_match;
   if (disparity_) {
     disparity_->begin(frame_.left, frame_.right, rig_);
-    // With two threads each has one to do; more of them share all loops.
+    // With two threads each one gets a stage; more threads share every loop.
     if ((ego_motion_ || sources.motion) && cv::getNumThreads() == 2)
       coarse_match.emplace(second_thread_->start([this] { disparity_->matchCoarsely(); }));
   }
@@ -72,7 +72,7 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
     disparity_->correct(maps, filters);
     if (&filters == &past_) past_stamp_ = frame_.stamp;
     if (sources.measured) sources.measured();
-    // The detector does not need it, but keeps all threads busy itself.
+    // The detector does not need this, but does not run at the same time: it uses all threads.
     disparity_->publish(filters, maps);
     times_.disparity = disparity_->times();
   }
@@ -93,7 +93,7 @@ void Pipeline::correctColumns(const FrameSources& sources, PipelineOutput& outpu
   rig_ = corrected;
 }
 
-// The camera's pose, and the motion that led to it.
+// Estimates, or takes, the ego-motion, and updates the pose.
 void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output) {
   output.motion_start.reset();
   if (!ego_motion_ && !sources.ego_motion) {
@@ -117,7 +117,7 @@ void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output)
   if (output.motion_start)
     output.T_odom_cam = compose(output.T_odom_cam, output.ego_motion.motion.T_cam_prev.inverse());
   T_odom_cam_ = output.T_odom_cam;
-  // Of the first frame the pose is known, too: it is where odom begins.
+  // The pose of the first frame is known too: it is the origin.
   output.pose_known = output.ego_motion.status != EgoMotionStatus::kLost;
   if (output.pose_known) since_tracked_.clear();
   since_tracked_.push_back(frame_.stamp);
@@ -134,11 +134,11 @@ std::optional<CameraMotion> Pipeline::motionFromPast(const FrameSources& sources
   if (sources.motion) return sources.motion(past_stamp_);
   if (!output.motion_start) return {};
   if (output.motion_start == past_stamp_) return output.ego_motion.motion;
-  forgetPast();  // motions go on from this frame: none will start from the past
+  forgetPast();  // later motions start from later frames, never from the past
   return {};
 }
 
-// The filters that the frame in work is to write: those that are kept, or those that are not.
+// The filters that the current frame writes: the past, or, for an unlinked frame, temporary ones.
 DisparityState& Pipeline::linkToPast(bool motion_known) {
   const bool linked = motion_known || past_.empty();
   unlinked_frames_ = linked ? 0 : unlinked_frames_ + 1;
@@ -158,7 +158,7 @@ void Pipeline::detect(PipelineOutput& output) {
   watch.lap("detection", times_.detection);
 }
 
-// Whether the last frame is the past, and what moved in it is to be left out.
+// Whether moving objects of the last frame must be masked: it is the past, and the option is on.
 bool Pipeline::needsMovingMask() const {
   return params_.disparity.use_moving_mask && past_stamp_ && unlinked_frames_ == 0;
 }
@@ -200,7 +200,7 @@ void Pipeline::reset() {
   guard_.forget();
 }
 
-// EgoMotion::reset() would keep what it learnt of the calibration.
+// A new EgoMotion: EgoMotion::reset() would keep the estimated disparity offset.
 void Pipeline::startAnew() {
   if (ego_motion_) ego_motion_.emplace(params_.ego_motion);
   column_offset_ = ColumnOffset();

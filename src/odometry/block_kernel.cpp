@@ -14,7 +14,7 @@
 #define PREDICTIVE_STEREO_BLOCK_MOMENTS
 namespace predictive_stereo {
 
-/// Of the grey values of a block: their sum and, times its squared area, their variance.
+/// Moments of a block's grey values: their sum, and their variance times its squared area.
 struct BlockMoments {
   int32_t grey, variance;
 };
@@ -49,7 +49,7 @@ constexpr int kLanes = static_cast<int>(hn::MaxLanes(D32()));
 static_assert(kBlockSize % kLanes == 0,
               "columns are whole vectors, and those of one may be read again");
 
-// Grey values of two rows in one lane are multiplied and added together.
+// One lane holds the grey values of two rows, which are multiplied and added by one instruction.
 constexpr int kPairs = kBlockSize / 2;
 HWY_INLINE int32_t pairOf(uint8_t upper, uint8_t lower) { return upper | lower << 16; }
 HWY_INLINE V32 pairsOf(const uint8_t* upper, const uint8_t* lower) {
@@ -59,7 +59,7 @@ HWY_INLINE V32 pairsOf(const uint8_t* upper, const uint8_t* lower) {
                 hn::ShiftLeft<16>(hn::PromoteTo(d, hn::LoadU(d8, lower))));
 }
 
-// Sums of products of two pairs.
+// Sums of the products of pairs.
 class PairSums {
  public:
   HWY_INLINE PairSums() : sum_(hn::Zero(D32())), rest_(hn::Zero(D32())) {}
@@ -84,7 +84,7 @@ HWY_INLINE V32 sumOfColumns(const int32_t* columns) {
 void correlateBlocks(BlockAt block, BlockAt first, int positions, float* correlation) {
   const D32 d;
   const hn::RebindToFloat<D32> df;
-  constexpr int kTogether = 72;  // positions; all of most searches
+  constexpr int kTogether = 72;  // positions; most searches have no more
   constexpr int kColumns = kTogether + kBlockSize;
   int32_t pattern[kPairs][kBlockSize];
   const auto [grey, variance] = momentsOf(block);

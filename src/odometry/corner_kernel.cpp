@@ -27,9 +27,9 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// By how much the pixels are darker, or brighter, than each of nine successive ones around them;
-// 0 where that is not more than the threshold. Nine of sixteen contain one of any two opposite
-// pixels: where those are not different enough, nothing else needs to be looked at.
+// Smallest difference between a pixel and nine successive pixels on the circle that are all darker
+// or all brighter; 0 if it does not exceed the threshold. Nine of sixteen pixels contain one of any
+// two opposite ones: this gives an early exit.
 template <class D>
 HWY_INLINE hn::Vec<D> differences(D d, const uint8_t* pixel, const int (&circle)[kCircle],
                                   hn::Vec<D> threshold) {
@@ -50,7 +50,7 @@ HWY_INLINE hn::Vec<D> differences(D d, const uint8_t* pixel, const int (&circle)
   }
   if (hn::AllTrue(d, hn::Eq(difference(bright, dark), hn::Zero(d)))) return hn::Zero(d);
 
-  // Eight successive ones from every odd one on; each serves two runs of nine.
+  // Eight successive pixels from every odd one on; each group is part of two groups of nine.
   V low[kCircle / 2], high[kCircle / 2];
   for (int i = 0; i < kCircle / 2; ++i) {
     const V a = around(2 * i + 1), b = around(2 * i + 2);
@@ -73,8 +73,8 @@ HWY_INLINE hn::Vec<D> differences(D d, const uint8_t* pixel, const int (&circle)
   return difference(bright, dark);
 }
 
-// Calls pixels(tag, x) for all of a row, in vectors where it has room for one. The last may come to
-// pixels for the second time.
+// Calls pixels(tag, x) for all pixels of a row, in vectors if the row has room for one. The last
+// vector may process pixels a second time.
 template <class Pixels>
 HWY_INLINE void forRow(int width, const Pixels& pixels) {
   const hn::ScalableTag<uint8_t> d;
@@ -96,7 +96,7 @@ void differencesOfRow(const uint8_t* row, const int (&circle)[kCircle], int widt
   });
 }
 
-// Keeps where a row has a larger difference than those beside it and in the rows around.
+// Non-maximum suppression: keeps differences that are larger than those of their eight neighbours.
 void peaksOfRow(const uint8_t* above, const uint8_t* row, const uint8_t* below, int width,
                 uint8_t* peaks) {
   forRow(width, [&](auto d, int x) HWY_ATTR {
@@ -109,7 +109,7 @@ void peaksOfRow(const uint8_t* above, const uint8_t* row, const uint8_t* below, 
   });
 }
 
-// Appends the columns with more than the threshold.
+// Appends the columns with values above the threshold.
 void columnsAbove(const uint8_t* row, int width, int threshold, std::vector<int>& columns) {
   const hn::ScalableTag<uint8_t> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -147,7 +147,7 @@ void FastCorners::find(const cv::Mat1b& image, const cv::Rect& area, int least_s
   for (int k = 0; k < kCircle; ++k)
     circle[k] = kCircleXY[k][0] + kCircleXY[k][1] * static_cast<int>(image.step);
 
-  // Differences are needed one pixel around the area.
+  // Non-maximum suppression needs the differences one pixel around the area.
   const cv::Rect inside(kRadius, kRadius, image.cols - 2 * kRadius, image.rows - 2 * kRadius);
   const cv::Rect around =
       cv::Rect(area.x - 1, area.y - 1, area.width + 2, area.height + 2) & inside;
@@ -155,7 +155,7 @@ void FastCorners::find(const cv::Mat1b& image, const cv::Rect& area, int least_s
   peaks_.resize(static_cast<size_t>(area_.area()));
   if (area_.empty()) return;
 
-  // Three rows of differences, by the columns of the area.
+  // The differences of three rows.
   const int stride = area_.width + 2;
   cv::AutoBuffer<uint8_t, 8192> memory(static_cast<size_t>(3 * stride));
   std::fill_n(memory.data(), memory.size(), uint8_t{0});

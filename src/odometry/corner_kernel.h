@@ -1,5 +1,5 @@
-/// FAST corners: pixels that differ, all in one direction, from nine successive ones of the sixteen
-/// on a circle around them.
+/// FAST corners: pixels that are all darker, or all brighter, than nine successive ones of the
+/// sixteen pixels on a circle around them.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,15 @@ struct FastCorner {
   int score;  ///< the largest threshold at which it is a corner
 };
 
-/// The corners of a part of an image whose score is larger than those of their eight neighbours:
-/// those of cv::FAST with non-maximum suppression, for a fifth of its instructions. Pixels nearer
-/// to the image's border than 3 px are none. Memory is kept from use to use.
+/// The corners of a part of an image after non-maximum suppression. The result is that of cv::FAST,
+/// with a fifth of its instructions. Pixels less than 3 px from the image's border are no corners.
+/// Keeps its buffers between calls.
 class FastCorners {
  public:
-  /// @param area  where, within the image.
-  /// @param least_score  0..254, of those that can be asked for.
+  /// @param area  part of the image to search.
+  /// @param least_score  0..254: the smallest score that append() can be called with.
   void find(const cv::Mat1b& image, const cv::Rect& area, int least_score);
-  /// Appends those whose score is at least `least_score`, row by row.
+  /// Appends the corners with a score of at least `least_score`, row by row.
   void append(int least_score, std::vector<FastCorner>& corners) const;
 
  private:

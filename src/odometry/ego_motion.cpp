@@ -19,31 +19,32 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kLevels = 4;
-constexpr int kBorderPx = 10;             // so that a patch with its gradients fits in
-constexpr double kExpectedSigmaPx = 0.3;  // of a coordinate, before it has been measured
+constexpr int kBorderPx = 10;             // room for a patch with its gradients
+constexpr double kExpectedSigmaPx = 0.3;  // of a coordinate, before it has been estimated
 // The relative variance of a coordinate is 1 (interpolation, depth within the patch: 0.07 px) plus
-// this times the variance that image noise of one grey value makes of it [px^2]. Measured on the
-// scenes drone, robot and handheld.
+// this factor times its variance [px^2] for image noise of one grey level. Estimated on the scenes
+// drone, robot and handheld.
 constexpr double kNoiseVariance = 3000;
 constexpr double kLostCovariance = 9999;
-// How likely a point is static: at first sight, after it moved with the camera, and after it did
-// not.
+// Likelihood that a point is static: of a new point, of an inlier of the last motion, of an
+// outlier.
 constexpr double kNewTrust = 0.5, kStaticTrust = 1.0, kMovingTrust = 0.2;
-// The reference stays while the image hardly moves, so that standing still does not drift.
+// The reference is kept while the image hardly moves: a camera that stands still does not drift.
 constexpr double kHoldFlowPx = 1.5;
 constexpr double kHoldInliers = 0.6;  // share of the reference's features that must be in view
-// A motion is doubted that fewer of the points agree with that were followed than this part of what
-// is usual; others are tried as well.
+// A motion is doubtful, and others are tried, if its share of inliers among the tracked points is
+// below this part of the usual share.
 constexpr double kUsualShare = 2.0 / 3, kFirstUsualShare = 0.5;
-// Frames with fewer features show nothing: the reference then waits for better ones, a while.
+// A frame with fewer features cannot be a reference. The last reference is then kept, for at most
+// kLongestWait frames.
 constexpr int kBlindFeatures = 30;
 constexpr int kLongestWait = 10;
-// Errors of neighbouring points go together (patches at the edges of depth, interpolation), which
-// the normal equations do not know. With it the mean of e'C^-1e / 6 of single motions is 0.9 on
-// eleven synthetic scenes.
+// Errors of neighbouring points are correlated (patches at occlusion boundaries, interpolation),
+// which the normal equations ignore. With this factor the mean of e'C^-1e / 6 of single motions is
+// 0.9 on eleven synthetic scenes.
 constexpr double kCommonErrors = 2.6;
-constexpr int kSwappedShiftPx = 3;  // by which points that are not far away lie on the wrong side
-// A motion less certain than this is not told.
+constexpr int kSwappedShiftPx = 3;  // disparities below minus this mean swapped images
+// A motion with a larger standard deviation counts as lost.
 constexpr double kLargestSigma_m = 0.5, kLargestSigma_rad = 0.05;
 
 void requireSize(const char* name, const cv::Mat1b& image, cv::Size size) {
@@ -56,8 +57,8 @@ void requireSize(const char* name, const cv::Mat1b& image, cv::Size size) {
                                 "; do the camera_info topics belong to these images?");
 }
 
-// What errors of the calibration do to a motion T = (R, t), besides those of disparities. A wrong
-// scale makes t longer. Where the optical axis is turned by w, both frames are seen turned:
+// Effect of calibration errors on a motion T = (R, t), in addition to those of disparities. A wrong
+// scale makes t longer or shorter. An optical axis that is turned by w turns both frames:
 // exp(w) T exp(-w).
 void addCommonErrors(const EgoMotionParams& params, const StereoRig& rig,
                      EgoMotionEstimate& estimate) {
@@ -70,7 +71,7 @@ void addCommonErrors(const EgoMotionParams& params, const StereoRig& rig,
   estimate.motion.covariance += common * common.transpose();
 }
 
-// Of tracks and of disparities, as Correspondence has them.
+// Relative variances of tracks and disparities, see Correspondence.
 Eigen::Vector2d relativeVariance(const Track& track) {
   return {1 + kNoiseVariance * track.variance_px2[0], 1 + kNoiseVariance * track.variance_px2[1]};
 }
@@ -78,7 +79,7 @@ double relativeVariance(const StereoMatch& match) {
   return 1 + kNoiseVariance * match.shift_variance_px2;
 }
 
-// The camera's centre is where T has it; its rotation is R.
+// T_cam_prev with the rotation R_cam_prev about the same position of the camera.
 Eigen::Isometry3d turnedTo(const Eigen::Matrix3d& R_cam_prev, const Eigen::Isometry3d& T_cam_prev) {
   const Eigen::Quaterniond q(R_cam_prev * T_cam_prev.linear().transpose());
   return compose(Eigen::Isometry3d(q.normalized()), T_cam_prev);
@@ -148,15 +149,15 @@ struct EgoMotion::State {
   DisparityOffset offset;  // of the last frame that was tracked
   SteadyOffset steady_offset;
   Eigen::Isometry3d T_last = Eigen::Isometry3d::Identity();  // the last frame's motion
-  // What the next frame is compared with, best first: one frame, or, after a loss, two.
+  // Reference frames for the next frame, best first: one, or two after a loss.
   std::vector<ReferenceFrame> references;
 
-  // Of the points followed, how many agree with a motion that is beyond doubt.
+  // Usual share of inliers among the tracked points, of motions that are not doubtful.
   double usual_share = kFirstUsualShare;
-  bool doubted = false;  // whether the current frame's motion was
+  bool doubted = false;  // whether the current frame's motion is doubtful
 
   CornerDetector detector;
-  // Features of a reference that are found in the current frame; `id` is their place there.
+  // Features of a reference that are tracked into the current frame; `id` is the feature's index.
   std::vector<Track> tracks;
   std::vector<StereoMatch> matches;
   std::vector<Correspondence> correspondences;  // one per match
@@ -208,7 +209,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
     ReferenceFrame& reference = references[used];
     estimate.motion.T_cam_prev =
         compose(solution.T_cam_prev, reference.to_previous.T_cam_prev.inverse());
-    // Both were measured against the reference, with the same offset.
+    // Both motions were estimated against the reference, with the same disparity offset.
     const Matrix6d A = adjoint(estimate.motion.T_cam_prev);
     estimate.common_errors.leftCols<3>() =
         solution.by_disparity_errors - A * reference.by_disparity_errors;
@@ -233,7 +234,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   } else {
     estimate.status = references.empty() ? EgoMotionStatus::kFirstFrame : EgoMotionStatus::kLost;
     if (!references.empty()) estimate.motion.covariance = Matrix6d::Identity() * kLostCovariance;
-    // The pose is held; the next frame may be seen from the last good one, or else from this one.
+    // The pose is held. References for the next frame: the last good one, then this one.
     correspondences.clear();
     ReferenceFrame here = makeReferenceFrame(solution);
     if (!references.empty() && references.front().age >= kLongestWait) references.clear();
@@ -254,14 +255,17 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   return estimate;
 }
 
-// From a reference to the current frame. Expects the camera to go on as before. Where fewer points
-// than usual agree with what comes out, the expectation is doubted, and rivals are tried: what was
-// found as the expectation; the rotation that others tell; that the camera stands still, which is
-// also what points say where they are looked for without an expectation; and what the rest agrees
-// with, because among vehicles that move along with the camera most of the street is out of reach
-// until it is expected where it is. The best one is taken, so that a wrong motion does not make the
-// next expectation. Others are asked where few points agree, though no more are usual: after a fast
-// turn few are left, and they agree with much.
+// Estimates the motion from a reference to the current frame. The first expectation is constant
+// velocity. If the share of inliers is lower than usual, the result is doubtful, and other
+// expectations are tried:
+// - the rotation of another sensor (R_since). It is also tried if less than kFirstUsualShare of the
+//   points are inliers: after a fast turn few points are tracked, and these agree with many
+//   motions.
+// - the result itself,
+// - no motion,
+// - the motion that the outliers agree with: among vehicles that move with the camera, most static
+//   points are tracked only if they are expected at the right position.
+// The best motion is used, so that a wrong one does not become the next expectation.
 PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
                                            const cv::Mat1b& moving_mask) {
   const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
@@ -296,7 +300,7 @@ PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
     best_correspondences = correspondences;
   };
   if (ask_others) {
-    // The camera's centre moves as expected, or not at all.
+    // With the expected translation, or with none.
     const Eigen::Matrix3d R_told = *reference.R_since * T_previous.linear();
     tryMotionInstead(turnedTo(R_told, T_expected));
     if (!asUsual()) tryMotionInstead(turnedTo(R_told, T_previous));
@@ -327,7 +331,7 @@ PoseSolution EgoMotion::State::tryMotion(const ReferenceFrame& reference,
   findInRightImage(matches);
   updateRowAlignment(matches);
   correspondences.clear();
-  auto track = tracks.begin();  // both are in the order of their features
+  auto track = tracks.begin();  // tracks and matches are both in the order of features
   for (const StereoMatch& match : matches) {
     const Feature& feature = reference.features[match.id];
     Correspondence c;
@@ -342,14 +346,14 @@ PoseSolution EgoMotion::State::tryMotion(const ReferenceFrame& reference,
   }
   PoseSolution solution = solvePose(rig, correspondences, T_expected, reference.offset,
                                     kExpectedSigmaPx, solverParams());
-  // What the offset does is told apart from the noise.
+  // The covariance contains the effect of the offset, which is reported separately: remove it.
   const Vector6d by_offset = solution.by_disparity_errors.col(0);
   solution.covariance -= by_offset * by_offset.transpose();
   solution.found = solution.found && isCertain(solution.covariance);
   return solution;
 }
 
-// Finds the reference's features in the current left image, and tells where to look for them in the
+// Tracks the reference's features into the current left image, and sets their expected shift to the
 // right one.
 void EgoMotion::State::followFeatures(const ReferenceFrame& reference,
                                       const Eigen::Isometry3d& T_expected,
@@ -368,7 +372,7 @@ void EgoMotion::State::followFeatures(const ReferenceFrame& reference,
     expected_px[i] = feature.disparity_px;
     Eigen::Vector4d expected = H * Eigen::Vector4d(feature.position.x, feature.position.y,
                                                    feature.disparity_px + offset_px, 1);
-    const double size_change = expected.w();  // depth then by depth before
+    const double size_change = expected.w();  // current depth / reference depth
     expected /= expected.w();
     if (size_change > 0 && image.contains(cv::Point2d(expected.x(), expected.y())) &&
         expected.z() < params.max_disparity_px) {
@@ -399,7 +403,7 @@ StereoSearch EgoMotion::State::stereoSearch() const {
   return search;
 }
 
-// Leaves those that are found.
+// Removes the points that are not found.
 void EgoMotion::State::findInRightImage(std::vector<StereoMatch>& stereo) {
   StereoSearch search = stereoSearch();
   if (!alignment.isIdentity()) search.row_radius_px = 0;
@@ -409,7 +413,7 @@ void EgoMotion::State::findInRightImage(std::vector<StereoMatch>& stereo) {
                stereo.end());
 }
 
-// Whether far more corners are found where the left camera cannot see them than where it can.
+// Whether far more corners match with negative disparities than with positive ones.
 bool EgoMotion::State::looksSwapped() {
   std::vector<cv::Point2f> corners;
   detector.detect(left_pyramid.level(0), params.features, {}, kBorderPx, corners);
@@ -458,8 +462,8 @@ bool EgoMotion::State::hardlyMoved(const PoseSolution& solution) const {
   return highQuantile(flow_px) < kHoldFlowPx;
 }
 
-// Makes a reference of the current frame: its tracks go on, new corners fill the gaps. Takes the
-// current pyramid.
+// Makes the current frame a reference: keeps its correspondences as features, and adds new corners
+// between them. Moves the current pyramid.
 ReferenceFrame EgoMotion::State::makeReferenceFrame(const PoseSolution& solution) {
   ReferenceFrame here;
   here.offset = offset;

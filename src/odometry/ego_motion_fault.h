@@ -6,9 +6,9 @@
 
 namespace predictive_stereo {
 
-/// Of tests: makes the motion model expect something wrong.
+/// For tests: sets a wrong expectation of the motion model.
 struct EgoMotionFault {
-  /// The motion that the next frame is expected to repeat.
+  /// Sets the motion that is expected again in the next frame.
   static void setExpectedMotion(EgoMotion& ego_motion, const Eigen::Isometry3d& T_cam_prev);
   static Eigen::Isometry3d expectedMotion(const EgoMotion& ego_motion);
 };

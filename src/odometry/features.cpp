@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kPerCell = 3;
 constexpr float kSmallestDistancePx = 8;
-// Least scores, tried one after the other until a row of cells has enough corners: strong ones
-// first, and at night whatever there is.
+// Smallest scores, tried one after the other until a row of cells has enough corners: first strong
+// corners only; dark images need the second.
 constexpr std::array<int, 2> kScores = {20, 5};
 
 constexpr auto strongerFirst = [](const FastCorner& a, const FastCorner& b) {
@@ -35,7 +35,7 @@ void CornerDetector::detect(const cv::Mat1b& image, int count,
                             std::vector<cv::Point2f>& corners) {
   const cv::Rect area(border_px, border_px, image.cols - 2 * border_px, image.rows - 2 * border_px);
   if (area.width <= 0 || area.height <= 0) return;
-  // Half of the cells lie on sky or bare road: so make room for twice the number.
+  // Half of the cells are on sky or road without texture: make room for twice the number.
   const double side = std::sqrt(static_cast<double>(area.area()) * kPerCell / (2.0 * count));
   const int columns = std::max(1, static_cast<int>(std::lround(area.width / side)));
   const int rows = std::max(1, static_cast<int>(std::lround(area.height / side)));
@@ -57,7 +57,7 @@ void CornerDetector::detect(const cv::Mat1b& image, int count,
     cell.taken.push_back(point);
   }
 
-  // One strip of cells is one piece of work, so that nothing depends on the number of threads.
+  // Work is distributed by strips of cells: the result does not depend on the number of threads.
   std::vector<std::vector<cv::Point2f>> found(rows);
   cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
     FastCorners fast;

@@ -5,14 +5,14 @@
 
 namespace predictive_stereo {
 
-/// Finds corners (FAST), spread evenly: in every cell of a grid the strongest ones, and no two
-/// closer than a few pixels.
+/// Finds FAST corners that are spread evenly: the strongest ones in every cell of a grid, with a
+/// minimum distance of a few pixels.
 class CornerDetector {
  public:
-  /// @param count  corners wanted in all, `taken` included.
-  /// @param taken  points that exist already: their cells need fewer new ones.
+  /// @param count  number of corners wanted, `taken` included.
+  /// @param taken  existing points: their cells get fewer new ones.
   /// @param border_px  margin of the image without corners.
-  /// @param corners  the new ones, appended.
+  /// @param corners  the new corners are appended here.
   void detect(const cv::Mat1b& image, int count, const std::vector<cv::Point2f>& taken,
               int border_px, std::vector<cv::Point2f>& corners);
 

@@ -5,12 +5,12 @@
 
 namespace predictive_stereo {
 
-/// An image and its halvings: pixel (x, y) of level k + 1 lies at (2 x, 2 y) of level k.
+/// An image pyramid: pixel (x, y) of level k + 1 is at (2 x, 2 y) of level k.
 class ImagePyramid {
  public:
   /// Copies `image`; buffers are reused while the size stays.
   void build(const cv::Mat1b& image, int levels);
-  /// Does not copy it: it must stay as it is while the pyramid is in use.
+  /// Does not copy `image`: it must stay unchanged while the pyramid is in use.
   void buildOn(const cv::Mat1b& image, int levels);
 
   int levels() const { return static_cast<int>(levels_.size()); }

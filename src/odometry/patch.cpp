@@ -10,9 +10,9 @@ namespace {
 
 constexpr int kArea = kPatchSize * kPatchSize;
 constexpr float kSmallestEigenvalue = 4;  // of the mean squared gradient [grey^2 / px^2]
-constexpr float kFarthestPx = 8;          // from the start: beyond, the linearisation does not hold
+constexpr float kFarthestPx = 8;          // from the start; the linearisation does not hold beyond
 
-// The pixel above and to the left of a sub-pixel position in the image, and how far it is.
+// A sub-pixel position: the pixel above and to the left of it, and the fractions.
 struct SubPixel {
   int x, y;
   float fx, fy;
@@ -27,11 +27,11 @@ struct SubPixel {
   }
 };
 
-// The one place that says which pixels of an image a kernel may read. Samples need the pixels from
-// that of position `first` to the one `side` beside and below that of `last`. The reference reads
-// no others. Vectors read as many rows, and `columns_read` columns: where the image has fewer, or
-// samples need more, the reference has to do. Null where the image does not have what samples need,
-// or where a position is not a number.
+// Chooses the kernel by the pixels that it reads; no other code checks them. Samples need the
+// pixels from position `first` to `side` columns and rows behind position `last`. The reference
+// reads only these. Vectors read the same rows, and `columns_read` columns: if the image has fewer,
+// or samples need more, the reference is used. Null if samples need pixels outside the image, or if
+// a position is NaN.
 const PatchKernel* kernelWithin(const PatchKernel& vectors, const cv::Mat1b& image,
                                 cv::Point2f first, cv::Point2f last, int side, int columns_read) {
   const bool inside = first.x >= 0 && first.y >= 0 && first.x <= last.x && first.y <= last.y &&
@@ -43,12 +43,12 @@ const PatchKernel* kernelWithin(const PatchKernel& vectors, const cv::Mat1b& ima
   return enough ? &vectors : &referencePatchKernel();
 }
 
-// Position of a sample of a row.
+// Position of sample i of a row.
 float sampleAt(float first, float distance, int i) {
   return first + static_cast<float>(std::min(i, kFramedSize - 1)) * distance;
 }
 
-// Pixels and fractions of a row of samples.
+// Splits the positions of a row of samples into pixels and fractions.
 void spread(float first, float distance, int (&pixel)[kPatchStride],
             float (&fraction)[kPatchStride]) {
   for (int i = 0; i < kPatchStride; ++i) {
@@ -116,7 +116,7 @@ Patch::Match Patch::align(const cv::Mat1b& image, cv::Point2f start, int max_ite
     kernel->multiply(images_, image.ptr<uchar>(at.y) + at.x, image.step, at.weights(), sum);
     const float norm = std::sqrt(std::max(sum.grey_grey - sum.grey * sum.grey / kArea, 1e-6f));
     match.correlation = sum.texture_grey / (norm * texture_norm_);
-    // Texture and gradients have zero mean, so the offset of brightness cancels by itself.
+    // Texture and gradients have zero mean, so the brightness offset cancels.
     const float gain = std::clamp(texture_norm_ / norm, 0.4f, 2.5f);
     const float bx = gain * sum.x_grey - moments_.xt;
     const float by = gain * sum.y_grey - moments_.yt;

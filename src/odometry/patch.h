@@ -8,7 +8,7 @@
 
 namespace predictive_stereo {
 
-/// A square patch of an image, ready to be found again in another one.
+/// A square patch of an image, prepared to be found in another one.
 class Patch {
  public:
   static constexpr int kSize = kPatchSize;  ///< side [px]
@@ -22,28 +22,28 @@ class Patch {
     bool converged = false;
   };
 
-  /// Asks for the memory around `centre` ahead of time.
+  /// Prefetches the memory around `centre`.
   static void prefetch(const cv::Mat1b& image, cv::Point2f centre);
 
-  /// Samples the patch around `centre`; the patch then covers kSize * `scale` pixels of `image`, so
-  /// that it looks like the same surface in an image where it appears 1 / scale times as large.
-  /// False where it leaves the image or has no texture in some direction.
+  /// Samples the patch around `centre`. It covers kSize * `scale` pixels of `image`: it then
+  /// matches an image in which the same surface appears 1 / scale times as large.
+  /// @returns false if the patch leaves the image, or has no texture in some direction.
   bool sample(const cv::Mat1b& image, cv::Point2f centre, float scale = 1);
 
-  /// Finds the patch near `start`. Has converged with a step below `stop_px`, after which the error
-  /// is far smaller.
+  /// Finds the patch near `start`. It has converged if a step is below `stop_px`; the remaining
+  /// error is then far smaller.
   Match align(const cv::Mat1b& image, cv::Point2f start, int max_iterations,
               float stop_px = 0.015f) const;
 
-  /// Given that the true row differs from the one found by `row_error_px` (found - true): what has
-  /// to be subtracted from the column found. On oblique edges the two errors go together.
+  /// Error of the found column (found - true) that a row error of `row_error_px` (found - true)
+  /// causes. On oblique edges the two errors are correlated.
   float columnErrorFromRowError(float row_error_px) const;
 
-  /// Variance of a found column where the row is known, for image noise of one grey value [px^2].
+  /// Variance [px^2] of the found column for a known row and image noise of one grey level.
   float columnVariance() const { return 1 / moments_.xx; }
 
-  /// Inverse of the summed products of gradients, per squared grey value, [px^2]: the covariance of
-  /// a found position for image noise of one grey value.
+  /// Covariance [px^2] of the found position for image noise of one grey level: the inverse of the
+  /// summed products of gradients.
   const cv::Matx22f& covariance() const { return inverse_; }
 
  private:

@@ -18,7 +18,7 @@ namespace {
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
 
-// A row of twelve: eight columns and four, or three times four.
+// A row of twelve columns is 8 + 4 or 4 + 4 + 4.
 using D = hn::CappedTag<float, 8>;
 using V = hn::VFromD<D>;
 constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
@@ -32,7 +32,7 @@ HWY_INLINE V load(const uint8_t* grey) {
   return hn::ConvertTo(D(), hn::PromoteTo(d32, hn::LoadU(d8, grey)));
 }
 
-// Zero where a row's last vector lies beyond the patch.
+// Sets the lanes of a row's last vector that are beyond the patch to zero.
 HWY_INLINE V withinPatch(int vector, V v) {
   if ((vector + 1) * kLanes <= kPatchSize) return v;
   return hn::IfThenElseZero(hn::FirstN(D(), kPatchSize - kLanes), v);
@@ -44,7 +44,7 @@ HWY_INLINE float sumOfFour(V4 v) {
   return hn::GetLane(hn::Add(v, hn::Shuffle2301(v)));
 }
 
-// As the reference's.
+// In the same order as the reference.
 template <class V8>
 HWY_INLINE float sumOfColumns(const V8 (&v)[2]) {
   const hn::CappedTag<float, 4> d4;
@@ -56,7 +56,7 @@ HWY_INLINE float sumOfColumns(const V4 (&v)[3]) {
   return sumOfFour(hn::Add(hn::Add(v[0], v[2]), v[1]));
 }
 
-// Sums by columns, and all of them together.
+// The sum of each column, and their total.
 struct ColumnSums {
   V v[kVectors];
 
@@ -119,13 +119,13 @@ void sample(const uint8_t* corner, size_t step, const BilinearWeights& weights,
   }
 }
 
-// Columns are looked up among bytes: to gather floats took half as long again.
+// Looks columns up in bytes: gathering floats took 1.5 times as long.
 void sampleGrid(const uint8_t* image, size_t step, const SampleGrid& grid, FramedPatch& framed) {
   const D d;
   const hn::FixedTag<uint8_t, kPatchStride> d8;
   static_assert(kReadGridColumns == 2 * kPatchStride + 1, "of two tables, and those beside");
   const int first = grid.column[0];
-  // An index beyond 127 finds 0.
+  // An index above 127 gives 0.
   alignas(16) uint8_t in_low[kPatchStride], in_high[kPatchStride];
   for (int i = 0; i < kPatchStride; ++i) {
     const int column = grid.column[i] - first;

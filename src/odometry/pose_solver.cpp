@@ -17,11 +17,11 @@ using Matrix38d = Eigen::Matrix<double, 3, 8>;
 using Matrix8d = Eigen::Matrix<double, 8, 8>;
 using Vector8d = Eigen::Matrix<double, 8, 1>;
 
-// Covariance of the robust estimate by that of least squares with the same weights held constant,
+// Covariance of the robust estimate / that of least squares with the same weights held constant,
 // for normal noise in three dimensions and the weight 1 / (1 + m^2 / 4).
 constexpr double kRobustCovariance = 0.692;
-// Where translation moves the points by less [px, median], what the previous offset would explain
-// are the faults of the model (lenses, shutters, interpolation), not parallax: it is held.
+// The previous offset is held if translation moves the points by less [px, median]. Without
+// parallax it would fit errors of the model (lenses, shutters, interpolation).
 constexpr double kSmallestParallaxPx = 1.0;
 constexpr int kIterationsToHold = 2;  // until the motion is good enough to tell
 // Points that are summed up together. Sums do not depend on the number of threads.

@@ -21,22 +21,22 @@ inline bool isRotation(const Eigen::Matrix3d& R) {
   return R.isUnitary(1e-6) && R.determinant() > 0;
 }
 
-/// The frame that motion is measured against: the previous one, or an earlier one while the camera
-/// stands still or nothing can be seen.
+/// The frame that motion is estimated against: the previous one, or an earlier one while the camera
+/// stands still or no features are visible.
 struct ReferenceFrame {
   ImagePyramid left;
   std::vector<Feature> features;
   DisparityOffset offset;
-  /// The previous frame's pose as seen from here: takes points from this frame to the previous one.
-  /// The covariance is that of noise alone.
+  /// Maps points from this frame to the last frame whose motion was estimated against it; at first
+  /// this is the frame itself. The covariance contains noise only, no calibration errors.
   CameraMotion to_previous;
   DisparityErrors by_disparity_errors = DisparityErrors::Zero();  ///< of to_previous
-  int age = 0;  ///< frames since that previous one
-  /// What others say of the rotation since that previous one: takes directions of its camera to
-  /// today's. None: they have not told of all frames.
+  int age = 0;  ///< frames since the last tracked one
+  /// Rotation since the last tracked frame from another sensor: maps directions of its camera to
+  /// the current one's. None: the sensor has not measured all frames since then.
   std::optional<Eigen::Matrix3d> R_since = Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 
-  /// One more frame has passed. What is no rotation counts as none.
+  /// Counts a frame, with its rotation. A matrix that is not a rotation counts as none.
   void addFrame(const std::optional<Eigen::Matrix3d>& R_cam_prev) {
     ++age;
     if (R_since && R_cam_prev && isRotation(*R_cam_prev))

@@ -9,8 +9,8 @@ namespace predictive_stereo {
 namespace {
 
 constexpr double kSimilarSupport = 2.0 / 3;
-constexpr double kSamePlacePx = 2;  // tracking reaches much farther
-constexpr double kFarPx = 1e6;      // and what is not a number, for points beside the camera
+constexpr double kSamePlacePx = 2;  // tracking finds features from much farther away
+constexpr double kFarPx = 1e6;      // also replaces NaN, of points beside the camera
 
 }  // namespace
 

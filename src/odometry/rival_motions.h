@@ -1,4 +1,4 @@
-/// How motions are compared that compete for one frame.
+/// Comparison of motion hypotheses for one frame.
 #pragma once
 
 #include <vector>
@@ -8,19 +8,18 @@
 
 namespace predictive_stereo {
 
-/// How likely static the points are, in all, that agree with a motion.
+/// Sum of the trust of the inliers of a motion.
 double support(const PoseSolution& solution, const std::vector<Correspondence>& correspondences);
 
-/// Whether a motion is to be preferred to another one, with their support. Of two that are
-/// supported alike, the one that its points determine better: the static world surrounds the
-/// camera, but what moves together is in few places.
+/// Whether motion `a` is preferred to `b`. If both have similar support, the one with the smaller
+/// covariance is: static points surround the camera, those of a moving object are close together.
 bool isPreferred(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b);
 
-/// Whether two motions expect most features at the same places.
+/// Whether two motions predict most features at the same positions.
 bool predictSamePositions(const StereoRig& rig, const ReferenceFrame& reference,
                           const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b);
 
-/// The 0.9 quantile of values, at least one, which are reordered.
+/// The 0.9 quantile of the values, which are reordered; there must be at least one.
 double highQuantile(std::vector<double>& values);
 
 }  // namespace predictive_stereo

@@ -6,10 +6,10 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr double kCertainPx = 0.1;  // sigma of a frame that counts
-constexpr int kFewestFrames = 5;    // that counted, before the mean does
+constexpr double kCertainPx = 0.1;  // largest sigma of a frame that is used
+constexpr int kFewestFrames = 5;    // before the mean is used
 constexpr int kMostFrames = 20;     // of the mean: two seconds
-// Matches err by as much; real rigs shake by as much from second to second.
+// The error of matching, and the change of the offset of real rigs from second to second.
 constexpr double kStepPx = 0.25;
 
 }  // namespace
@@ -21,7 +21,7 @@ void SteadyOffset::update(const DisparityOffset& offset) {
   frames_ = std::min(frames_ + 1, kMostFrames);
   weight_ += information;
   mean_px_ += information / weight_ * (offset.offset_px - mean_px_);
-  // Errors of consecutive frames go together: their mean is as certain as one of them.
+  // Errors of successive frames are correlated: the mean is only as certain as one frame.
   sigma_px_ = std::sqrt(offset.variance_px2);
   if (isCertain() && std::abs(mean_px_ - correction_px_) > std::max(kStepPx, 3 * sigma_px_))
     correction_px_ = mean_px_;

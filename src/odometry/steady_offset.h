@@ -4,17 +4,17 @@
 
 namespace predictive_stereo {
 
-/// What stays of the disparity offset while the cameras shake: its mean over the last seconds, and
-/// the part of it that disparities are to be corrected by.
+/// Mean of the disparity offset over the last seconds, which averages the jitter of the cameras,
+/// and the correction that is to be added to disparities.
 ///
-/// The correction changes in steps, because each of them costs those who use it their steady state:
-/// only when the mean is certain, and further from it than matching errs anyway.
+/// The correction changes in steps: only when the mean is certain, and differs from it by more than
+/// the errors of matching. Each step disturbs the stages that use the correction.
 class SteadyOffset {
  public:
   /// @param offset  of a frame that was tracked.
   void update(const DisparityOffset& offset);
 
-  /// Whether enough frames were certain.
+  /// Whether the mean is over enough frames.
   bool isCertain() const;
   double mean_px() const { return mean_px_; }
   double sigma_px() const { return sigma_px_; }
@@ -22,8 +22,8 @@ class SteadyOffset {
   double correction_px() const { return correction_px_; }
 
  private:
-  int frames_ = 0;     // that were certain, up to those of the mean
-  double weight_ = 0;  // of the mean so far [1 / px^2]
+  int frames_ = 0;     // of the mean
+  double weight_ = 0;  // of the mean [1 / px^2]
   double mean_px_ = 0;
   double sigma_px_ = 0;
   double correction_px_ = 0;

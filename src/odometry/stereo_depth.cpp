@@ -11,19 +11,19 @@ namespace {
 
 constexpr int kBlock = kBlockSize;  // blocks are compared at half resolution
 constexpr float kSmallestCorrelation = 0.8f;
-constexpr float kExpectedCorrelation = 0.9f;  // to be accepted without a search
-constexpr float kUniqueness = 0.03f;          // by which the best must beat any other place
-constexpr float kLargestSurprisePx = 3;       // from an expected shift
-constexpr float kFarthestPx = 4;              // from a place found at half resolution
+constexpr float kExpectedCorrelation = 0.9f;  // to accept an expected match without a search
+constexpr float kUniqueness = 0.03f;          // between the best correlation and any other
+constexpr float kLargestSurprisePx = 3;       // from the expected position
+constexpr float kFarthestPx = 4;              // from the position found at half resolution
 constexpr int kIterations = 12;
 
-// Shift and row offset of the best place at half resolution [px there].
+// Best shift and row offset at half resolution [px of half resolution].
 struct Coarse {
   int shift = 0, row_offset = 0;
   bool found = false;
 };
 
-// `row_of_shift` tells the row offset to search around, for a shift [px at half resolution].
+// `row_of_shift` gives the row offset to search around for a shift [px of half resolution].
 template <class RowOfShift>
 Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f point,
                     const RowOfShift& row_of_shift, const StereoSearch& search) {
@@ -38,12 +38,12 @@ Coarse searchCoarse(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f p
   const int row_radius = (search.row_radius_px + 1) / 2;
 
   float best = -1;
-  // The best of all rows for every shift, to see whether another shift does as well.
+  // The best correlation of all rows for every shift, for the uniqueness test.
   thread_local std::vector<float> of_shift, correlation;
   of_shift.assign(static_cast<size_t>(last - first + 1), -1.f);
   correlation.resize(of_shift.size());
   const BlockAt block{left[corner.y] + corner.x, left.step};
-  // Shifts that look along the same row are compared together.
+  // Shifts with the same row are correlated together.
   for (int begin = first; begin <= last;) {
     const int middle = row_of_shift(begin);
     int end = begin + 1;
@@ -77,7 +77,7 @@ void matchPoint(const ImagePyramid& left, const ImagePyramid& right,
   const cv::Point2f point = match.point;
   match.found = false;
   Patch patch;
-  // The alignment's columns are the right image's.
+  // The alignment is a function of right image columns.
   const auto rowOffset = [&](float shift_px) {
     return static_cast<float>(alignment.offset(point.x - shift_px, point.y, right.level(0).size()));
   };

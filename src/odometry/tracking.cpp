@@ -14,11 +14,11 @@ void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) 
   Patch patch;
   for (int k = from.levels() - 1; k > 0; --k) {
     const float shrink = 1.f / static_cast<float>(1 << k);
-    // Only the finest levels are worth the true scale.
+    // The scale matters on the finest levels only.
     if (!patch.sample(from.level(k), track.origin * shrink, k > 1 ? 1.f : track.scale)) continue;
     const Patch::Match match =
         patch.align(to.level(k), track.position * shrink, kCoarseIterations, kCoarseStopPx);
-    // A coarse level that fails, as on small structures before another background, is skipped.
+    // A coarse level that fails is skipped, as for small foreground structures.
     if (match.correlation > 0.5f) track.position = match.position / shrink;
   }
   track.found = false;
@@ -29,7 +29,7 @@ void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) 
   track.variance_px2 = {patch.covariance()(0, 0), patch.covariance()(1, 1)};
 }
 
-// Most points lie in memory that is not in the cache.
+// Most points are not in the cache.
 void prefetch(const ImagePyramid& from, const ImagePyramid& to, const Track& track) {
   for (int k = 0; k < from.levels(); ++k) {
     const float shrink = 1.f / static_cast<float>(1 << k);

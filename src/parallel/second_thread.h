@@ -8,11 +8,12 @@
 
 namespace predictive_stereo {
 
-/// A thread for work beside the caller's. It stays, as a thread for each task (std::async) leaks:
-/// OpenCV keeps some memory of every thread that has run its loops.
+/// A thread that runs tasks at the same time as the caller. It is kept between tasks: a new thread
+/// for each task (std::async) would leak, as OpenCV keeps memory of every thread that ran its
+/// loops.
 class SecondThread {
  public:
-  /// A task at work. Waits for its end when it goes out of scope.
+  /// A running task. The destructor waits for its end.
   class Running {
    public:
     explicit Running(std::future<void> end) : end_(std::move(end)) {}
@@ -21,7 +22,7 @@ class SecondThread {
     ~Running() {
       if (end_.valid()) end_.wait();
     }
-    /// Waits for the end, once.
+    /// Waits for the end. Must be called at most once.
     /// @throws what the task threw.
     void get() { end_.get(); }
 
@@ -34,7 +35,7 @@ class SecondThread {
   SecondThread& operator=(const SecondThread&) = delete;
   ~SecondThread();
 
-  /// The one before must have ended.
+  /// The previous task must have ended.
   [[nodiscard]] Running start(std::function<void()> task);
 
  private:
@@ -42,9 +43,9 @@ class SecondThread {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::packaged_task<void()> task_;  // valid: to be done
+  std::packaged_task<void()> task_;  // valid until the thread takes it
   bool stopped_ = false;
-  std::thread thread_;  // from the first task on
+  std::thread thread_;  // started with the first task
 };
 
 }  // namespace predictive_stereo

@@ -7,15 +7,15 @@
 
 namespace predictive_stereo {
 
-/// Memory of threads that share work, one each; kept from use to use.
+/// Buffers for threads of a parallel loop, one for each thread; kept between loops.
 template <class Work>
 class WorkPool {
  public:
-  /// Calls body(i, work) for i in [0, count), in parallel. Results must not depend on what is left
-  /// in `work`.
+  /// Calls body(i, work) for i in [0, count), in parallel. Results must not depend on the previous
+  /// contents of `work`.
   template <class Body>
   void forEach(int count, const Body& body) {
-    // Pieces differ much in size; most are so small that a task each would cost more than they do.
+    // Indices differ much in cost, and most cost less than the overhead of a task each.
     const double tasks = 8.0 * cv::getNumThreads();
     const auto share = [&](const cv::Range& mine) {
       use([&](Work& work) {

@@ -13,7 +13,7 @@ namespace {
   throw std::invalid_argument(name + " = " + text + ": must be " + expected);
 }
 
-/// Number of letters to insert, delete or replace to get from `a` to `b`.
+/// Levenshtein distance: number of letters to insert, delete or replace to get from `a` to `b`.
 size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<size_t> row(b.size() + 1);
   for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -32,7 +32,7 @@ size_t editDistance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string formatParam(double value) {
-  // The shortest text that reads back as the same value.
+  // The shortest text that is parsed as the same value.
   for (int digits = 6; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
     std::ostringstream text;
     text.precision(digits);
@@ -73,7 +73,7 @@ void parseParam(const std::string& name, const std::string& text, bool& value) {
 }
 
 std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
-  // Whatever is longer resembles no name, and would take its time.
+  // Longer names resemble no known one, and the distance is slow to compute.
   constexpr size_t kLongest = 100;
   const std::string beginning = name.substr(0, kLongest);
   std::string nearest;

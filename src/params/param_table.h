@@ -13,8 +13,9 @@
 
 namespace predictive_stereo {
 
-/// Conversions between parameter values and text, as yaml files and command lines have it.
-/// Parsing throws std::invalid_argument that says what was expected; `name` is put in front.
+/// Conversions between parameter values and their text in yaml files and command lines.
+/// @param name  of the parameter, for messages.
+/// @throws std::invalid_argument (parseParam) if the text is not a value of this type.
 std::string formatParam(double value);
 std::string formatParam(int value);
 std::string formatParam(bool value);
@@ -22,11 +23,11 @@ void parseParam(const std::string& name, const std::string& text, double& value)
 void parseParam(const std::string& name, const std::string& text, int& value);
 void parseParam(const std::string& name, const std::string& text, bool& value);
 
-/// The known name that `name` was probably meant to be. `known` must not be empty.
+/// The name in `known`, which must not be empty, that is most similar to `name`.
 std::string nearestName(const std::string& name, const std::vector<std::string>& known);
 
-/// A parameter struct as a list of named texts that can be read and set: what every reader of yaml,
-/// ROS parameters and command lines needs. Refers to the struct, which must outlive it.
+/// A parameter struct as a list of names whose values are read and set as text, for readers of
+/// yaml, ROS parameters and command lines. Refers to the struct, which must outlive it.
 class ParamTable {
  public:
   enum class Type { kInt, kDouble, kBool, kChoice, kText };
@@ -40,7 +41,7 @@ class ParamTable {
     std::vector<std::string> choices;
   };
 
-  /// @param prefix  put in front of all names, e.g. "disparity/".
+  /// @param prefix  of all names, e.g. "disparity/".
   template <class Params>
   explicit ParamTable(Params& params, const std::string& prefix = "") {
     params.visit(Collector{*this, prefix});
@@ -48,14 +49,16 @@ class ParamTable {
 
   const std::vector<Entry>& entries() const { return entries_; }
   bool has(const std::string& name) const;
-  /// The value of a parameter that the table has.
+  /// The value of a parameter.
+  /// @throws std::invalid_argument if the table does not have it.
   std::string get(const std::string& name) const;
-  /// Takes the parameters whose names begin so off the table.
+  /// Removes the parameters whose names begin with `beginning`.
   void remove(const std::string& beginning);
   /// @throws std::invalid_argument for an unknown name (the nearest known one is suggested), a text
-  ///   that is no such value, or a value outside its limits.
+  ///   that is not a value of this type, or a value outside its limits.
   void set(const std::string& name, const std::string& text);
-  /// Sets from "name=value".
+  /// Sets a parameter from "name=value".
+  /// @throws std::invalid_argument as set() does, or if there is no "=" or no name.
   void setAssignment(const std::string& assignment);
 
  private:

@@ -13,7 +13,7 @@ class YamlReader {
  public:
   YamlReader(const std::string& source, ParamTable& table) : source_(source), table_(table) {}
 
-  /// @param path  keys that led to `node`, each followed by a slash.
+  /// @param path  keys from the top level to `node`, each followed by a slash.
   void read(const YAML::Node& node, const std::string& path) {
     if (node.IsNull() || !node.IsDefined()) return;
     if (!node.IsMap())
@@ -82,7 +82,7 @@ void setFromYamlFile(const std::string& path, ParamTable& table, const std::stri
 
 std::string toYaml(const ParamTable& table) {
   std::ostringstream yaml;
-  std::vector<std::string> open;  // the sections around the line that was last written
+  std::vector<std::string> open;  // sections of the last written line
   for (const auto& entry : table.entries()) {
     const std::vector<std::string> path = split(entry.name);
     size_t common = 0;
@@ -93,7 +93,7 @@ std::string toYaml(const ParamTable& table) {
       yaml << std::string(2 * common, ' ') << path[common] << ":\n";
       open.push_back(path[common]);
     }
-    YAML::Emitter value;  // quotes texts where yaml needs it
+    YAML::Emitter value;  // quotes texts if yaml needs it
     value << entry.get();
     const bool is_text = entry.type == ParamTable::Type::kText;
     yaml << std::string(2 * common, ' ') << path.back() << ": "
