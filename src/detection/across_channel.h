@@ -9,21 +9,20 @@
 
 namespace predictive_stereo {
 
-/// Finds objects that move across the line of sight, or fast: the static world does not explain
-/// the image
-/// as seen from one frame of the past. Points of it are grouped, found again there, and what moves
-/// alike is verified.
+/// Finds objects that move across the line of sight, or fast. Points whose image a static world
+/// does not explain are grouped and tracked into one frame of the past. Groups that move alike are
+/// verified.
 class AcrossChannel {
  public:
   /// Compares the current frame with one of the past.
-  /// @param ground  of the current frame: level ground is no suspect.
+  /// @param ground  of the current frame: points on level ground are left out.
   void compare(const FrameView& frame, const PastFrame& past, const LevelGround& ground);
-  /// The share of the image that the static world does not explain. After compare().
+  /// Share of the image that a static world does not explain. Call after compare().
   double contradictingShare() const { return suspicion_.share(); }
   /// Valid until the next compare().
   Baseline baseline() const { return {past_, static_world_}; }
 
-  /// Adds what it finds. After compare().
+  /// Adds the objects that it finds. Call after compare().
   void find(const FrameView& frame, Verification& verification);
 
  private:

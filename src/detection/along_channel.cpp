@@ -5,15 +5,15 @@
 namespace predictive_stereo {
 namespace {
 
-// Frames that are compared, as far as static points have not moved more since then.
+// Frames that are compared, if static points have not moved more since then.
 constexpr size_t kFramesBack[] = {8, 6, 4, 2};
 static_assert(kFramesBack[0] == FrameHistory::kFarthest);
 constexpr double kMostParallax_px = 16;
-// Squared ratio of the difference that the way to the frame halfway may have, to its error.
+// Squared Mahalanobis distance between the motion to the halfway frame and its expected share.
 constexpr double kMostDeviation = 12;
-constexpr float kLeastDisparity_px = 10;  // errors are too large a share of smaller ones
+constexpr float kLeastDisparity_px = 10;  // the relative error of smaller ones is too large
 
-// Whether what moved so since the far past did its share of it since the frame halfway.
+// Whether the motion since the halfway frame is the expected share of the motion since the past.
 bool isSteady(const FrameView& frame, const PastPair& pair, const GroupMotion& motion) {
   const PastFrame &past = pair.past, &halfway = pair.halfway;
   const Displacement& fit = motion.fit;
@@ -63,7 +63,8 @@ std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
   hypothesis.seeds = group.points;
   if (!verification.isFree(hypothesis)) return std::nullopt;
   setLayer(frame, hypothesis);
-  // An object that approaches grows too much to be found again over the longest time.
+  // An approaching object changes its size too much to be tracked over the longest time: try
+  // shorter ones too.
   for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
     const PastFrame& past = pairs_[k].past;
     const auto motion = motionOf(frame, past, group);

@@ -11,18 +11,17 @@
 
 namespace predictive_stereo {
 
-/// Finds objects that move along the line of sight: the image hardly changes, the disparity does.
-/// One
-/// frame shows too little of it. So the current frame is compared with frames farther back, as far
-/// as static points have not moved much in the image since. Motion adds up over frames, errors of
-/// disparities do not.
+/// Finds objects that move along the line of sight, which changes the disparity but hardly the
+/// image. Between two successive frames the change is too small. Therefore the current frame is
+/// compared with frames farther back, as long as static points have not moved much in the image
+/// since then: motion accumulates over frames, errors of disparities do not.
 class AlongChannel {
  public:
-  /// @param past  frames before this one, the last first; at least one.
+  /// @param past  previous frames, the last one first; at least one.
   void compare(const FrameView& frame, const std::vector<PastFrame>& past);
-  /// See longResidual; of the lattice. After compare().
+  /// The residual of each lattice point, see longResidual. Call after compare().
   const cv::Mat1f& residual_px() const { return residual_px_; }
-  /// Adds what it finds. After compare().
+  /// Adds the objects that it finds. Call after compare().
   void find(const FrameView& frame, Verification& verification);
 
  private:
@@ -30,7 +29,7 @@ class AlongChannel {
                                        const Verification& verification,
                                        VerificationWork& work) const;
 
-  std::vector<PastPair> pairs_;  // the farthest first
+  std::vector<PastPair> pairs_;  // the farthest one first
   cv::Mat1f residual_px_;
   cv::Mat1b pair_;  // of each lattice point, see longResidual
   ResidualGroups groups_;

@@ -1,5 +1,5 @@
-/// How many candidates a frame looks at, so that its time is bounded. Crowds and foliage have 5
-/// across the line of sight and 20 along it; the largest come first.
+/// Largest number of candidates per frame, which bounds the time. Crowds and foliage have about 5
+/// across the line of sight and 20 along it; the largest ones come first.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@ namespace predictive_stereo {
 
 constexpr size_t kMostAcross = 8, kMostAlong = 12;
 
-/// What `make` makes of the first items that it makes something of; the rest is not looked at.
-/// @param make  returns a std::optional.
+/// The first `most` results of `make`; further items are not used.
+/// @param make  called with an item; returns a std::optional.
 template <class Items, class Make>
 auto firstFew(size_t most, const Items& items, const Make& make) {
   std::vector<typename std::invoke_result_t<Make, decltype(*items.begin())>::value_type> made;

@@ -17,8 +17,8 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
-// Loops are short, plain and without branches, so that compilers turn them into vector code; what
-// passes from one to the next stays in the first cache.
+// Short loops without branches, which compilers vectorise. Intermediate results stay in the first
+// cache.
 constexpr int kChunk = 64;
 
 HWY_NOINLINE void projectRow(const LatticeRow& row, float* HWY_RESTRICT source_x,
@@ -95,7 +95,7 @@ HWY_NOINLINE void compareRow(const LatticeRow& row, const RowSources& sources,
   }
 }
 
-// Sums over the squares around points u, u + 1, ...: by columns, then along the row.
+// Sums over the squares around points u, u + 1, ...: first over columns, then along the row.
 HWY_INLINE void sumOfSquares(SurroundingRows rows, int u, int n, float* HWY_RESTRICT sum) {
   static_assert(kComparedSide == 5, "written out");
   const float *r0 = rows[0] + u, *r1 = rows[1] + u, *r2 = rows[2] + u, *r3 = rows[3] + u,

@@ -7,22 +7,22 @@
 
 namespace predictive_stereo {
 
-/// Lattice points of one row, and how they are seen in a previous frame.
+/// Lattice points of one row, and their motion into a previous frame.
 struct LatticeRow {
-  const float* H;             ///< 4x4, column by column: (x, y, d, 1) in the previous frame
-  const float* disparity_px;  ///< of the first point; the next one's is two floats further
+  const float* H;             ///< 4x4, column-major: maps (x, y, d, 1) to the previous frame
+  const float* disparity_px;  ///< of the first point; the next one is two floats further
   int x, y;                   ///< pixel of the first point
   int width;                  ///< points
-  float smallest_px;          ///< points of smaller disparities are left out
+  float smallest_px;          ///< points with smaller disparities are left out
   int columns, rows;          ///< of the previous image at half resolution
 };
 
-/// Where the points of a row were in the previous frame.
+/// Positions of a row's points in the previous frame.
 class RowSources {
  public:
   explicit RowSources(int width) : width_(width), memory_(4 * static_cast<size_t>(width)) {}
 
-  /// [px]; (0, 0) of those that are not seen.
+  /// [px]; (0, 0) if the point is not seen.
   float* x() { return memory_.data(); }
   float* y() { return x() + width_; }
   float* disparity() { return y() + width_; }
@@ -39,28 +39,28 @@ class RowSources {
 };
 void projectRow(const LatticeRow& row, RowSources& sources);
 
-/// Grey now - grey before.
-/// @param grey  now, of the row's points.
-/// @param before  the previous image at half resolution, one row after the other in memory.
+/// Current grey value - previous grey value.
+/// @param grey  current grey values of the row's points.
+/// @param before  the previous image at half resolution, continuous in memory.
 /// @param difference  0 where unknown.
 /// @param known  1, or 0 where unknown.
 void compareRow(const LatticeRow& row, const RowSources& sources, const uint8_t* grey,
                 const uint8_t* before, float* difference, float* known);
 
-/// Side of the squares over which comparisons are summed, and how far these reach.
+/// Side of the squares over which comparisons are summed, and their reach from the centre.
 constexpr int kComparedSide = 5, kComparedReach = kComparedSide / 2;
 
-/// Rows from kComparedReach above to kComparedReach below, each from kComparedReach points before
-/// its first one to as many after its last. They are 0 outside of the map.
+/// Rows from kComparedReach above to kComparedReach below, each with kComparedReach more points
+/// before its first and after its last one. They are 0 outside the map.
 using SurroundingRows = const float* const*;
 
-/// |difference - its mean over the known points of the square|, 0 where unknown, and how many
-/// points of the square are known.
+/// |difference - its mean over the known points of the square|, 0 where unknown, and the number of
+/// known points of the square.
 void deviationRow(SurroundingRows difference, SurroundingRows known, int width, float* deviation,
                   float* count);
 
-/// Mean deviation of the known points of the square; `unknown` where the point itself is not known
-/// or fewer than `fewest` are.
+/// Mean deviation of the known points of the square; `unknown` if the point itself is not known, or
+/// if fewer than `fewest` are.
 void mismatchRow(SurroundingRows deviation, const float* known, const float* count, int width,
                  float fewest, float unknown, float* mismatch);
 

@@ -11,7 +11,7 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr int kFramesBack = 2;  // that both channels compare with at least
+constexpr int kFramesBack = 2;  // both channels compare with at least this frame
 
 void requirePositive(const char* name, double value) {
   if (!(value > 0 && std::isfinite(value)))

@@ -15,23 +15,23 @@ constexpr int kMostCoarsePoints = kMostShiftedSamples;
 constexpr int kReachY = 6;  // lattice points
 constexpr int kCoarse = 2;  // lattice points between coarse trials
 constexpr int kTrialsY = 2 * kReachY / kCoarse + 1;
-constexpr int kMostTrialsX =  // whole blocks
+constexpr int kMostTrialsX =  // rounded up to whole blocks
     (2 * kSearchReach / kCoarse + kShiftBlock) / kShiftBlock * kShiftBlock;
 constexpr size_t kFewestPoints = 12;
 constexpr float kLeastMismatch_grey = 0.5f;  // smaller ones are noise
 
-// Points now, and where the static world has them in the previous image.
+// Current points, and their positions in the previous image if they are static.
 struct Samples {
   int count = 0;
   uint8_t grey[kMostPoints + 1];
   cv::Point at[kMostPoints + 1];           // lattice
-  std::ptrdiff_t offset[kMostPoints + 1];  // of that in memory
+  std::ptrdiff_t offset[kMostPoints + 1];  // of `at` in memory
   cv::Rect around;                         // all of them
 };
 
-// Mean |difference| after the mean difference is taken away; infinity where too many points leave
-// the image. Sums are exact.
-/// @param step  every so many samples are compared.
+// Mean |difference| after subtracting the mean difference; infinity if too many points leave the
+// image. Sums are exact.
+/// @param step  every step-th sample is compared.
 float mismatchAt(const cv::Mat1b& previous, const Samples& samples, int step, cv::Point shift) {
   int32_t difference[kMostPoints + 1];
   int n = 0;
@@ -58,13 +58,13 @@ float mismatchAt(const cv::Mat1b& previous, const Samples& samples, int step, cv
   return static_cast<float>(total) / static_cast<float>(n * n);
 }
 
-// The same of trials along a row, `first` and every kCoarse columns from there on.
+// The same for trials along a row, every kCoarse columns from `first` on.
 void mismatchesAlong(const cv::Mat1b& previous, const Samples& samples, int step, cv::Point first,
                      int trials, float* mismatch) {
   const cv::Rect image(cv::Point(), previous.size());
   const cv::Point last = first + cv::Point(kCoarse * (trials - 1), 0);
   const cv::Rect swept = (samples.around + first) | (samples.around + last);
-  // Whole blocks are read, over the end of a row, but not of the image.
+  // Whole blocks are read, beyond the end of a row but not of the image.
   const auto row = static_cast<std::ptrdiff_t>(previous.step);
   const std::ptrdiff_t end = (swept.br().y - 1) * row + (samples.around + first).br().x +
                              kCoarse * static_cast<std::ptrdiff_t>(kMostTrialsX);

@@ -9,21 +9,21 @@
 
 namespace predictive_stereo {
 
-/// Where a group of points was found.
+/// Displacement of a group of points.
 struct ShiftFound {
-  cv::Point2f shift_px;  ///< from where the static world puts it
-  float gain = 0;        ///< mismatch of no shift by that of this one
+  cv::Point2f shift_px;  ///< relative to a static world
+  float gain = 0;        ///< mismatch without shift / mismatch with this one
 };
 
-/// Points of the lattice by which a group is looked for to the left and right, at most.
+/// Largest search range to the left and right, in lattice points.
 constexpr int kSearchReach = 40;
 
-/// Where a group of lattice points as a whole was in the previous frame, against where the static
-/// world puts it: found by trying all shifts, for what moves too far for Lucas-Kanade.
-/// @param static_source  where points of the static world were.
-/// @param reach  lattice points to the left and right, at most kSearchReach.
-/// @return the shift of the lowest mean zero-mean difference; none where no shift is much
-///   better than the others around it.
+/// Displacement of a group of lattice points in the previous frame, relative to a static world, by
+/// exhaustive search: for objects that move too far for Lucas-Kanade.
+/// @param static_source  where static points were.
+/// @param reach  search range to the left and right, in lattice points; at most kSearchReach.
+/// @returns the shift with the lowest mean zero-mean difference; none if it is not much better than
+///   the others around it.
 std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
                                       const SourceOf& static_source, const cv::Mat1f& disparity_px,
                                       const std::vector<cv::Point>& points,

@@ -6,9 +6,9 @@ namespace predictive_stereo {
 namespace {
 
 constexpr float kFewestKnown = 0.5f * kComparedSide * kComparedSide;
-constexpr double kFastestAway_mps = 30;  // that something which moves along may be
+constexpr double kFastestAway_mps = 30;  // of an object that moves along the line of sight
 constexpr float kHidingMargin_px = 1.0f;
-constexpr float kNearestDisparity = 0.5f;  // farther points do not show motion
+constexpr float kNearestDisparity = 0.5f;  // points with smaller disparities do not show motion
 
 // The last kComparedSide rows of a map, with a border of kComparedReach zeros on both sides.
 class LastRows {
@@ -30,7 +30,7 @@ class LastRows {
   float* withBorder(int v) { return &values_[stride_ * ((v + 2 * kComparedSide) % kComparedSide)]; }
 
   size_t stride_;
-  cv::AutoBuffer<float, kComparedSide * 1024> values_;  // on the stack for all but wide images
+  cv::AutoBuffer<float, kComparedSide * 1024> values_;  // on the stack except for wide images
 };
 
 // The points of `area` in lattice row `v`.
@@ -78,7 +78,7 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
   comparison.mismatch = comparison.memory.map(area.size());
   const int rows = area.height;
   const auto exists = [rows](int v) { return v >= 0 && v < rows; };
-  // A thread goes through its rows once and keeps those that are looked at again.
+  // One pass over the rows of a band; rows that are needed again are kept.
   const auto compareBand = [&](const cv::Range& band) {
     LastRows difference(area.width), known(area.width), deviation(area.width), count(area.width);
     const auto compare = [&](int v) {

@@ -15,8 +15,7 @@
 
 namespace predictive_stereo {
 
-/// Where a point (x, y, d) of the current frame was in the previous one; homogeneous, in pixels.
-/// See disparityMotion.
+/// Maps a point (x, y, d) [px] of the current frame to the previous one. See disparityMotion.
 class SourceOf {
  public:
   explicit SourceOf(const Eigen::Matrix4d& H_prev_cam) : h_(H_prev_cam.cast<float>()) {}
@@ -30,8 +29,8 @@ class SourceOf {
   Eigen::Matrix4f h_;
 };
 
-/// Finds which static points were hidden in a previous frame: something so much nearer was where
-/// they would have been that it is no part of them, even if it moves along with the camera.
+/// Finds static points that were occluded in a previous frame: at their position there was a
+/// surface so much nearer that it cannot be the same one, even if it moves with the camera.
 class Uncovered {
  public:
   Uncovered(const StereoRig& rig, const SourceOf& static_source,
@@ -44,17 +43,17 @@ class Uncovered {
   float disparity_times_depth_, nearer_m_;
 };
 
-/// How well an assumed motion explains the image, on a lattice of every second pixel and row:
-/// lattice point (u, v) is pixel (2u, 2v).
+/// Difference between the image and its prediction by an assumed motion, on a lattice of every
+/// second pixel and row: lattice point (u, v) is pixel (2u, 2v).
 struct Comparison {
   cv::Rect area;       ///< the part of the lattice that the maps cover
-  cv::Mat1f mismatch;  ///< mean |difference| over 5x5 lattice points after the mean difference is
-                       ///< taken away [grey values]; kUnknown where too little is known
+  cv::Mat1f mismatch;  ///< mean |difference| over 5x5 lattice points after subtracting the mean
+                       ///< difference [grey levels]; kUnknown if too few points are known
   static constexpr float kUnknown = -1.0f;
   Scratch<float> memory;  ///< of mismatch
 };
 
-/// Compares the current image with the previous one as moved by H_prev_cam, through the measured
+/// Compares the current image with the previous one, warped by source_of through the measured
 /// disparities.
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,

@@ -20,7 +20,7 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   current.has_pose = input.has_pose;
   current.follows = true;
   current.T_odom_cam = input.T_odom_cam;
-  // The longest first.
+  // The longest task first.
   std::vector<Task> tasks = {[&] { current.pyramid.build(input.left, kPyramidLevels); },
                              [&] { input.measured_disparity_px.copyTo(current.disparity_px); }};
   tasks.insert(tasks.end(), beside.begin(), beside.end());

@@ -1,4 +1,4 @@
-/// What the detector keeps of the frames before the current one.
+/// A frame as the detector remembers it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,42 +15,41 @@ namespace predictive_stereo {
 struct RememberedFrame {
   double stamp_s = 0;
   bool has_pose = false;
-  bool follows = true;  ///< the pose goes on from that of the frame before, as the images do
+  bool follows = true;  ///< whether its pose is consistent with that of the previous frame
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
   ImagePyramid pyramid;
-  cv::Mat1f disparity_px;  ///< as measured
+  cv::Mat1f disparity_px;  ///< measured
 
   bool empty() const { return pyramid.empty(); }
 };
 
-/// A frame of the past, as seen from the current one.
+/// A past frame and its pose relative to the current one.
 struct PastFrame {
   const RememberedFrame* frame = nullptr;
   Eigen::Isometry3d T_past_cam = Eigen::Isometry3d::Identity();
-  double seconds = 0;  ///< since then
+  double seconds = 0;  ///< between that frame and the current one
 };
 
 class FrameHistory {
  public:
-  /// Frames back that are kept.
+  /// Number of past frames that are kept.
   static constexpr int kFarthest = 8;
 
   using Task = std::function<void()>;
-  /// Makes it the current frame, and the one before it one of the past.
-  /// @param beside  what is done at the same time, and needs nothing of this.
+  /// Adds a frame, which becomes the current one.
+  /// @param beside  independent tasks that run at the same time.
   void remember(const DetectionInput& input, const std::vector<Task>& beside = {});
   const RememberedFrame& current() const { return frames_[0]; }
-  /// The right image's columns are corrected otherwise from now on: `step_px` is added to the
-  /// disparities of the past.
+  /// Adds `step_px` to the disparities of the past, after a change of the column correction.
   void addToDisparities(const DisparityRange& range, double step_px);
   void setFollows(bool follows) { frames_[0].follows = follows; }
-  /// Frames before the current one, the last first, as far as poses and stamps go on. Valid until
+  /// Past frames, the last one first, as far back as poses and stamps are consistent. Valid until
   /// the next frame.
   std::vector<PastFrame> past() const;
   void reset();
 
  private:
-  /// The current frame first, then the one before it, and so on.
+  /// The current frame, then the previous ones, the last one first.
   std::array<RememberedFrame, 1 + kFarthest> frames_;
 };
 

@@ -8,7 +8,7 @@
 
 namespace predictive_stereo {
 
-/// The frame in work, as all parts of the detector see it.
+/// The current frame, for all parts of the detector.
 struct FrameView {
   const DetectionInput& input;
   const DisparityRange& range;
@@ -30,10 +30,10 @@ struct FrameView {
   }
 };
 
-/// The current frame against one of the past.
+/// A past frame, and the comparison of the current frame with it.
 struct Baseline {
   const PastFrame& past;
-  const Comparison& static_world;  ///< of the whole lattice, or as far as a hypothesis reaches
+  const Comparison& static_world;  ///< of the whole lattice, or of the reach of a hypothesis
 };
 
 }  // namespace predictive_stereo

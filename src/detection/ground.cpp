@@ -8,8 +8,8 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr double kReach_m = 0.15;    // up and down, over which the disparity's growth is taken
-constexpr double kLeastShare = 0.5;  // of a level surface's growth; that of an upright one is 0
+constexpr double kReach_m = 0.15;    // up and down, to measure the growth of the disparity
+constexpr double kLeastShare = 0.5;  // of a level surface's growth; an upright surface has 0
 constexpr double kMostShare = 2;
 constexpr int kNearestRow_px = 4;  // below the horizon
 constexpr double kThickness_m = 0.3;
@@ -17,8 +17,8 @@ constexpr size_t kFewest = 20;
 
 }  // namespace
 
-// On a level surface h below the camera d = B (y - y_horizon) / h, so d' = d / (y - y_horizon)
-// whatever h is.
+// On a level surface at h below the camera d = B (y - y_horizon) / h, so d' = d / (y - y_horizon)
+// for every h.
 void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
                            const cv::Mat1f& disparity_px) {
   below_m_.create((disparity_px.rows + 1) / 2, (disparity_px.cols + 1) / 2);

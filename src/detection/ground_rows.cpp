@@ -16,12 +16,12 @@ HWY_NOINLINE void levelRow(const float* HWY_RESTRICT disparity_px,
                            const float* const beneath[kMostGroundReach], int width,
                            const GroundLimits& limits, float* HWY_RESTRICT below_m) {
   static_assert(kMostGroundReach == 4, "written out");
-  // Rows outside of the map: the point's own one, which grows by nothing.
+  // A row outside the map is replaced by the point's own row, which has no growth.
   const auto row = [&](const float* rows) { return rows ? rows : disparity_px; };
   const float *a1 = row(above[0]), *a2 = row(above[1]), *a3 = row(above[2]), *a4 = row(above[3]);
   const float *b1 = row(beneath[0]), *b2 = row(beneath[1]), *b3 = row(beneath[2]),
               *b4 = row(beneath[3]);
-  // How far rows lie inside the map.
+  // Number of rows inside the map.
   const float reachable = above[3] && beneath[3]   ? 4.0f
                           : above[2] && beneath[2] ? 3.0f
                           : above[1] && beneath[1] ? 2.0f

@@ -8,8 +8,8 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr int kMostGrowth = 4;              // times the cells that it had
-constexpr double kMostContradicting = 0.5;  // by what speaks for the object
+constexpr int kMostGrowth = 4;              // cells after / before
+constexpr double kMostContradicting = 0.5;  // contradicting cells / supporting cells
 
 }  // namespace
 
@@ -43,7 +43,7 @@ bool growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::M
       grown_cells += inside;
     }
   if (grown_cells > kMostGrowth * cells) return false;
-  // What is refuted lies beside the part, but in the layer: so it is counted in all of the box.
+  // Refuted cells are in the layer, but not in the part: count in the whole box.
   const cv::Rect box = cv::boundingRect(grown);
   int supporting = 0, contradicting = 0;
   for (int v = box.y; v < box.br().y; ++v)

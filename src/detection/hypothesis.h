@@ -11,9 +11,9 @@
 
 namespace predictive_stereo {
 
-/// A guess that something at this depth moves like this.
+/// The hypothesis that an object at some depth moves by some displacement.
 struct Hypothesis {
-  /// Who found it: AcrossChannel, AlongChannel, or the tracker, who knows it.
+  /// Origin: AcrossChannel, AlongChannel, or a track of the tracker.
   enum class Source { kAcross, kAlong, kKnown };
 
   Source source = Source::kAcross;
@@ -21,30 +21,30 @@ struct Hypothesis {
   float disparity_px = 0;                                ///< median of the seeds
   float nearest_px = 0, farthest_px = 0;                 ///< disparities of its layer
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();     ///< in the previous camera's frame
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of moved_m; not of what is known
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of moved_m; not set for kKnown
 };
 
-/// Sets the layer: the disparities of the seeds, and a little beyond.
+/// Sets the layer: the disparities of the seeds, with a margin.
 void setLayer(const FrameView& frame, Hypothesis& hypothesis);
 
-/// What a group of residuals moved by since a frame of the past.
+/// Motion of a group of residuals since a past frame.
 struct GroupMotion {
   Displacement fit;
-  std::vector<cv::Point> sample_px;  ///< points that were followed
-  cv::Point2f shift_px;              ///< of all of them, against the static world
+  std::vector<cv::Point> sample_px;  ///< points that were tracked
+  cv::Point2f shift_px;              ///< of the whole group, relative to a static world
 };
-/// None where the group is too small, or too few of its points are found again.
+/// None if the group is too small, or if too few of its points are found in the past frame.
 std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& past,
                                     const ResidualGroup& group);
-/// Whether a group is as large as an object has to be.
+/// Whether a group is as large as the smallest object.
 bool isLargeEnough(const FrameView& frame, const ResidualGroup& group);
 
-/// A known object where it should be, with its layer. None where it hardly moves, or too little of
-/// its disparity is there.
+/// The hypothesis of a known object at its predicted position. None if it hardly moves, or if too
+/// few pixels there have its disparity.
 std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& past,
                                        const ObjectTrack& known);
 
-/// Lattice points as pixels, evenly thinned.
+/// An even sample of lattice points, as pixels.
 std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points);
 
 }  // namespace predictive_stereo

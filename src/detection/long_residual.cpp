@@ -42,7 +42,7 @@ float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Ve
 void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const DisparityRange& range,
                   const std::vector<PastPair>& pairs, double most_px, cv::Size lattice,
                   cv::Mat1f& residual_px, cv::Mat1b& pair) {
-  std::vector<SourceOf> sources;  // of each pair: the past, the frame halfway
+  std::vector<SourceOf> sources;  // two for each pair: past and halfway frame
   for (const PastPair& p : pairs)
     for (const PastFrame* frame : {&p.past, &p.halfway})
       sources.emplace_back(disparityMotion(rig, frame->T_past_cam));

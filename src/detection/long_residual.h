@@ -8,27 +8,28 @@
 
 namespace predictive_stereo {
 
-/// A past frame and one in the middle between it and the current frame.
+/// A past frame, and the frame halfway between it and the current one.
 struct PastPair {
   PastFrame past, halfway;
 };
 
-/// How far a static point (x, y, d) has moved in the image since then, beside what the camera's
-/// rotation moved all points by [px]; infinite where it was behind the camera.
+/// Motion [px] of a static point (x, y, d) in the image since then, without that of the camera's
+/// rotation; infinity if the point was behind the camera.
 float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Vector3f& point_px);
 
 constexpr uchar kNoPair = 255;
 constexpr float kUnknownResidual = -1e6f;
 
-/// Signed evidence of motion along the line of sight, on the lattice of compareFrames [px]: the
-/// disparity that a static point had in the past, less what was measured there, of the first pair
-/// with a parallax of at most `most_px`: beyond that, what was seen at its place was often
-/// something else. The frame halfway has to agree: the residual has the same sign there, and half
-/// the size. Errors of measured disparities do not accumulate over frames, motion does. Found for
-/// every second lattice point and row, which stand for their neighbours.
-/// @param pairs  the farthest first.
+/// Signed residual of motion along the line of sight, on the lattice of compareFrames [px]: the
+/// disparity that a static point would have had in the past, minus the one measured there.
+///
+/// Uses the first pair with a parallax of at most `most_px`; with more parallax another surface was
+/// often visible at that position. The halfway frame must confirm it, with the same sign and half
+/// the size: motion accumulates over frames, errors of disparities do not. Computed for every
+/// second lattice point and row, and copied to their neighbours.
+/// @param pairs  the farthest one first.
 /// @param residual_px  kUnknownResidual where a disparity is unknown.
-/// @param pair  of each lattice point, or kNoPair.
+/// @param pair  index of the pair of each lattice point, or kNoPair.
 void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const DisparityRange& range,
                   const std::vector<PastPair>& pairs, double most_px, cv::Size lattice,
                   cv::Mat1f& residual_px, cv::Mat1b& pair);

@@ -11,7 +11,7 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
-// Plain loops without branches over some points at a time, see comparison_rows.cpp.
+// Short loops without branches over kChunk points at a time, see comparison_rows.cpp.
 constexpr int kChunk = 64;
 
 struct Points {
@@ -24,7 +24,7 @@ struct Residuals {
   int32_t known[kChunk];
 };
 
-// Static disparities then, less measured ones.
+// Past disparities of static points minus measured ones.
 HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
                                 const Points& points, Residuals& residuals) {
   const float* H = then.H;
@@ -59,7 +59,7 @@ HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
   }
 }
 
-// The first pair in which each point has moved little enough; -1: none.
+// The first pair with little enough parallax, for each point; -1: none.
 HWY_INLINE void choosePairs(const LongRow& row, const Points& points, int32_t* HWY_RESTRICT pair) {
   const auto y = static_cast<float>(row.y);
   const float most = row.most_parallax_px, smallest = row.smallest_valid_px;

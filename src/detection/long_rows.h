@@ -9,14 +9,15 @@
 
 namespace predictive_stereo {
 
-/// What parallax needs of a past camera: its position in the current camera's frame, and the rig.
+/// Computes the parallax to a past camera, from its position in the current camera's frame and the
+/// rig.
 struct PastCamera {
   float x_m, y_m, z_m;
   float focal_px, cx_px, cy_px, disparity_times_depth;
 
   /// See parallaxSince.
   float parallax(float x, float y, float d) const {
-    const float depth = disparity_times_depth - d * z_m;  // then, times d
+    const float depth = disparity_times_depth - d * z_m;  // past depth times d
     const float across = std::abs((x - cx_px) * z_m - focal_px * x_m);
     const float down = std::abs((y - cy_px) * z_m - focal_px * y_m);
     const float moved = d * std::max(across, down) / depth;
@@ -24,8 +25,8 @@ struct PastCamera {
   }
 };
 
-/// A frame of the past: where static points (x, y, d) of the current frame were in it, 4x4 by
-/// columns (see SourceOf), and what was measured there.
+/// A past frame: H, 4x4 and column-major, maps static points (x, y, d) of the current frame to it
+/// (see SourceOf); and its measured disparities.
 struct PastDisparities {
   const float* H;
   const float* disparity_px;
@@ -35,12 +36,12 @@ struct PastDisparities {
 struct PastPairOfRow {
   PastCamera camera;
   PastDisparities past, halfway;
-  float scale;  ///< time since the past by that since the frame halfway
+  float scale;  ///< time since the past frame / time since the halfway frame
 };
 
 constexpr int kLongStep_px = 4;  ///< between the points of a row
 struct LongRow {
-  const float* disparity_px;  ///< of the first point, the others follow in steps
+  const float* disparity_px;  ///< of the first point; the others follow at kLongStep_px
   int y, points;
   const PastPairOfRow* pairs;
   int pair_count;

@@ -17,7 +17,8 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   along_.compare(frame, past);
   verification_.setFrame(frame, along_.residual_px());
   since_last_.find(frame, verification_);
-  // What shows too little motion in one frame, as it is far or slow, shows it in two.
+  // Far or slow objects may move too little between two successive frames: also compare with the
+  // second last frame.
   if (past.size() > 1) {
     since_second_last_.compare(frame, past[1], verification_.ground());
     since_second_last_.find(frame, verification_);
@@ -33,7 +34,7 @@ void MotionScheme::reset() {
   verification_.reset();
 }
 
-// Known objects are looked for where they should be.
+// Verifies the known objects at their predicted positions.
 void MotionScheme::findKnown(const FrameView& frame, const ObjectTracker& known) {
   std::vector<const ObjectTrack*> tracks;
   for (const ObjectTrack& track : known.tracks())

@@ -1,4 +1,4 @@
-/// The default detector: images and disparities against the static world.
+/// The default detection scheme: compares images and disparities with those of a static world.
 #pragma once
 
 #include <vector>
@@ -17,11 +17,11 @@ class MotionScheme {
  public:
   MotionScheme(const DisparityRange& range, const MotionDetectionParams& params)
       : range_(range), params_(params) {}
-  /// The past is kept.
+  /// Keeps the past frames.
   void setParams(const MotionDetectionParams& params) { params_ = params; }
 
-  /// @param known  objects that are followed, moved to this frame.
-  /// @return valid until the next call.
+  /// @param known  tracks, predicted to this frame.
+  /// @returns the objects of this frame; valid until the next call.
   const std::vector<ObservedObject>& observe(const DetectionInput& input,
                                              const ObjectTracker& known);
   /// See FrameHistory.
@@ -36,8 +36,8 @@ class MotionScheme {
   FrameHistory frames_;
   PoseCheck pose_check_;
 
-  // The frame in work.
-  AcrossChannel since_last_, since_second_last_;  // against the frame before, and the one before it
+  // Of the current frame.
+  AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame
   AlongChannel along_;
   Verification verification_;
 };

@@ -43,7 +43,8 @@ TrackingParams trackingOf(const DetectionParams& params) {
   return tracking;
 }
 
-// Motion may not show in a single frame, as where the object was hidden in the one before.
+// Whether an object was seen in each of the last three frames. It may then be missing in this one,
+// as when it was occluded in the previous frame.
 bool wasSteadilySeen(const ObjectTrack& track) {
   constexpr unsigned kLastThreeFrames = 0b1110;
   return (track.history & kLastThreeFrames) == kLastThreeFrames;
@@ -71,8 +72,8 @@ struct MovingObjectDetector::State {
   void observeAsPaper(const DetectionInput& input);
 };
 
-// Other columns of the right image change all disparities by a step: what is remembered of the past
-// goes along. Any other change starts anew.
+// Another column correction changes all disparities by a constant: the past is corrected by it. Any
+// other change of the rig resets the detector.
 void MovingObjectDetector::State::setRig(const StereoRig& new_rig) {
   StereoRig other_columns = rig;
   other_columns.cx_right_px = new_rig.cx_right_px;

@@ -9,8 +9,8 @@ namespace predictive_stereo {
 namespace {
 
 constexpr size_t kFewestPoints = 8;
-constexpr int kMostPoints = 1500;  // more add nothing
-constexpr double kTail = 0.05;     // share of points left out at either end: mismatches, edges
+constexpr int kMostPoints = 1500;  // more do not improve the result
+constexpr double kTail = 0.05;     // share of points left out at both ends: false matches, edges
 
 struct Extent {
   double first, last;

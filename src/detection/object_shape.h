@@ -9,15 +9,15 @@
 
 namespace predictive_stereo {
 
-/// Where in space the visible surface of an object is.
+/// Position and size of the visible surface of an object.
 struct ObjectShape {
   Eigen::Vector3d centre_m;  ///< of its box, in the left camera's optical frame
   Eigen::Vector3d size_m;    ///< of its box along the axes of that frame
   double distance_m = 0;     ///< depth of its nearest part
 };
 
-/// The box around the points of the pixels with mask 255 that have a positive disparity, without
-/// the outermost twentieths along each axis. None where there are fewer than eight of them.
+/// The 3-D box around the pixels with mask 255 and a positive disparity, without the outermost 5 %
+/// at both ends of each axis. None if there are fewer than eight such pixels.
 /// @param area  part of the image that `mask` covers; of the mask's size.
 std::optional<ObjectShape> shapeOf(const StereoRig& rig, const DisparityRange& range,
                                    const cv::Mat1f& disparity_px, const cv::Rect& area,

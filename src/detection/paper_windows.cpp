@@ -12,13 +12,13 @@ double intersectionOverUnion(const cv::Rect& a, const cv::Rect& b) {
   return both / (a.area() + b.area() - both);
 }
 
-// The k-th of `count` equal steps from `first` to `last`.
+// Value k of `count` values with equal steps from `first` to `last`.
 int windowSize(int first, int last, int k, int count) {
   if (count < 2) return first;
   return static_cast<int>(std::lround(first + static_cast<double>(last - first) * k / (count - 1)));
 }
 
-// A box and the other one that it overlaps most.
+// The box that a box overlaps most.
 struct Pairing {
   size_t partner = 0;
   double iou = -1;
@@ -50,7 +50,7 @@ std::vector<cv::Rect> movingWindows(const cv::Mat1f& difference_px,
 }
 
 void mergeBoxes(double min_iou, std::vector<cv::Rect>& boxes) {
-  // Each box knows its best partner among those after it; a merger changes few of them.
+  // The best partner of each box among those after it; merging two boxes changes few of them.
   std::vector<Pairing> best(boxes.size());
   const auto findBest = [&](size_t i) {
     best[i] = Pairing();

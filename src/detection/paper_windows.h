@@ -13,11 +13,11 @@ namespace predictive_stereo {
 std::vector<cv::Rect> movingWindows(const cv::Mat1f& difference_px,
                                     const PaperDetectionParams& params);
 
-/// As long as two boxes overlap by at least `min_iou`, replaces the pair of the highest
-/// intersection over union by the smallest box that contains both. Of equal pairs the first one.
+/// While two boxes overlap by at least `min_iou`, replaces the pair with the highest intersection
+/// over union by the smallest box that contains both; of equal pairs, the first one.
 void mergeBoxes(double min_iou, std::vector<cv::Rect>& boxes);
 
-/// Windows, merged, without those that are too small.
+/// movingWindows, merged, without boxes that are too small.
 std::vector<cv::Rect> movingBoxes(const cv::Mat1f& difference_px,
                                   const PaperDetectionParams& params);
 

@@ -17,7 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr int kSide = GreyPatch::kSide, kStride = GreyPatch::kStride;
 
-// Rows are summed lane by lane, and then the lanes in their order, whatever the target's vectors.
+// Sums are over rows lane by lane, then over lanes in their order, on every target.
 using D = hn::CappedTag<float, kStride>;
 using V = hn::Vec<D>;
 
@@ -37,7 +37,7 @@ HWY_INLINE V lineAt(D d, const uint8_t* HWY_RESTRICT bytes, V fx) {
   return hn::Add(left, hn::Mul(fx, hn::Sub(right, left)));
 }
 
-// A patch of which the mean is to be taken away still.
+// A patch before the mean is subtracted; returns the mean.
 HWY_INLINE float between(const uint8_t* HWY_RESTRICT upper_left, std::ptrdiff_t stride, float fx,
                          float fy, float* HWY_RESTRICT grey) {
   const D d;
@@ -63,7 +63,7 @@ HWY_NOINLINE void patchBetween(const uint8_t* upper_left, std::ptrdiff_t stride,
   for (float& grey : patch.grey) grey -= mean;
 }
 
-// Of `grey`, after `mean` is taken away from it, and the patch.
+// Mean |difference| between `grey` - `mean` and the patch.
 HWY_INLINE float meanDifference(const float* HWY_RESTRICT patch, const float* HWY_RESTRICT grey,
                                 float mean) {
   const D d;

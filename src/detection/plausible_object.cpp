@@ -5,7 +5,7 @@
 namespace predictive_stereo {
 namespace {
 
-// The foot of a far object may be seen higher, uphill.
+// The foot of a far object may be higher, uphill.
 constexpr double kRoadSlope = 0.03;
 constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
 
@@ -16,7 +16,7 @@ LowerEnd lowerEndOf(const StereoRig& rig, const DisparityRange& range,
                     float layer_px, float nearest_px) {
   constexpr int kCutRows_px = 4;
   if (box.br().y >= rig.size.height - kCutRows_px) return LowerEnd::kCut;
-  // Hidden: below half of its columns there is something nearer that is not the ground.
+  // Hidden: in many of its columns a nearer surface that is not ground is below it.
   constexpr double kBelow_m = 0.3;
   constexpr int kLeastBelow_px = 6;
   const int below =
@@ -45,7 +45,7 @@ bool isPlausible(const StereoRig& rig, const MotionDetectionParams& params,
       width_m < params.min_width_m || width_m > params.max_width_m)
     return false;
   if (!road || lower_end == LowerEnd::kCut) return true;
-  // As half of it is seen at least, half of the highest object is hidden at most.
+  // At least half of an object must be visible, so at most half of the highest object is hidden.
   const double hidden_m =
       lower_end == LowerEnd::kHidden ? (1 - kLeastVisible) * params.max_height_m : 0;
   const double end_m = road->heightOf(box.br().y, layer_px, rig.baseline_m);

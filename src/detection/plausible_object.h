@@ -11,11 +11,11 @@
 
 namespace predictive_stereo {
 
-/// Where the lower end of what is seen of an object lies.
+/// What the lower end of an object's visible part is.
 enum class LowerEnd {
-  kFoot,    ///< where it stands
-  kHidden,  ///< behind something nearer
-  kCut      ///< at the lower edge of the image
+  kFoot,    ///< the object's lower end
+  kHidden,  ///< an occlusion by a nearer surface
+  kCut      ///< the lower edge of the image
 };
 
 /// @param layer_px  disparity of the object.
@@ -24,10 +24,10 @@ LowerEnd lowerEndOf(const StereoRig& rig, const DisparityRange& range,
                     const cv::Mat1f& disparity_px, const LevelGround& ground,
                     const cv::Rect& box_px, float layer_px, float nearest_px);
 
-/// Whether a road user may have this size and be seen at this height.
+/// Whether size and height above the road are plausible for an object.
 /// @param depth_m  of its centre.
 /// @param layer_px  disparity of the object.
-/// @param road  none: heights are not asked.
+/// @param road  none: the height above the road is not checked.
 bool isPlausible(const StereoRig& rig, const MotionDetectionParams& params,
                  const std::optional<RoadLine>& road, const cv::Rect& box_px, double depth_m,
                  float layer_px, LowerEnd lower_end);

@@ -13,13 +13,13 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// The disparity of all points may be off together, by calibration and rows that are not aligned.
+// Variance of an error that all disparities share: calibration, row offsets.
 constexpr double kDisparityBias_px2 = 0.5;
-// By which flows of one object may differ.
+// Allowed difference between flows of one object.
 constexpr double kFlowNoise_px = 1.5, kFlowShare = 0.3;
 constexpr double kHuber = 2, kInlier = 5;  // standard deviations
 
-// Derivative of (x, y, d) by the point that is seen there.
+// Derivative of (x, y, d) with respect to the point.
 Matrix3d projectionJacobian(const StereoRig& rig, const Vector3d& p) {
   const double z = p.z();
   Matrix3d j;
@@ -42,7 +42,7 @@ void compareWithStatic(const TrackingView& view, const MotionDetectionParams& pa
       source_of(track.position.x, track.position.y, track.disparity_px + 0.1f);
   const Vector3d by_disparity = (farther.cast<double>() - track.static_px) / 0.1;
   Matrix3d covariance = by_disparity * by_disparity.transpose() * track.variance_px2;
-  // An error that both frames share does not show in the disparity.
+  // An error that both frames share cancels in the disparity.
   const Vector3d by_bias(by_disparity.x(), by_disparity.y(), 0);
   covariance += by_bias * by_bias.transpose() * kDisparityBias_px2;
   const double ego = params.ego_motion_sigma_m * params.ego_motion_sigma_m;
@@ -59,7 +59,7 @@ void compareWithStatic(const TrackingView& view, const MotionDetectionParams& pa
   track.moving = track.mahalanobis >= params.min_mahalanobis;
 }
 
-// The points that have a disparity, with where the static world puts them.
+// The points with a disparity, and their expected positions if they are static.
 std::vector<PointTrack> expectedTracks(const TrackingView& view,
                                        const std::vector<cv::Point>& points_px) {
   std::vector<PointTrack> tracks;
@@ -116,7 +116,7 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
                              const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members) {
   Displacement fit;
-  // Start from the median displacement across the line of sight, which does not need depth.
+  // Start: the median displacement across the line of sight, which does not need a past disparity.
   for (int k = 0; k < 2; ++k) {
     std::vector<double> values;
     for (size_t i : members)
@@ -129,7 +129,7 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
   double chi2 = 0;
   int count = 0;
   for (int iteration = 0; iteration < 8; ++iteration) {
-    // A weak prior: within largest speeds nothing is known of motion along the line of sight.
+    // A weak prior, for the motion along the line of sight.
     information = Matrix3d::Identity() / 9.0;
     Vector3d gradient = information * -fit.moved_m;
     chi2 = 0;
@@ -162,7 +162,7 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
   }
   const double scale = count > 6 ? std::max(1.0, chi2 / (count - 3)) : 4.0;
   fit.covariance = scale * information.inverse();
-  // Neighbouring points share their errors, and ego-motion's is common to all of them.
+  // Errors of neighbouring points are correlated, and all points share the error of the ego-motion.
   fit.covariance *= 4;
   fit.covariance.diagonal().array() += params.ego_motion_sigma_m * params.ego_motion_sigma_m;
   return fit;
@@ -196,7 +196,7 @@ std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  const double linked_px = params.link_distance_m / rig.baseline_m;  // per pixel of disparity
+  const double linked_px = params.link_distance_m / rig.baseline_m;  // [px] per px of disparity
   const double linked_depth = params.link_depth_m / rig.disparityTimesDepth();
   for (size_t a = 0; a < moving.size(); ++a)
     for (size_t b = a + 1; b < moving.size(); ++b) {

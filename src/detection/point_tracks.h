@@ -9,25 +9,25 @@
 
 namespace predictive_stereo {
 
-constexpr float kLeastDisparityVariance_px2 = 0.09f;  ///< of any disparity
-/// Standard deviation of the disparity where a point was found in the previous frame.
+constexpr float kLeastDisparityVariance_px2 = 0.09f;  ///< minimum for current disparities
+/// Standard deviation of the previous frame's disparity at the tracked position.
 constexpr double kPreviousDisparitySigma_px = 0.5;
 
-/// A point of the current frame that was found in the previous one.
+/// A point of the current frame that was tracked into the previous one.
 struct PointTrack {
-  cv::Point2f position;       ///< now [px]
-  float disparity_px = 0;     ///< now
+  cv::Point2f position;       ///< in the current frame [px]
+  float disparity_px = 0;     ///< in the current frame
   float variance_px2 = 0;     ///< of disparity_px
-  Eigen::Vector3d static_m;   ///< where it is now, in the previous camera's frame
-  Eigen::Vector3d static_px;  ///< (x, y, d) where a static point would have been before
-  Eigen::Vector3d found_px;   ///< (x, y, d) where it was found; d < 0: unknown
-  double mahalanobis = 0;     ///< squared, of found_px - static_px given the errors of both
+  Eigen::Vector3d static_m;   ///< current position in the previous camera's frame
+  Eigen::Vector3d static_px;  ///< (x, y, d) in the previous frame if the point is static
+  Eigen::Vector3d found_px;   ///< (x, y, d) in the previous frame as tracked; d < 0: unknown
+  double mahalanobis = 0;     ///< squared Mahalanobis distance of found_px and static_px
   bool moving = false;
 
   Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
 };
 
-/// Inputs to follow points back into the previous frame.
+/// Inputs to track points into the previous frame.
 struct TrackingView {
   const StereoRig& rig;
   const DisparityRange& range;
@@ -38,9 +38,9 @@ struct TrackingView {
   const Eigen::Isometry3d& T_prev_cam;
 };
 
-/// Follows lattice points back by Lucas-Kanade and separates moving from static ones. Points
-/// that are not found are left out.
-/// @param shift_px  where the search begins, from where a static point would have been.
+/// Tracks lattice points into the previous frame by Lucas-Kanade, and classifies them as moving or
+/// static. Points that are not found are left out.
+/// @param shift_px  start of the search, relative to a static point.
 std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
                                      const std::vector<cv::Point>& points_px,
                                      cv::Point2f shift_px = {});
@@ -51,19 +51,19 @@ struct Displacement {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   std::vector<size_t> inliers;  ///< of the tracks that were used
 
-  /// Whether it is longer than its error, by params.min_mahalanobis.
+  /// Whether its squared Mahalanobis distance from zero reaches params.min_mahalanobis.
   bool isSignificant(const MotionDetectionParams& params) const;
 };
 
-/// The translation that moves these points from where they were to where they are, robustly.
+/// Robust fit of the translation of these points since the previous frame.
 Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members);
-/// The same of all tracks.
+/// The same for all tracks.
 Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks);
 
-/// Groups moving points that are near each other in space and move alike.
+/// Groups moving points that are close in space and move alike.
 std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
                                                const MotionDetectionParams& params,
                                                const std::vector<PointTrack>& tracks);

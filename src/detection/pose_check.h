@@ -4,14 +4,13 @@
 
 namespace predictive_stereo {
 
-/// Finds poses that jump: a wrong pose moves everything at once. Motion that
-/// covers the image suddenly, or
-/// nearly all of it, is taken for that, in so many frames in a row; half of a view that moves for
-/// longer is believed.
+/// Detects wrong poses: with a wrong pose nearly the whole image contradicts a static world. A pose
+/// counts as wrong if the contradicting share is very large or grows suddenly, for at most two
+/// frames in a row; a large share that lasts longer is accepted.
 class PoseCheck {
  public:
-  /// Whether the image agrees with the motion since the frame before, as far as it usually does.
-  /// @param contradicting  share of the image that the static world does not explain.
+  /// Whether the image agrees with the camera's motion since the previous frame as well as usual.
+  /// @param contradicting  share of the image that a static world does not explain.
   bool agreesWithMotion(double contradicting);
   void reset() { *this = PoseCheck(); }
 

@@ -16,7 +16,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Points from u on, as long as vectors fit; `u` is then the first that did not.
+// Processes points from u on in whole vectors; `u` is then the first point that is left over.
 template <class D>
 HWY_INLINE int seedsOf(D d, const float* const residuals[kResidualSide],
                        const uint8_t* HWY_RESTRICT pair, int end, const SeedLimits& limits, int& u,

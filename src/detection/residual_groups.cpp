@@ -10,7 +10,7 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kFewestKnown = 15;    // of a window's 25 points
-constexpr float kLeastSign = 0.8f;  // 90 % of one sign, the rest of the other one
+constexpr float kLeastSign = 0.8f;  // 90 % of one sign, 10 % of the other
 constexpr int kFewestPoints = 20;   // of a group
 
 float medianOf(std::vector<float>& values) {
@@ -19,7 +19,7 @@ float medianOf(std::vector<float>& values) {
   return *middle;
 }
 
-// The first seed of a row from column u on, `columns` where there is none. Most are not seeds.
+// The first seed of a row from column u on; `columns` if there is none. Most points are not seeds.
 int nextSeed(const uchar* seeds, int u, int columns) {
   constexpr int kBlock = 32;
   const auto isSeed = [](uchar kind) { return kind != kNoSeed; };
@@ -60,7 +60,7 @@ const std::vector<ResidualGroup>& ResidualGroups::find(const cv::Mat1f& residual
 }
 
 const std::vector<ResidualGroup>& ResidualGroups::connect(const cv::Mat1f& disparity_px) {
-  // Flood over neighbours of one sign and similar disparity.
+  // Flood fill over neighbours with the same sign and a similar disparity.
   cv::Mat1b& seeds = seeds_;
   std::vector<cv::Point>& open = open_;
   groups_.clear();

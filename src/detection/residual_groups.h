@@ -7,8 +7,7 @@
 
 namespace predictive_stereo {
 
-/// Connected groups of lattice points around which the residual's 5x5 mean is large and nearly
-/// all of one sign.
+/// A connected group of lattice points whose 5x5 mean residual is large and nearly all of one sign.
 struct ResidualGroup {
   std::vector<cv::Point> points;  ///< lattice
   float disparity_px = 0;         ///< median
@@ -16,7 +15,7 @@ struct ResidualGroup {
 class ResidualGroups {
  public:
   /// @param residual_px, pair  see longResidual. Points of a group have the same pair of frames.
-  /// @return the largest first; valid until the next call.
+  /// @returns the groups, the largest one first; valid until the next call.
   const std::vector<ResidualGroup>& find(const cv::Mat1f& residual_px, const cv::Mat1b& pair,
                                          const cv::Mat1f& disparity_px,
                                          const MotionDetectionParams& params);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kStep_px = 12;
 constexpr int kTrials = 80;
-constexpr int kBlock = 256;  // samples, after which a line is given up that cannot win
+constexpr int kBlock = 256;  // samples between checks whether a line can still win
 constexpr double kFewestShare = 0.2;
 constexpr double kLowestCamera_m = 0.15, kHighestCamera_m = 4;
 
@@ -33,7 +33,7 @@ Samples lowerHalf(const DisparityRange& range, const cv::Mat1f& disparity_px) {
   return samples;
 }
 
-// How many of them lie on the line, where these are more than `most`; otherwise `most` or less.
+// Number of samples on the line if this exceeds `most`; otherwise any number up to `most`.
 int countIfMore(const Samples& samples, const RoadLine& line, int most) {
   int on = 0;
   for (int first = 0; first < samples.count(); first += kBlock) {
@@ -71,7 +71,7 @@ std::optional<RoadLine> fitRoadLine(const StereoRig& rig, const DisparityRange& 
     if (on > most) most = on, best = line;
   }
   if (most < kFewestShare * count) return std::nullopt;
-  // Least squares over what lies on it.
+  // Least squares over the inliers.
   std::vector<size_t> on_line;
   for (size_t i = 0; i < samples.row.size(); ++i)
     if (countOnLine(&samples.row[i], &samples.disparity_px[i], 1, best.horizon_row_px,

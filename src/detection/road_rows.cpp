@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 HWY_NOINLINE int countOnLine(const double* HWY_RESTRICT row,
                              const double* HWY_RESTRICT disparity_px, int count,
                              double horizon_row_px, double disparity_per_row) {
-  int64_t on = 0;  // as wide as what is compared, so that compilers turn it into vectors
+  int64_t on = 0;  // as wide as the compared values, so that compilers can vectorise
   for (int i = 0; i < count; ++i) {
     const double d = disparity_px[i];
     const double error = std::abs(d - disparity_per_row * (row[i] - horizon_row_px));

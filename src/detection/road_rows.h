@@ -4,7 +4,7 @@
 
 namespace predictive_stereo {
 
-/// How many samples lie on a line, within 0.3 px and 3 %.
+/// Number of samples on a line, within 0.3 px and 3 %.
 /// @param row, disparity_px  of `count` samples.
 int countOnLine(const double* row, const double* disparity_px, int count, double horizon_row_px,
                 double disparity_per_row);

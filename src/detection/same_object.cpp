@@ -14,7 +14,7 @@ bool overlaps(const MotionDetectionParams& params, const Observation& seen,
 
 bool belongsTo(const MotionDetectionParams& params, const Observation& seen,
                const Observation& object, double largest_share) {
-  constexpr double kSigma_mps = 2, kMostSigmas = 3;  // of a side that slides along itself
+  constexpr double kSigma_mps = 2, kMostSigmas = 3;  // for sides, whose motion along them is vague
   constexpr double kDepthGap_m = 4.5, kMostHidden = 0.3;
   const int gap_px = static_cast<int>(params.gap_m / object.size_m.x() * object.box_px.width) + 8;
   const cv::Rect around(object.box_px.x - gap_px, object.box_px.y - gap_px,

@@ -5,13 +5,14 @@
 
 namespace predictive_stereo {
 
-/// Whether it overlaps an object of about the same depth.
+/// Whether two observations overlap and have about the same depth.
 bool overlaps(const MotionDetectionParams& params, const Observation& seen,
               const Observation& object);
 
-/// Whether it goes on where an object of the same velocity ends, as the side of a vehicle does
-/// whose rear was found, or lies behind the object, where the past was hidden.
-/// @param largest_share  of the object's area that a part of it may have.
+/// Whether `seen` is a part of `object`: it is beside it and has the same velocity, like the side
+/// of a vehicle whose rear was found; or it is behind it, where the background was occluded in the
+/// past.
+/// @param largest_share  largest area of a part, as a share of the object's.
 bool belongsTo(const MotionDetectionParams& params, const Observation& seen,
                const Observation& object, double largest_share);
 

@@ -5,11 +5,11 @@
 
 namespace predictive_stereo {
 
-/// Memory for maps whose size changes from use to use: it only grows.
+/// Memory for maps of changing size; it only grows.
 template <class T>
 class Scratch {
  public:
-  /// A map of its own, not a part of a larger one; with anything in it. The one before is lost.
+  /// A continuous map with undefined contents. It replaces the map of the previous call.
   cv::Mat_<T> map(cv::Size size) {
     const auto needed = static_cast<size_t>(size.area());
     if (memory_.size() < needed) memory_.resize(needed);

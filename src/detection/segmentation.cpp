@@ -11,15 +11,15 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr float kDecisive_grey = 2.0f;  // difference of mismatches that is no noise
+constexpr float kDecisive_grey = 2.0f;  // difference of mismatches above noise
 constexpr float kContradiction_grey = 0.7f;
 constexpr float kMostSupport_grey = 15.0f;
 constexpr int kFewestCells = 24;
-// How far the comparison's windows (twice 2), the smoothing (2) and the opening (1) look.
+// Reach of the comparison's windows (twice 2), the smoothing (2) and the opening (1), rounded up.
 constexpr int kReachOfWindows = 8;
 
-// Shadows, ground and branches beside an object are lower than it is: a column from whose upper to
-// whose lower end it is less than this share of the tallest columns is no part of it.
+// Removes shadows, ground and branches beside an object: columns that are much less high than the
+// tallest columns.
 void dropLowColumns(cv::Mat1b& mask) {
   constexpr double kLowest = 0.35, kTallest = 0.95;  // of the height; of the columns
   std::vector<int> heights(static_cast<size_t>(mask.cols));
@@ -42,8 +42,8 @@ void dropLowColumns(cv::Mat1b& mask) {
     if (heights[static_cast<size_t>(x)] < kLowest * *tallest) mask.col(x).setTo(0);
 }
 
-// The smallest box around all of the layer that is connected to a seed; empty where no seed lies in
-// the layer. What is found gets another value than 255 and 0.
+// The smallest box around the parts of the layer that are connected to a seed; empty if no seed is
+// in the layer. Sets these parts to a value other than 0 and 255.
 cv::Rect connectedToSeeds(const std::vector<cv::Point>& seeds, cv::Point origin, cv::Mat1b& layer) {
   cv::Rect all;
   const cv::Rect inside(cv::Point(), layer.size());
@@ -86,7 +86,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
     layerRow(view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x,
              view.ground.below_m(reachable.y + v) + reachable.x, reachable.width, farthest,
              hypothesis.nearest_px, lowest_m, whole_layer[v]);
-  // What is not connected to a seed does not matter, but for what is near.
+  // Only parts that are connected to a seed matter, and their surroundings.
   const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
   const int gap = std::clamp(static_cast<int>(params.gap_m * lattice_per_m), 1, 20);
   const int near = gap + kReachOfWindows;
@@ -109,12 +109,12 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
     supportRow(view.static_world.mismatch[first.y + v] + first.x, comparison.mismatch[v],
                area.width, kMostSupport_grey, support[v]);
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
-  // What the object's motion explains better, and what lies close to it and does not object.
+  // Cells that the object's motion explains better, and close cells that do not contradict.
   cv::Mat1b core = work.core.map(area.size()), member = work.member.map(area.size());
   for (int v = 0; v < area.height; ++v)
     supportedRow(layer[v], smooth[v], area.width, kContradiction_grey, core[v]);
   cv::morphologyEx(core, core, cv::MORPH_OPEN, cv::Mat1b::ones(2, 2));
-  // Seeds were followed; where texture is weak, little else shows the object.
+  // Seeds were tracked. If texture is weak, hardly anything else shows the object.
   for (cv::Point seed : hypothesis.seeds) {
     const cv::Rect around = (cv::Rect(seed.x - 1, seed.y - 1, 3, 3) & area) - area.tl();
     for (int v = around.y; v < around.br().y; ++v)
@@ -152,7 +152,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
     const float *of_row = support[v], *residual = view.residual_px[area.y + v] + area.x;
     const uchar *in_layer = layer[v], *in_mask = mask[v];
     for (int u = box.x; u < box.br().x; ++u) {
-      // What contradicts inside the layer counts, although it is left out of the mask.
+      // Contradicting cells of the layer count, although they are not in the mask.
       better += in_layer[u] && of_row[u] > kDecisive_grey;
       worse += in_layer[u] && of_row[u] < -kDecisive_grey;
       if (!in_mask[u]) continue;

@@ -17,14 +17,14 @@ namespace predictive_stereo {
 /// The part of the image that a hypothesis explains.
 struct Segment {
   cv::Rect area;   ///< lattice
-  cv::Mat1b mask;  ///< 255 within; of the area's size
+  cv::Mat1b mask;  ///< 255 in the segment; of the area's size
   int cells = 0;
   double explained = 0;  ///< share of decisive cells that the hypothesis explains better
-  int decisive = 0;      ///< cells where the two explanations differ
+  int decisive = 0;      ///< cells that one explanation fits clearly better than the other
   double dense = 0;      ///< share of cells with a dense residual of the majority's sign
 };
 
-/// What segmentation looks at.
+/// Inputs of the segmentation.
 struct SegmentationView {
   const StereoRig& rig;
   const DisparityRange& range;
@@ -32,12 +32,12 @@ struct SegmentationView {
   const ImagePyramid& previous;
   const cv::Mat1f& disparity_px;
   const Eigen::Isometry3d& T_prev_cam;
-  const Comparison& static_world;  ///< at least as far as reachOf the hypothesis
+  const Comparison& static_world;  ///< covers at least reachOf the hypothesis
   const cv::Mat1f& residual_px;
   const LevelGround& ground;
 };
 
-/// Memory that is used again from hypothesis to hypothesis.
+/// Buffers that are reused for the next hypothesis.
 struct SegmentationWork {
   Comparison comparison;
   Scratch<uchar> layer, core, member, mask;
@@ -46,14 +46,13 @@ struct SegmentationWork {
   GrowingWork growing;
 };
 
-/// The part of the lattice that segment() looks at: as far as the largest object may reach from
-/// the seeds.
+/// The part of the lattice that segment() uses: the reach of the largest object from the seeds.
 cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
                  const Hypothesis& hypothesis, cv::Size lattice);
 
-/// The connected part of the hypothesis' disparity layer around its seeds which the object's motion
-/// explains no worse than the static world: what it explains better and what lies near that, or
-/// more, see growOverLayer. None where there is no such part.
+/// The connected part of the hypothesis' disparity layer around its seeds that the object's motion
+/// explains better than a static world does, with close cells that do not contradict; or a larger
+/// part, see growOverLayer. None if there is no such part.
 std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
                                const Hypothesis& hypothesis, SegmentationWork& work);
 

@@ -11,7 +11,7 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
-// Loops are short, plain and without branches, so that compilers turn them into vector code.
+// Short loops without branches, which compilers vectorise.
 
 HWY_NOINLINE void layerRow(const float* HWY_RESTRICT disparity_px,
                            const float* HWY_RESTRICT below_m, int width, float farthest_px,

@@ -14,7 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
-// In whole vectors: what memcpy writes in halves cannot be read as one before it is in the cache.
+// Copies whole vectors: memcpy may write in two halves, which stalls the vector load that follows.
 HWY_INLINE void copyPairs(const uint8_t* HWY_RESTRICT bytes, uint16_t (&pairs)[kShiftBlock]) {
   namespace hn = hwy::HWY_NAMESPACE;
   const hn::CappedTag<uint8_t, sizeof pairs> d;
@@ -23,7 +23,7 @@ HWY_INLINE void copyPairs(const uint8_t* HWY_RESTRICT bytes, uint16_t (&pairs)[k
     hn::StoreU(hn::LoadU(d, bytes + i), d, copy + i);
 }
 
-// Loops are short, plain and without branches, so that compilers turn them into vector code.
+// Short loops without branches, which compilers vectorise.
 HWY_NOINLINE void totalsOfShifts(const uint8_t* HWY_RESTRICT grey, const uint8_t* const* before,
                                  int samples, int trials, int32_t* HWY_RESTRICT total) {
   int16_t differences[kMostShiftedSamples][kShiftBlock];
@@ -32,7 +32,7 @@ HWY_NOINLINE void totalsOfShifts(const uint8_t* HWY_RESTRICT grey, const uint8_t
     int16_t sum[kShiftBlock] = {};
     for (int i = 0; i < samples; ++i) {
       const auto now = static_cast<int16_t>(grey[i]);
-      uint16_t pairs[kShiftBlock];  // of columns; the first of each is in the lower byte
+      uint16_t pairs[kShiftBlock];  // of columns; the first one is in the lower byte
       copyPairs(before[i] + 2 * k, pairs);
       for (int j = 0; j < kShiftBlock; ++j) {
         differences[i][j] = static_cast<int16_t>(now - static_cast<int16_t>(pairs[j] & 0xFF));

@@ -16,7 +16,7 @@ double linkDisparity(const StereoRig& rig, const MotionDetectionParams& params, 
   return 1 + params.link_depth_m * d * d / rig.disparityTimesDepth();
 }
 
-// The first free point and all free ones around it, and so on.
+// Repeatedly takes the first free point, and all free points around it.
 std::vector<SuspectGroup> groupsInSpace(const TrackingView& view,
                                         const MotionDetectionParams& params,
                                         const std::vector<cv::Point>& points_px) {
@@ -45,7 +45,7 @@ std::vector<SuspectGroup> groupsInSpace(const TrackingView& view,
   return groups;
 }
 
-// Lattice points around those of the group that have its disparity.
+// The lattice points of the group and their neighbours with a similar disparity.
 std::vector<cv::Point> surroundings(const TrackingView& view, const MotionDetectionParams& params,
                                     const SuspectGroup& group) {
   const float d = view.disparity_px(group.points_px.front());

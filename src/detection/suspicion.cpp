@@ -10,7 +10,7 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr int kBand = 6;    // rows of cells that a thread takes at a time
+constexpr int kBand = 6;    // rows of cells in one task
 constexpr int kMargin = 5;  // lattice points along the border that are left out
 static_assert(kMargin >= 2 * kTextureReach, "texture is not known closer to the border");
 
@@ -21,7 +21,7 @@ auto rowsAround(const Map& map, int v) {
   return rows;
 }
 
-// Whether most pixels around a pixel have its disparity.
+// Whether most pixels around a pixel have a similar disparity.
 bool isWithinSurface(const cv::Mat1f& disparity_px, cv::Point p) {
   constexpr int kReach_px = 4;
   const int kFewestAlike = 6;  // of nine
@@ -44,7 +44,7 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
   suspicion_.create(grey.size());
   cells_.create(rows, columns);
   worst_.create(rows, columns);
-  // Of a map without columns no row is looked at.
+  // A map without columns has no rows of cells.
   cells_of_row_.assign(static_cast<size_t>(columns > 0 ? rows : 0), 0);
   suspects_of_row_.resize(cells_of_row_.size());
   const auto least = static_cast<float>(params.min_mismatch);

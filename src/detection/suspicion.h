@@ -8,9 +8,9 @@
 
 namespace predictive_stereo {
 
-/// Finds where the static world does not explain the image: where the mismatch of frames is large
-/// against the texture around, mean |grey - mean grey| over 5x5 lattice points, which a wrong
-/// motion can show.
+/// Finds points whose image a static world does not explain: the mismatch of frames is large
+/// relative to the texture around, which is the mean of |grey - mean grey| over 5x5 lattice points.
+/// Without texture a wrong motion is not visible.
 class Suspicion {
  public:
   /// Texture below this is noise.
@@ -18,24 +18,24 @@ class Suspicion {
 
   /// @param grey  the current image on the lattice.
   /// @param mismatch  of the whole lattice, see Comparison.
-  /// @param disparity_px  of the current frame: points at its edges are left out, as nothing is
-  ///   followed well there.
+  /// @param disparity_px  of the current frame: points at its edges are left out, as they cannot be
+  ///   tracked well.
   /// @param ground  of the current frame: its points are left out, as shadows are no objects.
-  /// @return pixels, at most one a cell of 4x4 lattice points, row by row. Valid until
-  ///   the next call.
+  /// @returns pixels, at most one per cell of 4x4 lattice points, row by row. Valid until the next
+  ///   call.
   const std::vector<cv::Point>& find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
                                      const cv::Mat1f& disparity_px, const LevelGround& ground,
                                      const MotionDetectionParams& params);
 
-  /// The share of the image's cells that were suspicious in the last call, points left out
-  /// included.
+  /// Share of the image's cells that were suspicious in the last call, including those whose points
+  /// were left out.
   double share() const { return share_; }
 
  private:
   double share_ = 0;
   cv::Mat1f suspicion_;
-  cv::Mat1i cells_, worst_;        // suspicious ones of each row of cells, their worst points, ...
-  std::vector<int> cells_of_row_;  // ... and how many
+  cv::Mat1i cells_, worst_;        // suspicious cells of each row of cells, their worst points, ...
+  std::vector<int> cells_of_row_;  // ... and their number
   std::vector<std::vector<cv::Point>> suspects_of_row_;
   std::vector<cv::Point> suspects_px_;
 };

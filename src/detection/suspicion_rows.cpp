@@ -63,7 +63,7 @@ HWY_NOINLINE void suspicionRow(const uint16_t* const deviations[kTextureSide],
   }
 }
 
-// The first of the largest points of a cell, without branches: none of them could be predicted.
+// The first maximum of a cell, without branches, which would be unpredictable.
 HWY_INLINE int32_t placeOfLargest(const float* const rows[kCell], int first) {
   float largest = rows[0][first];
   for (int k = 0; k < kCell; ++k)

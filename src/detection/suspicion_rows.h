@@ -6,23 +6,23 @@
 
 namespace predictive_stereo {
 
-/// Side of the squares over which texture is summed, and how far these reach.
+/// Side of the squares over which texture is summed, and their reach from the centre.
 constexpr int kTextureSide = 5, kTextureReach = kTextureSide / 2;
 
-/// 25 |grey - mean grey| over the square around each point of the middle one of five rows. The
-/// first and last kTextureReach points have no such square: they get 0.
+/// 25 |grey - mean grey over the square| for each point of the middle one of five rows. 0 for the
+/// first and last kTextureReach points, which have no such square.
 void greyDeviationRow(const uint8_t* const rows[kTextureSide], int width, uint16_t* deviation);
 
-/// mismatch / (texture + noise), texture being the mean of `deviations` / 25 over the square; 0
-/// where the mismatch is negative (unknown) and at the first and last kTextureReach points.
+/// mismatch / (texture + noise), where texture is the mean of `deviations` / 25 over the square. 0
+/// if the mismatch is negative (unknown), and at the first and last kTextureReach points.
 void suspicionRow(const uint16_t* const deviations[kTextureSide], const float* mismatch, int width,
                   float noise, float* suspicion);
 
-/// Cells of kCell x kCell points in which something reaches `least`.
+/// Finds cells of kCell x kCell points with a maximum of at least `least`.
 /// @param rows  kCell rows, from the first cell's first point on.
-/// @param found  their indices.
-/// @param worst  kCell * row + column of the largest point in each, of the first one of several.
-/// @return how many.
+/// @param found  indices of these cells.
+/// @param worst  kCell * row + column of the maximum in each of them; of the first one of equals.
+/// @returns the number of these cells.
 constexpr int kCell = 4;
 int suspiciousCells(const float* const rows[kCell], int cells, float least, int32_t* found,
                     int32_t* worst);

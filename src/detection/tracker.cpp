@@ -25,7 +25,7 @@ int countOfBits(unsigned bits) {
   return count;
 }
 
-// Kalman update by a measurement of one half of the state, which `h` picks.
+// Kalman update with a measurement of one half of the state, which `h` selects.
 template <class H>
 void kalmanUpdate(const H& h, const Eigen::Vector3d& measured, const Eigen::Matrix3d& noise,
                   Eigen::Matrix<double, 6, 1>& state, Matrix6& covariance) {
@@ -48,7 +48,7 @@ Matrix36 velocityOf() {
   return h;
 }
 
-// Where a box is seen after its centre has moved in space.
+// The image box of an object whose centre has moved in space.
 cv::Rect movedBox(const StereoRig& rig, const cv::Rect& box, const Eigen::Vector3d& before,
                   const Eigen::Vector3d& now) {
   const double scale = before.z() / now.z();
@@ -73,7 +73,7 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
   T_odom_cam_ = T_odom_cam;
   Matrix6 transition = Matrix6::Identity();
   transition.topRightCorner<3, 3>() = dt * Eigen::Matrix3d::Identity();
-  // White noise of acceleration.
+  // White-noise acceleration.
   const double q = params_.acceleration_mps2 * params_.acceleration_mps2;
   Matrix6 noise = Matrix6::Zero();
   noise.topLeftCorner<3, 3>().diagonal().setConstant(q * dt * dt * dt * dt / 4);
@@ -98,7 +98,7 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
 }
 
 void ObjectTracker::update(const std::vector<Observation>& observations) {
-  // The best pair first, so that the order of objects does not matter.
+  // The best pair is assigned first: the result does not depend on the order of objects.
   std::vector<std::tuple<double, size_t, size_t>> pairs;
   for (size_t t = 0; t < tracks_.size(); ++t)
     for (size_t o = 0; o < observations.size(); ++o) {

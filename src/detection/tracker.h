@@ -8,53 +8,53 @@
 
 namespace predictive_stereo {
 
-/// An object as one frame shows it.
+/// An object in one frame.
 struct Observation {
   cv::Rect box_px;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the left camera's optical frame
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   double distance_m = 0;
   Eigen::Matrix3d centre_covariance = Eigen::Matrix3d::Zero();  ///< [m^2], in that frame
-  /// Measured in this frame alone, in the odom frame; none: not measured.
+  /// Velocity measured in this frame alone, in the odom frame.
   bool has_velocity = false;
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();
   double score = 0;
 };
 
-/// An object of this frame with its pixels.
+/// An object of the current frame with its pixels.
 struct ObservedObject {
   Observation observation;
   cv::Mat1b mask;  ///< 255 on its pixels; of the size of its box
 };
 
-/// An object followed over frames.
+/// An object tracked over frames.
 struct ObjectTrack {
   int id = 0;
-  int age = 0;           ///< frames since it was first seen
-  unsigned history = 0;  ///< bit k: seen k frames ago
+  int age = 0;           ///< frames since the first observation
+  unsigned history = 0;  ///< bit k: observed k frames ago
   bool confirmed = false;
-  int observation = -1;               ///< of this frame; -1: not seen
-  Observation last;                   ///< with the box moved along where not seen
+  int observation = -1;               ///< index in the current frame; -1: not observed
+  Observation last;                   ///< the last one; its box is predicted if not observed
   Eigen::Matrix<double, 6, 1> state;  ///< position [m], velocity [m/s] in the odom frame
   Eigen::Matrix<double, 6, 6> covariance;
 };
 
-/// Gives observations identity and velocity: one constant-velocity Kalman filter an object, in the
-/// odom frame.
+/// Gives observations identity and velocity, by one constant-velocity Kalman filter per object in
+/// the odom frame.
 class ObjectTracker {
  public:
   explicit ObjectTracker(const TrackingParams& params) : params_(params) {}
-  /// Tracks go on.
+  /// Keeps the tracks.
   void setParams(const TrackingParams& params) { params_ = params; }
 
-  /// Moves all tracks to this frame. Without a pose positions stay where they are in the camera.
+  /// Predicts all tracks to this frame.
   void predict(double stamp_s, const StereoRig& rig, const Eigen::Isometry3d& T_odom_cam);
-  /// Gives each observation to a track or starts a new one.
+  /// Assigns each observation to a track, or starts a new one.
   void update(const std::vector<Observation>& observations);
 
   const std::vector<ObjectTrack>& tracks() const { return tracks_; }
-  /// What the tracks say of an object's place now.
+  /// Position [m] of a track's centre in the left camera's optical frame.
   Eigen::Vector3d centreInCamera(const ObjectTrack& track) const;
   DetectedObject describe(const ObjectTrack& track) const;
   void reset();

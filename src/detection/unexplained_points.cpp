@@ -12,11 +12,11 @@ namespace predictive_stereo {
 namespace {
 
 static_assert(2 * kPatchReach + 1 == GreyPatch::kSide);
-constexpr int kAround_px = 4;               // how far away another disparity may be taken from
+constexpr int kAround_px = 4;               // distance of the neighbours whose disparity is tried
 constexpr float kDisparityError_px = 1.0f;  // of the point's own disparity
 constexpr float kSameDisparity_px = 0.5f;
 
-// Bytes of a patch between pixels, copied where more would be read than the image has.
+// Bytes of a patch at a sub-pixel position, copied if a read would leave the image.
 struct PatchBytes {
   const uint8_t* upper_left;
   std::ptrdiff_t stride;

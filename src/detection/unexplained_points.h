@@ -10,14 +10,13 @@ namespace predictive_stereo {
 constexpr int kPatchReach = 2;
 constexpr size_t kMostSuspects = 3000;
 
-/// Drops points that a static point explains after all, with a disparity a little larger or smaller
-/// or one of those around: the disparities of foliage, fences and edges are often off by that. And
-/// points that something nearer has just uncovered, as the previous frame does not show them.
-/// @param seconds  between both frames.
+/// Drops points that a static world explains after all, with a slightly larger or smaller disparity
+/// or with that of a neighbour: disparities of foliage, fences and edges are often wrong by this.
+/// Also drops points that were occluded in the previous frame.
+/// @param seconds  between the two frames.
 /// @param points_px  on the lattice, at least kPatchReach lattice points from the border.
-/// @param kept  the others, in their order. Where there are more than kMostSuspects points, as
-/// where
-///   ego-motion fails, only an even sample of them is looked at.
+/// @param kept  the other points, in their order. If there are more than kMostSuspects points, as
+///   when ego-motion fails, only an even sample of them is used.
 void unexplainedPoints(const TrackingView& view, const MotionDetectionParams& params,
                        double seconds, const std::vector<cv::Point>& points_px,
                        std::vector<cv::Point>& kept);

@@ -6,7 +6,8 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr double kTolerance_m = 0.5, kTolerance_px = 1;  // beyond its nearest and farthest part
+constexpr double kTolerance_m = 0.5,
+                 kTolerance_px = 1;  // before its nearest, behind its farthest part
 constexpr int kFewest_px = 60;
 constexpr double kLeastShare = 0.6, kLeastMatched = 0.4;
 

@@ -12,11 +12,11 @@ namespace {
 
 using Source = Hypothesis::Source;
 
-constexpr int kFewestDecisive = 16;         // cells where static world and object's motion differ
-constexpr double kLeastWithResidual = 0.7;  // of the pixels of what moves along
-constexpr double kLargestPart = 0.25;       // of the area of the object that it is a part of
+constexpr int kFewestDecisive = 16;         // see Segment
+constexpr double kLeastWithResidual = 0.7;  // share of pixels, for motion along the line of sight
+constexpr double kLargestPart = 0.25;       // area of a part / area of the object
 
-// Full-resolution pixels of a segment: its lattice cells, cut to the layer of the disparities.
+// The object of a segment in full resolution: pixels of its lattice cells within the layer.
 ObservedObject observed(const DetectionInput& input, const Segment& segment, float nearest,
                         float farthest) {
   ObservedObject object;
@@ -37,12 +37,12 @@ ObservedObject observed(const DetectionInput& input, const Segment& segment, flo
   return object;
 }
 
-// Whether its motion explains the images.
+// Whether the object's motion explains the images.
 bool explainsImages(const MotionDetectionParams& params, const Segment& segment) {
   return segment.decisive >= kFewestDecisive && segment.explained >= params.min_explained;
 }
 
-// Whether residuals of the disparity show that it moves along, and the images do not refute it.
+// Whether disparity residuals show motion along the line of sight, and the images do not refute it.
 bool showsInResiduals(const Segment& segment) {
   return segment.dense >= kLeastWithResidual &&
          (segment.explained >= 0.5 || segment.decisive < kFewestDecisive);
@@ -132,12 +132,13 @@ std::vector<bool> Verification::addAll(const FrameView& frame, int count, const 
   return added;
 }
 
-// Unless it is one of those that were found already, or a part of it.
+// Adds an object unless it was found already, or is a part of one.
 bool Verification::add(const FrameView& frame, VerifiedObject&& verified) {
   const Hypothesis& hypothesis = verified.hypothesis;
   const Observation& seen = verified.object.observation;
   if (!isFree(hypothesis)) return false;
-  // Points of one frame tell velocities well enough to keep neighbours apart, but not from a part.
+  // The velocities of one frame distinguish neighbouring objects, but not a small part of an
+  // object.
   const double largest_part =
       hypothesis.source == Source::kKnown ? std::numeric_limits<double>::infinity() : kLargestPart;
   for (const ObservedObject& other : objects_)

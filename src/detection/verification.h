@@ -15,42 +15,42 @@
 
 namespace predictive_stereo {
 
-/// What a hypothesis turned out to be.
+/// A hypothesis that was verified.
 struct VerifiedObject {
   ObservedObject object;
   Hypothesis hypothesis;
   Segment segment;
 };
 
-/// Memory that is used again from hypothesis to hypothesis.
+/// Buffers that are reused for the next hypothesis.
 struct VerificationWork {
   SegmentationWork segmentation;
-  Comparison static_world;  // of one hypothesis, for those who need it
+  Comparison static_world;  // in the reach of one hypothesis, if the caller needs it
 };
 
-/// Verifies hypotheses of a frame, and keeps what they turn out to be: objects with sizes that road
-/// users have and a foot on the road, each of them once.
+/// Verifies the hypotheses of a frame, and collects the objects: of plausible size, with a foot on
+/// the road, each object once.
 class Verification {
  public:
-  /// What is seen of the road, and of level ground. They need nothing of each other.
+  /// Find the road, and level ground. The two are independent.
   void findRoad(const DetectionInput& input, const DisparityRange& range);
   void findGround(const DetectionInput& input, const DisparityRange& range);
-  /// After both. Objects of the frame before are forgotten.
+  /// Starts a frame, without objects. Call after both.
   /// @param residual_px  see longResidual; shared, not copied.
   void setFrame(const FrameView& frame, const cv::Mat1f& residual_px);
   const LevelGround& ground() const { return ground_; }
   const std::vector<ObservedObject>& objects() const { return objects_; }
 
-  /// Whether most of it is no part of an object that was found already.
+  /// Whether most of its seeds are outside the objects found so far.
   bool isFree(const Hypothesis& hypothesis) const;
-  /// The object that it turns out to be, if it is one.
+  /// The object, if the hypothesis is confirmed.
   std::optional<VerifiedObject> verify(const FrameView& frame, const Baseline& baseline,
                                        const Hypothesis& hypothesis, VerificationWork& work) const;
 
   using Finder = std::function<std::optional<VerifiedObject>(int, VerificationWork&)>;
-  /// Asks for candidates 0 ... count - 1, in parallel, and then adds those that are new in this
-  /// order, so that earlier ones are preferred.
-  /// @return of each candidate whether it was added.
+  /// Calls `find` for candidates 0 ... count - 1, in parallel. Then adds the new ones in this
+  /// order: earlier ones are preferred.
+  /// @returns for each candidate whether it was added.
   std::vector<bool> addAll(const FrameView& frame, int count, const Finder& find);
   void forgetObjects() { objects_.clear(); }
   void reset() { road_.reset(); }
@@ -59,7 +59,7 @@ class Verification {
   bool add(const FrameView& frame, VerifiedObject&& verified);
 
   LevelGround ground_;
-  std::optional<RoadLine> road_;  // the last one that was found
+  std::optional<RoadLine> road_;  // the last one found
   WorkPool<VerificationWork> works_;
   std::vector<ObservedObject> objects_;
   cv::Mat1f residual_px_;

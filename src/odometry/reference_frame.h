@@ -31,9 +31,9 @@ struct ReferenceFrame {
   /// this is the frame itself. The covariance contains noise only, no calibration errors.
   CameraMotion to_previous;
   DisparityErrors by_disparity_errors = DisparityErrors::Zero();  ///< of to_previous
-  int age = 0;  ///< frames since the last tracked one
-  /// Rotation since the last tracked frame from another sensor: maps directions of its camera to
-  /// the current one's. None: the sensor has not measured all frames since then.
+  int age = 0;                                                    ///< frames since that last frame
+  /// Rotation since that last frame, from another sensor: maps directions of its camera to those of
+  /// the current one. None: the sensor has not measured all frames since then.
   std::optional<Eigen::Matrix3d> R_since = Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 
   /// Counts a frame, with its rotation. A matrix that is not a rotation counts as none.

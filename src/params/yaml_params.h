@@ -10,8 +10,7 @@ namespace predictive_stereo {
 /// Sets the parameters that a yaml text contains; the others keep their values.
 /// @param source  name of the text in error messages.
 /// @param section  keys that lead to the parameters, e.g. "disparity/matcher"; empty: the top
-/// level.
-///   A missing section sets nothing.
+///   level. A missing section sets nothing.
 /// @throws std::invalid_argument if the text is not yaml, for unknown keys (the nearest known one
 ///   is suggested), and for values that are not allowed; the message has source and line.
 void setFromYaml(const std::string& yaml, const std::string& source, ParamTable& table,
