@@ -1,4 +1,4 @@
-/// Detections of a whole sequence against its labels.
+/// Evaluation of detections on a whole sequence against its labels.
 #pragma once
 
 #include <functional>
@@ -11,12 +11,12 @@
 
 namespace predictive_stereo {
 
-/// What a detector says of one frame.
+/// The detections of one frame.
 struct DetectorOutput {
   std::vector<DetectedObject> objects;
-  double ms = 0;  ///< time for it; 0: not known
+  double ms = 0;  ///< time of the detection; 0: not known
 };
-/// A detector that is given all frames of a sequence in their order.
+/// A detector, which is called with all frames of a sequence in their order.
 using Detector = std::function<DetectorOutput(const StereoFrame& frame)>;
 
 /// The whole pipeline.
@@ -28,7 +28,7 @@ struct EvaluatedFrame {
   std::vector<DetectedObject> objects;
   FrameVerdict verdict;
 
-  /// Whether something was missed or is false.
+  /// Whether an object was missed or a box is false.
   bool hasErrors() const;
 };
 
@@ -39,16 +39,16 @@ struct DetectionEvaluation {
   double median_ms = 0;  ///< per frame; 0: not known
 };
 
-/// @param labels  by Sequence::fileNumber; none: the sequence knows what moves.
+/// @param labels  by Sequence::fileNumber; none: the sequence has ground truth of moving objects.
 /// @param max_frames  0: all.
 /// @param seen  called after each frame; may be empty.
-/// @throws std::runtime_error where there are no labels of moving objects.
+/// @throws std::runtime_error if there are no labels of moving objects.
 DetectionEvaluation evaluateDetection(
     const Sequence& sequence, const std::optional<std::vector<ObjectLabel>>& labels,
     const Detector& detector, int max_frames,
     const std::function<void(const EvaluatedFrame&, const SequenceFrame&)>& seen);
 
-/// All sequences as one, with the default threshold or another one.
+/// The score of all sequences together.
 DetectionScore scoreOf(const std::vector<DetectionEvaluation>& evaluations,
                        const DetectionScoreParams& params = {});
 

@@ -111,7 +111,7 @@ std::vector<std::string> row(std::vector<std::string> first, const std::vector<s
   return first;
 }
 
-// "mean +- standard deviation" of each rate, of those that are known.
+// "mean +- standard deviation" of each rate over the runs in which it is defined.
 std::vector<std::string> meansAndSpreads(const std::vector<Rates>& runs) {
   std::vector<std::string> cells;
   for (size_t r = 0; r < kRateNames.size(); ++r) {

@@ -65,7 +65,7 @@ FrameVerdict DetectionScore::add(const std::vector<ObjectLabel>& labels,
     verdict.demanded.push_back(label.isDemanded() && long_enough);
   }
 
-  // The best pair first.
+  // The best pair is matched first.
   std::vector<std::tuple<double, size_t, size_t>> pairs;
   for (size_t l = 0; l < labels.size(); ++l)
     for (size_t o = 0; o < objects.size(); ++o) {

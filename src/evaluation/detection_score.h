@@ -1,4 +1,4 @@
-/// How good detected moving objects are, against labels.
+/// Score of detected moving objects against labels.
 #pragma once
 
 #include <map>
@@ -13,8 +13,8 @@ namespace predictive_stereo {
 
 struct DetectionScoreParams {
   double min_iou = 0.3;          ///< of a match
-  int first_visible_frame = 3;   ///< an object is demanded from this frame of its visibility on
-  double tolerated_share = 0.5;  ///< a box is tolerated where so much of it lies on tolerated ones
+  int first_visible_frame = 3;   ///< an object is demanded from this visible frame on
+  double tolerated_share = 0.5;  ///< a box with this share on tolerated objects is tolerated
 };
 
 /// Counts of some group of objects.
@@ -25,14 +25,14 @@ struct DetectionCounts {
   double sum_iou = 0;
   std::vector<double> distance_errors_m, speed_errors_mps;  ///< absolute, of matches
 
-  double recall() const;     ///< NaN where nothing is demanded
+  double recall() const;     ///< NaN if nothing is demanded
   double precision() const;  ///< NaN without boxes that count
   double meanIou() const;    ///< NaN without matches
 };
 /// NaN without values.
 double median(std::vector<double> values);
 
-/// What became of one frame.
+/// Outcome of one frame.
 struct FrameVerdict {
   enum Box { kRight, kTolerated, kFalse };
   std::vector<Box> boxes;      ///< of each detected object
@@ -41,8 +41,8 @@ struct FrameVerdict {
 };
 
 /// Demanded objects and boxes are matched one to one, the best IoU first. A second box on an object
-/// is false, and so is one on a parked ("static") object. Boxes on tolerated objects neither count
-/// nor harm.
+/// is false, and so is a box on a parked ("static") object. Boxes on tolerated objects count
+/// neither as correct nor as false.
 class DetectionScore {
  public:
   /// Speeds are compared up to this distance.
@@ -50,14 +50,14 @@ class DetectionScore {
 
   explicit DetectionScore(const DetectionScoreParams& params = {}) : params_(params) {}
 
-  /// The next frame: its labels, and what was detected.
+  /// Adds the next frame.
   FrameVerdict add(const std::vector<ObjectLabel>& labels,
                    const std::vector<DetectedObject>& objects);
-  /// Another sequence begins: its tracks and ids have nothing to do with those before.
+  /// Starts another sequence: its tracks and ids are unrelated to the previous ones.
   void startSequence();
 
   int frames() const { return frames_; }
-  /// How often a labelled object is found under another id than the last time.
+  /// How often a labelled object is found with another id than the last time.
   int idSwitches() const { return id_switches_; }
   /// NaN without frames.
   double falsePerFrame() const;

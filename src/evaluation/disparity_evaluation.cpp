@@ -123,7 +123,7 @@ void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>&
     for (size_t m = 0; m < methods.size(); ++m) {
       running[m]->run(input, outputs[m]);
       if (panel) panel(frame, index, m, outputs[m]);
-      if (index == 0) continue;  // it has no past, and warms up caches and buffers
+      if (index == 0) continue;  // without a past, and slower (caches and buffers are cold)
       DisparityEvaluation& evaluation = evaluations[m];
       addTimes(outputs[m], evaluation);
       addWidths(outputs[m].maps.search_width_px, range, evaluation);

@@ -11,8 +11,8 @@
 
 namespace predictive_stereo {
 
-/// Variance calibration by the value of something that is known beside the disparity, in fine steps
-/// that can be merged to bins of equal population.
+/// Variance calibration as a function of a key, e.g. the ambiguity: in fine steps, which can be
+/// merged to bins of equal population.
 class BinnedCalibration {
  public:
   explicit BinnedCalibration(double step, int steps)
@@ -23,7 +23,7 @@ class BinnedCalibration {
     double first, last;  ///< of the key
     VarianceCalibration calibration;
   };
-  /// At most `count` bins of about equal population, in rising order of the key.
+  /// At most `count` bins of about equal population, in ascending order of the key.
   std::vector<Bin> bins(int count) const;
 
  private:
@@ -31,14 +31,14 @@ class BinnedCalibration {
   std::vector<VarianceCalibration> steps_;
 };
 
-/// Results of one method on one sequence, or on several that are counted as one.
+/// Results of one method on one sequence, or on several together.
 struct DisparityEvaluation {
   int images = 0;
   double mean_ms = 0;
   MeanDisparityScore score;
   std::map<std::string, MeanDisparityScore> regions;
 
-  // The following only for this package.
+  // The following only for methods of this package.
   MeanDisparityScore measured;  ///< of this frame's match alone
   /// Root mean square inlier errors of measured and filtered disparities on the same pixels.
   MeanDisparityScore common_measured, common_filtered;
@@ -47,7 +47,7 @@ struct DisparityEvaluation {
   VarianceCalibration variance;
   BinnedCalibration variance_by_ambiguity{1.0 / 256, 256};
   BinnedCalibration variance_by_disparity{0.5, 512};
-  int64_t without_variance = 0;  ///< valid pixels with truth, whose variance is not positive
+  int64_t without_variance = 0;  ///< valid pixels with truth whose variance is not positive
   std::vector<std::pair<std::string, double>> stage_ms;  ///< mean per image, in order
 
   struct Frame {
@@ -57,18 +57,18 @@ struct DisparityEvaluation {
   std::vector<Frame> series;  ///< of the frames with truth
 };
 
-/// A method with its name, as asked for.
+/// A method with its name on the command line.
 struct NamedMethod {
   std::string name;
   std::function<std::unique_ptr<DisparityMethod>(const std::string& sequence)> make;
 };
 
-/// Sees each frame with its index, a method's index and what it gave.
+/// Called with each frame, its index, a method's index and its output.
 using PanelCallback = std::function<void(const SequenceFrame&, int, size_t, const MethodOutput&)>;
 
-/// Adds a sequence to the evaluation of each method (by the method's name). All methods see each
+/// Adds a sequence to the evaluation of each method (by the method's name). All methods process a
 /// frame before the next one is read; ego-motion is estimated once for all of them.
-/// @param params  of the ego-motion, and the disparities' range.
+/// @param params  of the ego-motion; its disparity range is that of the scores.
 /// @param max_frames  0: all.
 /// @param progress  called after each frame with its index; may be empty.
 /// @param panel  may be empty.

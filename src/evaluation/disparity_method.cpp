@@ -33,7 +33,7 @@ class PredictiveMethod : public DisparityMethod {
   void run(const MethodInput& input, MethodOutput& output) override {
     FrameSources sources;
     sources.ego_motion = input.ego_motion;
-    std::swap(output_.disparity, output.maps);  // its memory is used again
+    std::swap(output_.disparity, output.maps);  // reuses the memory
     pipeline_.process(input.frame, output_, sources);
     std::swap(output_.disparity, output.maps);
     output.objects = output_.detections.objects;

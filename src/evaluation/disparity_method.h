@@ -10,7 +10,7 @@
 
 namespace predictive_stereo {
 
-/// A frame, and the data that several methods share.
+/// A frame, with the ego-motion that all methods share.
 struct MethodInput {
   int index = 0;
   StereoFrame frame;
@@ -18,27 +18,28 @@ struct MethodInput {
 };
 
 struct MethodOutput {
-  /// Of OpenCV only `disparity_px` is filled, and no objects are found.
+  /// OpenCV fills only `disparity_px`, and finds no objects.
   DisparityOutput maps;
-  std::vector<DetectedObject> objects;  ///< that move
+  std::vector<DetectedObject> objects;  ///< moving objects
   StageTimes times;
-  double ms = 0;  ///< for the disparities; images, ego-motion and scoring not included
+  double ms = 0;  ///< for the disparities, without images, ego-motion and scoring
 };
 
-/// One way to get disparities, run over a sequence frame by frame.
+/// A method that estimates disparities, frame by frame over a sequence.
 class DisparityMethod {
  public:
   virtual ~DisparityMethod() = default;
   virtual void run(const MethodInput& input, MethodOutput& output) = 0;
 };
 
-/// This package: the ego-motion is given, and moving objects are detected and fed back.
+/// This package with a given ego-motion; moving objects are detected and fed back.
 std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params);
 
-/// OpenCV on the images as they are, or with rows (and principal points) aligned as this package
-/// does it.
-/// @param cache_dir  folder that keeps the disparities and times, so that they need not be computed
-///   again for the same images; empty: none. Its files are named by sequence, mode and frame.
+/// OpenCV.
+/// @param aligned  whether rows and principal points of the images are aligned first, as in this
+///   package.
+/// @param cache_dir  folder that keeps disparities and times for the next run on the same images;
+///   empty: none. Its files are named by sequence, mode and frame.
 std::unique_ptr<DisparityMethod> opencvMethod(OpencvMode mode, const DisparityParams& params,
                                               bool aligned, const std::string& cache_dir,
                                               const std::string& sequence);

@@ -81,8 +81,8 @@ void MeanDisparityScore::add(const DisparityScore& score) {
 }
 
 cv::Mat1b nearTruthEdges(const cv::Mat1f& truth_px, float jump_px, int radius_px) {
-  // A jump is a difference to any known truth within the window: its extremes tell. Unknown pixels
-  // must not enter either of them.
+  // The extremes of the truth in the window give the largest difference. Unknown pixels must not be
+  // part of them.
   const cv::Mat1b unknown = truth_px < 0.0f;
   cv::Mat1f low = truth_px.clone(), high = truth_px.clone();
   low.setTo(1e9f, unknown);

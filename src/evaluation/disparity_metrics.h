@@ -1,4 +1,4 @@
-/// How good disparities are, counted as KITTI does: an outlier is off by more than 3 px and 5 %.
+/// Metrics of disparities as in KITTI: an outlier has an error of more than 3 px and 5 %.
 #pragma once
 
 #include <array>
@@ -9,12 +9,12 @@
 
 namespace predictive_stereo {
 
-/// Marks pixels without truth in truth maps; any negative value does.
+/// Value of pixels without truth in truth maps. Other negative values mean the same.
 constexpr float kNoTruth = -1.0f;
 
 inline bool hasTruth(float truth_px) { return truth_px >= 0.0f; }
 
-/// More than 3 px and more than 5 % of the truth away from it.
+/// Whether the error is more than 3 px and more than 5 % of the truth.
 bool isOutlier(float disparity_px, float truth_px);
 
 /// Counts over the pixels of one frame that have truth.
@@ -28,9 +28,9 @@ struct DisparityScore {
   double density_percent() const;
   /// Outliers among valid pixels.
   double d1_percent() const;
-  /// Outliers where pixels without a disparity count as such.
+  /// Outliers among all pixels, where those without a disparity count as outliers.
   double d1_filled_percent() const;
-  /// Root mean square error and mean error of valid pixels that are no outliers.
+  /// Root mean square error and mean error of inliers.
   double rms_px() const;
   double bias_px() const;
 
@@ -38,11 +38,12 @@ struct DisparityScore {
 };
 
 /// @param truth_px  of the size of `disparity_px`; see kNoTruth.
-/// @param mask  empty, or 0 where pixels are left out.
+/// @param mask  empty, or 0 on pixels that are left out.
+/// @throws std::invalid_argument for maps of different sizes.
 DisparityScore scoreDisparity(const cv::Mat1f& disparity_px, const DisparityRange& range,
                               const cv::Mat1f& truth_px, const cv::Mat1b& mask = {});
 
-/// Means over frames of each frame's figures: KITTI's pages weigh frames, not pixels.
+/// Means over frames of each frame's figures: in KITTI frames have equal weight, not pixels.
 struct MeanDisparityScore {
   int frames = 0;
   double density_percent = 0;
@@ -51,31 +52,33 @@ struct MeanDisparityScore {
   double rms_px = 0;
   double bias_px = 0;
 
-  /// Frames without truth or without valid pixels are left out of the means they say nothing of.
+  /// Frames without truth, or without valid pixels, are left out of the means that need these.
   void add(const DisparityScore& score);
 
  private:
   int frames_with_valid_ = 0;
 };
 
-/// Pixels whose truth differs by more than `jump_px` from that of another pixel at most `radius_px`
-/// columns or rows away: 255, else 0. For dense and nearly dense truth.
+/// 255 on pixels whose truth differs by more than `jump_px` from that of another pixel at most
+/// `radius_px` columns and rows away, else 0. For dense and nearly dense truth.
 cv::Mat1b nearTruthEdges(const cv::Mat1f& truth_px, float jump_px = 3.0f, int radius_px = 5);
 
-/// Whether published variances are those of the errors: shares of errors within multiples of their
-/// standard deviation, for a normal distribution 68.3, 95.4 and 99.7 % within 1, 2 and 3.
+/// Consistency of published variances: shares of errors within multiples of their standard
+/// deviation. A normal distribution has 68.3, 95.4 and 99.7 % within 1, 2 and 3.
 class VarianceCalibration {
  public:
   static constexpr double kBinWidth = 0.05;
-  static constexpr int kBins = 200;  ///< the last one holds all that is larger
+  static constexpr int kBins = 200;  ///< the last one holds all larger values
 
+  /// @throws std::invalid_argument if the variance is not positive.
   void add(double error_px, double variance_px2);
   VarianceCalibration& operator+=(const VarianceCalibration& other);
 
   int64_t count() const { return count_; }
   /// Share of errors within `sigmas` standard deviations (rounded up to kBinWidth).
   double shareWithin(double sigmas) const;
-  /// Mean negative logarithm of the normal density [nats]: smaller is better, also for sharpness.
+  /// Mean negative log-likelihood of the normal density [nats]: smaller is better. It also rewards
+  /// small variances.
   double negativeLogLikelihood() const {
     return count_ ? sum_nll_ / static_cast<double>(count_) : 0;
   }

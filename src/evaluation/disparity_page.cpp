@@ -34,8 +34,8 @@ cv::Mat3b coloured(const cv::Mat& values, double largest, const cv::Mat1b& valid
   return colours;
 }
 
-/// Where truth is known: green to yellow up to 3 px, red for outliers, magenta where no disparity
-/// was found; over the darkened image.
+/// Errors on pixels with truth: green to yellow up to 3 px, red for outliers, magenta without a
+/// disparity; over the darkened image.
 cv::Mat3b errorMap(const SequenceFrame& frame, const DisparityRange& range,
                    const cv::Mat1f& disparity_px) {
   cv::Mat3b map;
@@ -59,7 +59,7 @@ cv::Mat3b errorMap(const SequenceFrame& frame, const DisparityRange& range,
   return map;
 }
 
-/// The differences that the paper's detector sums up, and its boxes.
+/// The differences that the paper's detector sums, and the detected boxes.
 cv::Mat3b differenceMap(const MethodOutput& output, const DisparityRange& range) {
   constexpr float kLargest_px = 5.0f;
   const cv::Mat1f &measured = output.maps.measured_disparity_px,

@@ -152,7 +152,7 @@ Table stageTable(const SequenceReport& report) {
   Table table;
   table.title = report.name + ": mean ms per stage";
   table.header = {"method"};
-  std::vector<std::string> stages;  // of any method
+  std::vector<std::string> stages;  // of all methods
   for (const DisparityEvaluation& e : report.evaluations)
     for (const auto& stage : e.stage_ms)
       if (std::find(stages.begin(), stages.end(), stage.first) == stages.end())

@@ -8,8 +8,8 @@
 
 namespace predictive_stereo {
 
-/// Distribution of disparity errors [px] in steps of 0.02 px from -3 to 3; what lies outside are
-/// gross errors, which are counted but are no noise (the paper makes no such difference).
+/// Distribution of disparity errors [px] in steps of 0.02 px from -3 to 3. Errors outside are gross
+/// errors: they are counted, but are not noise (the paper does not distinguish them).
 class ErrorHistogram {
  public:
   static constexpr double kLimit_px = 3.0;
@@ -25,17 +25,17 @@ class ErrorHistogram {
   double variance_px2() const;
   /// Of all errors, gross ones included.
   double varianceOfAll_px2() const;
-  /// Half of the width that holds the middle 68.3 %: what sigma would be of a normal distribution.
+  /// Half the width of the interval with the middle 68.3 %: sigma of a normal distribution.
   double robustSigma_px() const;
   double shareWithin(double limit_px) const;
 
-  /// Lines "error_px,count,share", errors being the middles of steps.
+  /// Lines "error_px,count,share", with the middle of each step as error.
   std::string csv() const;
   Plot plot(const std::string& title) const;
 
  private:
   static constexpr int kSteps = 300;
-  /// Error below which `share` of the errors lie that are not gross.
+  /// Quantile of the errors that are not gross.
   double quantile_px(double share) const;
 
   std::array<int64_t, kSteps> steps_{};

@@ -10,16 +10,16 @@
 
 namespace predictive_stereo {
 
-/// A KITTI calibration file: lines "NAME: number number ...". Lines of anything else (dates) are
-/// kept as names without numbers.
+/// A KITTI calibration file: lines "NAME: number number ...". Other lines (dates) are kept as names
+/// without numbers.
 class KittiCalibrationFile {
  public:
-  /// @throws std::runtime_error where the file cannot be read.
+  /// @throws std::runtime_error if the file cannot be read.
   explicit KittiCalibrationFile(const std::string& path);
 
   const std::string& path() const { return path_; }
   bool has(const std::string& name) const { return entries_.count(name) > 0; }
-  /// @throws std::runtime_error that names file and entry where it is missing, or has not exactly
+  /// @throws std::runtime_error with file and entry, if the entry is missing or does not have
   ///   `count` numbers.
   const std::vector<double>& numbers(const std::string& name, size_t count) const;
   Matrix34d projection(const std::string& name) const;

@@ -46,13 +46,13 @@ int64_t daysSinceEpoch(int year, int month, int day) {
   return 365 * y + y / 4 - y / 100 + y / 400 + day_of_year - 719468;
 }
 
-/// "2011-09-26 13:08:24.973999360" to nanoseconds; nothing where it is malformed.
+/// "2011-09-26 13:08:24.973999360" to nanoseconds; none if it is malformed.
 std::optional<int64_t> parseTimestamp(const std::string& line) {
   int year, month, day, hour, minute, second, used = 0;
   if (std::sscanf(line.c_str(), "%4d-%2d-%2d %2d:%2d:%2d%n", &year, &month, &day, &hour, &minute,
                   &second, &used) != 6)
     return std::nullopt;
-  // ROS has 32 bits for seconds: they end in 2106.
+  // ROS has 32 bits for seconds, which overflow in 2106.
   if (year < 1970 || year > 2105 || month < 1 || month > 12 || day < 1 || day > 31 || hour < 0 ||
       hour > 23 || minute < 0 || minute > 59 || second < 0 || second > 60)
     return std::nullopt;

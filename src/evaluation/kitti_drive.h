@@ -39,16 +39,16 @@ struct OxtsRecord {
 std::vector<Eigen::Isometry3d> posesFromOxts(const std::vector<OxtsRecord>& records);
 
 /// Lines of a KITTI timestamps.txt, "2011-09-26 13:08:24.973999360", taken as UTC, in nanoseconds
-/// since 1970. Blank lines are skipped; reading ends at `max_count`, so that what follows the
-/// images does no harm.
-/// @throws std::runtime_error that names the file, the line and its text where one of them is
-///   malformed, or where the file cannot be read.
+/// since 1970. Blank lines are skipped. Reads at most `max_count` stamps: lines behind those of the
+/// images need not be valid.
+/// @throws std::runtime_error with file, line number and text of a malformed line, or if the file
+///   cannot be read.
 std::vector<int64_t> readKittiTimestamps(const std::string& path, size_t max_count);
 
 /// A rectified ("sync") drive of the KITTI raw recordings. Frames are counted from 0 over the
-/// images that exist in both cameras; timestamps and oxts of drives may go on for longer.
+/// images that exist for both cameras; there may be more timestamps and oxts records.
 ///
-/// Every failure is a std::runtime_error that names the file.
+/// Every failure is a std::runtime_error with the name of the file.
 class KittiDrive {
  public:
   /// @param date_dir  folder of a day, with calib_cam_to_cam.txt.
@@ -62,8 +62,8 @@ class KittiDrive {
   const KittiCamera& leftCamera() const { return left_; }
   const KittiCamera& rightCamera() const { return right_; }
   int frames() const { return frames_; }
-  /// Number of the frame's files (labels refer to it); it differs from the frame where a drive's
-  /// first images were left out.
+  /// Number of the frame's files, which labels refer to. It differs from the frame if the drive's
+  /// first images are missing.
   int fileNumber(int frame) const { return first_file_ + frame; }
 
   /// Path of a frame's file, e.g. dataFile("image_00", 3, "png").
@@ -78,7 +78,7 @@ class KittiDrive {
   /// Folder of a camera's images, "image_00" to "image_03".
   static std::string imageFolder(const KittiCamera& camera);
 
-  /// Stamps of the files that belong to the frames, of e.g. "image_00", "oxts", "velodyne_points".
+  /// Stamps of the frames' files in a folder, e.g. "image_00", "oxts", "velodyne_points".
   std::vector<int64_t> stamps(const std::string& folder) const;
 
   /// Whether the frame has a laser scan (a few are missing in KITTI's drives).
@@ -91,8 +91,8 @@ class KittiDrive {
 
   bool hasOxts() const;
   OxtsRecord oxts(int frame) const;
-  /// Poses T_world_cam of the left camera's optical frame: poses_gt_cam0.txt where the drive has
-  /// it, else from oxts (whose world is east, north, up). None where neither exists.
+  /// Poses T_world_cam of the left camera's optical frame: from poses_gt_cam0.txt if the drive has
+  /// it, else from oxts (with axes east, north, up). None without both.
   std::optional<std::vector<Eigen::Isometry3d>> poses() const;
 
  private:

@@ -1,4 +1,4 @@
-/// Methods on the single pairs of KITTI 2015: no past, D1 of the devkit.
+/// Evaluation of methods on the pairs of KITTI 2015, with the devkit's D1.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace predictive_stereo {
 
 struct KittiMethodResult2015 {
   KittiScore score;      ///< against all truth, occluded pixels included
-  KittiScore score_noc;  ///< against truth without them; no pixels where it is missing
+  KittiScore score_noc;  ///< without occluded pixels; empty if this truth is missing
   VarianceCalibration background_variance, vehicle_variance;  ///< of ours only
   double ms = 0;
 };
@@ -24,15 +24,15 @@ struct KittiSceneResult2015 {
   std::vector<KittiMethodResult2015> methods;  ///< in the order of the methods given
 };
 
-/// The methods, new and without a past.
+/// New instances of the methods, without a past.
 std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<NamedMethod>& methods,
                                                            const std::string& scene);
 
 /// Runs methods on one scene.
-/// @param running  new for each scene: then its pair is the first of a sequence. Or the same ones
-///   for all scenes: then each follows the one before as the next frame of a sequence.
+/// @param running  new instances for each scene: its pair is the first frame of a sequence. Or the
+///   same instances for all scenes: their pairs are the frames of one sequence.
 /// @param input  the pair in that sequence.
-/// @param outputs  of each method; disparities as published.
+/// @param outputs  of each method.
 KittiSceneResult2015 evaluateKittiScene2015(
     const KittiScene2015& scene, const MethodInput& input,
     const std::vector<std::unique_ptr<DisparityMethod>>& running, const DisparityRange& range,
@@ -40,7 +40,7 @@ KittiSceneResult2015 evaluateKittiScene2015(
 /// A scene's pair as frame `index` of a sequence.
 MethodInput inputOf(const KittiScene2015& scene, int index = 0);
 
-/// D1 of background, vehicles and all, with and without interpolation; pooled over scenes.
+/// D1 of background, vehicles and all pixels, with and without interpolation, pooled over scenes.
 Table kittiTable2015(const std::vector<std::string>& methods,
                      const std::vector<KittiSceneResult2015>& scenes);
 /// The scenes in which `method` has the most wrong pixels, with its figures; at most `count`.
@@ -51,7 +51,7 @@ std::vector<size_t> worstSceneIndices2015(const std::vector<KittiSceneResult2015
                                           size_t method, int count);
 /// Shares of errors within 1, 2, 3 sigma: background, vehicles, all. No rows without variances.
 Table kittiCalibrationTable2015(const std::vector<KittiSceneResult2015>& scenes, size_t method);
-/// All counts, one line a scene and method, with a header.
+/// All counts, one line per scene and method, with a header.
 std::string kittiCsv2015(const std::vector<std::string>& methods,
                          const std::vector<KittiSceneResult2015>& scenes);
 

@@ -8,30 +8,30 @@
 
 namespace predictive_stereo {
 
-/// A scene of the KITTI 2012 stereo and flow benchmark (training): some consecutive grey pairs, of
-/// which one has dense disparity truth.
+/// A scene of the KITTI 2012 stereo and flow benchmark (training): some consecutive grey pairs, one
+/// of them with dense disparity truth.
 ///
-/// Every failure is a std::runtime_error that names the file.
+/// Every failure is a std::runtime_error with the name of the file.
 class KittiScene2012 {
  public:
-  static constexpr int kTruthFile = 10;  ///< number of the pair that has truth: NNNNNN_10.png
+  static constexpr int kTruthFile = 10;  ///< number of the pair with truth: NNNNNN_10.png
 
   /// @param training_dir  the folder with image_0, image_1, calib and disp_occ.
   /// @param scene  six digits, e.g. "000027".
   KittiScene2012(const std::string& training_dir, const std::string& scene);
 
-  /// All scenes of a folder that have truth, sorted.
+  /// All scenes of a folder with truth, sorted.
   static std::vector<std::string> list(const std::string& training_dir);
 
   const std::string& name() const { return name_; }
   const StereoRig& rig() const { return rig_; }
-  /// Pairs without a gap before that with truth, which is the last: frame frames() - 1.
+  /// Number of consecutive pairs up to the one with truth, which is the last: frame frames() - 1.
   int frames() const { return frames_; }
   cv::Mat1b left(int frame) const { return image("image_0", frame); }
   cv::Mat1b right(int frame) const { return image("image_1", frame); }
 
-  /// Disparity truth of the last frame [px], kNoTruth where there is none.
-  /// @param occluded  also of pixels that the right camera does not see.
+  /// Disparity truth of the last frame [px]; kNoTruth on pixels without truth.
+  /// @param occluded  include pixels that the right camera does not see.
   cv::Mat1f truth(bool occluded = true) const;
 
  private:

@@ -12,7 +12,7 @@ double percent(int64_t part, int64_t whole) {
   return whole ? 100 * static_cast<double>(part) / static_cast<double>(whole) : 0;
 }
 
-/// Whether there was anything to interpolate from.
+/// Returns whether the row has any disparity.
 bool interpolateRow(const DisparityRange& range, int width, float* row) {
   int last = -1;  // valid pixel
   for (int x = 0; x < width; ++x) {
@@ -28,7 +28,7 @@ bool interpolateRow(const DisparityRange& range, int width, float* row) {
 }  // namespace
 
 void interpolateAsKitti(const DisparityRange& range, cv::Mat1f& disparity_px) {
-  int filled = -1;  // the last row that has disparities
+  int filled = -1;  // the last row with disparities
   for (int y = 0; y < disparity_px.rows; ++y) {
     if (!interpolateRow(range, disparity_px.cols, disparity_px[y])) continue;
     for (int missing = filled + 1; missing < y; ++missing) {

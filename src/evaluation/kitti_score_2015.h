@@ -1,4 +1,4 @@
-/// D1 as the devkit of KITTI 2015 counts it.
+/// D1 as in the devkit of KITTI 2015.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace predictive_stereo {
 
-/// Pixels without a disparity are filled as by the devkit: along their row with the smaller of the
-/// two nearest valid disparities, at the row's ends with the nearest one. A row without any takes
-/// the nearest row that has some (the upper of two). A map without any stays as it is.
+/// Fills pixels without a disparity as the devkit does: along their row with the smaller of the two
+/// nearest valid disparities; at the row's ends with the nearest one. A row without any disparity
+/// is a copy of the nearest row with some (the upper one of two). A map without any is unchanged.
 void interpolateAsKitti(const DisparityRange& range, cv::Mat1f& disparity_px);
 
-/// Counts over pixels with truth; sums over scenes are pooled, as in the benchmark's tables.
+/// Counts over pixels with truth. They are pooled over scenes, as in the benchmark's tables.
 struct KittiCounts {
   int64_t pixels = 0;
-  int64_t valid = 0;                  ///< have a disparity before interpolation
+  int64_t valid = 0;                  ///< with a disparity before interpolation
   int64_t outliers = 0;               ///< of the valid ones
   int64_t interpolated_outliers = 0;  ///< of all after interpolation
 

@@ -22,7 +22,7 @@ std::vector<Eigen::Vector3d> visibleLidarPoints(const std::vector<LidarPoint>& p
   constexpr int kColumns = 9, kRows = 5;
 
   std::vector<Eigen::Vector3d> projected;
-  cv::Mat1i nearest(rig.size, -1);  // its index
+  cv::Mat1i nearest(rig.size, -1);  // index of the nearest point
   cv::Mat1f nearest_px(rig.size, kNoTruth);
   for (const LidarPoint& point : points) {
     const Eigen::Vector3d point_cam_m = T_cam_velo * Eigen::Vector3d(point.x, point.y, point.z);

@@ -19,7 +19,7 @@ constexpr int kMoverMarginPx = 6;
 constexpr double kOneSigma = 0.6827, kTwoSigma = 0.9545;
 constexpr size_t kMinSamples = 200;
 
-/// Points by the pixel that they were rounded to.
+/// Points, indexed by the pixel that they are rounded to.
 class PointGrid {
  public:
   PointGrid(const std::vector<Eigen::Vector3d>& points, cv::Size size)
@@ -29,8 +29,8 @@ class PointGrid {
              static_cast<int>(std::lround(points[i].x()))) = static_cast<int>(i);
   }
 
-  /// Disparity at (x, y) of the plane through the points around it; false where they do not lie in
-  /// one plane, or not on all sides.
+  /// Disparity at (x, y) of the plane through the points around it. False if these are not on one
+  /// plane, or not on all sides.
   bool planeAt(double x_px, double y_px, double& disparity_px) const {
     constexpr int kColumns = 8, kRows = 6, kMinPoints = 8;
     constexpr double kMaxRms_px = 0.25;
@@ -105,7 +105,7 @@ double matchSigma(const VarianceSample& sample, const VarianceParams& params) {
   return params.sigma_floor_px + params.sigma_ambiguous_px * t * t;
 }
 
-/// The part of the variance that does not depend on how the disparity came about.
+/// The part of the variance that is the same for measured, kept and filled disparities.
 double commonVariance(const VarianceSample& sample, const VarianceParams& params) {
   const double around_px = params.sigma_disagreement_px * sample.disagreements;
   const double far_px =
@@ -114,16 +114,17 @@ double commonVariance(const VarianceSample& sample, const VarianceParams& params
   return around_px * around_px + far_px * far_px + rig_px * rig_px;
 }
 
-/// What a prediction, or that there is none, adds to the variance of a match.
+/// The part of a match's variance that depends on the prediction, or its absence.
 double innovationVariance(const VarianceSample& sample, const VarianceParams& params) {
   if (!sample.predicted) return params.sigma_unpredicted_px * params.sigma_unpredicted_px;
   const double innovation_px = std::min<double>(sample.innovation_px, params.max_innovation_px);
   return params.innovation_weight * innovation_px * innovation_px;
 }
 
-/// Quantile regression's loss of sigma as the 68.3 % and 2 sigma as the 95.4 % quantile of |error|,
-/// of logarithms: these have the same quantiles, and every pixel then counts the same, as it does
-/// for the shares of errors within 1 and 2 sigma. Otherwise those with large errors count most.
+/// Loss of quantile regression for sigma as the 68.3 % and 2 sigma as the 95.4 % quantile of
+/// |error|. It uses logarithms, which have the same quantiles: all pixels then have the same
+/// weight, as for the shares of errors within 1 and 2 sigma. Without logarithms large errors would
+/// dominate.
 double quantileLoss(double error_px, double sigma_px) {
   constexpr double kFinestError_px = 0.01;
   const double beyond = std::log(std::max(std::abs(error_px), kFinestError_px) / sigma_px);
@@ -133,12 +134,12 @@ double quantileLoss(double error_px, double sigma_px) {
   return loss(beyond, kOneSigma) + loss(beyond - std::log(2.0), kTwoSigma);
 }
 
-/// An error and the part of its variance that is known.
+/// An error and the known part of its variance.
 struct KnownPart {
   double error_px, variance_px2;
 };
 
-/// The s for which sqrt(known variance + s^2) has the least loss.
+/// The s for which sigma = sqrt(known variance + s^2) has the smallest loss.
 double addedSigma(const std::vector<KnownPart>& samples, double otherwise) {
   if (samples.size() < kMinSamples) return otherwise;
   double best = otherwise, least = std::numeric_limits<double>::infinity();
@@ -154,7 +155,8 @@ double addedSigma(const std::vector<KnownPart>& samples, double otherwise) {
   return best;
 }
 
-/// At most `count` of each set's samples for which `keep` holds, the same number of each.
+/// A random choice of samples for which `keep` holds: the same number from each set, at most
+/// `count`.
 std::vector<VarianceSample> choose(const std::vector<std::vector<VarianceSample>>& sets,
                                    size_t count, bool (*keep)(const VarianceSample&)) {
   std::vector<std::vector<VarianceSample>> kept(sets.size());
@@ -166,7 +168,7 @@ std::vector<VarianceSample> choose(const std::vector<std::vector<VarianceSample>
   std::mt19937 random(1);
   for (auto& samples : kept) {
     if (samples.empty()) continue;
-    // Not std::shuffle: what it draws depends on the standard library.
+    // Not std::shuffle: its result depends on the standard library.
     for (size_t i = 0; i < count; ++i) {
       std::swap(samples[i], samples[i + random() % (samples.size() - i)]);
       chosen.push_back(samples[i]);
@@ -183,7 +185,7 @@ class MatchLoss : public cv::MinProblemSolver::Function {
       : samples_(std::move(samples)), start_(start) {}
   int getDims() const override { return 8; }
   double calc(const double* x) const override {
-    // The solver knows no limits: outside of them the loss rises.
+    // The solver has no bounds: the loss grows outside the limits.
     double penalty = 0;
     const auto limited = [&penalty](double value, double low, double high) {
       const double inside = std::clamp(value, low, high);

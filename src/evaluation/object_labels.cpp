@@ -32,7 +32,7 @@ double number(const std::string& text) {
   return value;
 }
 
-// Larger ones are neither frames nor pixels, and would not fit into an int.
+// Larger numbers are neither frames nor pixels, and do not fit into an int.
 constexpr double kLargest = 1e9;
 
 double bounded(const std::string& text) {

@@ -1,4 +1,4 @@
-/// True moving objects of a frame: from label files, or the synthetic street.
+/// Ground truth of moving objects: from label files, or the synthetic street.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,14 +16,14 @@ namespace predictive_stereo {
 struct ObjectLabel {
   int frame = 0;  ///< number of the image file
   int track = 0;  ///< the same for one object in all frames
-  /// Kind of a mover; "static": parked; "ignore": cannot be told.
+  /// Kind of a moving object; "static": parked; "ignore": not known.
   std::string type;
   cv::Rect2d box_px;
   std::optional<double> distance_m;  ///< depth of its nearest part
   bool truncated = false;
   int occluded = 0;
   std::string motion;               ///< toward, away, crossing, static, unknown
-  bool hard = false;                ///< a mover that cannot be demanded
+  bool hard = false;                ///< moving, but too hard to be demanded
   std::optional<double> speed_mps;  ///< over ground; not in files
 
   bool isStatic() const { return type == "static"; }
@@ -32,26 +32,26 @@ struct ObjectLabel {
   bool isDemanded() const { return !hard && !isStatic() && !isIgnored(); }
 };
 
-/// @throws std::runtime_error that names the file, and the line that is malformed.
+/// @throws std::runtime_error with the file, if it cannot be read, and the line that is malformed.
 std::vector<ObjectLabel> readObjectLabels(const std::string& path);
 
-/// Those of one frame.
+/// The labels of one frame.
 std::vector<ObjectLabel> labelsOf(const std::vector<ObjectLabel>& labels, int frame);
 
-/// A true moving object of the synthetic street. It is demanded (not hard) where it is nearer than
-/// 35 m, faster than 2 m/s over ground, at least half visible, and its box has 400 px^2 or more.
+/// A moving object of the synthetic street. It is demanded (not hard) if it is nearer than 35 m,
+/// faster than 2 m/s over ground, at least half visible, and its box has 400 px^2 or more.
 /// @param velocity_cam_mps  over ground, in the camera's axes.
-/// @param visible  share of its outline that is within the image and not hidden.
+/// @param visible  share of its outline that is inside the image and not occluded.
 ObjectLabel trueObject(int frame, int id, const std::string& type, const cv::Rect2d& box_px,
                        double distance_m, const Eigen::Vector3d& centre_m,
                        const Eigen::Vector3d& velocity_cam_mps, double visible);
 std::vector<ObjectLabel> labelsOf(const StreetFrame& frame);
 
-/// Of a velocity against the line of sight: "toward" or "away" within 45 degrees of it, else
-/// "crossing".
+/// Direction of a velocity relative to the line of sight: "toward" or "away" within 45 degrees of
+/// it, else "crossing".
 std::string directionOf(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& velocity_cam_mps);
 
-/// 255 on boxes of one frame that move or may move, widened by `margin_px`.
+/// 255 on the boxes of one frame except static ones, widened by `margin_px`.
 cv::Mat1b movingMask(const std::vector<ObjectLabel>& labels, int frame, cv::Size size,
                      int margin_px);
 

@@ -53,7 +53,7 @@ void summarize(OdometryEvaluation& e) {
   e.p95_ms = quantile(ms, 0.95);
 }
 
-// What a window of motions is off by, and how far off it is said to be.
+// Error of a window of motions, and its estimated covariance.
 struct WindowError {
   Vector6d error;
   Matrix6d covariance;
@@ -64,7 +64,7 @@ struct WindowError {
   }
 };
 
-// @param estimates  one for each true pose; motions begin at the frame before.
+// @param estimates  one for each true pose: the motion from the previous frame.
 std::vector<WindowError> windowErrors(const std::vector<EgoMotionEstimate>& estimates,
                                       const OdometryEvaluation& e, size_t motions) {
   std::vector<WindowError> errors;
@@ -134,7 +134,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     e.truth.push_back((*poses)[static_cast<size_t>(k * input.every)]);
   RotationPriorSource prior(input.rotation_prior);
   e.estimated = {e.truth.front()};
-  size_t last_good = 0;  // the pose is held after the last frame that was not lost
+  size_t last_good = 0;  // last frame that was tracked; the pose is held after it
   PipelineParams pipeline_params;
   pipeline_params.parts = {true, false, false};
   pipeline_params.ego_motion = params;

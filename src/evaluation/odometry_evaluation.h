@@ -19,24 +19,25 @@ struct OdometryEvaluation {
     int frame;  ///< the later one of its two frames
     bool tracked;
     MotionError error;
-    double normalized_error;  ///< e'C^-1e / 6; NaN where the ego-motion was lost
+    double normalized_error;  ///< e'C^-1e / 6; NaN if the ego-motion was lost
     int features, inliers;
     double residual_px, ms;
   };
   std::vector<Motion> motions;
-  Poses estimated, truth;  ///< both from the true first pose
+  Poses estimated, truth;  ///< both start at the true first pose
 
-  /// Over windows of several motions: root mean square errors, and e'C^-1e / 6, C being
-  /// PathCovariance's.
+  /// Over windows of several motions: root mean square errors, and e'C^-1e / 6, where C is that of
+  /// PathCovariance.
   struct Window {
     int motions;
     double translation_m, rotation_rad;
     double mean_normalized, median_normalized;
-    /// With the truth's jitter added to C: what windows of 5 motions are off by beyond their C. The
-    /// jitter of poses is the same in windows of all lengths; errors of the odometry grow.
+    /// With the jitter of the true poses added to C. Its variance is the part of the squared errors
+    /// over 5 motions that C does not explain: jitter is the same over windows of all lengths,
+    /// while errors of the odometry grow.
     double median_without_jitter;
   };
-  std::vector<Window> windows;  ///< of 1, 2, 5, 10, 20 motions, as far as there are enough
+  std::vector<Window> windows;  ///< of 1, 2, 5, 10, 20 motions, if the sequence is long enough
 
   double length_m = 0;              ///< of the true path
   double length_error_percent = 0;  ///< of the estimated path's length
@@ -47,10 +48,10 @@ struct OdometryEvaluation {
   double mean_ms = 0, median_ms = 0, p95_ms = 0;
 };
 
-/// What the ego-motion gets of a sequence.
+/// The part of a sequence that the ego-motion gets, and its rotation prior.
 struct OdometryInput {
   int max_frames = 0;  ///< 0: all
-  int every = 1;       ///< every so many frames alone
+  int every = 1;       ///< only every n-th frame
   RotationPrior rotation_prior = RotationPrior::kNone;
 
   int frames(const Sequence& sequence) const;
@@ -62,7 +63,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
                                     const OdometryInput& input,
                                     const std::function<void(int)>& progress);
 
-/// Both paths, seen from above.
+/// Estimated and true path, seen from above.
 Plot pathPlot(const OdometryEvaluation& evaluation);
 
 }  // namespace predictive_stereo

@@ -11,9 +11,9 @@ enum class OpencvMode {
   k3Way,  ///< StereoSGBM::MODE_SGBM_3WAY: OpenCV's fastest
 };
 
-/// OpenCV's semi-global matching with the paper's parameters (P1 26, P2 470, block 3; its other
-/// values as OpenCV has them).
-/// @param disparity_px  range.invalid() where OpenCV found nothing.
+/// OpenCV's semi-global matching with the paper's parameters (P1 26, P2 470, block 3; OpenCV's
+/// defaults for all others).
+/// @param disparity_px  range.invalid() where OpenCV finds nothing.
 void opencvDisparity(const cv::Mat1b& left, const cv::Mat1b& right, const DisparityRange& range,
                      OpencvMode mode, cv::Mat1f& disparity_px);
 

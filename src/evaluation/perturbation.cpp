@@ -42,7 +42,7 @@ class RememberedSequence : public Sequence {
 
 cv::Mat1b withNoise(const cv::Mat1b& image, double sigma, uint64_t seed) {
   cv::Mat1s noise(image.size());
-  // Tenths of grey levels: whole ones would be too coarse.
+  // In tenths of grey levels: whole levels would be too coarse.
   cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0.0, 10 * sigma);
   cv::Mat1b noisy(image.size());
   std::transform(image.begin(), image.end(), noise.begin(), noisy.begin(), [](uchar g, short n) {
@@ -51,8 +51,7 @@ cv::Mat1b withNoise(const cv::Mat1b& image, double sigma, uint64_t seed) {
   return noisy;
 }
 
-// A quadratic offset, `largest_px` in the lower left corner and the opposite in the upper right
-// one.
+// A quadratic offset: `largest_px` in the lower left corner, -`largest_px` in the upper right one.
 cv::Mat1b withColumnOffset(const cv::Mat1b& image, double largest_px) {
   cv::Mat1f x_px(image.size()), y_px(image.size());
   for (int y = 0; y < image.rows; ++y)

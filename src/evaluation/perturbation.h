@@ -1,4 +1,4 @@
-/// A sequence as it might have been: what a detector says must not depend on luck.
+/// Perturbed versions of a sequence: the score of a detector must not depend on chance.
 #pragma once
 
 #include <memory>
@@ -12,32 +12,32 @@
 
 namespace predictive_stereo {
 
-/// One change of the images, of the frames that there are, or of the search ranges.
+/// One change of the images, of the set of frames, or of the search ranges.
 struct Perturbation {
   std::string name;
-  double margin_px = 0;         ///< SearchRangeParams::margin_px; 0: as it is
+  double margin_px = 0;         ///< SearchRangeParams::margin_px; 0: unchanged
   double noise_sigma = 0;       ///< of grey levels, Gaussian, in both images
   double gain = 1, offset = 0;  ///< of grey levels of both images
   double column_offset_px = 0;  ///< largest error of the right image's columns, quadratic
-  bool mirrored = false;        ///< left and right exchanged: the right image becomes the left one
-  int every = 1, first = 0;     ///< frames `first`, `first + every`, ... alone
+  bool mirrored = false;        ///< flipped; the right image becomes the left one
+  int every = 1, first = 0;     ///< only frames `first`, `first + every`, ...
   int drop_every = 0;           ///< frames 5, 5 + drop_every, ... are missing; 0: none
 
   PipelineParams applyTo(PipelineParams params) const;
 };
 
-/// Those of evaluate_detection --perturb; the first one changes nothing.
+/// The perturbations of evaluate_detection --perturb; the first one changes nothing.
 const std::vector<Perturbation>& perturbations();
 
-/// All images of a sequence in memory with what moves, so that it can be run often.
-/// @param labels  by Sequence::fileNumber; none: the sequence knows by itself.
+/// A copy of a sequence in memory, with its moving objects, for repeated runs.
+/// @param labels  by Sequence::fileNumber; none: the sequence has ground truth of moving objects.
 /// @param max_frames  0: all.
 std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence,
                                          const std::optional<std::vector<ObjectLabel>>& labels,
                                          int max_frames);
 
-/// A label in the mirrored world, whose left camera is the right one. It is tolerated where its
-/// distance is not known, or where the right image shows less than half of it.
+/// A label for the mirrored sequence, whose left camera is the right one. It is tolerated if its
+/// distance is not known, or if the right image shows less than half of it.
 ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig);
 
 /// A view of `sequence`, which must outlive it.

@@ -14,7 +14,7 @@ namespace {
 
 enum class Anchor { kStart, kMiddle, kEnd };
 
-/// What a plot is drawn with.
+/// Output of a plot: SVG or a picture.
 class Canvas {
  public:
   virtual ~Canvas() = default;
@@ -99,7 +99,7 @@ class PictureCanvas : public Canvas {
   cv::Mat3b image_;
 };
 
-/// One axis: data values and where they lie on the canvas.
+/// One axis: maps data values to positions on the canvas.
 struct Axis {
   double first = 0, last = 1;  ///< values at the ends
   double first_px = 0, last_px = 1;
@@ -117,7 +117,7 @@ Axis axisOver(double low, double high) {
   return axis;
 }
 
-/// Round values between the ends, about `wanted` of them.
+/// About `wanted` round values between the ends.
 std::vector<double> ticks(const Axis& axis, int wanted) {
   const double rough = (axis.last - axis.first) / wanted;
   const double power = std::pow(10, std::floor(std::log10(rough)));
@@ -141,7 +141,7 @@ std::string shortText(double value) {
   return text.str();
 }
 
-/// The points of a series as a line to draw: steps become their outline.
+/// The line of a series; for steps, their outline.
 std::vector<cv::Point2d> outline(const PlotSeries& series) {
   if (series.style != PlotSeries::Style::kSteps) return series.points;
   std::vector<cv::Point2d> line;
@@ -154,7 +154,7 @@ std::vector<cv::Point2d> outline(const PlotSeries& series) {
 
 void draw(const Plot& plot, Canvas& canvas) {
   constexpr double kLeft = 62, kRight = 14, kTop = 28, kBottom = 44;
-  // Okabe and Ito's palette: told apart by everybody.
+  // Okabe and Ito's palette, which colour-blind readers can distinguish.
   const std::vector<cv::Vec3b> colours = {{0, 114, 178},   {213, 94, 0},   {0, 158, 115},
                                           {204, 121, 167}, {86, 180, 233}, {230, 159, 0},
                                           {120, 120, 120}, {0, 0, 0}};

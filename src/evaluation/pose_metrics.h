@@ -1,5 +1,5 @@
-/// How good ego-motion is: errors per frame, relative errors as KITTI counts them, and whether
-/// covariances are those of the errors.
+/// Metrics of ego-motion: errors per frame, relative errors as in KITTI, consistency of
+/// covariances.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,7 +9,7 @@
 
 namespace predictive_stereo {
 
-using Poses = std::vector<Eigen::Isometry3d>;  ///< T_world_cam, one a frame
+using Poses = std::vector<Eigen::Isometry3d>;  ///< T_world_cam, one per frame
 
 /// Poses from frame-to-frame motions T_cam_prev; one pose more than there are motions.
 Poses accumulatePoses(const std::vector<Eigen::Isometry3d>& T_cam_prev,
@@ -28,7 +28,7 @@ MotionError motionError(const Eigen::Isometry3d& estimated, const Eigen::Isometr
 MotionError meanMotionError(const std::vector<Eigen::Isometry3d>& estimated,
                             const std::vector<Eigen::Isometry3d>& truth);
 
-/// KITTI's relative error over stretches of one length, from every frame as their start.
+/// KITTI's relative error over stretches of one length that start at every frame.
 struct RelativePoseError {
   double length_m = 0;
   int stretches = 0;  ///< 0: the path is too short
@@ -38,11 +38,12 @@ struct RelativePoseError {
 std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const Poses& truth,
                                                   const std::vector<double>& lengths_m);
 
-/// The perturbation that CameraMotion::covariance describes, by which an estimated motion is off.
+/// Error of an estimated motion, as the perturbation of CameraMotion::covariance.
 Vector6d perturbation(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth);
 
-/// Normalised estimation error squared of one motion, e' C^-1 e; 6 on average where covariances are
-/// right./// @throws std::invalid_argument where the covariance is not positive definite.
+/// Normalised estimation error squared of one motion, e' C^-1 e; 6 on average if covariances are
+/// consistent.
+/// @throws std::invalid_argument if the covariance is not positive definite.
 double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isometry3d& truth);
 
 }  // namespace predictive_stereo

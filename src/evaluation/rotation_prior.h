@@ -9,31 +9,31 @@
 
 namespace predictive_stereo {
 
-/// What the ego-motion is told of the camera's rotation: the truth, seen by a gyroscope; or what
-/// goes wrong with one.
+/// The rotation prior of the ego-motion: the true rotation, measured by a gyroscope, or by a faulty
+/// one.
 enum class RotationPrior {
   kNone,
-  kGyro,      ///< a cheap MEMS gyroscope, 0.014 deg/s/sqrt(Hz), whose bias of 0.5 deg/s stays
-  kOpposite,  ///< the sign is wrong
-  kAxes,      ///< the axes are exchanged: another mounting than tf says
-  kScaled,    ///< twice as far
+  kGyro,      ///< a cheap MEMS gyroscope: 0.014 deg/s/sqrt(Hz), with a constant bias of 0.5 deg/s
+  kOpposite,  ///< wrong sign
+  kAxes,      ///< swapped axes: not mounted as tf says
+  kScaled,    ///< twice the angle
   kBiased,    ///< a bias of 30 deg/s
-  kStale,     ///< the rotation of the frame before
-  kZero,      ///< the sensor says that nothing turns
+  kStale,     ///< the rotation of the previous frame
+  kZero,      ///< always no rotation
   kRandom,    ///< 10 deg about any axis
   kNan,
 };
 const Choices<RotationPrior>& rotationPriors();
-/// @throws std::invalid_argument that lists the names there are.
+/// @throws std::invalid_argument for an unknown name; the message lists the known ones.
 RotationPrior rotationPriorByName(const std::string& name);
 
-/// Makes such rotations of true motions. Deterministic: the seed is fixed.
+/// Simulates such a sensor from true motions. Deterministic: the seed is fixed.
 class RotationPriorSource {
  public:
   explicit RotationPriorSource(RotationPrior kind);
 
-  /// @param T_cam_prev  the true motion since the frame before, which took dt_s.
-  /// @return as EgoMotion::estimate takes it.
+  /// @param T_cam_prev  the true motion since the previous frame, dt_s ago.
+  /// @returns R_cam_prev of EgoMotion::estimate.
   std::optional<Eigen::Matrix3d> next(const Eigen::Isometry3d& T_cam_prev, double dt_s);
 
  private:

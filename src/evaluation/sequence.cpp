@@ -33,7 +33,7 @@ class KittiDriveSequence : public Sequence {
 
  private:
   KittiDrive drive_;
-  mutable std::vector<int64_t> stamps_ns_;  ///< read when they are asked for
+  mutable std::vector<int64_t> stamps_ns_;  ///< read on first use
 };
 
 class KittiScene2012Sequence : public Sequence {
@@ -59,7 +59,7 @@ class KittiScene2012Sequence : public Sequence {
   KittiScene2012 scene_;
 };
 
-/// 255 where a static surface that is seen now was hidden or outside of the previous view.
+/// 255 where a static surface was occluded or outside the image in the previous frame.
 cv::Mat1b newlyVisible(const StreetFrame& previous, const StreetFrame& current,
                        const StereoRig& rig) {
   const Eigen::Isometry3d T_prev_cam = relative(previous.T_world_cam, current.T_world_cam);
@@ -125,7 +125,7 @@ class StreetSequence : public Sequence {
  private:
   Street street_;
   std::string name_;
-  mutable StreetFrame previous_;  ///< the last one: they are mostly asked for in order
+  mutable StreetFrame previous_;  ///< the last rendered frame: callers mostly go in order
 };
 
 }  // namespace

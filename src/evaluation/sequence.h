@@ -13,57 +13,58 @@
 
 namespace predictive_stereo {
 
-/// A part of the image of which figures are given of their own.
+/// A part of the image with separate figures.
 struct Region {
   std::string name;
-  cv::Mat1b mask;  ///< 255 within
+  cv::Mat1b mask;  ///< 255 inside
 };
 
-/// One stereo pair with its truth, as far as there is one.
+/// One stereo pair with its disparity truth, if there is one.
 struct SequenceFrame {
   cv::Mat1b left, right;
-  cv::Mat1f truth_px;  ///< kNoTruth where there is none; empty: none in this frame
+  cv::Mat1f truth_px;  ///< kNoTruth on pixels without truth; empty: no truth in this frame
   std::vector<Region> regions;
 };
 
-/// A stereo sequence to evaluate on.
+/// A stereo sequence for evaluation.
 class Sequence {
  public:
   virtual ~Sequence() = default;
   virtual const std::string& name() const = 0;
-  /// The recording it is made of, by which label files are named.
+  /// Name of its recording, which label files have.
   virtual const std::string& recording() const { return name(); }
   virtual const StereoRig& rig() const = 0;
   virtual int frames() const = 0;
-  /// @throws std::runtime_error that names the file which cannot be read.
+  /// @throws std::runtime_error with the file that cannot be read.
   virtual SequenceFrame frame(int index) const = 0;
-  /// @throws std::runtime_error where the recording has stamps that cannot be read.
+  /// @throws std::runtime_error if the recording has stamps that cannot be read.
   virtual double stamp_s(int index) const { return 0.1 * index; }
-  /// The number by which label files know a frame.
+  /// Number of the frame in label files.
   virtual int fileNumber(int index) const { return index; }
-  /// The moving objects of a frame, where the sequence knows them by itself.
+  /// The moving objects of a frame, if the sequence has ground truth of them.
   virtual std::optional<std::vector<ObjectLabel>> objects(int /*index*/) const {
     return std::nullopt;
   }
-  /// True poses T_world_cam of the left camera's optical frame, where they are known.
+  /// True poses T_world_cam of the left camera's optical frame, if they are known.
   virtual std::optional<std::vector<Eigen::Isometry3d>> poses() const { return std::nullopt; }
 };
 
-/// A pair of the sequence as the pipeline takes it.
+/// A pair of the sequence as input of the pipeline.
 StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame& images);
 
-/// A drive of KITTI's raw recordings; LiDAR truth in all frames with a scan but the first.
+/// A drive of KITTI's raw recordings. All frames with a scan have LiDAR truth, except the first
+/// one.
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir, const std::string& drive);
 
-/// A scene of KITTI 2012, in which nothing moves; truth in its last frame, with region "near
-/// edges": within 5 px of a jump by more than 3 px.
+/// A scene of KITTI 2012, which is static. Its last frame has truth and a region "near edges":
+/// within 5 px of a jump of more than 3 px.
 std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
                                                  const std::string& scene);
 
-/// The synthetic street; dense truth of all but the sky in all frames but the first. Regions, each
-/// pixel in one of them: "moving" objects; "hidden", not seen by the right camera; "newly visible",
-/// hidden or outside of the view in the previous frame; "near edges", within 5 px of a jump by more
-/// than 3 px; and "smooth", the rest.
+/// The synthetic street. All frames except the first one have dense truth, except in the sky. Each
+/// pixel belongs to one region: "moving": moving objects; "hidden": not seen by the right camera;
+/// "newly visible": occluded or outside the image in the previous frame; "near edges": within 5 px
+/// of a jump of more than 3 px; "smooth": the rest.
 std::unique_ptr<Sequence> streetSequence(const StreetParams& params);
 
 }  // namespace predictive_stereo

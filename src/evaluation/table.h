@@ -5,7 +5,7 @@
 
 namespace predictive_stereo {
 
-/// A table of texts that is printed or put on a page. The first column is aligned left.
+/// A table of texts, to print or for a page. The first column is aligned left.
 struct Table {
   std::string title;
   std::vector<std::string> header;
@@ -15,7 +15,7 @@ struct Table {
   std::string html() const;
 };
 
-/// A number with so many decimals; "-" for what is not finite.
+/// A number with this many decimals; "-" if it is not finite.
 std::string fixed(double value, int decimals);
 
 std::string escapedHtml(const std::string& text);
