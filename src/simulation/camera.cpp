@@ -10,8 +10,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// What the pixel covers of a flat surface: an ellipse, longer along the view the flatter one looks
-// at the surface.
+// Footprint of a pixel on a flat surface: an ellipse, which is longer for grazing views.
 Footprint footprintOf(const Surface& surface, const Vector3f& direction, float width_m) {
   Footprint footprint;
   footprint.width_m = width_m;
@@ -32,7 +31,7 @@ struct Shader {
   const RayGrid& grid;
   const Light& light;
 
-  // Casts a ray and looks for the sun from where it ends.
+  // Casts a ray, and a shadow ray from its hit.
   LitHit cast(float x, float y) const {
     LitHit lit;
     static_cast<Hit&>(lit) = grid.cast(x, y);
@@ -48,13 +47,13 @@ struct Shader {
     return lit;
   }
 
-  // A ray to a surface, and what is found there.
+  // The shaded hit of a ray.
   struct Shaded {
     Vector3f point, normal, local_normal;  // point in local axes; the normal faces the viewer
     float radiance = 0;                    // without mirrors
   };
   // @param origin  of the ray, in the primitive's axes. @param direction  in the world's.
-  // @param width_m  of what a pixel sees there.
+  // @param width_m  width of the pixel's footprint.
   Shaded shade(const LitHit& hit, const Vector3f& origin, const Vector3f& direction,
                float width_m) const {
     const Look& look = light.look;
@@ -64,7 +63,7 @@ struct Shader {
     Surface surface = surfaceAt(p, hit.part, point);
     if (surface.normal.dot(local_direction) > 0) surface.normal = -surface.normal;
     if (p.shape == Shape::kGround) {
-      // Texture coordinates in double: the town has no end.
+      // Texture coordinates are double because the town is unbounded.
       surface.u_m = p.centre_m.x() + point.x();
       surface.v_m = p.centre_m.y() + point.y();
     }
@@ -85,8 +84,8 @@ struct Shader {
     return {point, normal, surface.normal, radiance};
   }
 
-  // What comes from this direction (unit length) to a point (relative to the sunlight's centre).
-  // @param spread  width of what a pixel sees, per metre of way, beyond `width_m`.
+  // Radiance from this direction (unit length) at a point (relative to the sunlight's centre).
+  // @param spread  growth of the pixel's footprint beyond `width_m`, per metre of distance.
   float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
                       int except) const {
     LitHit hit;
@@ -98,7 +97,7 @@ struct Shader {
         .radiance;
   }
 
-  // Clear coat over paint, or a pane: the reflected view ray, and what lies below or behind.
+  // Radiance of clear coat over paint, or of a pane: reflected and transmitted light.
   float glossy(const LitHit& hit, const Shaded& shaded, float x, float y) const {
     const Primitive& p = grid.primitive(hit.primitive);
     const Vector3f direction = grid.directionOf(x, y), view = direction.normalized();
@@ -118,7 +117,7 @@ struct Shader {
       constexpr float kTint = 0.8f;
       return mirror * reflected + (1 - mirror) * kTint * behind(x, y, hit.primitive);
     }
-    // Metal flakes below the coat reflect as well, each its own way.
+    // Metal flakes below the coat reflect as well, in random directions.
     const float metallic = p.albedo > 0.05f ? 0.5f * p.albedo + 0.05f : 0.0f;
     float radiance = (1 - mirror) * shaded.radiance + (mirror + metallic) * reflected;
     if (hit.sunny && light.look.reflections > 0)  // the sun itself
@@ -140,7 +139,7 @@ struct Shader {
     const Material material = grid.primitive(hit.primitive).material;
     return light.around && (material == Material::kGloss || material == Material::kGlossCabin);
   }
-  // Edges behind a pane are edges, too.
+  // Edges behind a pane need antialiasing as well.
   bool mayBePane(const LitHit& hit) const {
     return light.around && !hit.sky() &&
            grid.primitive(hit.primitive).material == Material::kGlossCabin;
@@ -181,7 +180,7 @@ bool isEdge(const HitImage& hits, int x, int y) {
   return false;
 }
 
-// Streaks of drops near the camera: brighter than what is behind them, other ones in each image.
+// Streaks of drops near the camera: brighter than the background, different in each image.
 void addRain(double per_megapixel, uint32_t seed, cv::Mat1b& image) {
   Random random(seed);
   const int streaks = static_cast<int>(per_megapixel * 1e-6 * static_cast<double>(image.total()));
@@ -227,7 +226,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
           radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
           continue;
         }
-        // What two of them meet is lit and shaded once.
+        // A primitive that several of them hit is lit and shaded once.
         LitHit met[4];
         float radiance_of[4], sum = 0;
         for (int i = 0; i < 4; ++i) {
@@ -254,7 +253,7 @@ void expose(const cv::Mat1f& radiance, const Exposure& exposure, cv::Mat1b& imag
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < image.cols; ++x) {
         const float level = gain * radiance(y, x) + offset;
-        // The sum of four bytes is near enough to normal; its variance is 4 (256^2 - 1) / 12.
+        // The sum of four bytes is nearly normal; its variance is 4 (256^2 - 1) / 12.
         const uint32_t bits =
             hashOf(exposure.seed, static_cast<uint32_t>(y), static_cast<uint32_t>(x));
         const auto sum = static_cast<float>((bits & 255) + (bits >> 8 & 255) + (bits >> 16 & 255) +

@@ -1,4 +1,4 @@
-/// One image of the street: rays, light, edges, sensor.
+/// Rendering of one image: ray casting, shading, antialiasing, sensor model.
 #pragma once
 
 #include <functional>
@@ -11,17 +11,17 @@
 
 namespace predictive_stereo::simulation {
 
-/// The ideal pixel whose ray a pixel of the image sees.
+/// Row of the perfectly aligned image that corresponds to a pixel of the image.
 using RowOfPixel = std::function<float(int x, int y)>;
 
-/// What lights the surfaces that one camera sees.
+/// Light sources and reflections for one camera.
 struct Light {
   const Look& look;
   const Sunlight& sunlight;
   Eigen::Vector3f offset_m;  ///< of the camera from the sunlight's centre, world axes
   uint32_t sky_seed;
-  Eigen::Vector3f camera_m = Eigen::Vector3f::Zero();  ///< in the world: where lamps are near
-  /// What glossy paint reflects, about the same centre as the sunlight; none: there is no such.
+  Eigen::Vector3f camera_m = Eigen::Vector3f::Zero();  ///< in the world; for ceiling lamps
+  /// Surroundings that glossy paint reflects, with the sunlight's centre; nullptr: no glossy paint.
   const RayMap* around = nullptr;
 };
 
@@ -29,7 +29,7 @@ struct LitHit : Hit {
   bool sunny = false;
 };
 
-/// What the rays through the centres of the pixels meet, and where the sun shines on it.
+/// First hits of the rays through the pixel centres, and whether the sun shines on them.
 class HitImage {
  public:
   HitImage(const RayGrid& grid, const Light& light, cv::Size size, const RowOfPixel& ideal_row);
@@ -44,7 +44,8 @@ class HitImage {
   std::vector<LitHit> hits_;
 };
 
-/// Radiance of every pixel: its centre's ray alone within surfaces, four rays at edges.
+/// Radiance of every pixel: from the ray through its centre inside surfaces, from four rays at
+/// edges.
 void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& light,
                     const RowOfPixel& ideal_row, cv::Mat1f& radiance);
 

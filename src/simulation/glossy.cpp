@@ -9,8 +9,8 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-// Black, dark blue, dark metallic, silver metallic: the same for all parts of a car, which share
-// their paint's albedo.
+// Black, dark blue, dark metallic or silver metallic. All parts of a car get the same one, because
+// their paint has the same albedo.
 float glossyAlbedo(float paint) {
   constexpr float kPaints[] = {0.015f, 0.03f, 0.06f, 0.2f};
   uint32_t bits;
@@ -32,7 +32,7 @@ void addInside(const Primitive& cabin, Shape shape, const Vector3d& local_m, con
   out.push_back(p);
 }
 
-// Two rows of seats with headrests, and a dashboard.
+// Adds two rows of seats with headrests, and a dashboard.
 void furnish(const Primitive& cabin, Primitives& out) {
   const Vector3d half = cabin.half_m.cast<double>();
   const double belt = half.z() > 0.5 ? 0.0 : -half.z();  // cabins of vans begin at their floor

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979;
 
-// Solids by their corners.
+// Adds solids given by their corners.
 class Builder {
  public:
   Builder(uint32_t seed, Primitives& out) : seed_(seed), out_(out) {}
@@ -20,7 +20,7 @@ class Builder {
     return add(Shape::kBox, material, 0.5 * (low + high), 0.5 * (high - low), albedo);
   }
 
-  // Upright, or along an axis of the world.
+  // Vertical, or along an axis of the world.
   void rod(Material material, const Vector3d& from, const Vector3d& to, double radius,
            double albedo) {
     const Vector3d axis = to - from;
@@ -53,7 +53,7 @@ class Builder {
   Primitives& out_;
 };
 
-// The front of a wall: places on it by (along, out of the wall, height).
+// Coordinates at the front of a wall: along it, out of it, height.
 struct Front {
   Vector3d origin, along, out;
 
@@ -78,8 +78,8 @@ void addDoor(const Front& front, double at, Random& random, Builder& b) {
   front.box(b, Material::kSign, {at - 0.75, 0, 1.45}, {at - 0.58, 0.01, 1.57}, 0.8);
 }
 
-// One side of a corridor, `length_m` long: nearly white, with a door every few metres and now and
-// then something between them.
+// One side of a corridor, `length_m` long: nearly white, with a door every few metres and sometimes
+// an object between them.
 void addCorridorWall(const Front& front, double length_m, Random& random, Builder& b) {
   constexpr double kHeight_m = 2.7, kThick_m = 0.2;
   front.box(b, Material::kPlaster, {0, -kThick_m, 0}, {length_m, 0, kHeight_m}, 0.72).contrast =
@@ -206,7 +206,7 @@ void addCorridor(uint32_t seed, Primitives& out) {
   b.floor(Material::kLinoleum, 0.36, 0.5);
   b.box(Material::kPanels, {-6.2, -22.2, kHeight_m}, {44.2, 22.2, kHeight_m + 0.1}, 0.7);
   const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY();
-  // Walls of one corridor end at the backs of the other one's: no two faces in one plane.
+  // The walls of one corridor end at the backs of the other one's walls: no coplanar faces.
   addCorridorWall({{-6, -1.25, 0}, x, y}, 19.3, random, b);
   addCorridorWall({{-6, 1.25, 0}, x, -y}, 19.3, random, b);
   addCorridorWall({{16.2, -1.25, 0}, x, y}, 27.8, random, b);

@@ -1,4 +1,4 @@
-/// Static worlds with a roof: closed, with few places to look at.
+/// Static indoor worlds, with little texture.
 #pragma once
 
 #include "simulation/models.h"

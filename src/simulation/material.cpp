@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// 1 where x lies within [low, high], blurred over the footprint.
+// 1 if x is in [low, high], else 0; blurred over the footprint.
 float band(double x, double low, double high, float blur) {
   const float width = std::max(blur, 1e-3f);
   const auto step = [width](double distance) {
@@ -21,12 +21,12 @@ float band(double x, double low, double high, float blur) {
 
 double remainder(double x, double period) { return x - period * std::floor(x / period); }
 
-// How much of a band of this width one sees: details fade into their mean.
+// Contrast of a detail of this size: 1, or less if the footprint is not much smaller.
 float fade(float detail_m, float footprint_m) {
   return std::clamp(detail_m / footprint_m - 0.5f, 0.0f, 1.0f);
 }
 
-// Bricks, pavers: each with its own brightness, between darker joints.
+// Bricks or pavers of random brightness between darker joints.
 float masonry(double u, double v, float length, float height, float joint, const Footprint& fp,
               uint32_t seed) {
   const float blur_v = fp.width_m + std::abs(fp.along_v),
@@ -71,7 +71,7 @@ Material materialOf(const Primitive& p, int part) {
 }
 
 float plateAlbedo(const Primitive& p, const Surface& s, const Footprint& fp) {
-  // Letters of a sort: dark strokes on a bright plate.
+  // Dark strokes on a bright plate, like letters.
   const float blur = fp.width_m + fp.length_m;
   const float cell = std::max(0.06f, 0.35f * p.half_m.z());
   const float letters = noise2(s.u_m / cell, s.v_m / (1.7 * cell), p.seed);
@@ -79,7 +79,7 @@ float plateAlbedo(const Primitive& p, const Surface& s, const Footprint& fp) {
   return p.albedo * (1.0f - 0.75f * stroke * fade(cell, blur));
 }
 
-// Of a cabin: windows begin above the belt line and end at the pillars.
+// Whether a point of a cabin is on a window: these are above the belt line and between the pillars.
 bool isWindow(const Primitive& p, int part, const Vector3f& local) {
   if (part >= 4) return false;
   const float height = local.z() / p.half_m.z();
@@ -110,7 +110,7 @@ float printAlbedo(const Primitive& p, const Surface& s, const Footprint& fp, flo
 float chessboardAlbedo(const Primitive& p, const Surface& s, const Footprint& fp) {
   constexpr float kSquare_m = 0.1f, kBorder_m = 0.05f;
   const float blur = fp.width_m + fp.length_m;
-  // -1 and 1 by turns, blurred at the edges.
+  // A square wave of -1 and 1, blurred at the edges.
   const auto wave = [blur](double x, float half) {
     const double from_edge = (x + half - kBorder_m) / kSquare_m;
     const double last = std::round(2 * (half - kBorder_m) / kSquare_m) - 1;
@@ -163,7 +163,7 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
       return p.albedo + contrast * (0.8f * masonry(u, v, 0.3f, 0.35f, 0.03f, fp, seed) +
                                     0.04f * texture2(u, v, fp, {3.0f, 5, 0.8f}, seed));
     case Material::kGlass:
-      // Curtains and dark rooms behind the pane.
+      // Curtains and dark rooms.
       return 0.10f + contrast * 0.08f * texture2(u, v, fp, {0.7f, 4, 0.7f}, seed);
     case Material::kLeaves:
       return p.albedo * (1.0f + contrast * 0.75f * texture2(u, v, fp, {0.4f, 4, 0.95f}, seed));
@@ -225,7 +225,7 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
 
 float lampLight(const CeilingLamps& lamps, const Vector3f& point, const Vector3f& normal) {
   if (lamps.pitch_m <= 0 || point.z() >= lamps.height_m) return 0;
-  constexpr int kReach = 2;  // lamps farther away have faded to nothing
+  constexpr int kReach = 2;  // the light of lamps farther away is negligible
   const float reach2 = lamps.pitch_m * lamps.pitch_m * (kReach - 0.5f) * (kReach - 0.5f);
   const float column = std::round(point.x() / lamps.pitch_m),
               row = std::round(point.y() / lamps.pitch_m);
@@ -267,7 +267,7 @@ bool isClear(const Primitive& p, int part, const Vector3f& local) {
 
 float surroundings(const Vector3f& direction, const Look& look, uint32_t seed) {
   const float azimuth = std::atan2(direction.y(), direction.x());
-  // Roofs across the street stand out against the sky.
+  // The roofs across the street against the sky.
   const float roofs = 0.25f + 0.2f * noise2(azimuth * 3, 0.5, seed);
   const float detail = noise2(azimuth * 7, direction.z() * 7, seed + 1);
   const float street = look.ambient * (0.75f + 0.6f * detail);

@@ -12,7 +12,7 @@ using Eigen::Vector3f;
 
 constexpr double kPi = 3.14159265358979;
 
-// Adds primitives given in the axes of a thing: x ahead, y to its left, z up.
+// Adds primitives given in the axes of a model: x ahead, y left, z up.
 class Builder {
  public:
   Builder(const Place& place, uint32_t seed, int object, Primitives& out)
@@ -116,7 +116,7 @@ void addTransporter(Builder b, const Vector3d& size, uint32_t seed, Kind kind) {
               {0.5 * cab, w - 0.04, 0.5 * (cab_height - floor)}, -0.5 * cab,
               0.5 * cab - (kind == Kind::kVan ? 0.9 : 0.2), w - 0.12, 0.8 * paint);
   if (kind == Kind::kBus) {
-    // Rows of windows, each its own pane.
+    // Rows of windows.
     for (double x = -l + 1.0; x < l - 0.5; x += 1.5)
       for (const double side : {-1.0, 1.0})
         b.add(Shape::kBox, Material::kGlass, {x, side * (w - 0.045), 0.62 * h},
@@ -220,7 +220,7 @@ void addCyclist(Builder b, const Vector3d& size, double stride_m, uint32_t seed)
         0.2);
 }
 
-// A bunch of leaves: a flat one, turned anyhow.
+// A flat bunch of leaves with a random orientation.
 void addLeaves(Builder& b, const Vector3d& centre, double size, double albedo, Random& random) {
   const Eigen::Matrix3d R = (Eigen::AngleAxisd(random.uniform(0, 2 * kPi), Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(random.uniform(-1.2, 1.2), Vector3d::UnitX()))

@@ -1,4 +1,4 @@
-/// Things in the street, each built from a few primitives.
+/// Models of vehicles, people, plants and buildings, each built from a few primitives.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,7 +10,7 @@ namespace predictive_stereo::simulation {
 
 using Primitives = std::vector<Primitive>;
 
-/// Where a thing stands: its point on the ground, and where it faces (0: along the world's x).
+/// Pose of a model: its point on the ground, and its heading (0: along the world's x).
 struct Place {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   double heading_rad = 0;
@@ -18,10 +18,10 @@ struct Place {
 
 enum class Kind : uint8_t { kCar, kVan, kTruck, kBus, kPerson, kCyclist };
 
-/// Length, width and height [m] of a thing of this kind and seed.
+/// Length, width and height [m] of the model of this kind and seed.
 Eigen::Vector3d sizeOf(Kind kind, uint32_t seed);
 
-/// Adds a thing; `stride_m` is the way that it has gone: legs and arms swing with it.
+/// Adds a model. `stride_m` is the distance it has moved: legs and arms swing with it.
 void addThing(Kind kind, uint32_t seed, const Place& place, double stride_m, int object,
               Primitives& out);
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr uint32_t kX = 0x8da6b343U, kY = 0xd8163841U, kZ = 0xcb1ab31fU;
 
-// A cheaper hash than mix(): millions of lattice points per image.
+// A cheaper hash than mix(), because an image needs millions of lattice points.
 inline float lattice(uint32_t h) {
   h ^= h >> 15;
   h *= 0x2c1b3c6dU;
@@ -24,8 +24,8 @@ inline int floorOf(Number x) {
 
 inline float smooth(float f) { return f * f * (3.0f - 2.0f * f); }
 
-// Each octave's lattice is turned by its own angle: lattices that share their axes with each other
-// and with image rows show as a grid.
+// Rotation of each octave's lattice. Lattices whose axes are parallel to each other and to the
+// image rows would be visible as a grid.
 constexpr float kCos[4] = {0.921061f, 0.362358f, -0.665276f, 0.764842f};
 constexpr float kSin[4] = {0.389418f, 0.932039f, 0.746597f, -0.644218f};
 
@@ -81,7 +81,7 @@ float texture2(double u_m, double v_m, const Footprint& footprint, const Octaves
       sum += amplitude * weight * noiseAt(x, y, octave);
       continue;
     }
-    // Beyond so many samples along the axis the average of all details is their mean, 0.
+    // With more samples along the axis the average of all details would be their mean, 0.
     if (samples == kSamples) weight *= std::min(1.0f, kSamples * wavelength / footprint.length_m);
     const float step_x = (footprint.along_u * c - footprint.along_v * s) / samples;
     const float step_y = (footprint.along_u * s + footprint.along_v * c) / samples;

@@ -1,4 +1,4 @@
-/// Randomness that is a pure function of its arguments, and textures made of it.
+/// Random numbers that are pure functions of their arguments, and textures made from them.
 #pragma once
 
 #include <cstdint>
@@ -32,10 +32,10 @@ class Random {
   uint32_t state_;
 };
 
-/// What one pixel covers of a surface, in the surface's coordinates [m].
+/// Footprint of one pixel on a surface, in the surface's coordinates [m]: an ellipse.
 struct Footprint {
-  float width_m = 0;  ///< across: details finer than this are averaged away
-  float along_u = 0;  ///< the long axis of the covered ellipse, full length
+  float width_m = 0;  ///< of the short axis; finer details are averaged away
+  float along_u = 0;  ///< the long axis, full length
   float along_v = 0;
   float length_m = 0;  ///< length of the long axis
 };
@@ -44,10 +44,11 @@ struct Footprint {
 float noise2(double x, double y, uint32_t seed);
 float noise3(float x, float y, float z, uint32_t seed);
 
-/// Several octaves of noise, the first `wavelength_m` long, each next one half as long and `gain`
-/// as strong; octaves finer than the footprint are left out and those that are finer than its long
-/// axis are averaged along it, so that the texture looks the same to cameras at any distance.
-/// Within about [-2, 2]; standard deviation about 0.3 / sqrt(1 - gain^2).
+/// Sum of several octaves of noise. The first one has this wavelength; each next one has half the
+/// wavelength and `gain` times the strength. Octaves finer than the footprint are left out, and
+/// those finer than its long axis are averaged along it: so the texture looks the same from any
+/// distance. Values are between about -2 and 2, their standard deviation is about
+/// 0.3 / sqrt(1 - gain^2).
 struct Octaves {
   float wavelength_m;
   int count;

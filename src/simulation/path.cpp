@@ -11,7 +11,7 @@ namespace predictive_stereo::simulation {
 namespace {
 
 constexpr double kRadPerDeg = 3.14159265358979 / 180;
-constexpr double kFade_s = 0.4;  // in which a shake begins and ends
+constexpr double kFade_s = 0.4;  // a shake fades in and out in this time
 
 }  // namespace
 

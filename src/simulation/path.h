@@ -1,4 +1,4 @@
-/// Where the body that carries the camera is at any time.
+/// Trajectory of the body that carries the camera.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,14 +17,14 @@ class Path {
   /// Pose T_world_body: x ahead, y to the left, z up.
   virtual Eigen::Isometry3d bodyAt(double time_s) const = 0;
 
-  /// The place on the ground that lies this far ahead of the body along its way.
+  /// Place on the ground this far ahead of the body along its path.
   virtual Place placeAhead(double time_s, double gap_m) const = 0;
   Place placeAt(double time_s) const { return placeAhead(time_s, 0); }
 };
 
-/// Passes through waypoints, at each one at its time: each coordinate and angle is a monotone cubic
-/// between its values (Fritsch and Carlson, 1980). So what stays the same from one waypoint to the
-/// next one stands still, and nothing overshoots. Shakes are added.
+/// A trajectory through waypoints, at their times, plus shakes. Each coordinate and angle is a
+/// monotone cubic interpolant (Fritsch and Carlson, 1980): values that are equal at two consecutive
+/// waypoints are constant between them, and nothing overshoots.
 class WaypointPath : public Path {
  public:
   /// @param waypoints  at least one; times increase.

@@ -13,12 +13,12 @@ using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// The stretch of a ray within a convex solid, narrowed by one face after the other.
+// Interval of a ray inside a convex solid, clipped by one face after the other.
 struct Stretch {
   float enter = -kInfinity, leave = kInfinity;
-  int face = 0;  // by which it enters
+  int face = 0;  // where it enters
 
-  // Stays where distance + t * slope <= 0.
+  // Keeps the part with distance + t * slope <= 0.
   bool clip(float distance, float slope, int index) {
     if (slope == 0) return distance <= 0;
     const float t = -distance / slope;
@@ -35,7 +35,7 @@ struct Stretch {
 };
 
 bool accept(const Stretch& stretch, float& t, int& part) {
-  // From within, nothing is seen: the near half of the solid lies behind the camera.
+  // A solid is invisible from inside, because its near half is behind the camera.
   if (stretch.enter < kNearest_m || stretch.enter >= t) return false;
   t = stretch.enter;
   part = stretch.face;
@@ -93,8 +93,8 @@ inline float withinCell(float position, float cell) {
   return position - cell * (std::floor(position / cell) + 0.5f);
 }
 
-// A ray that has met a wall at t: does it fall into a window? Then it meets the pane, or a side of
-// the recess.
+// Replaces the hit of a wall at t by that of a pane, or of a side of its recess, if there is a
+// window.
 void fallIntoWindow(const Primitive& p, const Vector3f& o, const Vector3f& d, float& t, int& part) {
   const Windows& w = p.windows;
   const int wall = part, across = wall / 2, along = 1 - across;
@@ -102,7 +102,7 @@ void fallIntoWindow(const Primitive& p, const Vector3f& o, const Vector3f& d, fl
   const float u = withinCell(met[along] + p.half_m[along], w.cell_width_m);
   const float v = withinCell(met.z() + p.half_m.z(), w.cell_height_m);
   if (std::abs(u) >= 0.5f * w.width_m || std::abs(v) >= 0.5f * w.height_m) return;
-  // No windows that a corner of the building cuts: their cells are not whole.
+  // No windows at the corners of the building, where cells are incomplete.
   const float to_corner = p.half_m[along] - std::abs(met[along] - u);
   if (to_corner < 0.45f * w.cell_width_m || p.half_m.z() - (met.z() - v) < 0.45f * w.cell_height_m)
     return;
@@ -123,7 +123,7 @@ bool meetsCylinder(const Primitive& p, const Vector3f& o, const Vector3f& d, flo
   const float radius2 = p.half_m.x() * p.half_m.x();
   Stretch stretch;
   if (a > 0) {
-    // The closest approach first: b^2 - a c loses all its digits for poles far away.
+    // From the closest approach: b^2 - a c would lose all digits for distant poles.
     const float middle = -b / a;
     const float x = o.x() + middle * d.x(), y = o.y() + middle * d.y();
     const float rest = radius2 - x * x - y * y;
@@ -162,7 +162,7 @@ bool meetsPlate(const Primitive& p, const Vector3f& o, const Vector3f& d, float 
     const float u = x / p.half_m.x(), v = z / p.half_m.z();
     const float radius2 = u * u + v * v;
     if (radius2 > 1) return false;
-    // Leaves of 7 cm, sparser towards the rim; they grow where pixels are too large for them.
+    // Leaves of 7 cm, sparser towards the rim. They are enlarged if pixels are too large for them.
     const float size_m = std::max(0.07f, 2.2f * pixel_per_m * met);
     if (noise2(x / size_m, z / size_m, p.seed) < 0.75f * radius2 - 0.35f) return false;
   } else if (p.shape == Shape::kRing) {
@@ -244,7 +244,7 @@ Surface surfaceAt(const Primitive& p, int part, const Vector3f& point) {
     case Shape::kFrustum: {
       int face = part;
       if (part >= kReveal) {
-        // The side that faces the middle of the window: upright or level, whichever is nearer.
+        // The side that faces the middle of the window: vertical or horizontal, the nearer one.
         const int wall = part - kReveal, along = wall < 2 ? 1 : 0;
         const float u = withinCell(point[along] + p.half_m[along], p.windows.cell_width_m);
         const float v = withinCell(point.z() + p.half_m.z(), p.windows.cell_height_m);

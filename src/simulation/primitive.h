@@ -1,4 +1,4 @@
-/// The solids of which the street is built, and rays that meet them.
+/// Geometric primitives of the scenes, and their intersections with rays.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,9 +14,9 @@ enum class Shape : uint8_t {
   kBuilding,   ///< a box with recessed windows on its walls
   kCylinder,   ///< axis z, radius half.x = half.y, half length half.z, with caps
   kEllipsoid,  ///< semi-axes
-  kLeaves,     ///< a flat ragged disc with holes across y, radii half.x and half.z
+  kLeaves,     ///< a flat ragged disc with holes, normal to y, radii half.x and half.z
   kRing,       ///< a flat ring around y, outer radius half.x: bicycle wheels
-  kBars,       ///< a plate across y with upright gaps: fences
+  kBars,       ///< a plate normal to y with vertical gaps: fences
 };
 
 enum class Material : uint8_t {
@@ -39,22 +39,22 @@ enum class Material : uint8_t {
   kLinoleum,    ///< floors: speckles and seams
   kPanels,      ///< ceilings
   kPrint,       ///< posters, boxes with print
-  kChessboard,  ///< squares of 0.1 m within a border
-  kGloss,       ///< of cars: reflects what is around; metallic where it is not dark
-  kGlossCabin,  ///< and with windows one sees through
+  kChessboard,  ///< squares of 0.1 m inside a border
+  kGloss,       ///< of cars: reflects the surroundings; metallic unless it is dark
+  kGlossCabin,  ///< the same with transparent windows
 };
 
 /// Windows of a building, repeated in cells along its walls.
 struct Windows {
   float cell_width_m = 0, cell_height_m = 0;  ///< 0: none
   float width_m = 0, height_m = 0;            ///< of the opening, in the middle of its cell
-  float recess_m = 0;                         ///< how deep the pane lies behind the wall
+  float recess_m = 0;                         ///< depth of the pane behind the wall
 };
 
 struct Primitive {
   Shape shape = Shape::kBox;
   Material material = Material::kPlaster;
-  int object = 0;  ///< number of the object that it is a part of, 0: the static world
+  int object = 0;  ///< number of its moving object; 0: the static world
   uint32_t seed = 0;
   float albedo = 0.5f;
   float contrast = 1.0f;                                        ///< of its texture
@@ -66,8 +66,8 @@ struct Primitive {
   Windows windows;
 };
 
-/// Where a ray meets a primitive. The ray is origin + t * direction with a direction of depth 1, so
-/// that t is the depth Z in the camera.
+/// First intersection of a ray with a primitive. The ray is origin + t * direction, and the
+/// direction has depth 1, so t is the depth Z in the camera.
 struct Hit {
   float t = 0;         ///< [m], infinite: the sky
   int primitive = -1;  ///< index, -1: the sky
@@ -76,15 +76,15 @@ struct Hit {
   bool sky() const { return primitive < 0; }
 };
 
-/// Parts of boxes and frusta: 0..5 are the faces -x +x -y +y -z +z; of buildings moreover the pane
-/// (kPane + wall) and the sides (kReveal + wall) of a window.
+/// Parts of boxes and frusta: 0..5 are the faces -x +x -y +y -z +z. Windows of buildings have more:
+/// the pane (kPane + wall) and the sides (kReveal + wall).
 constexpr int kPane = 8, kReveal = 16;
 
-constexpr float kNearest_m = 0.1f;  ///< nothing nearer than this is seen
+constexpr float kNearest_m = 0.1f;  ///< nearer hits are ignored
 
-/// Meets `primitive` with a ray in its local axes, nearer than `t` (and beyond kNearest_m).
-/// @param pixel_per_m  the width of a pixel at depth 1 m: holes finer than it are closed.
-/// @return true with t and part set when it is met.
+/// Intersects `primitive` with a ray in its local axes; hits between kNearest_m and `t` count.
+/// @param pixel_per_m  width of a pixel at a depth of 1 m; finer holes are closed.
+/// @return true if there is a hit; then `t` and `part` are set.
 bool intersect(const Primitive& primitive, const Eigen::Vector3f& origin,
                const Eigen::Vector3f& direction, float pixel_per_m, float& t, int& part);
 

@@ -46,7 +46,7 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
     origins_[i] = p.R_local_world * (T_world_cam.translation() - p.centre_m).cast<float>();
     items_[i] = {-kHuge, -kHuge, kHuge, kHuge, 0, static_cast<int>(i)};
     if (p.shape == Shape::kGround) continue;
-    // The hull of what is left of the box in front of the camera.
+    // Bounds of the part of the box in front of the camera.
     const auto corners = cornersOf(p, T_cam_world);
     double left = kHuge, right = -kHuge, top = kHuge, bottom = -kHuge, nearest = kHuge;
     const double near = 0.5 * kNearest_m;
@@ -67,7 +67,7 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
         take(corners[a] + share * (corners[b] - corners[a]));
       }
     }
-    // A hair larger: rounding must not cut anything off. Empty where all of it lies behind.
+    // Slightly enlarged against rounding. Empty if all of the box is behind the camera.
     items_[i] = {static_cast<float>(left - 0.01),
                  static_cast<float>(top - 0.01),
                  static_cast<float>(right + 0.01),

@@ -1,4 +1,4 @@
-/// All primitives as one camera sees them, sorted into tiles of its image.
+/// Spatial index of the primitives for rays from one camera: lists by tile of its image.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,25 +11,25 @@
 
 namespace predictive_stereo::simulation {
 
-/// Casts rays from one camera. Rays are given by ideal pixel coordinates, which may lie up to
-/// `kMargin_px` outside of the image.
+/// Casts rays from one camera. Rays are given by ideal pixel coordinates, up to `kMargin_px`
+/// outside the image.
 class RayGrid {
  public:
   static constexpr int kTile_px = 16, kMargin_px = 16;
 
   /// @param primitives  must outlive the grid.
-  /// @param cx_px  of this camera; the rest of the rig is common to both.
+  /// @param cx_px  of this camera; the rest of the rig is common to both cameras.
   RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
           const StereoRig& rig, double cx_px);
 
-  /// The first primitive but `except` met by the ray through (x, y), nearer than `limit_m`.
+  /// First hit of the ray through (x, y) nearer than `limit_m`; primitive `except` is ignored.
   Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity(),
            int except = -1) const;
 
-  /// Does anything nearer than `limit_m` lie on this ray?
+  /// Whether the ray hits anything nearer than `limit_m`.
   bool blocked(float x_px, float y_px, float limit_m) const;
 
-  /// Does the ray through (x, y) meet this primitive?
+  /// Whether the ray through (x, y) hits this primitive.
   bool meets(int primitive, float x_px, float y_px) const;
 
   Eigen::Vector3f directionOf(float x_px, float y_px) const {
@@ -37,13 +37,13 @@ class RayGrid {
   }
   float pixelPerM() const { return inverse_f_; }
   int count() const { return static_cast<int>(origins_.size()); }
-  /// Local coordinates of the camera, and the axes, of a primitive.
+  /// The camera's position in the local axes of a primitive.
   const Eigen::Vector3f& originIn(int primitive) const {
     return origins_[static_cast<size_t>(primitive)];
   }
   const Primitive& primitive(int index) const { return (*primitives_)[static_cast<size_t>(index)]; }
 
-  /// The pixels that the primitive may cover, unclipped; empty behind the camera.
+  /// Bounds of the pixels that the primitive can cover, not clipped; empty behind the camera.
   cv::Rect2f boundsOf(int primitive) const;
 
  private:

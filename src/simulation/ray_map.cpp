@@ -38,7 +38,7 @@ RayMap::RayMap(const std::vector<Primitive>& primitives, const Eigen::Vector3d& 
 void RayMap::test(int primitive, const Vector3f& origin_m, const Vector3f& direction,
                   Hit& hit) const {
   const auto i = static_cast<size_t>(primitive);
-  // Most rays miss the sphere around it.
+  // Early exit: most rays miss the bounding sphere.
   const Vector3f to_centre = centres_m_[i] - origin_m;
   const float along = to_centre.dot(direction);
   if (to_centre.squaredNorm() - along * along > radii2_m2_[i]) return;
@@ -53,10 +53,10 @@ Hit RayMap::cast(const Vector3f& origin_m, const Vector3f& direction, int except
   hit.t = std::numeric_limits<float>::infinity();
   for (const int plane : everywhere_)
     if (plane != except) test(plane, origin_m, direction, hit);
-  // From tile to tile (Amanatides and Woo, 1987), until something is met within them.
+  // From tile to tile (Amanatides and Woo, 1987), until there is a hit inside one.
   constexpr int kTiles = static_cast<int>(2 * kReach_m / kTile_m);
   int tile[2], step[2];
-  float leaves[2], per_tile[2];  // ways along the ray
+  float leaves[2], per_tile[2];  // distances along the ray
   for (int axis = 0; axis < 2; ++axis) {
     tile[axis] = static_cast<int>(std::floor((origin_m[axis] + kReach_m) / kTile_m));
     step[axis] = direction[axis] > 0 ? 1 : -1;

@@ -1,4 +1,5 @@
-/// All primitives by tiles of the ground, for rays from anywhere in any direction.
+/// Spatial index of the primitives for rays from any point in any direction: lists by tile of the
+/// ground.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,13 +12,13 @@ namespace predictive_stereo::simulation {
 
 class RayMap {
  public:
-  static constexpr float kReach_m = 100;  ///< farther from the centre, along x or y, is only sky
+  static constexpr float kReach_m = 100;  ///< only sky is farther from the centre along x or y
 
   /// @param primitives  must outlive the map.
   /// @param centre_m  points are given relative to it.
   RayMap(const std::vector<Primitive>& primitives, const Eigen::Vector3d& centre_m);
 
-  /// The first primitive but `except` that a ray meets; t is the way along it [m].
+  /// First hit of a ray, where primitive `except` is ignored; t is the distance along it [m].
   /// @param origin_m  relative to the centre, world axes.
   /// @param direction  unit length.
   Hit cast(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, int except) const;

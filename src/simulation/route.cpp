@@ -15,10 +15,10 @@ constexpr double kStep_m = 0.05, kTick_s = 0.002;
 constexpr double kBendSpeed_mps = 4.5, kAccel_mps2 = 1.8;
 constexpr double kLeftBend_m = 24, kRightBend_m = 15;
 
-// Heading gained after this part of a bend of 90 degrees: curvature sin^2.
+// Heading after this part of a bend of 90 degrees, whose curvature follows sin^2.
 double turned(double share) { return 0.5 * kPi * (share - std::sin(2 * kPi * share) / (2 * kPi)); }
 
-// How far a bend of this length leads ahead (and as far aside).
+// Distance that a bend of this length leads ahead; it leads the same distance sideways.
 double reachOfBend(double length_m) {
   double ahead = 0;
   const int steps = 1000;
@@ -45,8 +45,8 @@ Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(driv
     const double cosine = std::round(std::cos(at.z())), sine = std::round(std::sin(at.z()));
     const double position = at.x() * cosine + at.y() * sine;
     const double crossing = kPitch_m * std::floor(position / kPitch_m + 1);
-    // Where to go straight on to: half a block behind the junction, or the beginning of the bend
-    // that ends in the middle of a lane. A left turn ends in a lane beyond the junction's middle.
+    // End of the straight part: half a block behind the junction, or the start of a bend that ends
+    // in the middle of a lane. A left turn ends in a lane beyond the junction's middle.
     const double bend = turn == 'L' ? kLeftBend_m : kRightBend_m;
     const double target = turn == 'S'
                               ? crossing + 0.25 * kPitch_m
@@ -60,11 +60,11 @@ Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(driv
       advance(kStep_m,
               sign * (turned((i + 1.0) / bend_steps) - turned(static_cast<double>(i) / bend_steps)),
               true);
-    // Rounding to whole steps must not add up over many bends.
+    // Exactly quarter turns: rounding to whole steps must not accumulate over many bends.
     at.z() = kPi / 2 * std::round(at.z() / (kPi / 2));
   }
 
-  // The fastest speed that still allows to slow down for what lies ahead.
+  // Highest speed that still allows braking for bends and stops ahead.
   std::vector<double> limit(path_.size());
   double stop_m = drive.stop_first_m;
   std::vector<double> stops;
@@ -101,12 +101,12 @@ Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(driv
         allowed = 0.5;
       }
     } else if (allowed < 0.1 && drive.cruise_mps > 0) {
-      allowed = 0.1;  // leaves a stop, or creeps the last centimetres towards one
+      allowed = 0.1;  // leaves a stop, or drives the last centimetres to one
     }
     const double before = state.speed_mps;
     state.speed_mps = std::min(allowed, before + kAccel_mps2 * kTick_s);
     state.way_m += 0.5 * (before + state.speed_mps) * kTick_s;
-    // Pitch follows the acceleration through the springs.
+    // Low-pass filter: the pitch follows the acceleration through the springs.
     const double accel = (state.speed_mps - before) / kTick_s;
     state.accel_mps2 += (std::max(accel, -10.0) - state.accel_mps2) * (kTick_s / 0.15);
   }
@@ -136,7 +136,7 @@ Eigen::Isometry3d Route::bodyAt(double time_s) const {
   const Place place = placeAlong(state.way_m);
   double pitch = 0, roll = 0, heave = 0;  // pitch: down is positive
   if (drive_.sways) {
-    // Unevenness is a function of the way: a camera that stands, stands still.
+    // Road roughness is a function of the distance, so a standing camera does not move.
     const double way = state.way_m;
     pitch = 0.0035 * noise2(way / 4.0, 0.5, seed_) + 0.0015 * noise2(way / 1.3, 0.5, seed_ + 1);
     pitch -= 0.0025 * state.accel_mps2;

@@ -1,19 +1,19 @@
-/// The way of a vehicle through the town.
+/// Trajectory of a vehicle through the town.
 #pragma once
 
 #include "simulation/path.h"
 
 namespace predictive_stereo::simulation {
 
-/// Which streets a vehicle takes, and how fast it goes along them.
+/// Path of a vehicle along the streets, and its speed profile.
 class Route : public Path {
  public:
-  /// @param duration_s  times from 0 to here are known.
+  /// @param duration_s  the trajectory is computed from 0 to this time.
   Route(const Drive& drive, double duration_s, uint32_t seed);
 
-  double wayAt(double time_s) const;    ///< [m] from the start
+  double wayAt(double time_s) const;    ///< distance driven [m]
   double speedAt(double time_s) const;  ///< [m/s]
-  /// The vehicle's place this far along the way [m].
+  /// Place on the path at this distance from its start.
   Place placeAlong(double way_m) const;
   Place placeAhead(double time_s, double gap_m) const override {
     return placeAlong(wayAt(time_s) + gap_m);
@@ -28,7 +28,7 @@ class Route : public Path {
 
   Drive drive_;
   uint32_t seed_;
-  std::vector<Eigen::Vector3d> path_;  // x, y, heading every kStep of the way
+  std::vector<Eigen::Vector3d> path_;  // x, y, heading at every kStep of distance
   std::vector<bool> bends_;            // where the path bends
   std::vector<State> states_;          // every kTick
 };

@@ -15,10 +15,10 @@ Traffic busyTraffic() {
   return t;
 }
 
-// Light and noise of a room under lamps.
+// Light and noise of a room with ceiling lamps.
 void setIndoorLight(Scene& scene, float lamp_pitch_m, float lamp_height_m, float lamp_strength) {
   scene.look.to_sun = Eigen::Vector3f(0.08f, 0.05f, 1).normalized();
-  scene.look.sun = 0.2f;  // all that casts shadows
+  scene.look.sun = 0.2f;  // the only light that casts shadows
   scene.look.ambient = 0.55f;
   scene.look.ceiling = {lamp_pitch_m, lamp_height_m, lamp_strength};
   scene.look.lamps = 1.5f;
@@ -34,8 +34,8 @@ Scene drone() {
   s.site = Site::kHall;
   s.camera = {752, 480, 20, 436, 367.5, 0.51, 0.11, 0.2, 0.05, {0.6, 0.6, 0.4}};
   setIndoorLight(s, 4, 5.9f, 6);
-  // Rests until 2 s; up until 4.5 s; turns until 9 s; flies to the chessboard until 11.5 s; looks
-  // down at it, hovers, rises.
+  // At rest until 2 s; climbs until 4.5 s; turns until 9 s; flies to the chessboard until 11.5 s;
+  // pitches down to it, hovers, climbs.
   s.waypoints = {{0, {0, 0, 0}, 0, 0, 0},
                  {2, {0, 0, 0}, 0, 0, 0},
                  {4.5, {0.1, -0.1, 1.4}, 0, 0, 0},
@@ -73,7 +73,7 @@ Scene robot() {
       {24, {14.3, 2.6, 0}, 90, 0, 0},  {25, {14.3, 2.8, 0}, 90, 0, 0},
   };
   s.shakes = {{2, 24.5, 0.001, 0.15, 0.25}};
-  // Towards it and away from it, beside it, and across the junction ahead.
+  // Towards the camera, away from it, beside it, and across the junction ahead.
   s.traffic.walks = {
       {Kind::kPerson, {14.5, 0.5}, {-6, 0.5}, -5, 1.3},
       {Kind::kPerson, {5.5, -0.45}, {43, -0.45}, -0.2, 1.5},

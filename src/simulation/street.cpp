@@ -40,7 +40,7 @@ const char* nameOf(Kind kind) {
   return "";
 }
 
-// With what the scene gives where the parameters leave it open.
+// Replaces zeros by the defaults of the scene.
 StreetParams withSceneDefaults(StreetParams params, const Camera& camera) {
   if (params.width == 0) params.width = camera.width;
   if (params.height == 0) params.height = camera.height;
@@ -96,13 +96,13 @@ struct Street::World {
 
   Isometry3d cameraAt(double time_s) const { return path->bodyAt(time_s) * T_body_cam; }
 
-  // Instants of the camera's clock: some give no frame.
+  // Clock tick of a frame. Frames of some ticks are lost.
   int instantOf(int index) const {
     const int every = scene.sensor.drop_every;
     return every > 1 ? index + index / (every - 1) : index;
   }
   double stamp(int index) const { return instantOf(index) / params.rate_hz; }
-  // When the image of a frame was taken: before its stamp where it shows the one before again.
+  // A frame that repeats the previous image was exposed before its stamp.
   double exposureTime(int index) const {
     const int every = scene.sensor.duplicate_every;
     return stamp(every > 1 && index % every == every - 1 ? index - 1 : index);
@@ -117,14 +117,14 @@ struct Street::World {
     const double shape = 0.1 - 0.15 * u + 0.15 * v + 0.05 * u * u - 0.55 * u * v;
     return scene.sensor.row_offset_px * shape;
   }
-  // Inverse: the ideal row that a pixel of the right image sees.
+  // Inverse of rowOffset: row of the aligned image that corresponds to a pixel of the right image.
   float idealRow(int x, int y) const {
     double row = y;
     for (int i = 0; i < 6; ++i) row = y - rowOffset(x, row);
     return static_cast<float>(row);
   }
 
-  // What the town has to be built for.
+  // The view for which the town is built.
   View viewFrom(const Isometry3d& T_world_cam) const {
     View view;
     view.position_m = T_world_cam.translation();
@@ -132,7 +132,7 @@ struct Street::World {
     const double reach = std::max(rig.cx_left_px, rig.size.width - rig.cx_left_px) + 40;
     view.tan_half_angle = reach / rig.fx_px;
     view.all_around = scene.look.glossy_cars;
-    // From above, a camera that is tilted or rolled sees wider, up to everything around.
+    // Seen from above, the view of a pitched or rolled camera is wider, up to all directions.
     for (const double x : {0, rig.size.width})
       for (const double y : {0, rig.size.height}) {
         const Vector3d ray((x - rig.cx_left_px) / rig.fx_px, (y - rig.cy_px) / rig.fy_px, 1);
@@ -211,7 +211,7 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
         frame.disparity_px(y, x) = disparity;
         const float x_right = static_cast<float>(x) - disparity - columns_apart;
         const auto row = static_cast<float>(y);
-        // A hair nearer than the point itself, so that it does not hide itself.
+        // The limit is slightly nearer than the point, which must not occlude itself.
         const bool hidden = x_right < -0.5f ||
                             x_right > static_cast<float>(rig.size.width) - 0.5f ||
                             right.blocked(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f);
@@ -277,7 +277,7 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
     out.centre_m = T_cam_world * (place.position_m + Vector3d(0, 0, 0.5 * out.size_m.z()));
     out.extent_m = axes.cwiseAbs() * out.size_m;
 
-    // Its outline as it were without anything before it, also beyond the image's borders.
+    // Its outline without occlusion, also beyond the image borders.
     cv::Rect2f bounds;
     for (const int part : parts[mover.id]) bounds |= left.boundsOf(part);
     const cv::Rect2f limit(
@@ -289,7 +289,7 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
     const cv::Point last(static_cast<int>(std::floor(bounds.x + bounds.width)),
                          static_cast<int>(std::floor(bounds.y + bounds.height)));
     const cv::Rect image(cv::Point(), rig.size);
-    // Every few pixels of large outlines suffice for shares.
+    // For the shares, every few pixels of large outlines are enough.
     const int step = std::max(1, static_cast<int>(std::sqrt(bounds.area() / 20000.0)));
     int inside = 0, all = 0, visible = 0;
     for (int y = first.y; y <= last.y; y += step) {
@@ -319,7 +319,7 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
   const int samples = sensor.exposure_time_s > 0 ? 5 : 1;
   cv::Mat1f left_radiance, right_radiance, radiance;
   for (int i = 0; i < samples; ++i) {
-    // The middle one, with the truth, is the last one.
+    // The middle sample, which has the ground truth, is the last one.
     const int step = (i + samples / 2 + 1) % samples - samples / 2;
     const double at_s = time_s + sensor.exposure_time_s * step / samples;
     const Primitives primitives = primitivesAt(at_s);

@@ -1,9 +1,8 @@
-/// A synthetic street, seen by a stereo camera, with exact truth for every frame. Scenes of other
-/// sites (a hall, a corridor) and of other bodies than cars (a drone, a robot, a hand) are rendered
-/// in the same way.
+/// Synthetic stereo sequences with exact ground truth for every frame. Besides streets there are
+/// other sites (a hall, a corridor) and other camera carriers than cars (a drone, a robot, a hand).
 ///
-/// World: x and y on the ground, z up [m]. Frames depend on the parameters and on their index
-/// alone: they can be rendered in any order, by any number of threads, with the same result.
+/// World: x and y on the ground, z up [m]. Frames depend only on the parameters and on their index:
+/// they can be rendered in any order, by any number of threads, with the same result.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -19,9 +18,9 @@ namespace predictive_stereo {
 
 struct StreetParams {
   std::string scene = "street";  ///< see streetScenes()
-  int seed = 1;                  ///< another seed is another town with other traffic
+  int seed = 1;                  ///< another seed gives another town with other traffic
   int frames = 150;
-  /// The camera; 0: as the scene has it, mostly KITTI's with 1242 x 375, 0.54 m and 10 Hz.
+  /// The camera; 0: default of the scene, mostly KITTI's with 1242 x 375 px, 0.54 m and 10 Hz.
   int width = 0;   ///< [px]; focal length and principal point scale with it
   int height = 0;  ///< [px]
   double baseline_m = 0;
@@ -51,11 +50,11 @@ struct StreetMover {
   double heading_rad = 0;        ///< of its length, in the world
   Eigen::Vector3d velocity_mps;  ///< in the world
   double distance_m = 0;         ///< smallest depth Z of a visible pixel
-  double occluded = 0;           ///< share of its outline within the image that others hide, 0..1
-  double truncated = 0;  ///< share of its outline that lies outside of the image, 0..1; an outline
-                         ///< is followed up to one image size beyond the borders
+  double occluded = 0;           ///< occluded share of its outline inside the image, 0..1
+  double truncated = 0;          ///< share of its outline outside the image, 0..1; outlines are
+                                 ///< followed up to one image size beyond the borders
 
-  /// Share of its outline that is within the image and not hidden.
+  /// Share of its outline that is inside the image and not occluded.
   double visibleShare() const { return (1 - occluded) * (1 - truncated); }
 };
 
@@ -63,12 +62,12 @@ struct StreetFrame {
   int index = 0;
   double stamp_s = 0;
   cv::Mat1b left, right;
-  /// Truth at the centres of the left image's pixels [px], as StereoRig defines disparity; 0: the
-  /// sky, infinitely far away. The surface is the one that the centre's ray meets, also at edges
-  /// where the pixel's brightness is a mixture.
+  /// True disparity [px] at the pixel centres of the left image, as StereoRig defines disparity; 0:
+  /// the sky, infinitely far away. It is that of the surface which the ray through the centre hits,
+  /// also at edges, where the brightness is a mixture of two surfaces.
   cv::Mat1f disparity_px;
-  cv::Mat1b occluded;    ///< 255: the right camera does not see this surface point, or sees it
-                         ///< outside of its image
+  cv::Mat1b occluded;    ///< 255: this surface point is occluded in the right camera, or outside
+                         ///< its image
   cv::Mat1b reflecting;  ///< 255: glass and car paint, whose brightness depends on the view
   cv::Mat1w moving_id;   ///< StreetMover::id, 0: static
   Eigen::Isometry3d T_world_cam;  ///< pose of the left camera's optical frame
@@ -88,10 +87,10 @@ class Street {
  public:
   static constexpr double kMovingSpeed_mps = 0.3;
 
-  /// @throws std::invalid_argument for an unknown scene (the known ones are listed) or a value out
-  ///   of its range.
+  /// @throws std::invalid_argument for an unknown scene (it lists the known ones) or a value
+  ///   outside its range.
   explicit Street(const StreetParams& params);
-  /// A scene of one's own; params.scene is not used.
+  /// Renders the given scene; params.scene is not used.
   Street(const StreetParams& params, const simulation::Scene& scene);
   ~Street();
   Street(Street&&) noexcept;
@@ -100,22 +99,25 @@ class Street {
   const StereoRig& rig() const;
   int frames() const;
 
-  /// Images and truth of frame 0 .. frames() - 1.
+  /// Images and ground truth of one frame.
+  /// @param index  0 .. frames() - 1.
   StreetFrame render(int index) const;
 
-  /// Truth without images. A frame that repeats the one before was exposed before its stamp.
+  /// Ground truth without images. A frame that repeats the previous one was exposed before its
+  /// stamp.
   double stampOf(int index) const;
   double exposureTimeOf(int index) const;
   Eigen::Isometry3d poseOf(int index) const { return poseAt(exposureTimeOf(index)); }
-  /// Pose of the left camera's optical frame in the world, from time 0 to the last frame's.
+  /// Pose of the left camera's optical frame in the world, from time 0 to that of the last frame.
   Eigen::Isometry3d poseAt(double time_s) const;
-  /// Pose of that frame in the body's that carries the camera (x ahead, z up): a vehicle's is on
-  /// the road below the camera. Constant: a vehicle that sways tilts as a whole.
+  /// Pose of that frame in the frame of the body that carries the camera (x ahead, z up). A
+  /// vehicle's origin is on the road below the camera. The pose is constant: a vehicle that sways
+  /// tilts as a whole.
   Eigen::Isometry3d cameraMount() const;
 
   /// Vertical misalignment of the right camera [px]: a point that an ideal right camera sees at
-  /// (x, y) lies at (x, y + rightRowOffset(x, y)) in the right image. A quadratic in x and y whose
-  /// x*y term dominates, as on KITTI; 0 in most scenes.
+  /// (x, y) appears at (x, y + rightRowOffset(x, y)) in the right image. It is quadratic in x and y
+  /// with a dominant x*y term, as in KITTI; 0 in most scenes.
   double rightRowOffset(double x_right_px, double y_px) const;
 
  private:

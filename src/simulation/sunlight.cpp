@@ -21,7 +21,7 @@ Sunlight::Sunlight(const std::vector<Primitive>& primitives, const Vector3f& to_
     Caster& caster = casters_[i];
     caster.centre_m = (p.centre_m - centre_m).cast<float>();
     caster.direction = p.R_local_world * to_sun;
-    // The box's extent across the rays.
+    // Extent of the box normal to the rays.
     const auto extent = [&](const Vector3f& axis) {
       return (p.R_local_world * axis).cwiseAbs().dot(p.half_m) + 1e-3f;
     };
@@ -29,7 +29,7 @@ Sunlight::Sunlight(const std::vector<Primitive>& primitives, const Vector3f& to_
     const float x = caster.centre_m.dot(across_), y = caster.centre_m.dot(up_);
     items.push_back({x - width, y - height, x + width, y + height, 0, static_cast<int>(i)});
   }
-  // The largest first: they are the most likely to be in the way.
+  // The largest ones first, because they are the most likely hits.
   std::stable_sort(items.begin(), items.end(), [](const Tiles::Item& a, const Tiles::Item& b) {
     return (a.right - a.left) * (a.bottom - a.top) > (b.right - b.left) * (b.bottom - b.top);
   });

@@ -1,4 +1,4 @@
-/// Shadows.
+/// Shadows of the sun.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,18 +9,19 @@
 
 namespace predictive_stereo::simulation {
 
-/// All primitives as the sun sees them: parallel rays, tiles of a plane across them.
+/// Spatial index of the primitives for rays to the sun, which are parallel: lists by tile of a
+/// plane normal to them.
 class Sunlight {
  public:
-  static constexpr float kReach_m = 110;  ///< farther from the centre there are no shadows
+  static constexpr float kReach_m = 110;  ///< no shadows farther from the centre
 
   /// @param primitives  must outlive the sunlight.
   /// @param centre_m  points are given relative to it.
   Sunlight(const std::vector<Primitive>& primitives, const Eigen::Vector3f& to_sun,
            const Eigen::Vector3d& centre_m);
 
-  /// Does the sun shine on this point (world axes, relative to the centre)? What lies within
-  /// kNearest_m of it casts no shadow.
+  /// Whether the sun shines on this point (world axes, relative to the centre). Surfaces within
+  /// kNearest_m of it cast no shadow.
   bool reaches(const Eigen::Vector3f& point_m) const;
 
  private:

@@ -1,4 +1,4 @@
-/// Lists of things by tile of a plane.
+/// A grid of item lists over a rectangle.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@ namespace predictive_stereo::simulation {
 class Tiles {
  public:
   struct Item {
-    float left, top, right, bottom;  ///< nothing of it lies outside; right < left: nowhere
-    float nearest;                   ///< no part of it is nearer
+    float left, top, right, bottom;  ///< bounds; right < left: empty
+    float nearest;                   ///< lower bound of its distance
     int index;
 
     bool covers(float x, float y) const {
@@ -34,10 +34,10 @@ class Tiles {
         columns_(static_cast<int>(std::ceil(area.width / tile_size))),
         rows_(static_cast<int>(std::ceil(area.height / tile_size))) {}
 
-  /// @param items  in the order that each tile's list shall have.
+  /// @param items  in the order of each tile's list.
   void fill(const std::vector<Item>& items) {
     start_.assign(static_cast<size_t>(columns_ * rows_) + 1, 0);
-    // Count, then place: one block of memory, and copies of the items side by side.
+    // Counting sort: the lists are contiguous in one block of memory.
     for (const Item& item : items) overTiles(item, [&](size_t tile) { ++start_[tile + 1]; });
     for (size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
     items_.resize(start_.back());
@@ -46,7 +46,7 @@ class Tiles {
       overTiles(item, [&](size_t tile) { items_[next[tile]++] = item; });
   }
 
-  /// The list at a point; points outside of the area have that of the nearest tile.
+  /// The list at a point. Points outside the area get that of the nearest tile.
   List at(float x, float y) const {
     const size_t tile =
         static_cast<size_t>(tileOf(y - area_.y, rows_)) * static_cast<size_t>(columns_) +

@@ -35,7 +35,7 @@ struct TownBuilder {
 
   bool sees(const Place& place, double radius, double limit = kDetails_m) const {
     const Vector2d centre = place.position_m.head<2>();
-    // Also what casts its shadow into the view.
+    // The margin is for shadows that fall into the view.
     return view.distance(centre) < limit && view.reaches(centre, radius + 12);
   }
 
@@ -49,7 +49,7 @@ struct TownBuilder {
       if (!sees(house, 0.7 * width + 10, kFarHouses_m)) return;
       const size_t before = out.size();
       addHouse(house, width - (garden > 0 ? 1.5 : 0.0), 10, hashOf(seed, 1), out);
-      // Far away, only the walls and the roof.
+      // Distant houses have only walls and a roof.
       if (view.distance(house.position_m.head<2>()) > kDetails_m && out.size() > before + 4)
         out.resize(before + 4);
       if (garden == 0 || !sees(front, width)) return;
@@ -125,7 +125,8 @@ Marking markingAt(double x_m, double y_m) {
   Marking best;
   best.inside_m = -1;
   if (side > kKerb_m || from_crossing < kKerb_m + 0.4) return best;
-  // Keeps the marking that one is deepest in: a rectangle, given the position across and along it.
+  // Adds a rectangle, given the position across and along it. The marking in which the point is
+  // deepest wins.
   const auto paint = [&](double across_now, double across_low, double across_high, double along_now,
                          double along_low, double along_high, float strength) {
     const double in_across = std::min(across_now - across_low, across_high - across_now);
@@ -134,11 +135,11 @@ Marking markingAt(double x_m, double y_m) {
     if (inside > best.inside_m)
       best = {strength, static_cast<float>(inside), (in_along < in_across) != along_y};
   };
-  constexpr double kParking_m = kKerb_m - 2.1;  // where the lane ends
+  constexpr double kParking_m = kKerb_m - 2.1;  // end of the lane
   const double dash = position - 9 * std::floor(position / 9);
   if (from_crossing > 14) paint(side, -0.07, 0.07, dash, 0, 3.5, 1.0f);
   paint(side, kParking_m, kParking_m + 0.12, from_crossing, 12, 50, 0.8f);
-  // A zebra crossing before each junction, and the line where one stops.
+  // A zebra crossing before each junction, and a stop line.
   paint(side - std::floor(side), 0, 0.5, from_crossing, kKerb_m + 1.2, kKerb_m + 4.2, 1.0f);
   paint(side, 0.1, kParking_m, from_crossing, kKerb_m + 5.2, kKerb_m + 5.6, 1.0f);
   return best;

@@ -42,7 +42,7 @@ bool overlap(const Outline& a, const Outline& b) {
   return true;
 }
 
-// Does it never meet the camera's body or another mover?
+// Whether it never collides with the camera's body or with another moving object.
 bool isFree(const Mover& mover, const std::vector<Mover>& others, const Path& path,
             const Vector3d& body_m) {
   const Vector3d size = sizeOf(mover.kind, mover.seed);
@@ -60,13 +60,13 @@ bool isFree(const Mover& mover, const std::vector<Mover>& others, const Path& pa
   return true;
 }
 
-// The street on which the camera is at some time.
+// The street of the camera at a time.
 struct Street {
-  double heading_rad;  // of the camera, to a quarter of a turn
+  double heading_rad;  // of the camera, rounded to quarter turns
   Vector2d ahead, left;
   double along_m;   // of the camera, on the axis `ahead`
   double middle_m;  // of the street, on the axis `left`
-  bool valid;       // not while it turns
+  bool valid;       // false while it turns
 
   Street(const Path& path, double time_s) {
     const Place place = path.placeAt(time_s);
@@ -141,7 +141,7 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const V
                                   " collides with the camera or with another one; change its path");
     movers.push_back(mover);
   }
-  // Candidates one kind after the other; those who would collide are left out.
+  // Candidates of one kind after the other; those that would collide are left out.
   const auto meet = [&](double period_s, uint32_t kind, double reach_s, const auto& make) {
     if (period_s <= 0) return;
     Random random(hashOf(seed, 2, kind));
@@ -190,7 +190,7 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const V
     m.kind = Kind::kPerson;
     m.speed_mps = r.uniform(1.0, 2.0);
     const bool to_left = r.chance(0.5);
-    // On the zebra crossing of the next junction where that is near, else anywhere.
+    // On the zebra crossing of the next junction if it is near, else anywhere.
     const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1) - kKerb_m - 2.7;
     const double ahead = junction - s.along_m;
     const double along =

@@ -1,4 +1,4 @@
-/// Everybody else who moves.
+/// Moving objects of a scene.
 #pragma once
 
 #include <vector>
@@ -7,15 +7,15 @@
 
 namespace predictive_stereo::simulation {
 
-/// A thing that moves along the ground at constant velocity, or goes along with the camera.
+/// An object that moves along the ground at constant velocity, or drives with the camera.
 struct Mover {
   int id = 0;
   Kind kind = Kind::kCar;
   uint32_t seed = 0;
-  double from_s = 0, until_s = 0;  ///< when it is there
-  bool goes_along = false;
-  Companion along;   ///< where it does; gap_m to its middle
-  double met_s = 0;  ///< when it is at `met`
+  double from_s = 0, until_s = 0;  ///< when it exists
+  bool goes_along = false;         ///< drives with the camera, see `along`
+  Companion along;                 ///< its gap_m is that to the middle
+  double met_s = 0;                ///< time at which it is at `met`
   Place met;
   double speed_mps = 0;
 
@@ -27,9 +27,9 @@ struct Mover {
   double gapAt(double time_s) const;
 };
 
-/// The movers of a scene, none of which drives through another one or the camera's body (length,
+/// The moving objects of a scene. None collides with another one or with the camera's body (length,
 /// width, height). Deterministic.
-/// @throws std::invalid_argument for a walk that meets the body or another walk.
+/// @throws std::invalid_argument for a walk that collides with the body or with another walk.
 std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path,
                                const Eigen::Vector3d& body_m, double duration_s, uint32_t seed);
 
