@@ -12,7 +12,7 @@ namespace {
 
 namespace encodings = sensor_msgs::image_encodings;
 
-// `format` begins with the encoding before compression where compressed_image_transport wrote it.
+// compressed_image_transport writes a `format` that begins with the encoding before compression.
 std::string encodingOf(const cv::Mat& image, const std::string& format) {
   const std::string original = format.substr(0, format.find(';'));
   switch (image.type()) {
@@ -36,7 +36,7 @@ sensor_msgs::ImagePtr unpacked(const sensor_msgs::CompressedImage& message) {
   cv::Mat image;
   try {
     if (!message.data.empty()) image = cv::imdecode(message.data, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {  // as for data that are no image
+  } catch (const cv::Exception&) {  // the same as for data that are not an image
   }
   if (image.empty())
     throw std::invalid_argument("compressed image of format '" + message.format + "' with " +

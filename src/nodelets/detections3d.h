@@ -7,11 +7,11 @@
 
 namespace predictive_stereo {
 
-/// Moving objects as vision_msgs/Detection3DArray, for programs that take these. Velocity and
-/// distance have no place there. `results` has one hypothesis: the object's id, score and pose,
-/// whose covariance is zero (unknown).
+/// Moving objects as vision_msgs/Detection3DArray, which has no fields for velocity and distance.
+/// `results` has one hypothesis: the object's id, score and pose, whose covariance is zero
+/// (unknown).
 ///
-/// The message is a template's argument because vision_msgs may not be there when this is built.
+/// The message type is a template argument because vision_msgs is optional at build time.
 template <class Detection3DArray>
 boost::shared_ptr<Detection3DArray> detections3d(const MovingObjectArray& objects) {
   auto array = boost::make_shared<Detection3DArray>();

@@ -26,14 +26,14 @@ namespace predictive_stereo {
 /// Dense disparity with variance, predicted from the past by the camera's motion.
 ///
 /// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info; /tf (motion
-///   against odom_frame); odometry (its covariance); odometry/row_alignment; moving_objects/mask
-///   where ~use_moving_mask is set or points2 is wanted (moving_objects/passive_mask where only
-///   what MovingObjects takes is wanted).
+///   relative to odom_frame); odometry (its covariance); odometry/row_alignment;
+///   moving_objects/mask if ~use_moving_mask is set or points2 has subscribers
+///   (moving_objects/passive_mask if only the inputs of MovingObjects have subscribers).
 /// Publishes: disparity, measured_disparity, predicted_disparity, disparity_variance,
 ///   measured_variance, predicted_variance, row_alignment, and on demand disparity/image,
 ///   disparity/color, disparity/standard_deviation, search_range, depth/image_rect,
-///   depth/camera_info, points2, points2_static; /diagnostics. Subscribes to none of its inputs but
-///   /tf while nobody subscribes to any of these.
+///   depth/camera_info, points2, points2_static; /diagnostics. Without subscribers of its outputs
+///   it subscribes only to /tf.
 /// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: DisparityNodeletParams.
 class DisparityNodelet : public nodelet::Nodelet {
@@ -47,7 +47,7 @@ class DisparityNodelet : public nodelet::Nodelet {
 
  private:
   using Loop = FrameLoop<StereoPair, DisparityProcessor, DisparityParams>;
-  // Clouds that wait for this frame's moving objects.
+  // Point clouds that wait for the mask of their frame.
   struct PendingClouds {
     stereo_msgs::DisparityImageConstPtr disparity;
     StereoPair pair;
@@ -98,7 +98,7 @@ class DisparityNodelet : public nodelet::Nodelet {
       pending_clouds_.reset();
       missing_masks_ = 0;
     }
-    // Before the images, so that no motion is missing.
+    // Before the images, so that no motion is missed.
     const ros::Subscriber odometry = getNodeHandle().subscribe<nav_msgs::Odometry>(
         "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
           odometry_.add(odometry);
@@ -130,9 +130,8 @@ class DisparityNodelet : public nodelet::Nodelet {
     odometry_silent_ = false;
   }
 
-  // Masks are needed for the outputs to which others than MovingObjects listen. Where it alone
-  // listens, it must
-  // be free to sleep, and gives masks as long as it does not.
+  // If the inputs of MovingObjects are the only outputs with subscribers, this nodelet must not
+  // keep MovingObjects awake: so it uses the passive topic.
   void followMasks() {
     const bool needed = wanted() && (usesMovingMask() || cloudsAreWanted());
     masks_->listenTo(!needed             ? ""
@@ -173,7 +172,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     if (sequence.verdict != SequenceGuard::Verdict::kContinues) masks_->forget();
 
     StageTimes waiting;
-    sensor_msgs::ImageConstPtr mask;  // alive as long as it is in use
+    sensor_msgs::ImageConstPtr mask;  // owns the memory of the view below
     DisparityProcessor::Sources sources;
     sources.motion = [&](std::optional<ros::Time> past) {
       Stopwatch watch;
@@ -225,7 +224,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     });
     if (answer.motion) {
       health_->solved("motion");
-      // tf came but the odometry did not: do not wait for it again until it speaks.
+      // tf arrived but the odometry did not: do not wait for it again until it does.
       if (!complete) odometry_silent_ = true;
     } else {
       health_->problem("motion", Health::Severity::kDegraded,
@@ -236,7 +235,7 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   std::string describeMissingMotion(const std::string& camera, const MotionAnswer& answer) const {
     if (answer.complete) return answer.reason + ": matched without prediction";
-    // tf's own text has stamps in it and would be another one each time.
+    // Not the text of tf, which contains stamps: a text that changes is logged every time.
     std::ostringstream text;
     text << "tf has no motion of '" << camera << "' relative to odom_frame '" << params_.odom_frame
          << "' at the image's stamp within transform_timeout = " << params_.transform_timeout
@@ -245,9 +244,9 @@ class DisparityNodelet : public nodelet::Nodelet {
     return text.str();
   }
 
-  // What the MovingObjects nodelet waits for.
+  // The inputs of MovingObjects.
   void publishForDetection(const DisparityMessages& messages) {
-    row_alignment_.publish(messages.row_alignment);  // before what makes the frame complete
+    row_alignment_.publish(messages.row_alignment);  // first: MovingObjects does not wait for it
     measured_disparity_.publish(messages.measured_disparity);
     predicted_disparity_.publish(messages.predicted_disparity);
     measured_variance_.publish(messages.measured_variance);
@@ -273,7 +272,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     return cloud_.getNumSubscribers() > 0 || static_cloud_.getNumSubscribers() > 0;
   }
 
-  // The clouds mark or leave out moving objects, whose mask comes a little later, if at all.
+  // The clouds need the mask of moving objects, which arrives a little later, or not at all.
   void prepareClouds(const PendingClouds& clouds) {
     const std::lock_guard<std::mutex> lock(cloud_mutex_);
     if (pending_clouds_) publishClouds(nullptr);
@@ -298,7 +297,7 @@ class DisparityNodelet : public nodelet::Nodelet {
       };
       if (cloud_.getNumSubscribers() > 0) cloud_.publish(cloud(MovingPoints::kTinted));
       if (static_cloud_.getNumSubscribers() > 0) {
-        // A planner is better off without a cloud than with one of which this is not known.
+        // No cloud is better for a planner than a cloud with possible moving objects.
         if (mask) static_cloud_.publish(cloud(MovingPoints::kLeftOut));
         reportMissingMask(!mask);
       }
@@ -360,7 +359,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   std::unique_ptr<DisparityProcessor> processor_;
 
   Outputs outputs_{[this] { demand_.update(); }};
-  Outputs for_detection_{[this] { demand_.update(); }};  // what MovingObjects takes
+  Outputs for_detection_{[this] { demand_.update(); }};  // inputs of MovingObjects
   ros::Publisher disparity_, measured_disparity_, predicted_disparity_, disparity_variance_,
       measured_variance_, predicted_variance_, row_alignment_, search_range_, disparity_image_,
       standard_deviation_, depth_image_, depth_info_, cloud_, static_cloud_;
@@ -368,10 +367,10 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   std::mutex cloud_mutex_;
   std::optional<PendingClouds> pending_clouds_;
-  int missing_masks_ = 0;  // so many clouds in turn
+  int missing_masks_ = 0;  // consecutive clouds without a mask
   std::unique_ptr<MaskInput> masks_;
 
-  std::mutex odometry_mutex_;  // of its subscriber
+  std::mutex odometry_mutex_;  // of odometry_subscriber_
   ros::Subscriber odometry_subscriber_, columns_subscriber_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;

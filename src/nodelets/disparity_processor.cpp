@@ -15,7 +15,7 @@
 namespace predictive_stereo {
 namespace {
 
-// The sub-pixel formula's resolution: costs are integers of at most a few hundred.
+// Resolution of the sub-pixel interpolation: costs are integers of at most a few hundred.
 constexpr float kDisparityStep = 1.0f / 16;
 
 PipelineParams pipelineParams(const DisparityProcessorParams& params) {
@@ -26,10 +26,10 @@ PipelineParams pipelineParams(const DisparityProcessorParams& params) {
   return pipeline;
 }
 
-// See DisparityMessages::contradicted_fraction; 0 where little is predicted.
+// See DisparityMessages::contradicted_fraction; 0 if only a few pixels are predicted.
 double contradictedFraction(const cv::Mat1f& predicted_px, const cv::Mat1f& measured_px,
                             float min_disparity_px) {
-  constexpr int kStep = 2;  // pixels apart, which is enough for a share
+  constexpr int kStep = 2;  // a quarter of the pixels is enough for a share
   constexpr int kFewest = 300;
   int both = 0, contradicted = 0;
   for (int y = 0; y < predicted_px.rows; y += kStep)
@@ -90,7 +90,7 @@ DisparityMessages DisparityProcessor::process(const Sources& sources) {
                            static_cast<float>(params_.disparity.matcher.range.min_disparity));
   result.mean_search_width_px = cv::mean(maps.search_width_px)[0];
   result.searched_fraction = result.mean_search_width_px / params_.disparity.matcher.range.count;
-  output_ = PipelineOutput();  // the messages' memory is theirs
+  output_ = PipelineOutput();  // its maps are views of the messages' memory
   pair_ = StereoPair();
   return result;
 }

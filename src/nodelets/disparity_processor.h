@@ -21,14 +21,15 @@ struct DisparityMessages {
   RowAlignment::Ptr row_alignment;
 
   bool predicted = false;  ///< whether the past was used
-  /// Of the pixels that are predicted and measured, the share where the two contradict each other.
+  /// Share of the pixels with both a predicted and a measured disparity where the two contradict
+  /// each other.
   double contradicted_fraction = 0;
   double mean_search_width_px = 0;  ///< over all pixels
   double searched_fraction = 0;     ///< share of all (pixel, disparity) pairs that was searched
 };
 
-/// Disparity messages from pairs; what the Disparity nodelet and `replay` run. The core writes
-/// straight into the messages' memory.
+/// Disparity messages from pairs; used by the Disparity nodelet and by `replay`. The core writes
+/// directly into the memory of the messages.
 class DisparityProcessor {
  public:
   /// Inputs of a frame from other nodelets: see FrameSources.
@@ -45,7 +46,7 @@ class DisparityProcessor {
   /// See Pipeline::begin.
   /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
   SequenceGuard::Result begin(const StereoPair& pair);
-  /// See Pipeline::process: of the pair that was begun.
+  /// Processes the pair of the last begin(); see Pipeline::process.
   DisparityMessages process(const Sources& sources);
 
   /// See Pipeline::setParams.
@@ -54,7 +55,7 @@ class DisparityProcessor {
   void reset() { pipeline_.reset(); }
 
   const std::string& simdTarget() const { return pipeline_.disparity().simdTarget(); }
-  /// See simd_target.h; empty where all is well.
+  /// See simd_target.h; empty: no warning.
   std::string slowTargetWarning() const;
   const StageTimes& times() const { return pipeline_.times().disparity; }
 
@@ -69,16 +70,17 @@ class DisparityProcessor {
   MessagePool<sensor_msgs::Image> images_;
   MessagePool<stereo_msgs::DisparityImage> disparities_;
 
-  // In work.
+  // Of the current frame.
   StereoPair pair_;
   PipelineOutput output_;
   StereoRig rig_;
 };
 
-/// The mask of moving objects of the frame before, as the core takes it; it shares the message's
-/// memory.
+/// View of the mask of moving objects of the previous frame, as input of the core; it shares the
+/// message's memory.
 /// @param left  an image of the sequence.
-/// @throws std::invalid_argument for a mask of another encoding or size than the image's.
+/// @throws std::invalid_argument for a mask with another encoding than mono8, or another size than
+///   `left`.
 cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left);
 
 }  // namespace predictive_stereo

@@ -1,4 +1,5 @@
-/// What users look at or work with instead of disparities: made from the messages, on demand.
+/// Other representations of disparities: images, depth, point clouds. Made from messages, on
+/// demand.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
@@ -12,17 +13,17 @@
 
 namespace predictive_stereo {
 
-/// The inner image of a DisparityImage as a message of its own; shares its memory.
+/// The image inside a DisparityImage as a separate message; it shares the memory.
 sensor_msgs::ImageConstPtr innerImage(const stereo_msgs::DisparityImageConstPtr& disparity);
 
-/// bgr8: blue far, red near (a perceptually even map), black where unknown.
+/// bgr8 with a perceptually uniform colour map: blue far, red near; unknown pixels are black.
 sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity);
 
-/// 32FC1 standard deviation [px] of a variance [px^2]; 0 where unknown.
-/// @throws std::invalid_argument where `variance` is not 32FC1.
+/// 32FC1 standard deviation [px] of a variance [px^2]; 0: unknown.
+/// @throws std::invalid_argument if `variance` is not 32FC1.
 sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance);
 
-/// 32FC1 depth [m] (REP 118): NaN where unknown, +inf at zero disparity.
+/// 32FC1 depth [m] (REP 118): NaN: unknown; +inf: zero disparity.
 sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity);
 
 /// The left camera's calibration with the stamp of the left image.
@@ -30,12 +31,12 @@ sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair);
 
 enum class MovingPoints { kTinted, kLeftOut };
 
-/// Organised cloud (x, y, z [m], rgb) in the left camera's optical frame; NaN where unknown, left
-/// out or beyond the range. With a stride it has as many rows and columns as there are multiples of
-/// it within the image, from the first on.
+/// Organised cloud (x, y, z [m], rgb) in the left camera's optical frame. Points that are unknown,
+/// left out or beyond the range are NaN. With a stride n the cloud has every n-th row and column,
+/// starting with the first one.
 /// @param left  gives the colours.
-/// @param moving_mask  mono8, of the disparity's size: what moves; may be null.
-/// @throws std::invalid_argument for a mask or an image of another size or encoding.
+/// @param moving_mask  mono8, of the disparity's size: not 0 on moving objects; may be null.
+/// @throws std::invalid_argument for a mask or an image with another size or encoding.
 sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& disparity,
                                        const StereoRig& rig, const sensor_msgs::Image& left,
                                        const sensor_msgs::Image* moving_mask,

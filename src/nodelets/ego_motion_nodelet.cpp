@@ -31,15 +31,15 @@ namespace predictive_stereo {
 
 /// Odometry of a stereo camera.
 ///
-/// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info; imu where
-///   ~use_imu is set;
-///   moving_objects/mask where ~use_moving_mask is set (moving_objects/passive_mask where it may
-///   sleep).
+/// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info; imu if
+///   ~use_imu is set; moving_objects/mask if ~use_moving_mask is set (moving_objects/passive_mask
+///   if this nodelet can sleep).
 /// Publishes: odometry, odometry/pose, odometry/row_alignment, /tf (odom_frame -> base_frame),
-/// /diagnostics. Where it does not publish tf, or ~lazy is set, it subscribes to none of its inputs
-/// but /tf while nobody subscribes to the first three. It leaves tf to others where somebody else
-/// moves base_frame in it, or has it fixed to a parent. Services: ~reset: the next frame is the
-/// origin; those of dynamic_reconfigure. Parameters: EgoMotionNodeletParams.
+///   /diagnostics. If ~publish_tf is false or ~lazy is true, it subscribes only to /tf while the
+///   first three have no subscribers. It does not publish tf if another node already publishes
+///   base_frame there.
+/// Services: ~reset (the next frame is the origin), and those of dynamic_reconfigure.
+/// Parameters: EgoMotionNodeletParams.
 class EgoMotionNodelet : public nodelet::Nodelet {
  public:
   ~EgoMotionNodelet() override {
@@ -90,12 +90,12 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     demand_.start();
   }
 
-  // Who listens to tf cannot be told.
+  // It is unknown whether a node needs its transforms.
   bool mustNotSleep() const { return params_.publish_tf && !params_.lazy; }
 
   void wake() {
     loop_->setAwake(true);
-    // What MovingObjects sees comes from here: were this one to wake it, neither would ever sleep.
+    // MovingObjects needs this nodelet. If each kept the other one awake, neither would ever sleep.
     if (params_.use_moving_mask)
       masks_->listenTo(mustNotSleep() ? MaskInput::kTopic : MaskInput::kPassiveTopic);
     if (params_.use_imu)
@@ -155,7 +155,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     return T_base_cam;
   }
 
-  // What others say of the camera's rotation since the frame before.
+  // Rotation prior: the camera's rotation since the previous frame from another sensor.
   std::optional<Eigen::Matrix3d> rotationOfOthers(const std_msgs::Header& now) {
     const double gap_s = (now.stamp - last_stamp_).toSec();
     if (last_stamp_.isZero() || gap_s <= 0 || gap_s > params_.processor.max_gap) return {};
@@ -201,7 +201,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     });
     rotation_is_late_ = !T_cam_prev;
     if (!T_cam_prev) {
-      // tf's own text has stamps in it and would be another one each time.
+      // Not the text of tf, which contains stamps: a text that changes is logged every time.
       health_->problem("guess_frame", Health::Severity::kDegraded,
                        "tf has no motion of '" + now.frame_id + "' relative to guess_frame '" +
                            params_.guess_frame +
@@ -213,7 +213,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     return Eigen::Matrix3d(T_cam_prev->linear());
   }
 
-  // At rest a gyroscope shows its bias.
+  // At rest a gyroscope measures its bias.
   void learnGyroBias(ros::Time stamp, const EgoMotionProcessor::Output& output) {
     const double dt_s = (stamp - last_stamp_).toSec();
     const EgoMotionEstimate& estimate = output.estimate;
@@ -235,7 +235,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     return greyImage(*message, "moving_objects/mask", unused);
   }
 
-  // The alignment comes first: a node that waits for the motion then has it for its next frame.
+  // The alignment is first: a node that waits for the motion then has it for its next frame.
   void publish(const EgoMotionMessages& messages) {
     alignment_publisher_.publish(messages.row_alignment);
     if (mayPublishTf(messages.transform.child_frame_id)) {
@@ -248,8 +248,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     pose_publisher_.publish(messages.pose);
   }
 
-  // Two who move the same frame are worse than one who stops: who comes to know of the other
-  // yields.
+  // Two publishers of the same frame are worse than none: a node that finds a rival stops.
   bool mayPublishTf(const std::string& frame) {
     if (!params_.publish_tf || yielded_) return false;
     if (!std::exchange(asked_, true) && othersPublish(tf_publisher_.getTopic())) {
@@ -265,7 +264,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     return false;
   }
 
-  // Whether a node other than this publishes on the topic.
+  // Whether another node publishes on the topic.
   static bool othersPublish(const std::string& topic) {
     XmlRpc::XmlRpcValue request(ros::this_node::getName()), response, state;
     if (!ros::master::execute("getSystemState", request, response, state, false)) return false;
@@ -332,7 +331,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   static constexpr double kLargestColumnOffsetPx = 0.5;
   static constexpr double kRotationWithin_s = 0.05;
   static constexpr double kRest_mps = 0.02, kRest_radps = 0.005;
-  static constexpr double kFirstTfWithin_s = 0.5;  // of a node that publishes tf at 2 Hz or more
+  static constexpr double kFirstTfWithin_s = 0.5;  // rivals are assumed to publish at 2 Hz or more
 
   EgoMotionNodeletParams params_;
   Demand demand_{{[this] { return mustNotSleep() || outputs_.wanted(); },
@@ -343,7 +342,8 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   std::unique_ptr<Health> health_;
   TfRivals rivals_;
   std::chrono::steady_clock::time_point listening_since_;
-  bool asked_ = false, yielded_ = false;  // whether tf was waited for, whether it is left to others
+  bool asked_ = false;    // this nodelet has waited for transforms of rivals
+  bool yielded_ = false;  // it does not publish tf because of a rival
   std::unique_ptr<TfInput> tf_;
   std::unique_ptr<EgoMotionProcessor> processor_;
   Outputs outputs_{[this] { demand_.update(); }};
@@ -351,7 +351,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   std::unique_ptr<MaskInput> masks_;
   ImuRotation imu_;
   ros::Subscriber imu_subscriber_;
-  bool rotation_is_late_ = false;  // it is not waited for again before it has come
+  bool rotation_is_late_ = false;  // do not wait for it again until it has arrived
   ros::Time last_stamp_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;

@@ -10,7 +10,7 @@ namespace {
 
 const Matrix6d kUnknown = kUnknownCovariance * Matrix6d::Identity();
 
-// x ahead, y left, z up (REP 103) from a camera's x right, y down, z ahead.
+// From optical axes (x right, y down, z ahead) to body axes (x ahead, y left, z up; REP 103).
 Eigen::Isometry3d bodyFromOptical() {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -60,8 +60,7 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(
   return output;
 }
 
-// Noise makes each image another one, also where nothing moves. What is remembered of the last new
-// pair stays: the next one is compared with it.
+// Because of noise, consecutive images of a live camera always differ, also of a static scene.
 bool EgoMotionProcessor::isFrozen(const StereoPair& pair) {
   const ros::Time stamp = pair.left->header.stamp;
   const bool repeated =
@@ -81,7 +80,7 @@ void EgoMotionProcessor::setOrigin(const StereoPair& pair, const Eigen::Isometry
 void EgoMotionProcessor::move(const Eigen::Isometry3d& T_base_cam, Stamp stamp) {
   twist_.setZero();
   twist_covariance_ = kUnknown;
-  // A first frame says nothing of the motion either: the pose is held.
+  // A first frame gives no motion either: the pose keeps its value.
   if (!output_.motion_start) return;
 
   const CameraMotion& motion = output_.ego_motion.motion;
@@ -90,7 +89,7 @@ void EgoMotionProcessor::move(const Eigen::Isometry3d& T_base_cam, Stamp stamp) 
   T_odom_base_ = compose(output_.T_odom_cam, T_base_cam.inverse());
   const Eigen::Isometry3d T_prev_base = relative(T_odom_prev, T_odom_base_);
 
-  // A perturbation on the left of T_cam_prev is one on the right of the camera's pose.
+  // A left perturbation of T_cam_prev is a right perturbation of the camera's pose.
   const Matrix6d A = adjoint(T_base_cam);
   const Matrix6d step_covariance = A * motion.covariance * A.transpose();
   pose_covariance_.add({T_prev_base.inverse(), step_covariance},

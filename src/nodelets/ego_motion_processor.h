@@ -18,27 +18,28 @@ struct EgoMotionMessages {
   nav_msgs::OdometryPtr odometry;
   geometry_msgs::PoseWithCovarianceStampedPtr pose;
   geometry_msgs::TransformStamped transform;  ///< odom_frame -> base frame
-  RowAlignment::Ptr row_alignment;            ///< its columns are for the frames after this one
+  RowAlignment::Ptr row_alignment;            ///< its column offset is for the following frames
 };
 
-/// Odometry messages from pairs; what the EgoMotion nodelet and `replay` run.
+/// Odometry messages from pairs; used by the EgoMotion nodelet and by `replay`.
 ///
-/// The pose starts at the origin, with the base frame's axes (where the camera is the base, with
-/// the camera's axes turned as REP 103 has them: x ahead, z up). While lost it is held.
+/// The pose starts at the origin, with the axes of the base frame. If the camera is the base, these
+/// are the camera's axes in the convention of REP 103: x ahead, z up. While the ego-motion is lost,
+/// the pose keeps its last value.
 class EgoMotionProcessor {
  public:
   struct Output {
     std::optional<EgoMotionMessages> messages;  ///< none for a duplicate
     EgoMotionEstimate estimate;
     SequenceGuard::Result sequence;
-    bool frozen = false;  ///< both images have been the same for more than max_gap
+    bool frozen = false;  ///< both images have not changed for more than max_gap
   };
 
   explicit EgoMotionProcessor(const EgoMotionProcessorParams& params);
 
   /// @param T_base_cam  of the left camera's optical frame at the pair's stamp.
-  /// @param moving_mask  255 on moving objects of the previous frame; empty: none known.
-  /// @param R_cam_prev  of others, see EgoMotion::estimate.
+  /// @param moving_mask  255 on moving objects of the previous frame; empty: unknown.
+  /// @param R_cam_prev  from another source, see EgoMotion::estimate.
   /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
   Output process(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam,
                  const cv::Mat1b& moving_mask = {},
@@ -47,10 +48,10 @@ class EgoMotionProcessor {
   /// See Pipeline::setParams.
   void setParams(const EgoMotionParams& params) { pipeline_.setParams(params); }
 
-  /// Forgets everything: the next frame is the origin.
+  /// Resets the state: the next frame is the origin.
   void reset() { pipeline_.reset(); }
 
-  /// The frame whose pose is given, for pairs of this camera.
+  /// The frame whose pose is published, for pairs of this camera.
   std::string baseFrame(const StereoPair& pair) const;
   bool cameraIsBase(const StereoPair& pair) const;
 

@@ -17,9 +17,10 @@
 
 namespace predictive_stereo {
 
-/// The rhythm of a nodelet: one frame at a time, the newest, in a thread of its own. Between two
-/// frames changed parameters and ~reset reach the processor. It begins asleep, and has forgotten
-/// the past whenever it wakes. What a frame throws becomes a diagnostic.
+/// Processing loop of a nodelet, in its own thread: it processes one frame at a time, always the
+/// newest one. Changed parameters and ~reset take effect between two frames. The loop starts
+/// asleep. When it wakes up, the processor has been reset. Exceptions of a frame are reported as a
+/// diagnostic.
 ///
 /// Processor has setParams(Params) and reset().
 template <class Frame, class Processor, class Params>
@@ -36,12 +37,12 @@ class FrameLoop {
   };
   struct Hooks {
     std::function<void(const Job&)> process;  ///< called in the loop's thread; may throw
-    /// Throws std::invalid_argument for parameters that are not allowed together.
+    /// Throws std::invalid_argument for values that exclude each other.
     std::function<void(const Params&)> check;
-    std::vector<std::string> fixed;  ///< beginnings of the names of those that cannot change
+    std::vector<std::string> fixed;  ///< name prefixes of the parameters that cannot change
   };
 
-  /// @param params  those that the processor has.
+  /// @param params  the current ones of the processor.
   FrameLoop(ros::NodeHandle& private_node, Health& health, Processor& processor,
             const Params& params, const Hooks& hooks)
       : health_(health),
@@ -54,17 +55,17 @@ class FrameLoop {
 
   void push(Frame frame) { worker_.push(Job{std::move(frame)}); }
 
-  /// While it is asleep frames are left alone.
+  /// While the loop is asleep, it drops all frames.
   void setAwake(bool awake) {
     if (!awake) forget_ = true;
     awake_ = awake;
     health_.setAsleep(!awake);
   }
 
-  /// Frames that a newer one replaced before their turn came.
+  /// Number of frames that were replaced by a newer one before they were processed.
   uint64_t dropped() const { return worker_.dropped(); }
 
-  /// No more calls of the hooks once this has returned.
+  /// After this has returned, no hook is called.
   void stop() { worker_.stop(); }
 
  private:
@@ -86,7 +87,7 @@ class FrameLoop {
   bool prepare() {
     if (const auto params = live_params_.takeChanged()) processor_.setParams(*params);
     const bool reset = reset_requested_.exchange(false);
-    // What is remembered from before a sleep would be of no use after it.
+    // The state from before a sleep is too old to be useful.
     if (forget_.exchange(false) || reset) processor_.reset();
     if (reset) health_.event("reset: the next frame is the first");
     return awake_;
@@ -98,7 +99,7 @@ class FrameLoop {
   LiveParams<Params> live_params_;
   std::atomic<bool> reset_requested_{false}, forget_{false}, awake_{false};
   ros::ServiceServer reset_service_;
-  LatestWorker<Job> worker_{[this](Job& job) { work(job); }};  // last: it uses all of the above
+  LatestWorker<Job> worker_{[this](Job& job) { work(job); }};  // last: uses the members above
 };
 
 }  // namespace predictive_stereo

@@ -10,7 +10,8 @@ namespace predictive_stereo {
 namespace {
 
 constexpr auto kRateWindow = std::chrono::seconds(5);
-constexpr auto kSilence = std::chrono::seconds(3);  // then the user wants to know why
+constexpr auto kSilence =
+    std::chrono::seconds(3);  // time without output after which it is reported
 
 std::string formatted(const char* format, double value) {
   char text[64];
@@ -26,7 +27,7 @@ Health::Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
     : name_(name), silence_(std::move(silence)), updater_(node, private_node, name) {
   updater_.setHardwareID("none");
   updater_.add(title, this, &Health::report);
-  // Wall time: a paused simulation or bag is one of the things to be told.
+  // Wall time, because a paused simulation or bag must be reported as well.
   timer_ = node.createWallTimer(
       ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { tick(); }, false, false);
 }
@@ -95,7 +96,7 @@ void Health::tick() {
     const std::lock_guard<std::mutex> lock(mutex_);
     silent = !asleep_ && Clock::now() - last_output_ > kSilence;
   }
-  // Asked without the lock: it looks at the nodelet's own state.
+  // Called without the lock, because it reads the state of the nodelet.
   std::string text = silent ? silence_() : "";
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -17,9 +17,8 @@
 
 namespace predictive_stereo {
 
-/// Reports of a nodelet to its user: diagnostics at 1 Hz, each problem once per cause
-/// in the log, and
-/// why nothing comes out while nothing does.
+/// Reports of a nodelet to its user: diagnostics at 1 Hz, each problem once in the log, and the
+/// reason why there is no output.
 ///
 /// Thread-safe.
 class Health {
@@ -27,30 +26,30 @@ class Health {
   enum class Severity { kDegraded, kBroken };
 
   /// @param title  of the status in /diagnostics, after the nodelet's name.
-  /// @param silence  says which input is missing, and the cure; called while nothing comes
-  ///   out; may return an empty text. Called from the timer.
+  /// @param silence  text that names the missing input and the cure; may be empty. Called by the
+  ///   timer while there is no output.
   Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::string& name,
          const std::string& title, std::function<std::string()> silence);
 
-  /// From now on diagnostics are published, and `silence` is asked.
+  /// Starts to publish diagnostics and to call `silence`.
   void start() { timer_.start(); }
 
-  /// No more calls of `silence` once this has returned.
+  /// After this has returned, `silence` is not called.
   void stop() { timer_.stop(); }
 
-  /// Something is wrong. Logged where `text` differs from what this cause last said.
+  /// Reports a problem. It is logged if `text` differs from the last text of this cause.
   void problem(const std::string& cause, Severity severity, const std::string& text);
-  /// This cause is gone.
+  /// Ends the problem of this cause.
   void solved(const std::string& cause);
-  /// Something worth one line in the log.
+  /// Logs one line.
   void event(const std::string& text);
 
-  /// A frame was published.
+  /// Counts a published frame.
   void frame(ros::Time stamp, double latency_ms, const StageTimes& times);
-  /// A figure of the last frame.
+  /// Sets a value of the last frame in the diagnostics.
   void figure(const std::string& name, double value, const char* format = "%.3g");
   void figure(const std::string& name, const std::string& value);
-  /// Without subscribers it is no fault that nothing comes out.
+  /// While a nodelet is asleep because it has no subscribers, missing output is not a fault.
   void setAsleep(bool asleep);
 
  private:
@@ -59,7 +58,7 @@ class Health {
     Severity severity;
     std::string text;
   };
-  // Over the last ten frames or so.
+  // Exponential mean over about the last ten frames.
   class Mean {
    public:
     void add(double value) {
@@ -92,7 +91,7 @@ class Health {
   std::vector<std::pair<std::string, std::string>> figures_;
 
   diagnostic_updater::Updater updater_;
-  ros::WallTimer timer_;  // last: it uses all of the above
+  ros::WallTimer timer_;  // last: uses the members above
 };
 
 }  // namespace predictive_stereo

@@ -11,7 +11,7 @@
 
 namespace predictive_stereo {
 
-/// Gives a message size, encoding and memory for an image; its data keep their old contents.
+/// Sets a message's header, size and encoding and allocates its data, which are not initialised.
 void allocateImage(const std_msgs::Header& header, cv::Size size, const std::string& encoding,
                    sensor_msgs::Image& message);
 
@@ -22,13 +22,14 @@ cv::Mat_<Pixel> writableView(sensor_msgs::Image& message) {
                          reinterpret_cast<Pixel*>(message.data.data()), message.step);
 }
 
-/// A view of a 32FC1 message from anywhere. Not to be written.
+/// A read-only view of a 32FC1 message from any publisher.
 /// @param name  of the topic, for errors.
-/// @throws std::invalid_argument for another encoding, byte order, alignment or too few data.
+/// @throws std::invalid_argument for another encoding, byte order or alignment, or for too few
+///   data.
 cv::Mat1f floatView(const sensor_msgs::Image& message, const std::string& name);
 
-/// The range that a DisparityImage declares; its invalid pixels lie below min_disparity.
-/// @throws std::invalid_argument for numbers that no range has.
+/// The range that a DisparityImage declares. Its invalid pixels are below min_disparity.
+/// @throws std::invalid_argument for numbers that are not a valid range.
 DisparityRange rangeOf(const stereo_msgs::DisparityImage& message);
 
 }  // namespace predictive_stereo

@@ -11,28 +11,28 @@
 
 namespace predictive_stereo {
 
-/// Images of a topic by one of the transports that image_transport knows.
+/// Subscriber of an image topic, with any transport of image_transport.
 ///
-/// "compressed" (JPEG, PNG) needs no plugin, which Debian 12 does not have: it is unpacked here.
+/// "compressed" (JPEG, PNG) is decoded here and needs no plugin, because Debian 12 has none.
 class ImageSubscriber {
  public:
   using Callback = std::function<void(const sensor_msgs::ImageConstPtr&)>;
 
-  /// Subscribes to nothing.
+  /// Makes an object without a subscription.
   ImageSubscriber() = default;
 
-  /// @param transport  "raw", "compressed", or what a plugin of image_transport gives.
-  /// @throws std::runtime_error where there is no such plugin.
+  /// @param transport  "raw", "compressed", or one that a plugin of image_transport provides.
+  /// @throws std::runtime_error if there is no such plugin.
   ImageSubscriber(ros::NodeHandle node, const std::string& topic, uint32_t queue,
                   const std::string& transport, const Callback& callback);
 
-  /// No more calls once this has returned.
+  /// After this has returned, the callback is not called.
   void shutdown();
 
   uint32_t getNumPublishers() const;
   /// Name of the subscribed topic, with the suffix of the transport.
   std::string getTopic() const;
-  /// Why the last image could not be unpacked; empty where it could.
+  /// Why the last image could not be decoded; empty: it was decoded.
   std::string error() const;
   explicit operator bool() const { return compressed_ || image_; }
 

@@ -18,7 +18,7 @@ void ImuRotation::add(const sensor_msgs::ImuConstPtr& imu) {
   const Eigen::Vector3d rate_radps(w.x, w.y, w.z);
   const std::lock_guard<std::mutex> lock(mutex_);
   frame_ = imu->header.frame_id;
-  // By sensor_msgs/Imu: this one measures no angular velocity.
+  // In sensor_msgs/Imu, -1 means that the device does not measure angular velocity.
   has_gyro_ = imu->angular_velocity_covariance[0] != -1;
   if (!has_gyro_ || !rate_radps.allFinite()) return;
   if (!samples_.empty() && imu->header.stamp == samples_.back().stamp) return;
@@ -50,7 +50,7 @@ std::string ImuRotation::forEachStep(ros::Time previous, ros::Time now, bool& co
       std::snprintf(text, sizeof(text), "its stamps jump by %.2f s", length_s);
       return std::string(text) + kCure;
     }
-    // Linear in between.
+    // Linear interpolation.
     const double middle = (begin_s + end_s) / 2 / length_s;
     use(before.rate_radps + middle * (after.rate_radps - before.rate_radps), end_s - begin_s);
   }

@@ -11,8 +11,8 @@
 
 namespace predictive_stereo {
 
-/// A thread that works on the newest job: one that is still waiting when the next comes is dropped,
-/// so that latency stays bounded when frames come faster than they can be processed.
+/// A thread that processes the newest job. A job that is still waiting when the next one arrives is
+/// dropped: so latency stays bounded if frames arrive faster than they can be processed.
 template <class Job>
 class LatestWorker {
  public:
@@ -35,7 +35,7 @@ class LatestWorker {
 
   uint64_t dropped() const { return dropped_; }
 
-  /// Waits for the job in work; there will be no other.
+  /// Waits for the current job and ends the thread.
   void stop() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -65,7 +65,7 @@ class LatestWorker {
   std::optional<Job> waiting_;
   bool stop_ = false;
   std::atomic<uint64_t> dropped_{0};
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last: uses the members above
 };
 
 }  // namespace predictive_stereo

@@ -56,12 +56,12 @@ void append(const Entry& entry, const std::string& text, Config& config) {
   }
 }
 
-/// One group for each nested struct; the one with id 0 is the whole.
+/// One group per nested struct. Group 0 contains all of them.
 class Groups {
  public:
   Groups() { add("", "Default", 0); }
 
-  /// Of the parameter "a/b/name": that of "a/b".
+  /// Group of a parameter: that of "a/b" for "a/b/name".
   dynamic_reconfigure::Group& of(const std::string& name) {
     return groups_[static_cast<size_t>(find(name))];
   }
@@ -91,7 +91,7 @@ class Groups {
   std::map<std::string, int> ids_;
 };
 
-/// The python expression by which dynamic_reconfigure's clients know an enum.
+/// Description of an enum for dynamic_reconfigure's clients: a Python expression.
 std::string editMethod(const Entry& entry) {
   std::string list;
   for (const std::string& choice : entry.choices)
@@ -173,7 +173,7 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& node, const ParamTab
 
 bool ReconfigureServer::serve(dynamic_reconfigure::Reconfigure::Request& request,
                               dynamic_reconfigure::Reconfigure::Response& response) {
-  // Clients may send everything for one change.
+  // Some clients send all parameters to change one.
   Assignments changes;
   for (const auto& [name, text] : assignmentsOf(request.config))
     if (!values_.has(name) || values_.get(name) != text) changes.emplace_back(name, text);
@@ -191,7 +191,7 @@ bool ReconfigureServer::serve(dynamic_reconfigure::Reconfigure::Request& request
   return true;
 }
 
-// A nodelet that is started again then goes on with them.
+// So a restarted nodelet keeps the changed values.
 void ReconfigureServer::storeAsRosParams(const Assignments& changes) const {
   Config config;
   for (const auto& [name, text] : changes)

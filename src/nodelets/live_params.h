@@ -16,19 +16,19 @@
 
 namespace predictive_stereo {
 
-/// dynamic_reconfigure's topics and service for the parameters of a table, described by it alone:
-/// names, types, limits and choices are those of the structs, so that there is nothing to generate.
+/// Topics and service of dynamic_reconfigure for the parameters of a table. Names, types, limits
+/// and choices are those of the table, so no code is generated.
 ///
-/// dynamic_reconfigure's own server would clamp what is out of range without a word. Here a request
-/// with a value that is not allowed changes nothing, fails, and the log says why.
+/// The server of dynamic_reconfigure clamps values silently. Here a request with a value that is
+/// not allowed fails and changes nothing, and the log says why.
 class ReconfigureServer {
  public:
   using Assignments = std::vector<std::pair<std::string, std::string>>;
 
-  /// @param node  in whose namespace topics, service and ROS parameters are.
-  /// @param values  the values that hold; must outlive this object.
-  /// @param defaults  what the description calls the defaults, for the same names.
-  /// @param set  sets all or nothing; throws std::invalid_argument for what is refused.
+  /// @param node  its namespace has the topics, the service and the ROS parameters.
+  /// @param values  the current values; must outlive this object.
+  /// @param defaults  default values of the same names, for the description.
+  /// @param set  sets all values, or none and throws std::invalid_argument.
   ReconfigureServer(const ros::NodeHandle& node, const ParamTable& values,
                     const ParamTable& defaults, std::function<void(const Assignments&)> set);
 
@@ -41,16 +41,16 @@ class ReconfigureServer {
   const ParamTable& values_;
   std::function<void(const Assignments&)> set_;
   ros::Publisher description_, updates_;
-  ros::ServiceServer service_;  // last: it uses all of the above
+  ros::ServiceServer service_;  // last: uses the members above
 };
 
-/// A parameter struct that users change while its nodelet runs. Requests come in ROS's threads; the
-/// nodelet takes what has changed when it is between two frames.
+/// A parameter struct that users can change while the nodelet runs. Requests arrive in ROS's
+/// threads; the nodelet takes the changed values between two frames.
 template <class Params>
 class LiveParams {
  public:
-  /// @param check  throws std::invalid_argument for values that are not allowed together.
-  /// @param fixed  beginnings of the names of members that are not offered.
+  /// @param check  throws std::invalid_argument for values that exclude each other.
+  /// @param fixed  name prefixes of the parameters that cannot change.
   LiveParams(const ros::NodeHandle& node, const Params& params,
              std::function<void(const Params&)> check, const std::vector<std::string>& fixed = {})
       : params_(params),
@@ -64,7 +64,7 @@ class LiveParams {
   LiveParams(const LiveParams&) = delete;
   LiveParams& operator=(const LiveParams&) = delete;
 
-  /// All parameters, where some were changed since the last call.
+  /// All parameters, if some were changed since the last call.
   std::optional<Params> takeChanged() {
     const std::lock_guard<std::mutex> lock(mutex_);
     return std::exchange(changed_, std::nullopt);
@@ -90,7 +90,7 @@ class LiveParams {
   ParamTable table_, trial_table_;
   std::mutex mutex_;
   std::optional<Params> changed_;
-  ReconfigureServer server_;  // last: it uses all of the above
+  ReconfigureServer server_;  // last: uses the members above
 };
 
 }  // namespace predictive_stereo

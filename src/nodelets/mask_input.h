@@ -13,13 +13,13 @@
 
 namespace predictive_stereo {
 
-/// The newest mask of moving objects, and the wait for that of a certain frame.
+/// Receives masks of moving objects, and waits for the mask of a given frame.
 class MaskInput {
  public:
-  /// Subscribing to this wakes MovingObjects.
+  /// A subscription to this topic wakes MovingObjects.
   static constexpr const char* kTopic = "moving_objects/mask";
-  /// The same masks, as long as somebody else keeps MovingObjects awake: subscribing to this does
-  /// not. Without it two nodelets that need each other would never sleep.
+  /// The same masks, while another subscriber keeps MovingObjects awake; a subscription to this
+  /// topic does not. Without it, two nodelets that need each other would never sleep.
   static constexpr const char* kPassiveTopic = "moving_objects/passive_mask";
 
   using Callback = std::function<void(const sensor_msgs::ImageConstPtr&)>;
@@ -28,7 +28,7 @@ class MaskInput {
   explicit MaskInput(const ros::NodeHandle& node, Callback on_mask = {})
       : node_(node), on_mask_(std::move(on_mask)) {}
 
-  /// Takes masks from this topic alone; empty: from none. Not to be called by two threads at once.
+  /// Subscribes to this topic instead of the previous one; empty: to none. Not thread-safe.
   void listenTo(const std::string& topic) {
     if (topic == topic_) return;
     topic_ = topic;
@@ -41,13 +41,13 @@ class MaskInput {
       const std::lock_guard<std::mutex> lock(mutex_);
       std::swap(subscriber, subscriber_);
     }
-    subscriber.shutdown();  // without the lock, which the callback that this waits for takes
+    subscriber.shutdown();  // without the lock: it waits for callbacks, and these take the lock
     if (topic.empty()) forget();
   }
-  /// No more calls once this has returned.
+  /// After this has returned, the callback is not called.
   void stop() { listenTo(""); }
 
-  /// Stamps went back: what was received is of another pass, though its stamp may come again.
+  /// Drops the mask, because stamps went back: its stamp may occur again in the new pass of a bag.
   void forget() {
     const std::lock_guard<std::mutex> lock(mutex_);
     mask_.reset();
@@ -58,14 +58,14 @@ class MaskInput {
     return subscriber_.getNumPublishers() > 0;
   }
 
-  /// The mask of the frame; null where it has not come.
+  /// The mask of the frame; nullptr: not received.
   sensor_msgs::ImageConstPtr at(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return mask_ && mask_->header.stamp == stamp ? mask_ : nullptr;
   }
 
-  /// The same, having waited for it. A sender that failed once is not waited for again before it
-  /// has sent another.
+  /// Waits for the mask of the frame. After a timeout it does not wait again until another mask has
+  /// arrived.
   sensor_msgs::ImageConstPtr waitForMask(ros::Time stamp, double timeout_s) {
     const bool expected = isPublished() && !silent_;
     auto mask = waitFor(expected ? timeout_s : 0.0, [&] { return at(stamp); });

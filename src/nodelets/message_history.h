@@ -8,7 +8,7 @@
 
 namespace predictive_stereo {
 
-/// The messages of the last seconds, which have a header. Thread-safe.
+/// Messages (with a header) of the last seconds. Thread-safe.
 template <class Message>
 class MessageHistory {
  public:
@@ -19,12 +19,12 @@ class MessageHistory {
     if (!messages_.empty() && message->header.stamp < messages_.back()->header.stamp)
       messages_.clear();
     messages_.push_back(message);
-    // What a frame asks for is as old as the frame before it.
+    // A frame needs messages since the previous frame.
     while (messages_.size() > kMostKept ||
            message->header.stamp - messages_.front()->header.stamp > ros::Duration(kKept_s))
       messages_.pop_front();
   }
-  /// Images went back to this stamp: forgets messages of a later pass.
+  /// The stamps of images went back to this one: drops messages of the previous pass.
   void goBackTo(ros::Time stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!messages_.empty() && (messages_.back()->header.stamp - stamp).toSec() > kLeastJump_s)
@@ -34,10 +34,10 @@ class MessageHistory {
     const std::lock_guard<std::mutex> lock(mutex_);
     messages_.clear();
   }
-  /// The first message that is not older than `stamp`; null: none yet.
+  /// The first message that is not older than `stamp`; nullptr: none yet.
   ConstPtr at(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    // Newest first: the one that is asked for is at the end.
+    // Backwards, because the message is near the end.
     ConstPtr found;
     for (auto message = messages_.rbegin(); message != messages_.rend(); ++message) {
       if ((*message)->header.stamp < stamp) break;
@@ -45,7 +45,7 @@ class MessageHistory {
     }
     return found;
   }
-  /// The last message that is older than `stamp`; null: none.
+  /// The last message that is older than `stamp`; nullptr: none.
   ConstPtr before(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (auto message = messages_.rbegin(); message != messages_.rend(); ++message)

@@ -7,16 +7,16 @@
 
 namespace predictive_stereo {
 
-/// Hands out messages whose memory is used again once every subscriber has let go of them, so that
-/// publishing without a copy does not allocate (and fault in) megabytes a frame.
+/// Recycles messages after every subscriber has released them. So publishing without a copy does
+/// not allocate (and page in) megabytes per frame.
 template <class Message>
 class MessagePool {
  public:
-  /// A message without other owners; its fields are those of its last use.
+  /// A message without other owners. Its fields have the values of the last use.
   boost::shared_ptr<Message> take() {
     for (boost::shared_ptr<Message>& message : messages_) {
       if (message.use_count() != 1) continue;
-      // Pairs with the release of the last subscriber's reference: its reads come first.
+      // Pairs with the release of the last subscriber's reference: its reads happen before.
       std::atomic_thread_fence(std::memory_order_acquire);
       return message;
     }
@@ -26,7 +26,7 @@ class MessagePool {
   }
 
  private:
-  // More than this are only in flight when a subscriber hoards them; those are not ours to keep.
+  // More messages are in use only if a subscriber keeps many of them. The pool does not keep these.
   static constexpr size_t kLargest = 16;
   std::vector<boost::shared_ptr<Message>> messages_;
 };

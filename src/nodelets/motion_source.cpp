@@ -5,7 +5,7 @@
 namespace predictive_stereo {
 namespace {
 
-// Odometry this much later than a frame says nothing of it.
+// Odometry this much later than a frame does not belong to it.
 bool isTooNew(const nav_msgs::Odometry& odometry, ros::Time frame) {
   return odometry.header.stamp - frame > ros::Duration(0.1);
 }

@@ -13,17 +13,17 @@ namespace predictive_stereo {
 
 using OdometryHistory = MessageHistory<nav_msgs::Odometry>;
 
-/// The camera's motion between two frames, or why there is none.
+/// The camera's motion between two frames, or the reason why it is unknown.
 struct MotionAnswer {
   std::optional<CameraMotion> motion;
-  bool complete = false;  ///< nothing is left to wait for
-  std::string reason;     ///< where there is no motion
+  bool complete = false;  ///< waiting longer does not help
+  std::string reason;     ///< why there is no motion
 };
 
-/// The motion from tf, its covariance from the odometry, be it our own or anybody's.
-/// @param odometry  null: there is none; the covariance is then zero (unknown).
-/// @returns no motion also where the odometry says that it was lost at either frame: tf then holds
-///   a pose that means nothing.
+/// The motion from tf, and its covariance from odometry of any source.
+/// @param odometry  nullptr: no odometry; the covariance is then zero (unknown).
+/// @returns no motion, too, if the odometry was lost at one of the two frames: the pose in tf is
+///   then invalid.
 MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                           const std::string& camera, ros::Time previous, ros::Time now,
                           const std::string& fixed_frame);

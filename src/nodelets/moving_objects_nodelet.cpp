@@ -36,12 +36,12 @@ namespace predictive_stereo {
 /// Moving objects from measured and predicted disparity.
 ///
 /// Subscribes: measured_disparity, measured_variance, predicted_disparity, predicted_variance,
-///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame); row_alignment, where
-///   somebody publishes it (by what the disparities' columns are corrected).
+///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame); row_alignment, if it
+///   is published (the column offset of the disparities).
 /// Publishes: moving_objects, moving_objects/mask, and on demand moving_objects/residual,
-///   moving_objects/markers, moving_objects/image, moving_objects/detections3d (where vision_msgs
-///   was there at build time); /diagnostics. Subscribes to none of its inputs but /tf while nobody
-///   subscribes to any of these. Also moving_objects/passive_mask, see MaskInput.
+///   moving_objects/markers, moving_objects/image, moving_objects/detections3d (if vision_msgs was
+///   installed at build time); /diagnostics. Without subscribers of its outputs it subscribes only
+///   to /tf. Also moving_objects/passive_mask, see MaskInput.
 /// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: MovingObjectsNodeletParams.
 class MovingObjectsNodelet : public nodelet::Nodelet {
@@ -55,8 +55,8 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
 
  private:
   using Loop = FrameLoop<MovingObjectsInput, MovingObjectsProcessor, DetectionParams>;
-  // The first is the one whose messages must find their partners: not every left image has become
-  // a disparity.
+  // The first slot has the messages that need partners. Left images do not, because not every one
+  // has a disparity.
   enum Slot { kMeasured, kMeasuredVariance, kPredicted, kPredictedVariance, kLeft, kLeftInfo };
   static constexpr size_t kTopics = 6;
 
@@ -84,7 +84,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
                     [](const DetectionParams& params) { MovingObjectDetector{params}; },
                     {"range/"}});
     SyncParams exact;
-    exact.approximate_sync = false;  // every output carries the left image's stamp
+    exact.approximate_sync = false;  // every input has the left image's stamp
     exact.queue_size = params_.queue_size;
     names_ = {"measured_disparity", "measured_variance", "predicted_disparity",
               "predicted_variance", "left/image_rect",   "left/camera_info"};
@@ -142,7 +142,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
       const std::lock_guard<std::mutex> lock(mutex_);
       std::swap(subscribers, subscribers_);
     }
-    // Without the lock, which the callbacks that this waits for take.
+    // Without the lock: shutdown() waits for callbacks, and these take the lock.
     subscribers.left.shutdown();
     subscribers.columns.shutdown();
     for (ros::Subscriber& subscriber : subscribers.others) subscriber.shutdown();
@@ -202,7 +202,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
       return "nobody publishes " + unpublished +
              ": run the Disparity nodelet in the same namespace (launch argument "
              "camera:=<namespace>), or remap";
-    // Without images there are no disparities either.
+    // Without images there are no disparities either, so this is the cause.
     if (topics[kLeft].isSilent())
       return "no messages arrive on " + topics[kLeft].name +
              " although it is advertised: is the camera running, or is the bag paused?";

@@ -23,7 +23,7 @@ void requireSize(const char* name, cv::Size size, cv::Size expected) {
                               text(expected) + "; do the topics belong to one camera?");
 }
 
-// The left camera with the baseline that the disparity was made with.
+// The left camera with the baseline of the disparity image.
 StereoRig rigOf(const sensor_msgs::CameraInfo& left_info,
                 const stereo_msgs::DisparityImage& disparity, cv::Size size) {
   const Matrix34d P = projectionMatrix(left_info);
@@ -56,7 +56,7 @@ MovingObject message(const DetectedObject& object) {
   result.velocity.z = object.velocity_mps.z();
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(result.velocity_covariance.data()) =
       object.velocity_covariance;
-  // The convention of sensor_msgs/Imu: no estimate.
+  // -1 means "no estimate", as in sensor_msgs/Imu.
   if (object.velocity_covariance.isZero()) result.velocity_covariance[0] = -1;
   result.score = object.score;
   result.age = static_cast<uint32_t>(object.age);
@@ -88,7 +88,7 @@ void MovingObjectsProcessor::setParams(const DetectionParams& params) {
 
 void MovingObjectsProcessor::reset() { pipeline_.reset(); }
 
-// The messages' memory as a frame and its maps.
+// A frame and its maps as views of the messages' memory.
 StereoFrame MovingObjectsProcessor::view(const MovingObjectsInput& input) {
   StereoFrame frame;
   frame.stamp = stampOf(input.left->header.stamp);

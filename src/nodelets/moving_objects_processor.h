@@ -20,7 +20,7 @@ struct MovingObjectsInput {
   sensor_msgs::CameraInfoConstPtr left_info;
   stereo_msgs::DisparityImageConstPtr measured_disparity, predicted_disparity;
   sensor_msgs::ImageConstPtr measured_variance, predicted_variance;
-  RowAlignmentConstPtr row_alignment;  ///< has the correction of columns; null: as before
+  RowAlignmentConstPtr row_alignment;  ///< has the column offset; nullptr: keep the last one
 };
 
 struct MovingObjectsMessages {
@@ -28,7 +28,7 @@ struct MovingObjectsMessages {
   sensor_msgs::ImagePtr mask;  ///< mono8, 255 on moving objects
 };
 
-/// Moving objects from disparity messages; what the MovingObjects nodelet and `replay` run.
+/// Moving objects from disparity messages; used by the MovingObjects nodelet and by `replay`.
 class MovingObjectsProcessor {
  public:
   struct Output {
@@ -38,12 +38,12 @@ class MovingObjectsProcessor {
 
   explicit MovingObjectsProcessor(const MovingObjectsProcessorParams& params);
 
-  /// @param T_odom_cam  of the left camera's optical frame; none: not known in this frame.
+  /// @param T_odom_cam  of the left camera's optical frame; none: unknown in this frame.
   /// @throws std::invalid_argument for messages that cannot be used; the state stays as it was.
   Output process(const MovingObjectsInput& input,
                  const std::optional<Eigen::Isometry3d>& T_odom_cam);
 
-  /// See Pipeline::setParams. The range is that of the messages all the same.
+  /// See Pipeline::setParams. The disparity range is always that of the messages.
   void setParams(const DetectionParams& params);
 
   void reset();
@@ -56,7 +56,7 @@ class MovingObjectsProcessor {
   PipelineOutput output_;
   cv::Mat1b left_buffer_;
   MessagePool<sensor_msgs::Image> images_;
-  MovingObjectsInput last_;  // the detector may look at the previous frame's memory
+  MovingObjectsInput last_;  // keeps the memory that the detector may still read
 };
 
 }  // namespace predictive_stereo

@@ -20,7 +20,7 @@ using visualization_msgs::Marker;
 
 constexpr double kTint = 90;  // grey levels of red on moving pixels
 
-// A colour per track, far apart for neighbouring ids.
+// A colour per track; those of consecutive ids are very different.
 cv::Vec3b colourOf(uint32_t id) {
   const double hue = std::fmod(id * 0.618033988749895, 1.0);
   const cv::Mat3b hsv(1, 1, cv::Vec3b(static_cast<uint8_t>(hue * 180), 220, 255));
@@ -69,7 +69,7 @@ geometry_msgs::Point point(const Eigen::Vector3d& p) {
   return result;
 }
 
-// The twelve edges: a box that hides nothing.
+// The twelve edges of the box, so that it hides nothing.
 Marker box(const MovingObjectArray& objects, const MovingObject& object) {
   Marker result = marker(objects, object, "boxes", Marker::LINE_LIST);
   result.pose = object.pose;
@@ -90,7 +90,7 @@ Marker box(const MovingObjectArray& objects, const MovingObject& object) {
 Marker text(const MovingObjectArray& objects, const MovingObject& object) {
   Marker result = marker(objects, object, "labels", Marker::TEXT_VIEW_FACING);
   result.pose.position = object.pose.position;
-  result.pose.position.y -= object.size.y / 2 + 0.3;  // above it: y points down
+  result.pose.position.y -= object.size.y / 2 + 0.3;  // above the object, as y points down
   result.scale.z = 0.5;
   result.text = label(object);
   return result;

@@ -1,4 +1,4 @@
-/// Moving objects as pictures and as rviz markers, on demand.
+/// Moving objects as images and as rviz markers, on demand.
 #pragma once
 
 #include <predictive_stereo/MovingObjectArray.h>
@@ -11,14 +11,14 @@
 
 namespace predictive_stereo {
 
-/// The first marker deletes those of the frame before; then, per object, its 3-D box, a label with
-/// its id, distance and speed, and the way that it goes in one second as an arrow (where both its
-/// velocity and the camera's pose are known).
+/// The first marker deletes those of the previous frame. Then each object has a 3-D box, a label
+/// with id, distance and speed, and an arrow for its motion in one second (if its velocity and the
+/// camera's pose are known).
 visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
                                            const std::optional<Eigen::Isometry3d>& T_odom_cam);
 
-/// The left image (bgr8), moving pixels tinted red, with the objects' boxes and labels.
-/// @throws std::invalid_argument for an image that is not 8-bit, or a mask of another size.
+/// The left image (bgr8) with moving pixels tinted red, and the boxes and labels of the objects.
+/// @throws std::invalid_argument for an image that is not 8-bit, or a mask with another size.
 sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects,
                               const sensor_msgs::Image& mask);
 

@@ -1,5 +1,5 @@
-/// All parameters of the nodelets, with their defaults: `~name` of each. Knows no ROS, so that
-/// tools without ROS read the same files.
+/// All parameters of the nodelets (`~name`) with their defaults. Does not depend on ROS, so tools
+/// without ROS read the same files.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@ namespace predictive_stereo {
 
 struct SyncParams {
   bool approximate_sync = true;  ///< stamps may differ by sync_tolerance; false: must be equal
-  int queue_size = 10;           ///< messages of each topic that wait for their partners
+  int queue_size = 10;           ///< messages per topic that wait for their partners
   double sync_tolerance = 0.01;  ///< [s] less than half the time between two frames
-  /// raw, compressed (JPEG or PNG), or another for which image_transport has a plugin.
+  /// raw, compressed (JPEG or PNG), or one for which image_transport has a plugin.
   std::string image_transport = "raw";
 
   template <class Visitor>
@@ -26,7 +26,7 @@ struct SyncParams {
 
 struct EgoMotionProcessorParams {
   std::string odom_frame = "odom";       ///< fixed frame of the pose
-  std::string base_frame = "base_link";  ///< the robot; empty: the left camera itself
+  std::string base_frame = "base_link";  ///< frame of the robot; empty: the left camera
   double max_gap = 1.0;                  ///< [s] frames further apart do not belong together
   EgoMotionParams ego_motion;
 
@@ -63,19 +63,19 @@ struct MovingObjectsProcessorParams {
 
 struct EgoMotionNodeletParams {
   bool publish_tf = true;
-  /// Works only while somebody subscribes to the odometry, with a pose that starts anew each time.
-  /// Otherwise it never sleeps where it publishes tf: who listens to tf cannot be told.
+  /// Runs only while a node subscribes to the odometry; the pose starts at the origin each time. If
+  /// false, it always runs while it publishes tf, because subscribers of tf cannot be detected.
   bool lazy = false;
-  double transform_timeout = 0.2;  ///< [s] that a frame waits for base_frame -> camera
+  double transform_timeout = 0.2;  ///< [s] longest wait of a frame for base_frame -> camera
   int threads = 0;                 ///< of parallel loops, 0: all cores; see limitThreads
-  /// Features on what MovingObjects marked in the frame before are ignored. The result then depends
-  /// on whether the mask came in time.
+  /// Ignores features on objects that MovingObjects marked in the previous frame. The result then
+  /// depends on whether the mask arrived in time.
   bool use_moving_mask = false;
-  /// Fast turns: the gyroscope on the topic imu tells where to look for what was seen before. The
-  /// images measure the motion all the same.
+  /// For fast turns: the gyroscope on the topic imu predicts where to search for features. The
+  /// motion is still measured by the images.
   bool use_imu = false;
-  /// Without use_imu, the same from tf: a fixed frame against which tf knows how the camera turns.
-  /// Empty: none.
+  /// Without use_imu, a rotation prior from tf: a fixed frame relative to which tf has the camera's
+  /// rotation. Empty: no prior.
   std::string guess_frame;
   SyncParams sync;
   EgoMotionProcessorParams processor;
@@ -94,10 +94,10 @@ struct EgoMotionNodeletParams {
   }
 };
 
-/// Of points2 and points2_static.
+/// Parameters of points2 and points2_static.
 struct PointsParams {
-  double max_range_m = 0;  ///< points farther from the camera are left out; 0: none are
-  int stride = 1;          ///< every so many rows and columns become points
+  double max_range_m = 0;  ///< points farther from the camera are left out; 0: no limit
+  int stride = 1;          ///< only every n-th row and column becomes points
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -107,9 +107,9 @@ struct PointsParams {
 };
 
 struct DisparityNodeletParams {
-  std::string odom_frame = "odom";  ///< fixed frame against which tf knows the camera's motion
-  double transform_timeout = 0.2;   ///< [s] that a frame waits for its motion, and for what moves
-  int threads = 0;                  ///< of parallel loops, 0: all cores; see limitThreads
+  std::string odom_frame = "odom";  ///< fixed frame relative to which tf has the camera's motion
+  double transform_timeout = 0.2;  ///< [s] longest wait of a frame for its motion, and for its mask
+  int threads = 0;                 ///< of parallel loops, 0: all cores; see limitThreads
   SyncParams sync;
   PointsParams points;
   DisparityProcessorParams processor;
@@ -127,10 +127,10 @@ struct DisparityNodeletParams {
 
 struct MovingObjectsNodeletParams {
   std::string odom_frame = "odom";      ///< fixed frame in which velocities are given
-  double transform_timeout = 0.2;       ///< [s] that a frame waits for its pose
+  double transform_timeout = 0.2;       ///< [s] longest wait of a frame for its pose
   int threads = 0;                      ///< of parallel loops, 0: all cores; see limitThreads
   int queue_size = 20;                  ///< left images that wait for their disparity
-  std::string image_transport = "raw";  ///< of the left image: as of Disparity
+  std::string image_transport = "raw";  ///< of the left image, see SyncParams
   MovingObjectsProcessorParams processor;
 
   template <class Visitor>
@@ -144,7 +144,7 @@ struct MovingObjectsNodeletParams {
   }
 };
 
-/// The parameters of all three, as a config file has them: under the nodelets' usual names.
+/// The parameters of all three nodelets as in a config file: under the nodelets' usual names.
 struct AllNodeletParams {
   EgoMotionNodeletParams ego_motion;
   DisparityNodeletParams disparity;

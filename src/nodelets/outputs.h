@@ -13,11 +13,11 @@
 
 namespace predictive_stereo {
 
-/// Topics of which a nodelet wants to know whether anybody listens to one of them.
+/// Output topics of a nodelet, with notification of subscribers.
 class Outputs {
  public:
-  /// @param changed  called when a subscriber has come or gone, from the callback queue of the node
-  ///   handle that a topic was advertised with.
+  /// @param changed  called when a subscriber was added or removed, from the callback queue of the
+  ///   node handle that advertised the topic.
   explicit Outputs(std::function<void()> changed) : changed_(std::move(changed)) {}
 
   template <class Message>
@@ -46,19 +46,19 @@ class Outputs {
   std::vector<image_transport::Publisher> images_;
 };
 
-/// What a nodelet does while somebody needs it, and not otherwise.
+/// Wakes a nodelet when its output is needed, and stops it when it is not.
 class Demand {
  public:
   struct Hooks {
     std::function<bool()> wanted;
     std::function<void()> wake, sleep;
     std::function<void()> follow;  ///< called whenever demand may have changed; may be empty
-    std::function<void(const std::exception&)> failed;  ///< one of those above threw
+    std::function<void(const std::exception&)> failed;  ///< called if a hook above threw
   };
 
   explicit Demand(Hooks hooks) : hooks_(std::move(hooks)) {}
 
-  /// From now on update() calls the hooks. Calls it.
+  /// Enables update(), and calls it.
   void start() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -81,7 +81,7 @@ class Demand {
     }
   }
 
-  /// No more calls of the hooks once this has returned.
+  /// After this has returned, no hook is called.
   void stop() {
     const std::lock_guard<std::mutex> lock(mutex_);
     running_ = false;

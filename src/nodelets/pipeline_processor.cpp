@@ -7,7 +7,7 @@
 namespace predictive_stereo {
 namespace {
 
-// A recording's whole tf may be put in before its first frame is processed.
+// Long, because all transforms of a recording may be added before its first frame is processed.
 const ros::Duration kTfMemory(24 * 3600.0);
 
 }  // namespace
@@ -56,7 +56,7 @@ std::optional<PipelineProcessor::Output> PipelineProcessor::process(const Stereo
   return output;
 }
 
-// The ego-motion, and what tf and the odometry then say of the motion from the past.
+// Runs the ego-motion, and gets the motion since the past frame from tf and the odometry.
 std::optional<CameraMotion> PipelineProcessor::followCamera(const StereoPair& pair,
                                                             std::optional<ros::Time> past,
                                                             Output& output) {

@@ -14,8 +14,8 @@
 
 namespace predictive_stereo {
 
-/// The three processors, joined as the nodelets are: Disparity asks for the motion, by tf and the
-/// odometry message, and for the mask of moving objects. So its results are theirs, bit by bit.
+/// The three processors, connected like the nodelets: Disparity gets the motion from tf and from
+/// the odometry message, and the mask of moving objects. So its results are identical to theirs.
 class PipelineProcessor {
  public:
   struct Output {
@@ -23,22 +23,23 @@ class PipelineProcessor {
     EgoMotionEstimate estimate;
     DisparityMessages disparity;
     MovingObjectsMessages moving_objects;
-    std::optional<Eigen::Isometry3d> T_odom_cam;  ///< as tf has it
-    std::string event;  ///< why this frame starts anew or has no prediction; empty: it goes on
+    std::optional<Eigen::Isometry3d> T_odom_cam;  ///< from tf
+    std::string event;  ///< why this frame starts a new sequence or has no prediction; else empty
     StageTimes times;
   };
 
   explicit PipelineProcessor(const AllNodeletParams& params);
 
-  /// To be filled with what tf knows from elsewhere: the extrinsic from base_frame to the camera,
-  /// and the camera's motion where EgoMotion does not publish it.
+  /// The caller adds transforms of other publishers: base_frame -> camera, and the camera's motion
+  /// if EgoMotion does not publish it.
   tf2::BufferCore& tf() { return tf_; }
 
-  /// Of the disparity; see simd_target.h. Empty where all is well.
+  /// That of the disparity, see simd_target.h; empty: no warning.
   std::string slowTargetWarning() const { return disparity_.slowTargetWarning(); }
 
-  /// @returns none where the pair has the stamp of the one before.
-  /// @throws std::invalid_argument for a pair that cannot be used, or without an extrinsic.
+  /// @returns none if the pair has the stamp of the previous one.
+  /// @throws std::invalid_argument for a pair that cannot be used, or if tf lacks
+  ///   base_frame -> camera.
   std::optional<Output> process(const StereoPair& pair);
 
  private:
@@ -52,8 +53,8 @@ class PipelineProcessor {
   EgoMotionProcessor ego_motion_;
   DisparityProcessor disparity_;
   MovingObjectsProcessor moving_objects_;
-  ColumnOffset column_offset_;         // after the frame before
-  sensor_msgs::ImagePtr moving_mask_;  // of the frame before
+  ColumnOffset column_offset_;         // after the previous frame
+  sensor_msgs::ImagePtr moving_mask_;  // of the previous frame
 };
 
 }  // namespace predictive_stereo

@@ -64,7 +64,7 @@ sensor_msgs::ImagePtr Rectifier::rectify(const sensor_msgs::Image& raw,
   const cv::Mat1b grey = greyImage(raw, "raw", grey_buffer_);
   try {
     calibrate(info, grey.size());
-  } catch (const cv::Exception& error) {  // e.g. for a number of coefficients that it does not know
+  } catch (const cv::Exception& error) {  // e.g. for an unsupported number of coefficients
     info_ = sensor_msgs::CameraInfo();
     throw std::invalid_argument("camera_info cannot be used; calibrate the camera again: " +
                                 error.msg);

@@ -17,11 +17,11 @@
 
 namespace predictive_stereo {
 
-/// Rectifies one camera, for drivers that do not.
+/// Rectifies the images of one camera, for drivers that do not.
 ///
-/// Subscribes: image_raw, camera_info (of equal stamps), while image_rect has subscribers.
+/// Subscribes, while image_rect has subscribers: image_raw, camera_info (with equal stamps).
 /// Publishes: image_rect (mono8); /diagnostics.
-/// Parameters: ~image_transport of image_raw: raw, compressed, or what a plugin gives.
+/// Parameters: ~image_transport of image_raw: raw, compressed, or one that a plugin provides.
 class RectifyNodelet : public nodelet::Nodelet {
  public:
   ~RectifyNodelet() override {
@@ -42,7 +42,7 @@ class RectifyNodelet : public nodelet::Nodelet {
     const auto connect = [this](const image_transport::SingleSubscriberPublisher&) {
       followSubscribers();
     };
-    const std::lock_guard<std::mutex> lock(mutex_);  // the first may come before this has returned
+    const std::lock_guard<std::mutex> lock(mutex_);  // a callback may run before this has returned
     getPrivateNodeHandle().param<std::string>("image_transport", transport_, "raw");
     image_topic_ = node.resolveName("image_raw");
     info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
@@ -102,7 +102,7 @@ class RectifyNodelet : public nodelet::Nodelet {
            ": the camera driver must give both the same stamp";
   }
 
-  // Callbacks of a nodelet's node handle come one at a time.
+  // Needs no lock: the callbacks of a nodelet's node handle are serialised.
   void add(Slot slot, ros::Time stamp, const StampMatcher::Message& message, bool constant) {
     using boost::static_pointer_cast;
     for (const StampMatcher::Set& set : matcher_->add(slot, stamp, message, constant))

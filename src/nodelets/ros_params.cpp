@@ -7,7 +7,7 @@
 namespace predictive_stereo {
 namespace {
 
-// Names of the leaves of nested parameters with their values as text.
+// Collects the names of all leaves of nested parameters, and their values as text.
 void flatten(const std::string& name, XmlRpc::XmlRpcValue& value,
              std::map<std::string, std::string>& leaves) {
   switch (value.getType()) {
@@ -27,7 +27,7 @@ void flatten(const std::string& name, XmlRpc::XmlRpcValue& value,
       leaves[name] = formatParam(static_cast<bool&>(value));
       break;
     default:
-      leaves[name] = value.toXml();  // a list or a date: no parameter of ours takes it
+      leaves[name] = value.toXml();  // a list or a date: no parameter accepts it
   }
 }
 

@@ -20,8 +20,8 @@ std::vector<StampMatcher::Set> StampMatcher::add(size_t index, ros::Time stamp, 
   if (constant) {
     slot.constant = std::move(message);
   } else {
-    slot.constant = nullptr;  // whoever stamps them may change them
-    // Time went back, as it does when a bag is played in a loop.
+    slot.constant = nullptr;  // stamped messages replace a constant one
+    // Time went back, e.g. because a bag is played in a loop.
     if (!slot.waiting.empty() && stamp < slot.waiting.back().stamp) slot.waiting.clear();
     slot.waiting.push_back({stamp, std::move(message)});
     if (slot.waiting.size() > static_cast<size_t>(params_.queue_size)) {
@@ -67,7 +67,7 @@ bool StampMatcher::collectSet(ros::Time stamp, Set& set) const {
   return true;
 }
 
-// Partners of `stamp` may be a little later than it: they are used up as well.
+// Drops partners that are slightly later than `stamp` as well.
 size_t StampMatcher::forgetUpTo(ros::Time stamp) {
   const size_t references = slots_[0].waiting.size();
   for (Slot& slot : slots_) {

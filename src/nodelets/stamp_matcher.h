@@ -1,4 +1,4 @@
-/// Gathers the messages of one instant from several topics.
+/// Matches messages from several topics by their stamps.
 #pragma once
 
 #include <ros/time.h>
@@ -13,37 +13,36 @@
 
 namespace predictive_stereo {
 
-/// Messages that roscpp keeps of a topic until they are taken. What does not fit in is thrown away
-/// without a word, so there is more room than a nodelet needs: what is too much is then dropped
-/// where it is counted, by StampMatcher and LatestWorker.
+/// Length of roscpp's queue per topic. It drops messages silently, so it is longer than a nodelet
+/// needs: StampMatcher and LatestWorker drop messages as well, but count them.
 constexpr uint32_t kRoscppQueue = 64;
 
-/// Joins messages whose stamps agree with that of slot 0, as soon as the last of them is there.
-/// (message_filters' ApproximateTime holds each set back until the next frame proves it to be the
-/// best; with a tolerance below half the frame time there is nothing to prove.)
+/// Joins messages whose stamps agree with that of slot 0, as soon as the last of them has arrived.
+/// (message_filters' ApproximateTime delays each set until the next frame proves that it is the
+/// best one. This is not necessary with a tolerance below half the time between two frames.)
 ///
 /// Not thread-safe.
 class StampMatcher {
  public:
   using Message = boost::shared_ptr<const void>;
-  using Set = std::vector<Message>;  ///< one message a slot
+  using Set = std::vector<Message>;  ///< one message per slot
 
   /// @param names  of the slots, for descriptions.
   StampMatcher(std::vector<std::string> names, const SyncParams& params);
 
-  /// A message with this stamp came for slot `slot`.
-  /// @param constant  it belongs to every set from now on (a calibration that is latched and has no
+  /// Adds a message with this stamp to slot `slot`.
+  /// @param constant  it belongs to every following set (a calibration that is latched and has no
   ///   stamp).
-  /// @returns the sets that it completes, oldest first: one at most, unless it is constant.
+  /// @returns the sets that it completes, oldest first: at most one, unless it is constant.
   std::vector<Set> add(size_t slot, ros::Time stamp, Message message, bool constant = false);
 
   void clear();
 
-  /// Messages of slot 0 that were given up because a partner was missing.
+  /// Number of messages of slot 0 that were dropped because a partner was missing.
   size_t unmatched() const { return unmatched_; }
 
-  /// Why no sets come out although every slot gets messages: the slot whose stamps differ most from
-  /// those of slot 0, and by how much. Empty where nothing is known to be wrong.
+  /// Why there are no sets although every slot gets messages: the slot whose stamps differ most
+  /// from those of slot 0, and the difference. Empty: no problem known.
   std::string describeMismatch() const;
 
  private:
@@ -60,7 +59,7 @@ class StampMatcher {
   double tolerance() const { return params_.approximate_sync ? params_.sync_tolerance : 0.0; }
   const Entry* nearest(const Slot& slot, ros::Time stamp) const;
   bool collectSet(ros::Time stamp, Set& set) const;
-  size_t forgetUpTo(ros::Time stamp);  // returns how many of slot 0 went
+  size_t forgetUpTo(ros::Time stamp);  // returns the number of messages of slot 0
 
   SyncParams params_;
   std::vector<Slot> slots_;

@@ -1,4 +1,4 @@
-/// One of the nodelets as a node of its own: NODELET_TYPE in a process named NODE_NAME.
+/// Runs one nodelet as a separate node: NODELET_TYPE in a process named NODE_NAME.
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 

@@ -48,7 +48,7 @@ void StereoInput::stop() {
     const std::lock_guard<std::mutex> lock(mutex_);
     std::swap(subscribers, subscribers_);
   }
-  // Without the lock, which the callbacks that this waits for take.
+  // Without the lock: shutdown() waits for callbacks, and these take the lock.
   subscribers.left.shutdown();
   subscribers.right.shutdown();
   subscribers.left_info.shutdown();

@@ -14,27 +14,28 @@
 
 namespace predictive_stereo {
 
-/// The four topics of a stereo camera, joined into pairs between start() and stop(), which may
-/// alternate.
+/// Receives the four topics of a stereo camera and joins them into pairs, between start() and
+/// stop(). It can be started and stopped repeatedly.
 class StereoInput {
  public:
   /// @param on_pair  called with each pair, from the node handle's callback queue.
-  /// @param on_backward  called with the stamp of the first pair after the stamps went back,
-  ///   before it.
+  /// @param on_backward  called when stamps went back, with the stamp of the next pair, before that
+  ///   pair.
   StereoInput(const ros::NodeHandle& node, const SyncParams& params,
               std::function<void(const StereoPair&)> on_pair,
               std::function<void(ros::Time)> on_backward);
 
-  /// @throws std::runtime_error where the transport of the images is not there.
+  /// @throws std::runtime_error if the plugin of the image transport is missing.
   void start();
 
-  /// No more calls of either function once this has returned.
+  /// After this has returned, neither function is called.
   void stop();
 
-  /// Why no pairs come, and which parameter cures it; empty where they do, or need not.
+  /// Why there are no pairs, and which parameter is the cure; empty: pairs arrive, or it is
+  /// stopped.
   std::string describeMissingInput() const;
 
-  /// Left images that found no partner.
+  /// Number of left images without a partner.
   size_t unmatched() const;
 
  private:

@@ -18,7 +18,7 @@ std::string sizeText(unsigned width, unsigned height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-// As colours, where an encoding tells the number of channels alone: OpenCV's order.
+// Colour encoding of one that gives only the number of channels: OpenCV's order of channels.
 std::string colourEncoding(const std::string& encoding) {
   if (encoding == encodings::TYPE_8UC1) return encodings::MONO8;
   if (encoding == encodings::TYPE_8UC3) return encodings::BGR8;
@@ -37,7 +37,8 @@ void requireData(const sensor_msgs::Image& message, const char* name, size_t pix
         std::to_string(message.data.size()) + " bytes of data");
 }
 
-// The same with the low bytes first. (cv_bridge 1.16 makes pairs of bytes of such images.)
+// The image in little-endian byte order. (cv_bridge 1.16 does not convert big-endian images
+// correctly.)
 sensor_msgs::Image littleEndian(const sensor_msgs::Image& message) {
   sensor_msgs::Image result = message;
   for (size_t i = 0; i + 1 < result.data.size(); i += 2)
@@ -46,7 +47,7 @@ sensor_msgs::Image littleEndian(const sensor_msgs::Image& message) {
   return result;
 }
 
-// By cv_bridge, in memory of its own.
+// Conversion by cv_bridge, into separate memory.
 cv::Mat converted(const sensor_msgs::Image& message, const char* name, const std::string& target) {
   try {
     const std::string& encoding = message.encoding;
@@ -60,7 +61,7 @@ cv::Mat converted(const sensor_msgs::Image& message, const char* name, const std
     const auto coloured = boost::make_shared<cv_bridge::CvImage>(
         message.header, colourEncoding(encoding), source->image);
     return cv_bridge::cvtColor(coloured, target)->image;
-  } catch (const std::runtime_error& error) {  // cv_bridge's, OpenCV's or that of the encodings
+  } catch (const std::runtime_error& error) {  // of cv_bridge, OpenCV or sensor_msgs' encodings
     throw std::invalid_argument(std::string(name) + " image has encoding '" + message.encoding +
                                 "', which cannot be converted to " + target + " (" + error.what() +
                                 "); set the camera driver to mono8 or bgr8");
@@ -70,7 +71,7 @@ cv::Mat converted(const sensor_msgs::Image& message, const char* name, const std
   }
 }
 
-// The size of the images that a CameraInfo describes; CameraInfo itself gives that of the sensor.
+// Size of the images that a CameraInfo describes; its width and height are those of the sensor.
 cv::Size imageSize(const sensor_msgs::CameraInfo& info) {
   const unsigned width = info.roi.width > 0 ? info.roi.width : info.width;
   const unsigned height = info.roi.height > 0 ? info.roi.height : info.height;

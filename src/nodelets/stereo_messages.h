@@ -1,4 +1,4 @@
-/// Conversion of camera messages to the types of the core.
+/// Conversions of camera messages to the types of the core.
 #pragma once
 
 #include <predictive_stereo/RowAlignment.h>
@@ -18,26 +18,26 @@ struct StereoPair {
   sensor_msgs::CameraInfoConstPtr left_info, right_info;
 };
 
-/// The image in 8-bit grey. mono8 shares the message's memory, so the message must outlive the
-/// result; what else cv_bridge converts to mono8 (colours, Bayer patterns, yuv422, 16 bit) is put
-/// into `buffer`. Of 16 bit, 65535 becomes 255: images that leave the upper bits empty become dark.
+/// The image in 8-bit grey. For mono8 the result shares the message's memory, so the message must
+/// outlive it. Other encodings that cv_bridge converts to mono8 (colours, Bayer patterns, yuv422,
+/// 16 bit) are written to `buffer`. In 16-bit images 65535 becomes 255, so those that do not use
+/// the upper bits become dark.
 /// @param name  "left" or "right", for errors.
-/// @throws std::invalid_argument for another encoding, or a message whose data are shorter than its
-///   size says.
+/// @throws std::invalid_argument for another encoding, or for fewer data than the size needs.
 cv::Mat1b greyImage(const sensor_msgs::Image& message, const char* name, cv::Mat1b& buffer);
 
-/// The image in OpenCV's colours, white where it is as bright as can be; in memory of its own.
-/// @throws std::invalid_argument as greyImage does.
+/// The image as bgr8, where the largest value of its encoding becomes 255; in separate memory.
+/// @throws std::invalid_argument  as greyImage.
 cv::Mat3b bgrImage(const sensor_msgs::Image& message, const char* name);
 
 /// The rig of a pair's calibration, reduced to the region of interest and binning of the images.
 /// @throws std::invalid_argument for a calibration that cannot be used (see
-///   StereoRig::fromProjections) or that belongs to images of another size.
+///   StereoRig::fromProjections) or for images of another size.
 StereoRig stereoRig(const StereoPair& pair);
 
-/// The pair as a frame. Its images share the messages' memory or that of the buffers, see
+/// The pair as a frame. Its images share the memory of the messages or of the buffers, see
 /// greyImage.
-/// @throws std::invalid_argument as stereoRig and greyImage do.
+/// @throws std::invalid_argument  as stereoRig and greyImage.
 StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1b& right_buffer);
 
 Stamp stampOf(ros::Time time);

@@ -38,7 +38,7 @@ void TfInput::add(const Event& event, bool is_static) {
       if (transform.header.stamp + kLeastJump < newest) forget();
       newest_[transform.child_frame_id] = transform.header.stamp;
     }
-    // tf2 itself logs what it refuses.
+    // tf2 logs transforms that it refuses.
     buffer.setTransform(transform, "tf", is_static);
   }
 }

@@ -16,22 +16,22 @@
 
 namespace predictive_stereo {
 
-/// What a nodelet knows of tf, kept up to date by a thread of its own. Remappings of /tf that are
-/// given to the nodelet hold.
+/// The tf buffer of a nodelet, filled by a separate thread. It respects remappings of /tf of the
+/// nodelet.
 ///
-/// A bag that starts again sends transforms of the past, which tf2 would mix with those it has.
-/// They are forgotten when the first of the new ones comes, not with the first image: images and tf
-/// come on different ways, and what is already known of the new pass must not be lost.
+/// A bag that starts again sends transforms of the past, which tf2 would mix with the old ones. So
+/// the buffer is cleared when the first new transform arrives, not with the first new image: images
+/// and transforms arrive independently, and transforms of the new pass must not be lost.
 class TfInput {
  public:
-  /// Called with each transform and the node that published it, by the thread of this.
+  /// Called with each transform and the node that published it, from the thread of this object.
   using Listener = std::function<void(const geometry_msgs::TransformStamped&,
                                       const std::string& publisher, bool is_static)>;
 
   explicit TfInput(ros::NodeHandle node, Listener listener = {});
   ~TfInput() { spinner_.stop(); }
 
-  /// Images went back to this stamp: forgets what is of a later pass, if tf has not gone back yet.
+  /// The stamps of images went back to this one: clears the buffer unless tf has gone back already.
   void goBackTo(ros::Time stamp);
 
   tf2::BufferCore buffer{ros::Duration(10.0)};
@@ -50,11 +50,11 @@ class TfInput {
   ros::Subscriber moving_, static_;
 };
 
-/// Stamps that go back by less are not those of another pass.
+/// Stamps that go back by less do not mean a new pass of a bag.
 const ros::Duration kLeastJump(0.5);
 
-/// Calls `ask` until what it returns is true, for timeout_s at most. Polls each millisecond: tf2's
-/// own waiting looks every 10 ms, which a frame cannot spare.
+/// Calls `ask` every millisecond until its result is true or timeout_s has passed; returns the last
+/// result. (tf2's own wait polls every 10 ms, which is too slow for a frame.)
 template <class Ask>
 auto waitFor(double timeout_s, Ask&& ask) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);

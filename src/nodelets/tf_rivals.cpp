@@ -6,7 +6,7 @@
 namespace predictive_stereo {
 namespace {
 
-// tf knows frames without the slash that some still begin them with.
+// Frame ids in tf2 have no leading slash, but some publishers still add one.
 std::string plain(const std::string& frame) {
   return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
 }
@@ -22,7 +22,7 @@ void TfRivals::addOwnTransform(const geometry_msgs::TransformStamped& transform)
 void TfRivals::addTransform(const geometry_msgs::TransformStamped& transform,
                             const std::string& publisher, bool is_static) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  // The newest are at the end.
+  // Backwards, because the newest ones are at the end.
   if (!is_static && std::find(ours_.rbegin(), ours_.rend(), transform) != ours_.rend()) return;
   rivals_[plain(transform.child_frame_id)] = {publisher, plain(transform.header.frame_id),
                                               is_static};
@@ -43,7 +43,7 @@ std::string TfRivals::reasonNotToMove(const std::string& frame) const {
     return "tf: " + rival->publisher + " already moves '" + frame + "' in '" + rival->parent + "'" +
            silent + "To use that motion, set publish_tf to false and odom_frame to '" +
            rival->parent + "'; to use this one, stop the other";
-  // The robot is what the fixed frames hang on.
+  // The robot's frame is the root of the static frames.
   std::string root = rival->parent;
   std::set<std::string> seen;
   for (auto above = rivalOf(root); above && above->is_static && seen.insert(root).second;

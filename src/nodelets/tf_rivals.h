@@ -10,8 +10,8 @@
 
 namespace predictive_stereo {
 
-/// Who else says in tf where a frame is. A frame can have one parent, and one who moves it: where
-/// two do, a reader of tf gets the one and the other in turns.
+/// Finds other publishers of a frame in tf. A frame must have one parent and one publisher: with
+/// two, readers of tf get their transforms alternately.
 ///
 /// Thread-safe.
 class TfRivals {
@@ -22,21 +22,22 @@ class TfRivals {
     bool is_static = false;
   };
 
-  /// To be called before this transform is published: it will be heard, and is no rival's.
+  /// Call this before publishing a transform: it will be received, and must not count as a rival's.
   void addOwnTransform(const geometry_msgs::TransformStamped& transform);
 
-  /// A transform that tf has, of anybody.
+  /// Adds a transform that was received from any publisher.
   void addTransform(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
                     bool is_static);
 
-  /// The other publisher that was heard last; none: nobody else publishes this frame.
+  /// The rival that published last; none: no other node publishes this frame.
   std::optional<Rival> rivalOf(const std::string& frame) const;
 
-  /// Why this frame must not be moved in tf by us, and what to do about it; empty: it may.
+  /// Why this node must not publish this frame in tf, and the cure; empty: it may.
   std::string reasonNotToMove(const std::string& frame) const;
 
  private:
-  static constexpr size_t kRemembered = 1000;  // of ours; they come back within milliseconds
+  static constexpr size_t kRemembered =
+      1000;  // own transforms; they are received within milliseconds
 
   mutable std::mutex mutex_;
   std::deque<geometry_msgs::TransformStamped> ours_;

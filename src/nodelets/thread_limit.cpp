@@ -7,7 +7,7 @@ namespace predictive_stereo {
 
 void limitThreads(int threads) {
   static std::mutex mutex;
-  static int limit = 0;  // none yet
+  static int limit = 0;  // no limit
   const std::lock_guard<std::mutex> lock(mutex);
   if (threads <= 0 || (limit > 0 && threads >= limit)) return;
   limit = threads;

@@ -2,9 +2,9 @@
 
 namespace predictive_stereo {
 
-/// Limits the threads that a parallel loop of this process takes. All nodelets of a manager share
-/// them, as they share the cores: of several limits the least holds, until the process ends.
-/// @param threads  0: no limit of this caller.
+/// Limits the threads of parallel loops in this process. All nodelets of a manager share them. The
+/// smallest of several limits is used, until the process ends.
+/// @param threads  0: no limit.
 void limitThreads(int threads);
 
 }  // namespace predictive_stereo

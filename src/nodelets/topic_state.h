@@ -7,7 +7,7 @@
 
 namespace predictive_stereo {
 
-/// What a subscriber knows of a topic.
+/// State of a subscribed topic.
 struct TopicState {
   std::string name;
   uint32_t publishers = 0;
@@ -19,10 +19,10 @@ struct TopicState {
   }
 };
 
-/// Names of the topics that nobody publishes, separated by commas.
+/// Names of the topics without a publisher, separated by commas.
 std::string unpublishedOf(const std::vector<TopicState>& topics);
 
-/// Names of the topics that are published, but on which nothing has come for two seconds.
+/// Names of the topics that have a publisher, but no message for two seconds.
 std::string silentOf(const std::vector<TopicState>& topics);
 
 }  // namespace predictive_stereo

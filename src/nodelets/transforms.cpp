@@ -13,7 +13,7 @@ double rounded(double value) {
   return std::round(value / kUnit) * kUnit;
 }
 
-// tf refuses values that are not finite, but interpolates between huge ones.
+// tf2 refuses values that are not finite, but its interpolation of huge ones can overflow.
 Eigen::Isometry3d finite(const Eigen::Isometry3d& T) {
   if (!T.matrix().allFinite())
     throw tf2::InvalidArgumentException("the transform in tf is not finite: check its publisher");
@@ -79,7 +79,7 @@ Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s) {
   const Eigen::AngleAxisd rotation(T_prev_now.linear());
   const Eigen::Vector3d w = rotation.angle() * rotation.axis();
   const double angle = w.norm();
-  // Inverse of the SE(3) exponential's left Jacobian; its series where the angle is small.
+  // Inverse of the left Jacobian of SE(3)'s exponential; a series for small angles.
   const double c =
       angle > 1e-3 ? (1 - angle * std::sin(angle) / (2 * (1 - std::cos(angle)))) / (angle * angle)
                    : 1.0 / 12;
@@ -127,7 +127,7 @@ Matrix6d motionCovariance(const nav_msgs::Odometry& odometry, double dt_s,
                           const Eigen::Isometry3d& T_cam_child) {
   const Matrix6d twist = fromMsg(odometry.twist.covariance);
   const Vector6d variances = twist.diagonal();
-  // Wheel odometry marks the axes that it does not measure by huge values.
+  // Wheel odometry has huge variances for axes that it does not measure.
   if (!twist.allFinite() || variances.minCoeff() < 0 || variances.maxCoeff() >= kUnknownCovariance)
     return Matrix6d::Zero();
   const Matrix6d A = adjoint(T_cam_child);

@@ -1,4 +1,4 @@
-/// Poses, covariances and what tf knows of them.
+/// Conversions of poses and covariances, and lookups in tf.
 #pragma once
 
 #include <geometry_msgs/Pose.h>
@@ -15,7 +15,7 @@
 
 namespace predictive_stereo {
 
-/// The covariance by which this package says "unknown", as other odometry packages do.
+/// Variance that means "unknown" in this package, as in other odometry packages.
 constexpr double kUnknownCovariance = 9999;
 
 Eigen::Isometry3d fromMsg(const geometry_msgs::Transform& message);
@@ -24,33 +24,33 @@ geometry_msgs::Pose poseMsg(const Eigen::Isometry3d& T);
 Matrix6d fromMsg(const boost::array<double, 36>& covariance);
 boost::array<double, 36> covarianceMsg(const Matrix6d& covariance);
 
-/// The constant (linear, angular) velocity [1/s] that makes this motion in dt_s, in the frame that
-/// moves.
+/// The constant twist (linear [m/s], angular [rad/s]) that gives this motion in dt_s, in the moving
+/// frame.
 Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s);
 
-/// T_target_source at one instant; none where tf does not have it (yet); `error` then says why.
+/// T_target_source at one instant; none if tf does not have it (yet): `error` then says why.
 ///
-/// tf's interpolation between stored poses leaves rounding errors that depend on which other poses
-/// have come in meanwhile. What is looked up is therefore rounded (to 2^-32 m, and the quaternion
-/// likewise), so that a recording gives the same result, bit by bit, live and in replay.
+/// The interpolation of tf has rounding errors that depend on the other poses in the buffer. So the
+/// result is rounded (to 2^-32 m, and the quaternion likewise): then a recording gives
+/// bit-identical results live and in replay.
 std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
                                                  const std::string& target,
                                                  const std::string& source, ros::Time stamp,
                                                  std::string& error);
 
-/// The camera's motion between two instants against `fixed_frame`, as CameraMotion::T_cam_prev.
+/// The camera's motion between two instants relative to `fixed_frame`, as CameraMotion::T_cam_prev.
 std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
                                                     const std::string& camera, ros::Time previous,
                                                     ros::Time now, const std::string& fixed_frame,
                                                     std::string& error);
 
-/// Whether every variance is kUnknownCovariance or more: the odometry is lost (pose), or has
-/// nothing to compare with (twist).
+/// Whether every variance is kUnknownCovariance or more: the odometry is lost (pose), or there is
+/// no previous frame (twist).
 bool poseIsUnknown(const nav_msgs::Odometry& odometry);
 bool twistIsUnknown(const nav_msgs::Odometry& odometry);
 
-/// CameraMotion::covariance over dt_s from an odometry's twist; zero where the odometry has no
-/// covariance, or none for some axes.
+/// CameraMotion::covariance over dt_s, from the twist of an odometry; zero (unknown) if the
+/// odometry lacks the covariance of an axis.
 /// @param T_cam_child  from the odometry's child frame to the camera.
 Matrix6d motionCovariance(const nav_msgs::Odometry& odometry, double dt_s,
                           const Eigen::Isometry3d& T_cam_child);
