@@ -58,7 +58,7 @@ class Checker {
     if (!chooseCamera()) return result_;
     try {
       read();
-    } catch (const std::invalid_argument& error) {  // an image that cannot be unpacked
+    } catch (const std::invalid_argument& error) {  // an image that cannot be decoded
       fault(error.what());
       return result_;
     }
@@ -89,7 +89,7 @@ class Checker {
     const std::vector<CameraLayout> cameras = findCameras(types_);
     if (chosen) {
       camera_ = chosenCamera(choice_, types_);
-      // Named by its namespace, but with another image topic there.
+      // The user gave its namespace, but the names of its image topics are others.
       for (const CameraLayout& known : cameras)
         if (!choice_.camera.empty() && !types_.count(camera_.topics.left) &&
             !known.arguments.empty() && known.arguments[0] == camera_.arguments[0])
@@ -162,7 +162,7 @@ class Checker {
         }
   }
 
-  // What to do about a topic that is not there.
+  // The cure for a missing topic.
   std::string missing(size_t stream, const char* type) const {
     const std::string& topic = streams_[stream].topic;
     const std::string others = topicsOfType(type);
@@ -233,8 +233,8 @@ class Checker {
                "driver to mono8"));
   }
 
-  // Largest distance of a stamp of `a` to the nearest one of `b`, leaving out the worst 5 %: single
-  // lost messages are no lack of synchronisation.
+  // Largest distance between a stamp of `a` and the nearest one of `b`, without the worst 5 %:
+  // single lost messages do not mean that the streams are not synchronised.
   static double stampDistance(const Stream& a, const Stream& b) {
     std::vector<ros::Time> sorted = b.stamps;
     std::sort(sorted.begin(), sorted.end());
@@ -292,7 +292,7 @@ class Checker {
     const SyncParams defaults;
     double largest_s = 0;
     for (size_t i = 1; i < streams_.size(); ++i) {
-      if (i > 1 && streams_[i].unstamped()) continue;  // one calibration for all
+      if (i > 1 && streams_[i].unstamped()) continue;  // one calibration for all images
       const double distance_s = stampDistance(streams_[0], streams_[i]);
       largest_s = std::max(largest_s, distance_s);
       if (distance_s < 0.5 * period_s) continue;
@@ -320,7 +320,7 @@ class Checker {
     }
   }
 
-  // What a frame is fixed to, directly or not.
+  // Root of the static frames above this one.
   std::string rootOf(std::string frame) const {
     std::set<std::string> seen;
     for (auto parent = fixed_parents_.find(frame);
@@ -369,7 +369,7 @@ class Checker {
   BagCheck result_;
   std::map<std::string, std::string> types_;
   CameraLayout camera_;
-  StereoPair pair_;              // the first of each topic
+  StereoPair pair_;              // first message of each topic
   std::vector<Stream> streams_;  // left, right, left_info, right_info
   tf2::BufferCore tf_{ros::Duration(2 * kLookedAt_s)};
   std::map<std::string, std::string> fixed_parents_, moving_parents_;  // by child

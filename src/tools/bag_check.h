@@ -1,4 +1,4 @@
-/// What a bag needs before the nodelets can use it.
+/// Checks whether the nodelets can use a bag.
 #pragma once
 
 #include <rosbag/bag.h>
@@ -12,24 +12,24 @@ namespace predictive_stereo {
 
 struct BagFinding {
   enum class Level {
-    kGood,    ///< as it should be
-    kAdvice,  ///< works, with the launch arguments given, or worse than it could
-    kFault,   ///< the bag cannot be used like this
+    kGood,    ///< no problem
+    kAdvice,  ///< works with the given launch arguments, or not as well as it could
+    kFault,   ///< the bag cannot be used
   };
   Level level;
-  std::string text;  ///< for advice and faults with the cure
+  std::string text;  ///< with the cure, if it is advice or a fault
 };
 
 struct BagCheck {
   std::vector<BagFinding> findings;
-  std::string launch_file;             ///< of this package; empty: no camera was found
-  std::vector<std::string> arguments;  ///< for it, without the bag
+  std::string launch_file;             ///< of this package; empty: no camera found
+  std::vector<std::string> arguments;  ///< of the launch file, without the bag
 
   bool usable() const;
 };
 
 /// Checks topics, images, calibrations, stamps and tf of the bag's first half minute.
-/// @param choice  the camera to check; nothing chosen: the first with a known layout.
+/// @param choice  the camera to check; empty: the first one with a known layout.
 BagCheck checkBag(const rosbag::Bag& bag, const StereoTopicChoice& choice = {});
 
 }  // namespace predictive_stereo

@@ -19,7 +19,7 @@ BagFile::BagFile(const std::string& path)
   } catch (const rosbag::BagException& error) {
     const bool made = std::filesystem::exists(temporary_);
     abandon();
-    if (made) fail(error.what());  // but its first bytes could not be written
+    if (made) fail(error.what());  // the file exists, but its first bytes could not be written
     throw std::runtime_error(path +
                              ": cannot be written; does the folder exist, and may you write "
                              "to it? (" +
@@ -35,7 +35,7 @@ void BagFile::abandon() {
   try {
     bag_->close();
   } catch (const std::exception&) {
-    // Its destructor would try again, throw, and so end the process: it must not run.
+    // The destructor must not run: it would write again, throw, and so terminate the process.
     static_cast<void>(bag_.release());
   }
   std::error_code ignored;
@@ -54,7 +54,7 @@ void BagFile::finish() {
   finished_ = true;
 }
 
-// rosbag does not say that the disk is full: how much room there is does.
+// rosbag does not report a full disk, so the free space is checked.
 void BagFile::fail(const std::string& reason) const {
   std::error_code error;
   const auto space = std::filesystem::space(std::filesystem::absolute(path_).parent_path(), error);

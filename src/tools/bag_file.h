@@ -7,19 +7,19 @@
 
 namespace predictive_stereo {
 
-/// A bag in the making: written to a temporary file beside `path`, which takes its place when
-/// everything was written. Where finish() is not reached nothing is left.
+/// Writes a bag to a temporary file beside `path`. finish() renames it to `path`; without finish()
+/// the file is removed.
 class BagFile {
  public:
-  /// @throws std::runtime_error where the file cannot be made.
+  /// @throws std::runtime_error if the file cannot be made.
   explicit BagFile(const std::string& path);
   ~BagFile();
   BagFile(const BagFile&) = delete;
   BagFile& operator=(const BagFile&) = delete;
 
   void setCompression(rosbag::compression::CompressionType type) { bag_->setCompression(type); }
-  /// As rosbag::Bag::write.
-  /// @throws std::runtime_error where the disk is full, or does not take it for another reason.
+  /// See rosbag::Bag::write.
+  /// @throws std::runtime_error if the disk is full, or if writing fails for another reason.
   template <class... Arguments>
   void write(const Arguments&... arguments) {
     try {
@@ -28,8 +28,8 @@ class BagFile {
       fail(error.what());
     }
   }
-  /// Closes the bag and gives it its name.
-  /// @throws as write().
+  /// Closes the bag and renames it to `path`.
+  /// @throws std::runtime_error  as write().
   void finish();
 
  private:

@@ -25,7 +25,7 @@ bool hasType(const Types& types, const std::string& topic, const char* type) {
   return found != types.end() && found->second == type;
 }
 
-// Takes the compressed images where there are no others.
+// Selects the compressed images if there are no raw ones.
 void takeAsRecorded(const Types& types, CameraLayout& layout) {
   StereoTopics& topics = layout.topics;
   for (const std::string& images : {topics.left, topics.right})
@@ -48,7 +48,7 @@ void addIfThere(const Types& types, CameraLayout layout, std::vector<CameraLayou
     found.push_back(std::move(layout));
 }
 
-// Topics of images, however they are sent.
+// Image topics of any transport, without the suffix of the transport.
 std::set<std::string> imageTopics(const Types& types) {
   std::set<std::string> topics;
   for (const auto& known : types) topics.insert(imageTopic(known.first));
@@ -63,7 +63,7 @@ bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-// Topics that are not where the nodelets look for them by themselves.
+// A layout whose topics differ from the nodelets' default names.
 CameraLayout remapped(const std::string& name, const std::string& camera,
                       const StereoTopics& topics) {
   return {name,
@@ -131,7 +131,7 @@ std::vector<CameraLayout> findCameras(const Types& types) {
         addIfThere(types, remapped("stereo camera " + ns + ", colour", ns, topics), found);
     }
 
-  // RealSense: the infrared pair is rectified, whatever its name says.
+  // RealSense: the infrared pair is rectified, although its name does not say so.
   for (const std::string& left : lefts) {
     if (nameOf(left) != "image_rect_raw" || !endsWith(folderOf(left), "/infra1")) continue;
     const std::string camera = folderOf(folderOf(left));

@@ -12,23 +12,23 @@ namespace predictive_stereo {
 
 /// A stereo camera in a bag, and the launch file and arguments that read it.
 struct CameraLayout {
-  std::string name;  ///< in words
+  std::string name;  ///< description of the camera
   StereoTopics topics;
   std::string launch_file;
   std::vector<std::string> arguments;
-  /// Whether base_link and /tf are the launch file's business: it knows where the extrinsics of
-  /// this layout are, and moves the bag's /tf out of the way.
+  /// Whether the launch file handles base_link and /tf: it has the extrinsics of this layout, and
+  /// remaps the bag's /tf.
   bool knows_tf = false;
 };
 
 /// Types of a bag's topics by name.
 std::map<std::string, std::string> topicTypes(const rosbag::Bag& bag);
 
-/// All cameras whose layout is known, the best to use first: rectified before raw ones, grey before
+/// All cameras with a known layout in order of preference: rectified before raw, grey before
 /// colour.
 std::vector<CameraLayout> findCameras(const std::map<std::string, std::string>& types);
 
-/// The camera that a user named; its topics may be missing.
+/// The camera that a user chose; its topics may be missing.
 CameraLayout chosenCamera(const StereoTopicChoice& choice,
                           const std::map<std::string, std::string>& types);
 

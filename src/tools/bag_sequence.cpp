@@ -97,7 +97,7 @@ class BagSequence : public Sequence {
  private:
   enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
 
-  // Where the messages of the pairs are; the images themselves would fill the memory.
+  // Stores the positions of the pairs' messages, because the images would fill the memory.
   void findPairs(const std::string& path) {
     const Topics names = {topics_.left, topics_.left_info, topics_.right, topics_.right_info};
     SyncParams sync;
@@ -180,7 +180,7 @@ class BagSequence : public Sequence {
   }
 
   std::string name_;
-  mutable rosbag::Bag bag_;  // reading moves its file position
+  mutable rosbag::Bag bag_;  // mutable because reading changes its file position
   StereoTopics topics_;
   StereoRig rig_;
   std::vector<StampMatcher::Set> pairs_;
@@ -221,7 +221,7 @@ Detector recordedDetector(const std::string& path, const Sequence& sequence) {
     throw std::runtime_error(path + ": has " + std::to_string(topics.size()) +
                              " topics .../moving_objects (predictive_stereo/MovingObjectArray): "
                              "give a bag with one");
-  // Stamps become floating-point seconds in between: rounded to microseconds.
+  // Rounded to microseconds, because the stamps of a sequence are floating-point seconds.
   const auto key = [](double stamp_s) { return std::llround(stamp_s * 1e6); };
   const auto recorded = std::make_shared<std::map<long long, std::vector<DetectedObject>>>();
   for (const auto& message : rosbag::View(bag, rosbag::TopicQuery(topics))) {

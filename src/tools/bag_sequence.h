@@ -10,20 +10,19 @@
 
 namespace predictive_stereo {
 
-/// The stereo pairs of a bag, without disparity truth; frames are counted over the pairs, from 0.
-/// Moving objects have truth where the bag has <camera>/truth/moving_objects, as
-/// street_to_bag writes it.
-/// @throws std::runtime_error where the bag cannot be read, or has no such pairs.
+/// The stereo pairs of a bag, without disparity truth; frame 0 is the first pair. Moving
+/// objects have ground truth if the bag has <camera>/truth/moving_objects, as from street_to_bag.
+/// @throws std::runtime_error if the bag cannot be read, or has no such pairs.
 std::unique_ptr<Sequence> bagSequence(const std::string& path, const StereoTopicChoice& choice);
 
-/// The object as it was before it became a message.
+/// The object from which the message was made.
 DetectedObject detectedObject(const MovingObject& message);
 
-/// Gives what a bag has recorded on its topic moving_objects: output of `replay` or of the
-/// nodelets. Frames are known by their stamps; those of which the bag has no message count as
-/// frames without objects.
-/// @throws std::runtime_error where the bag cannot be read, has no such topic, or has no stamp of
-///   the sequence.
+/// A detector that returns the recorded messages of a bag's topic moving_objects, written by
+/// `replay` or by the nodelets. Frames are identified by their stamps. Frames without a message
+/// have no objects.
+/// @throws std::runtime_error if the bag cannot be read, has no such topic, or has no stamp of the
+///   sequence.
 Detector recordedDetector(const std::string& path, const Sequence& sequence);
 
 }  // namespace predictive_stereo

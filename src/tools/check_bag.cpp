@@ -1,4 +1,4 @@
-/// Says whether a bag can be used and, if not, what to change.
+/// Reports whether a bag can be used and, if not, what to change.
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
@@ -36,7 +36,7 @@ const char* mark(BagFinding::Level level) {
   }
 }
 
-// As one word for a shell: names of files and topics may hold anything.
+// Quotes a word for a shell: names of files and topics may contain any character.
 std::string quoted(const std::string& word) {
   const auto harmless = [](unsigned char c) {
     return std::isalnum(c) || (c != 0 && std::strchr("_-./:=,+@", c) != nullptr);

@@ -16,22 +16,22 @@ struct UsageError : std::runtime_error {
 /// Options and positional arguments of a tool: "--name value", "--name=value" and "--flag".
 class CommandLine {
  public:
-  /// @param options  names (without dashes) that take a value; may be given several times.
-  /// @param flags  names that take none. "help" is always one.
-  /// @throws UsageError for unknown options (the nearest known one is suggested) or missing values.
+  /// @param options  names (without dashes) of options with a value; they may be repeated.
+  /// @param flags  names of options without a value; "help" is always one.
+  /// @throws UsageError for unknown options (it suggests the nearest known one) or missing values.
   CommandLine(int argc, const char* const* argv, const std::set<std::string>& options,
               const std::set<std::string>& flags);
 
   bool has(const std::string& name) const { return values_.count(name) > 0; }
-  /// The last value given, or `otherwise`.
+  /// The last value of the option; `otherwise` without the option.
   std::string get(const std::string& name, const std::string& otherwise = "") const;
   std::vector<std::string> all(const std::string& name) const;
-  /// @throws UsageError for what is no whole number of at least `smallest`.
+  /// @throws UsageError for a value that is not a whole number, or is less than `smallest`.
   int getInt(const std::string& name, int otherwise, int smallest) const;
-  /// @throws UsageError for what is no number.
+  /// @throws UsageError for a value that is not a number.
   double getDouble(const std::string& name, double otherwise) const;
   const std::vector<std::string>& positional() const { return positional_; }
-  /// The command as it was given, arguments separated by blanks.
+  /// The command line, with arguments separated by blanks.
   const std::string& command() const { return command_; }
 
  private:
@@ -40,8 +40,9 @@ class CommandLine {
   std::string command_;
 };
 
-/// Runs a tool's body: prints `help` where asked for, turns exceptions into "tool: message" on
-/// stderr and exit status 1 (2 for wrong use).
+/// Runs the body of a tool. Prints `help` for --help. Prints exceptions as "tool: message" to
+/// stderr.
+/// @returns the exit status: 0, 1 after an exception, 2 after a UsageError.
 int runTool(int argc, char** argv, const char* help, const std::set<std::string>& options,
             const std::set<std::string>& flags, int (*body)(const CommandLine&));
 

@@ -1,4 +1,4 @@
-/// Process and measurement noise from LiDAR, as a parameter file.
+/// Estimates process and measurement noise from LiDAR and writes a parameter file.
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -121,7 +121,7 @@ int estimate(const CommandLine& command_line) {
     street.scene = scene;
     street.frames = command_line.getInt("street-frames", 20, 2);
     const auto sequence = streetSequence(street);
-    constexpr int kStep = 3;  // neighbours have much the same errors
+    constexpr int kStep = 3;  // errors of neighbouring pixels are correlated
     Progress progress(sequence->name(), street.frames);
     published.push_back(
         observePublished(*sequence, params, kStep, [&](int frame) { progress.update(frame); }));

@@ -1,4 +1,4 @@
-/// Moving objects against labels: KITTI drives, bags and synthetic streets.
+/// Compares moving objects with labels, for KITTI drives, bags and synthetic streets.
 #include <filesystem>
 #include <iostream>
 
@@ -76,7 +76,7 @@ faster than 2 m/s over ground, at least half visible, and have a box of 400 px^2
 medians of absolute values; speed errors are of objects up to 25 m away.
 )";
 
-// Of one sequence; none: it has to know by itself.
+// Labels of one sequence; none: the sequence must have ground truth.
 std::optional<std::vector<ObjectLabel>> labelsFor(const CommandLine& command_line,
                                                   const Sequence& sequence) {
   if (!command_line.has("labels")) return std::nullopt;
@@ -87,7 +87,7 @@ std::optional<std::vector<ObjectLabel>> labelsFor(const CommandLine& command_lin
   return readObjectLabels(file.string());
 }
 
-/// Writes each frame, remembers those with errors.
+/// Writes a picture of each frame, and remembers those with errors.
 class Pictures {
  public:
   explicit Pictures(const fs::path& dir) : dir_(dir) { makeFolder(dir / "frames"); }
@@ -122,7 +122,7 @@ int evaluate(const CommandLine& command_line) {
   const auto groups = openSequences(
       command_line, [&](const std::string& path) { return bagSequence(path, topics); });
 
-  // Inputs are checked now, not after an hour of computing.
+  // Checks the inputs now, not after an hour of computing.
   std::vector<std::optional<std::vector<ObjectLabel>>> labels;
   size_t sequences = 0;
   for (const SequenceGroup& group : groups)
@@ -148,7 +148,7 @@ int evaluate(const CommandLine& command_line) {
   std::vector<PerturbedEvaluation> runs;
   for (const Perturbation& change : perturbations())
     if (perturb) runs.push_back({change.name, {}});
-  std::vector<Table> limits;  // of each camera
+  std::vector<Table> limits;  // one per camera
   StereoRig last_rig;
   for (const SequenceGroup& group : groups)
     for (const auto& sequence : group.sequences) {

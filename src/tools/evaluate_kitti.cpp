@@ -1,5 +1,5 @@
-/// The paper's Table 2, and more, for drives of KITTI, scenes of KITTI 2012 and 2015 and synthetic
-/// streets.
+/// Evaluates disparity (the paper's Table 2, and more) on KITTI drives, scenes of KITTI 2012 and
+/// 2015, and synthetic streets.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -126,7 +126,7 @@ std::string provenance(const CommandLine& command_line, PipelineParams params) {
   return text.str();
 }
 
-/// Left image and, for OpenCV and ours, disparities and errors of one pair.
+/// HTML with the left image of one pair, and disparities and errors of OpenCV's and our method.
 std::string picturesOf(const KittiScene2015& scene, const std::vector<NamedMethod>& methods,
                        const DisparityRange& range) {
   std::vector<MethodOutput> outputs;
@@ -209,7 +209,7 @@ int evaluate(const CommandLine& command_line) {
   const auto methods = chooseMethods(command_line, params);
   const auto groups = openSequences(command_line);
 
-  // Folders are made now, not after an hour of computing.
+  // Makes folders now, not after an hour of computing.
   if (command_line.has("html")) makeFolder(command_line.get("html"));
   if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
     makeFolder(folder);

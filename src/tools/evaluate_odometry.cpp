@@ -1,4 +1,4 @@
-/// Ego-motion against true poses: KITTI drives and synthetic streets.
+/// Compares ego-motion with true poses, for KITTI drives and synthetic streets.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -72,7 +72,7 @@ std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
          "rotation_error_deg_per_m,mean_normalized_error,median_normalized_error,lost,mean_ms,"
          "median_ms,p95_ms\n";
   for (const OdometryEvaluation& e : evaluations) {
-    // KITTI's figure: of the longest stretches that the path has.
+    // As in KITTI, over the longest segments of the path.
     const auto relative = std::find_if(e.relative.rbegin(), e.relative.rend(),
                                        [](const auto& error) { return error.stretches > 0; });
     csv << e.name << ',' << e.motions.size() << ',' << e.length_m << ',' << e.mean.translation_m

@@ -8,8 +8,8 @@ struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// From here on SIGINT and SIGTERM do not end the process at once: throwIfInterrupted() throws
-/// Interrupted after one of them, so that destructors remove what is half-written.
+/// After this call SIGINT and SIGTERM do not terminate the process. Instead, throwIfInterrupted()
+/// throws Interrupted, so that destructors remove incomplete files.
 void catchInterruptions();
 void throwIfInterrupted();
 

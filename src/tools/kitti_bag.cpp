@@ -31,15 +31,16 @@ geometry_msgs::TransformStamped transform(const std::string& parent, const std::
   return message;
 }
 
-/// Axes of a base (x forward, y left, z up) in those of a camera (x right, y down, z forward).
+/// Rotation from the axes of a base (x forward, y left, z up) to those of a camera (x right, y
+/// down, z forward).
 Eigen::Isometry3d baseInCamera() {
   Eigen::Isometry3d T_cam_base = Eigen::Isometry3d::Identity();
   T_cam_base.linear() << 0, -1, 0, 0, 0, -1, 1, 0, 0;
   return T_cam_base;
 }
 
-/// Position of the inertial unit on KITTI's car, as kitti2bag has it: base_link is the middle of
-/// the rear axle's ground projection, moved by half of the wheelbase.
+/// Position of the inertial unit on KITTI's car as in kitti2bag, where base_link is the ground
+/// projection of the rear axle's middle, shifted by half of the wheelbase.
 Eigen::Isometry3d imuInBase() {
   Eigen::Isometry3d T_base_imu = Eigen::Isometry3d::Identity();
   T_base_imu.translation() << -2.71 / 2.0 - 0.05, 0.32, 0.93;
@@ -136,7 +137,7 @@ class DriveWriter {
         transform(parent, cameraName(drive_.rightCamera()), T_parent_left * T_left_right));
     if (const auto poses = drive_.poses())
       for (const Eigen::Isometry3d& T_world_left : *poses) {
-        // The world of poses without oxts has the first camera's axes: turn it upright.
+        // Without oxts the world has the axes of the first camera: rotate it so that z is up.
         const Eigen::Isometry3d upright =
             has_oxts_ ? Eigen::Isometry3d::Identity() : baseInCamera().inverse();
         dynamic_.push_back(transform("world", "base_link", upright * T_world_left * T_left_base));
@@ -154,7 +155,7 @@ class DriveWriter {
     bag_.write("/tf", stamp, message);
   }
 
-  /// Fields by their numbers in dataformat.txt.
+  /// Reads the fields by their numbers in dataformat.txt.
   void writeOxts(int frame, const ros::Time& stamp) {
     const OxtsRecord record = drive_.oxts(frame);
     std_msgs::Header header;

@@ -1,4 +1,4 @@
-/// A drive of KITTI's raw recordings as a bag in kitti2bag's layout.
+/// Converts a drive of KITTI's raw recordings to a bag in kitti2bag's layout.
 #include <cstdio>
 
 #include "tools/command_line.h"

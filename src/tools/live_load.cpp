@@ -32,7 +32,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kGiveUp_s = 20;  // for what should take milliseconds
+constexpr double kGiveUp_s = 20;  // for steps that should take milliseconds
 
 int64_t residentBytes() {
   std::ifstream file("/proc/self/statm");
@@ -51,7 +51,7 @@ bool waitUntil(const std::function<bool()>& condition) {
   return true;
 }
 
-/// A subscriber's side: when which frame came out, and what the diagnostics count.
+/// The subscriber: measures the latencies of frames and collects the diagnostics.
 class Listener {
  public:
   /// Writes latencies to `frames`.
@@ -67,7 +67,7 @@ class Listener {
           const auto& [index, time] = sent->second;
           frames_[static_cast<size_t>(index)].latency_ms =
               std::chrono::duration<double, std::milli>(now - time).count();
-          // Those before it are lost: frames come out in their order.
+          // Earlier frames are lost, because frames are published in order.
           sent_.erase(sent_.begin(), std::next(sent));
           last_output_ = now;
           changed_.notify_all();
@@ -98,29 +98,29 @@ class Listener {
     const std::lock_guard<std::mutex> lock(mutex_);
     sent_[stamp] = {index, Clock::now()};
   }
-  /// Waits until the next frame would push none aside: the disparity of the last one is there, and
-  /// the moving objects of all before it.
+  /// Waits until the next frame cannot displace another one: the disparity of the last frame and
+  /// the moving objects of all earlier frames have arrived.
   bool waitForRoom() {
     std::unique_lock<std::mutex> lock(mutex_);
     return changed_.wait_for(lock, std::chrono::duration<double>(kGiveUp_s), [this] {
       return sent_.empty() || (sent_.size() == 1 && last_disparity_ == sent_.begin()->first);
     });
   }
-  /// Waits until nothing has come out for a second, and the diagnostics have told of all.
+  /// Waits until there was no output for a second and the diagnostics cover all frames.
   void waitForTheLast() {
     waitUntil([this] {
       const std::lock_guard<std::mutex> lock(mutex_);
       return sent_.empty() || Clock::now() - last_output_ > std::chrono::seconds(1);
     });
     const int before = reports();
-    waitUntil([&] { return reports() >= before + 6; });  // two of each nodelet
+    waitUntil([&] { return reports() >= before + 6; });  // two per nodelet
   }
 
   Clock::time_point lastOutput() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return last_output_;
   }
-  /// Of the nodelet whose status' name contains `part`.
+  /// Value of `key` in the diagnostics of the nodelet whose status name contains `part`.
   int64_t count(const std::string& part, const std::string& key) const {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (const auto& [name, figures] : figures_) {
@@ -144,13 +144,13 @@ class Listener {
   ros::CallbackQueue queue_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<ros::Time, std::pair<int, Clock::time_point>> sent_;  // on their way
+  std::map<ros::Time, std::pair<int, Clock::time_point>> sent_;  // no output yet
   ros::Time last_disparity_;
   Clock::time_point last_output_ = Clock::now();
   std::map<std::string, std::map<std::string, std::string>> figures_;
   int reports_ = 0;
   ros::Subscriber objects_, disparity_, odometry_, diagnostics_;
-  ros::AsyncSpinner spinner_;  // last: it uses all of the above
+  ros::AsyncSpinner spinner_;  // last: uses the members above
 };
 
 template <class Message>
@@ -237,10 +237,10 @@ StereoPair LiveLoad::pairAt(int index, ros::Time stamp) const {
 }
 
 LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams& given) {
-  // A namespace of its own: what another run still says is not heard.
+  // A new namespace, so that late messages of another run are not received.
   const std::string ns = "/live_load_" + std::to_string(getpid()) + "_" + std::to_string(runs_++);
   AllNodeletParams params = given;
-  params.ego_motion.processor.base_frame = "";  // the camera itself: no extrinsic is needed
+  params.ego_motion.processor.base_frame = "";  // the camera, so no extrinsic is needed
   params.ego_motion.processor.odom_frame = ns.substr(1) + "_odom";
   params.disparity.odom_frame = params.moving_objects.odom_frame =
       params.ego_motion.processor.odom_frame;
@@ -268,7 +268,7 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
                listener.connected();
       }))
     throw std::runtime_error("the nodelets do not subscribe to the images; see the log above");
-  std::this_thread::sleep_for(std::chrono::seconds(1));  // until they know of each other
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // until all are connected
 
   const ros::Time first = pairs_[0].left->header.stamp;
   const auto begin = Clock::now();

@@ -1,4 +1,4 @@
-/// How fast the live nodelets are on this machine.
+/// Measures the speed of the live nodelets on this machine.
 #include <ros/ros.h>
 
 #include <cstdio>
@@ -51,7 +51,7 @@ double growthPercent(double before, double after) {
   return before > 0 ? 100 * (after - before) / before : 0;
 }
 
-// Does memory or latency grow in a long run?
+// Latency and memory in windows of a long run, which show whether they grow.
 void printWindows(const LiveLoadResult& result, int window) {
   const auto frames = static_cast<int>(result.frames.size());
   if (frames / 3 < window) return;

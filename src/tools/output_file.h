@@ -6,15 +6,15 @@
 
 namespace predictive_stereo {
 
-/// Makes the folder, where it is not there yet.
-/// @throws std::runtime_error that names `path` and says why it cannot be made.
+/// Makes the folder, unless it exists.
+/// @throws std::runtime_error with `path` and the reason, if it cannot be made.
 void makeFolder(const std::filesystem::path& path);
 
-/// Writes the text to a temporary file beside `path`, which takes its place when all of it is on
-/// the disk: there is the whole text, or the file of before. Folders are made.
-/// @throws std::runtime_error that names `path` and says why it cannot be written.
+/// Writes a text file atomically: to a temporary file beside `path`, which is renamed when the
+/// whole text is on the disk. Makes missing folders.
+/// @throws std::runtime_error with `path` and the reason, if it cannot be written.
 void writeText(const std::filesystem::path& path, const std::string& text);
-/// The same with a picture, in the format of the name's extension.
+/// The same for an image, in the format of the file's extension.
 void writePicture(const std::filesystem::path& path, const cv::Mat& picture);
 
 }  // namespace predictive_stereo

@@ -9,9 +9,9 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr auto kPeriod = std::chrono::milliseconds(100);  // of showing it anew
+constexpr auto kPeriod = std::chrono::milliseconds(100);  // between two updates
 constexpr int kBar = 20;                                  // characters
-constexpr double kEarliest_s = 1;                         // for guessing what is left
+constexpr double kEarliest_s = 1;                         // first estimate of the remaining time
 
 // 75 s as 1:15, 3675 s as 1:01:15.
 std::string clockText(double seconds) {
@@ -56,7 +56,7 @@ void Progress::update(int index) {
   if (index + 1 < frames_ && now - last_shown_ < kPeriod) return;
   last_shown_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
-  // The escape clears what a longer line has left behind.
+  // The escape sequence clears the rest of a longer line.
   std::fprintf(stderr, "\r%s\033[K", progressText(what_, index + 1, frames_, elapsed_s).c_str());
   line_open_ = true;
 }

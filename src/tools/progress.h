@@ -5,8 +5,8 @@
 
 namespace predictive_stereo {
 
-/// A bar on stderr where that is a terminal, nothing where it is a file: one line that is
-/// rewritten, "what  [####......]  40 %  40 of 100  1:25 left".
+/// A progress bar on stderr, if that is a terminal: one line that is rewritten,
+/// "what  [####......]  40 %  40 of 100  1:25 left".
 class Progress {
  public:
   Progress(const std::string& what, int frames);
@@ -14,7 +14,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// @param index  of the frame that was done.
+  /// @param index  of the frame that was processed.
   void update(int index);
 
  private:
@@ -27,9 +27,10 @@ class Progress {
   Clock::time_point begin_ = Clock::now(), last_shown_;
 };
 
-/// The line's text, without what rewrites it.
-/// @param done       frames, of so many `frames`.
-/// @param elapsed_s  since the beginning; less than a second tells too little of what is left.
+/// Text of the progress bar, without control characters.
+/// @param done  number of processed frames, of `frames`.
+/// @param elapsed_s  since the start; there is no estimate of the remaining time in the first
+///   second.
 std::string progressText(const std::string& what, int done, int frames, double elapsed_s);
 
 }  // namespace predictive_stereo

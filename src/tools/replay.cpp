@@ -1,4 +1,4 @@
-/// Runs the nodelets' processing objects over a bag: no roscore, no player, nothing dropped.
+/// Runs the nodelets' processors on a bag, without roscore and player; no frame is dropped.
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -101,7 +101,7 @@ struct Options {
   }
 };
 
-/// The bag that is written, as far as its topics are wanted.
+/// The output bag with the selected topics.
 class OutputBag {
  public:
   OutputBag(const std::string& path, const std::set<std::string>& wanted, const std::string& ns,
@@ -122,7 +122,7 @@ class OutputBag {
   void write(const std::string& topic, ros::Time time, const Message& message) {
     if (wants(topic)) file_.write(ns_ + "/" + topic, time, message);
   }
-  // A message of the input, as it is.
+  // Copies a message of the input bag.
   void copy(const rosbag::MessageInstance& message) {
     file_.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
   }
@@ -241,7 +241,7 @@ class Replay {
     rosbag::View lefts(in_, rosbag::TopicQuery(topics_.left), begin_, end_);
     Progress progress("replay", static_cast<int>(lefts.size()));
     SyncParams sync = params_.disparity.sync;
-    sync.queue_size = 1000;  // nothing is dropped, however the bag is ordered
+    sync.queue_size = 1000;  // nothing is dropped, whatever the order of the bag's messages
     StampMatcher matcher({topics_.left, topics_.left_info, topics_.right, topics_.right_info},
                          sync);
     for (const rosbag::MessageInstance& message : view) {
@@ -265,7 +265,7 @@ class Replay {
  private:
   enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
 
-  // The whole of tf is put in before the first frame: nothing is to be waited for later on.
+  // Reads all transforms before the first frame, so that no frame has to wait.
   void readTf() {
     for (const rosbag::MessageInstance& message :
          rosbag::View(in_, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
@@ -282,7 +282,7 @@ class Replay {
            transform.child_frame_id == params_.ego_motion.processor.base_frame;
   }
 
-  // Needs to know the camera's frame.
+  // Needs the first pair, which has the camera's frame.
   void start(const StereoPair& pair) {
     const std::string& camera = pair.left->header.frame_id;
     std::string& base = params_.ego_motion.processor.base_frame;
@@ -347,7 +347,7 @@ class Replay {
     table_.add(frame->times);
   }
 
-  // What the bag knows of tf goes on, so that OUT can be looked at by itself.
+  // Copies the bag's transforms, so that OUT is complete without the input bag.
   void copyTf(const rosbag::MessageInstance& message, OutputBag& out) const {
     const auto tf = message.instantiate<tf2_msgs::TFMessage>();
     if (!tf) return;

@@ -11,7 +11,7 @@
 
 namespace predictive_stereo {
 
-/// Figures of a recording without truth, for replay.
+/// Quality figures that need no ground truth, for replay.
 class ReplayFigures {
  public:
   void add(const PipelineProcessor::Output& frame) {

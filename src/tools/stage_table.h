@@ -12,7 +12,7 @@
 
 namespace predictive_stereo {
 
-/// Times of many frames, printed as one line a stage: median and 95th percentile.
+/// Times of many frames, printed as one line per stage: median and 95th percentile.
 class StageTable {
  public:
   void add(const StageTimes& times) {
@@ -24,7 +24,7 @@ class StageTable {
     }
   }
 
-  /// Of a stage; NaN where it never ran.
+  /// Quantile of the times of a stage [ms]; NaN if it never ran.
   double quantile(const std::string& name, double share) const {
     for (const auto& [known, ms] : stages_)
       if (known == name) return quantile(ms, share);

@@ -29,7 +29,7 @@ class BagTopics {
            (imageTopic(topic) != topic && has(topic, "sensor_msgs/CompressedImage"));
   }
 
-  // The topic, or where its images are sent compressed if they are not otherwise.
+  // The topic, or that of its compressed images if there are no others.
   std::string asRecorded(const std::string& topic) const {
     return !hasImages(topic) && hasImages(topic + kCompressedTopic) ? topic + kCompressedTopic
                                                                     : topic;
@@ -79,17 +79,17 @@ StereoTopics fromImages(const std::string& left, const std::string& right) {
   return {left, cameraInfoTopic(left), right, cameraInfoTopic(right)};
 }
 
-// Pairs whose names differ in "left" and "right" alone.
+// Pairs of topics whose names differ only in "left" and "right".
 std::vector<StereoTopics> knownLayouts(const BagTopics& bag, bool raw) {
   std::vector<StereoTopics> found;
   for (const std::string& left : bag.imageTopics()) {
     const size_t place = left.rfind("left");
     if (place == std::string::npos) continue;
     const std::string images = imageTopic(left);
-    if (images != left && bag.hasImages(images)) continue;  // recorded both ways
+    if (images != left && bag.hasImages(images)) continue;  // recorded raw and compressed
     const std::string kind = images.substr(images.rfind('/') + 1);
     const bool kitti = left.find("/camera_") != std::string::npos && kind == "image_raw";
-    // KITTI's are rectified already, whatever their name.
+    // KITTI's images are rectified, although they are named image_raw.
     if (raw ? kind != "image_raw" || kitti : kind != "image_rect" && !kitti) continue;
     std::string right = left;
     right.replace(place, 4, "right");

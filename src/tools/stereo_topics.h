@@ -8,32 +8,31 @@
 
 namespace predictive_stereo {
 
-/// The topics of a stereo camera in a bag. Images may be compressed: their topics then end in
-/// /compressed.
+/// The topics of a stereo camera in a bag. Topics of compressed images end in /compressed.
 struct StereoTopics {
   std::string left, left_info, right, right_info;
 };
 
-/// How a user may name them.
+/// The user's choice of a camera.
 struct StereoTopicChoice {
   std::string camera;       ///< namespace: <camera>/left/image_rect, ...; or empty
-  std::string left, right;  ///< image topics; their camera_info lie beside them; or empty
-  bool raw = false;         ///< images that are not rectified yet: image_raw, not image_rect
+  std::string left, right;  ///< image topics, with camera_info in the same namespaces; or empty
+  bool raw = false;         ///< images are not rectified: image_raw, not image_rect
 };
 
-/// The topic whose images are sent on `topic`: without the /compressed at its end.
+/// `topic` without the suffix /compressed.
 std::string imageTopic(const std::string& topic);
 
-/// The image of a sensor_msgs/Image message or, unpacked, of a sensor_msgs/CompressedImage; null:
-/// the message is neither.
-/// @throws std::invalid_argument where it cannot be unpacked.
+/// The image of a sensor_msgs/Image, or the decoded image of a sensor_msgs/CompressedImage; nullptr
+/// for other messages.
+/// @throws std::invalid_argument if it cannot be decoded.
 sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message);
 
-/// Finds the topics that were chosen, or, where nothing was, those of the only camera whose layout
-/// is known (<camera>/left/image_rect, or KITTI's camera_{gray,color}_{left,right}; where `raw`,
-/// <camera>/left/image_raw).
-/// @throws std::runtime_error that lists the bag's image topics where one is not there, or where
-///   the choice is open.
+/// Finds the chosen topics. Without a choice, those of the only camera with a known layout:
+/// <camera>/left/image_rect (image_raw if `choice.raw`), or KITTI's
+/// camera_{gray,color}_{left,right}.
+/// @throws std::runtime_error if a topic is missing, or without a choice if there is not exactly
+///   one such camera; it lists the bag's image topics.
 StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice);
 
 }  // namespace predictive_stereo

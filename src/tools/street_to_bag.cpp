@@ -1,4 +1,4 @@
-/// The synthetic street as a bag: a stereo camera, and the truth beside it.
+/// Writes a synthetic sequence to a bag: a stereo camera and the ground truth.
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
@@ -64,7 +64,7 @@ constexpr char kOdomFrame[] = "odom", kBaseFrame[] = "base_link", kCameraFrame[]
                kOpticalFrame[] = "camera_left_optical_frame";
 constexpr double kEpoch_s = 1577836800;  // 2020-01-01: a stamp of 0 means "none" in ROS
 
-// As from a latching publisher: players latch it again.
+// Writes a message as if from a latching publisher, so that players latch it again.
 template <class Message>
 void writeLatched(const std::string& topic, const ros::Time& time, const Message& message,
                   BagFile& bag) {
@@ -134,7 +134,7 @@ geometry_msgs::TransformStamped transformMessage(const ros::Time& stamp, const c
   return message;
 }
 
-// The street in the frames of a robot.
+// The sequence in the frames of a robot.
 class Robot {
  public:
   explicit Robot(const Street& street) : street_(street) {
@@ -165,7 +165,7 @@ class Robot {
     message.header.frame_id = kOdomFrame;
     message.child_frame_id = kBaseFrame;
     message.pose.pose = tf2::toMsg(T_world_odom_.inverse() * basePose(time_s));
-    // Velocity in the base's own axes, over two milliseconds around.
+    // Velocity in the axes of the base, as a central difference over two milliseconds.
     const double half_s = 1e-3;
     const double before_s = std::max(0.0, time_s - half_s), after_s = time_s + half_s;
     const Eigen::Isometry3d T_before_after = basePose(before_s).inverse() * basePose(after_s);
