@@ -1,4 +1,4 @@
-# What needs no ROS. The core: every stage of the paper's block diagram.
+# Targets without ROS. The core: all stages of the paper's block diagram.
 predictive_stereo_library(predictive_stereo
   FOLDERS . geometry parallel matching filtering odometry detection
   INSTALL EXPORT predictive_stereoTargets COMPONENT core
@@ -12,27 +12,27 @@ target_link_libraries(predictive_stereo
   PRIVATE hwy::hwy Threads::Threads
 )
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${predictive_stereo_include} COMPONENT core)
-# Lets their loops with conditions be vectorised; no result changes.
+# So the compiler can vectorise loops with conditions; results do not change.
 file(GLOB loops CONFIGURE_DEPENDS src/*/*_rows.cpp src/detection/residual.cpp)
 set_source_files_properties(${loops}
   PROPERTIES COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math"
 )
 
-# The synthetic street with exact truth, used by tests, benchmarks and tools.
+# Synthetic sequences with exact ground truth, for tests, benchmarks and tools.
 predictive_stereo_library(predictive_stereo_simulation FOLDERS simulation)
 target_link_libraries(predictive_stereo_simulation PUBLIC predictive_stereo)
 
-# Parameter structs from and to yaml and command lines.
+# Reads and writes parameter structs as yaml and from command lines.
 predictive_stereo_library(predictive_stereo_params FOLDERS params)
 target_link_libraries(predictive_stereo_params PUBLIC predictive_stereo PRIVATE yaml-cpp)
 
-# Sequences with truth (KITTI, the synthetic street), metrics.
+# Sequences with ground truth (KITTI, synthetic), metrics.
 predictive_stereo_library(predictive_stereo_evaluation FOLDERS evaluation)
 target_link_libraries(predictive_stereo_evaluation
   PUBLIC predictive_stereo predictive_stereo_simulation opencv_calib3d opencv_imgcodecs
 )
 
-# What tools have in common.
+# Common code of the tools.
 predictive_stereo_library(predictive_stereo_tools FILES
   src/tools/command_line.cpp
   src/tools/interruption.cpp

@@ -1,14 +1,14 @@
-# Target hwy::hwy, Google's Highway: the system's from 1.0 on, otherwise a pinned release, which is
-# downloaded and becomes a part of libpredictive_stereo. Ubuntu 20.04 has none, 22.04 has 0.16.
+# Target hwy::hwy, Google's Highway: the installed one if its version is at least 1.0. Otherwise a pinned
+# release is downloaded and linked into libpredictive_stereo. Ubuntu 20.04 has no Highway, 22.04 has 0.16.
 # Without a network: -DFETCHCONTENT_SOURCE_DIR_HIGHWAY=<folder of the unpacked release>.
 find_package(hwy 1.0 QUIET)
 if(hwy_FOUND)
-  message(STATUS "Highway ${hwy_VERSION}: the system's")
+  message(STATUS "Highway: uses the installed version ${hwy_VERSION}")
   return()
 endif()
 
 if(POLICY CMP0135)
-  cmake_policy(SET CMP0135 NEW)  # unpacked files have the time of unpacking
+  cmake_policy(SET CMP0135 NEW)  # extracted files get the time of extraction
 endif()
 include(FetchContent)
 FetchContent_Declare(highway
@@ -19,16 +19,16 @@ foreach(part CONTRIB EXAMPLES INSTALL TESTS)
   set(HWY_ENABLE_${part} OFF CACHE BOOL "" FORCE)
 endforeach()
 set(HWY_FORCE_STATIC_LIBS ON CACHE BOOL "" FORCE)
-message(STATUS "Highway: the system has none from 1.0 on; 1.2.0 is downloaded. Without a network: "
+message(STATUS "Highway: no version from 1.0 on is installed; downloads 1.2.0. Without a network use "
   "-DFETCHCONTENT_SOURCE_DIR_HIGHWAY=<folder of the unpacked release>")
 FetchContent_MakeAvailable(highway)
 set_property(DIRECTORY ${highway_SOURCE_DIR} PROPERTY EXCLUDE_FROM_ALL TRUE)
 
-# The target in use is a variable of Highway. Were it hidden in libpredictive_stereo, tests that
-# choose a target would choose it for themselves alone.
+# Highway stores the selected SIMD target in a variable. It must be visible outside
+# libpredictive_stereo, so that tests can select the target of the library.
 set_target_properties(hwy PROPERTIES POSITION_INDEPENDENT_CODE ON)
 target_compile_options(hwy PRIVATE -w -fvisibility=default)
-# Its headers' warnings are not ours.
+# Suppress warnings of its headers.
 get_target_property(includes hwy INTERFACE_INCLUDE_DIRECTORIES)
 set_target_properties(hwy PROPERTIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${includes}")
 add_library(hwy::hwy ALIAS hwy)

@@ -1,7 +1,6 @@
-# The core for programs that use CMake without catkin: find_package(predictive_stereo) gives the
-# target predictive_stereo::predictive_stereo. In a build with ROS catkin_package() has made a
-# package config of its own, so this one is installed only where it is asked for:
-# cmake --install build --component core.
+# Package config of the core for CMake without catkin: find_package(predictive_stereo) provides the
+# target predictive_stereo::predictive_stereo. In a build with ROS, catkin_package() makes another
+# package config, so this one is installed only on request: cmake --install build --component core.
 include(CMakePackageConfigHelpers)
 file(READ package.xml manifest)
 string(REGEX MATCH "<version>([^<]+)</version>" manifest "${manifest}")

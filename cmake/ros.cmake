@@ -1,6 +1,6 @@
-# What needs ROS: nodelets, nodes, tools on bags and topics.
+# Targets with ROS: nodelets, nodes, tools for bags and topics.
 
-# ROS without nodes: messages in, messages out. Nodelets and replay run the same code.
+# Message processing without nodes, used by the nodelets and by replay.
 predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/compressed_image.cpp
   src/nodelets/disparity_processor.cpp
@@ -24,7 +24,7 @@ target_link_libraries(predictive_stereo_ros
   PUBLIC predictive_stereo opencv_calib3d opencv_imgcodecs ${catkin_LIBRARIES}
 )
 
-# The nodelets, and each of them as a node.
+# The nodelets, and each of them as a separate node.
 predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/disparity_nodelet.cpp
   src/nodelets/ego_motion_nodelet.cpp
@@ -42,7 +42,7 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)
 
-# moving_objects/detections3d is published where this is installed.
+# moving_objects/detections3d needs vision_msgs, which is optional.
 find_package(vision_msgs QUIET)
 if(vision_msgs_FOUND)
   target_include_directories(predictive_stereo_nodelets SYSTEM PRIVATE ${vision_msgs_INCLUDE_DIRS})
@@ -63,7 +63,7 @@ predictive_stereo_node(disparity_node Disparity)
 predictive_stereo_node(moving_objects_node MovingObjects)
 predictive_stereo_node(rectify_node Rectify)
 
-# Tools on bags and topics.
+# Tools for bags and topics.
 predictive_stereo_library(predictive_stereo_bag_tools FILES
   src/tools/bag_check.cpp
   src/tools/bag_file.cpp

@@ -1,11 +1,11 @@
-# How libraries and executables are declared, and where they are installed. Names of targets begin
-# with the package's: a catkin workspace has one set of targets for all packages.
+# Functions that declare and install libraries and executables. Names of targets have the package's
+# name as prefix, because all packages of a catkin workspace share one set of targets.
 if(NOT PREDICTIVE_STEREO_ROS)
   include(GNUInstallDirs)
   set(predictive_stereo_lib ${CMAKE_INSTALL_LIBDIR})
   set(predictive_stereo_bin ${CMAKE_INSTALL_BINDIR})
   set(predictive_stereo_include ${CMAKE_INSTALL_INCLUDEDIR}/${PROJECT_NAME})
-  # Installed programs and libraries find each other wherever the prefix is.
+  # So installed programs find the libraries with any prefix.
   set(CMAKE_INSTALL_RPATH $ORIGIN $ORIGIN/../${CMAKE_INSTALL_LIBDIR})
 else()
   set(predictive_stereo_lib ${CATKIN_PACKAGE_LIB_DESTINATION})
@@ -13,8 +13,8 @@ else()
   set(predictive_stereo_include ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
 endif()
 
-# A folder that is one library has no list: every .cpp in it belongs to the library, and
-# CONFIGURE_DEPENDS looks for new ones at each build.
+# With FOLDERS, every .cpp in these folders belongs to the library. CONFIGURE_DEPENDS finds new ones at
+# each build.
 # predictive_stereo_library(name FOLDERS folder... | FILES file... [INSTALL option...])
 function(predictive_stereo_library name)
   cmake_parse_arguments(ARG "" "" "FOLDERS;FILES;INSTALL" ${ARGN})
@@ -28,7 +28,7 @@ function(predictive_stereo_library name)
   install(TARGETS ${name} ${ARG_INSTALL} LIBRARY DESTINATION ${predictive_stereo_lib})
 endfunction()
 
-# Target predictive_stereo_NAME; the executable is NAME.
+# The target is predictive_stereo_NAME, the executable is NAME.
 function(predictive_stereo_executable name)
   set(target predictive_stereo_${name})
   add_executable(${target} ${ARGN})

@@ -1,4 +1,4 @@
-// A rectified stereo sequence through the whole pipeline, without ROS:
+// Runs the whole pipeline on a rectified stereo sequence, without ROS:
 //   stereo_sequence left_%04d.png right_%04d.png FOCAL_PX CX_PX CY_PX BASELINE_M RATE_HZ
 #include <predictive_stereo/pipeline.h>
 
@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   using namespace predictive_stereo;
   if (argc != 8) return std::fputs("arguments: see the first lines of the source\n", stderr), 2;
   Pipeline pipeline(PipelineParams{});
-  PipelineOutput output;  // outside of the loop: its buffers are used again
+  PipelineOutput output;  // outside the loop, to reuse its buffers
   for (int i = 0;; ++i) {
     StereoFrame frame;
     frame.left = cv::imread(cv::format(argv[1], i), cv::IMREAD_GRAYSCALE);
@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
     frame.rig.cy_px = std::atof(argv[5]);
     frame.rig.baseline_m = std::atof(argv[6]);
     frame.stamp = stampFromSeconds(i / std::atof(argv[7]));
-    if (!pipeline.process(frame, output)) continue;  // the same stamp again
+    if (!pipeline.process(frame, output)) continue;  // a duplicate: the stamp of the previous frame
 
     const cv::Mat1f& disparity_px = output.disparity.disparity_px;
     const int known = cv::countNonZero(disparity_px >= 0);  // unknown: -1, variance 0

@@ -1,6 +1,6 @@
 # Tests that need ROS.
 
-# Parameters, and the shipped files of them.
+# Parameters and the installed parameter files.
 predictive_stereo_unit_tests(params predictive_stereo_ros predictive_stereo_params yaml-cpp)
 foreach(name config_files paper_config)
   target_compile_definitions(predictive_stereo_params_${name}_test
@@ -8,7 +8,7 @@ foreach(name config_files paper_config)
   )
 endforeach()
 
-# Tools; some are run as a user does it.
+# Tools; some tests run them like a user.
 predictive_stereo_unit_tests(tools predictive_stereo_bag_tools)
 foreach(name street_to_bag replay evaluate_detection evaluate_odometry)
   set(target predictive_stereo_tools_${name}_test)
@@ -24,14 +24,14 @@ foreach(name street_to_bag replay evaluate_detection evaluate_odometry)
   )
 endforeach()
 
-# Messages in, messages out, and parts of the nodelets.
+# Message processing, and parts of the nodelets.
 foreach(name disparity_views imu_rotation message_pool motion_source moving_objects_views stamp_matcher
     stereo_messages tf_rivals transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()
 predictive_stereo_unit_test(nodelets thread_limit_test predictive_stereo_nodelets)
 
-# Nodelets: each .test file starts what it tests.
+# Nodelets; each .test file starts the nodelets under test.
 find_package(rostest REQUIRED)
 # Further arguments are add_rostest's.
 function(predictive_stereo_rostest name launch_file source)
@@ -89,7 +89,7 @@ target_compile_definitions(predictive_stereo_live_load_test PRIVATE
 )
 add_dependencies(predictive_stereo_live_load_test predictive_stereo_street_to_bag)
 
-# Bags, through nodelets in one manager and as nodes.
+# Bags, with nodelets in one manager and as separate nodes.
 add_executable(predictive_stereo_bag_test EXCLUDE_FROM_ALL nodelets/bag_test.cpp)
 set_target_properties(predictive_stereo_bag_test PROPERTIES OUTPUT_NAME bag_test)
 target_compile_definitions(predictive_stereo_bag_test PRIVATE
@@ -111,7 +111,7 @@ endforeach()
 add_rostest(nodelets/bag.test ARGS source:=kitti_0002 DEPENDENCIES predictive_stereo_bag_test)
 add_rostest(nodelets/bag.test ARGS source:=kitti_0020 DEPENDENCIES predictive_stereo_bag_test)
 
-# Programs that are tests, for ctest alone.
+# Scripts that are tests; only ctest runs them.
 add_test(NAME launch_files
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/launch_files_test.py
     ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
@@ -132,7 +132,7 @@ add_test(NAME benchmark
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/benchmark_test.py
     ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}
 )
-# 77: no right to mount a small disk.
+# Exit status 77, skipped: no permission to mount a small disk.
 add_test(NAME hostile_files
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/hostile_files_test.py
     ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
@@ -141,16 +141,16 @@ add_test(NAME hostile_sizes
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/hostile_sizes_test.py
     ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
 )
-# 77: no Snakemake, which is not among the dependencies: 680 MB.
+# Exit status 77, skipped: no Snakemake, which is not a dependency because it needs 680 MB.
 add_test(NAME evaluate_many
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/evaluate_many_test.py
     ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
 )
 set_tests_properties(evaluate_many hostile_files PROPERTIES SKIP_RETURN_CODE 77)
-# Decided: scripts are for the repository, benchmarks for the build folder; Debian's headers are the
-# system's; a checkout may have any name; targets are written out, to be found by a search; options
-# have the package's name in capitals, or are meant for a whole workspace; FetchContent's commands are
-# written as CMake's pages do.
+# Reasons of the ignored warnings: scripts run from the repository, and benchmarks from the build
+# folder; Debian's headers are system headers; a checkout may have any name; names of targets are
+# written in full, so that a search finds them; options have the package's name in capitals, or are for
+# the whole workspace; FetchContent's commands are written as in CMake's documentation.
 add_test(NAME catkin_lint
   COMMAND /usr/bin/catkin_lint -q -W2 --strict --ignore uninstalled_script
     --ignore uninstalled_target --ignore external_interface_path --ignore package_path_name

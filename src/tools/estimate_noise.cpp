@@ -99,7 +99,7 @@ int estimate(const CommandLine& command_line) {
       seen = observeNoise(drive, labels, params, max_frames,
                           [&](int frame) { progress.update(frame); });
     }
-    provenance << "# " << drive.name() << ", " << seen.frames << " frames with scans, movers "
+    provenance << "# " << drive.name() << ", " << seen.frames << " frames with scans, moving objects "
                << (labels.empty() ? "not masked" : "masked by labels") << "\n";
     for (std::ostream* out : {static_cast<std::ostream*>(&provenance), &std::cout}) {
       const char* indent = out == &std::cout ? "" : "#   ";
@@ -151,9 +151,9 @@ int estimate(const CommandLine& command_line) {
     return all ? errors.varianceOfAll_px2() : errors.variance_px2();
   };
   yaml << "disparity:\n  prediction:\n    process_noise_px2: " << varianceOf(process)
-       << "  # variance of " << errors_used << "; holds the scans' own noise twice\n"
+       << "  # variance of " << errors_used << "; includes the scan noise twice\n"
        << "  correction:\n    measurement_noise_px2: " << varianceOf(measurement)
-       << "  # variance of " << errors_used << "; holds the scans' own noise\n"
+       << "  # variance of " << errors_used << "; includes the scan noise\n"
        << "  variance:  # sigma, 2 sigma: 68.3, 95.4 % quantiles of the published error\n"
        << "    sigma_floor_px: " << variance.sigma_floor_px
        << "\n    sigma_ambiguous_px: " << variance.sigma_ambiguous_px
