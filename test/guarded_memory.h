@@ -1,5 +1,5 @@
-/// Memory beside a page that nobody may touch: what reads or writes beyond an image's last pixel,
-/// or before its first one, is stopped by the processor, in every build.
+/// Memory beside an inaccessible page (guard page): accesses beyond an image's last pixel, or
+/// before its first one, crash in every build.
 #pragma once
 
 #include <sys/mman.h>
@@ -14,7 +14,7 @@
 
 namespace predictive_stereo::testing {
 
-/// Where the page lies.
+/// Position of the guard page.
 enum class Guard { kBehind, kBefore };
 
 class GuardedMemory {
@@ -42,7 +42,7 @@ class GuardedMemory {
   size_t mapped_;
 };
 
-/// Rows of any length up to `most` that lie beside the page, filled with noise.
+/// Rows of any length up to `most` beside a guard page, filled with noise.
 template <class T>
 class GuardedRow {
  public:
@@ -62,12 +62,12 @@ class GuardedRow {
   GuardedMemory memory_;
 };
 
-/// As long as it lives, every new cv::Mat lies beside such a page: images of the test and all that
-/// the code under test makes.
+/// During the lifetime of this object every new cv::Mat is beside a guard page: those of the test
+/// and those of the code under test.
 class GuardEveryMat {
  public:
   explicit GuardEveryMat(Guard guard) : before_(cv::Mat::getDefaultAllocator()) {
-    // Never destroyed: images may live longer than anything that could own it.
+    // Never destroyed, because images may live longer than any owner.
     static auto* const behind = new Allocator(Guard::kBehind);
     static auto* const before = new Allocator(Guard::kBefore);
     cv::Mat::setDefaultAllocator(guard == Guard::kBehind ? behind : before);
@@ -110,10 +110,12 @@ class GuardEveryMat {
   cv::MatAllocator* before_;
 };
 
-/// Rows of these lengths end in all places of vectors and of the chunks that loops work on.
+/// Largest length of rows. Rows up to this length end at all positions of vectors and of the blocks
+/// that loops process.
 constexpr int kMostGuarded = 140;
 
-/// Calls body(guard) for both, on every SIMD target of kernels that Highway dispatches.
+/// Calls body(guard) for both positions, on every SIMD target of the kernels that Highway
+/// dispatches.
 template <class Body>
 void forEveryGuardAndTarget(const Body& body) {
   for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {

@@ -1,6 +1,6 @@
-/// Times OpenCV's matchers and ours on the same pairs, interleaved in one run, so that what else
-/// the machine does hits all of them alike. The reduced search gets real ranges: predicted from the
-/// frame before, united with the half-resolution match.
+/// Times OpenCV's matchers and ours on the same pairs, alternately in one run, so that other load
+/// of the machine affects all of them equally. The reduced search gets the ranges of the pipeline:
+/// the union of the prediction and the half-resolution match.
 #include <cstdio>
 #include <memory>
 #include <opencv2/core/utility.hpp>

@@ -1,6 +1,6 @@
 /// Times the whole pipeline (ego-motion, disparity, moving objects) and OpenCV's matchers, which
-/// give a disparity alone, on the same frames in one run: frame by frame in turn, so that what else
-/// the machine does hits all of them alike.
+/// compute only a disparity, on the same frames: alternately in one run, so that other load of the
+/// machine affects all of them equally.
 #include <algorithm>
 #include <cstdio>
 #include <iostream>

@@ -17,8 +17,8 @@
 namespace predictive_stereo {
 namespace {
 
-/// Two frames of the street, and what each stage gets from those before it. The closed loop has
-/// seen the first frame; the stages work on the second.
+/// Two frames of the street, and the inputs of each stage. The closed loop has processed the first
+/// frame; the stages process the second one.
 struct Inputs {
   Inputs() {
     const auto street = misalignedStreet(2);
@@ -175,7 +175,7 @@ void supportFilter(benchmark::State& state) {
   });
 }
 
-// What the support filter replaces.
+// OpenCV's filter that the support filter replaces.
 void opencvFilterSpeckles(benchmark::State& state) {
   const Inputs& in = inputs();
   cv::Mat disparity_16, filtered, buffer;
@@ -235,7 +235,7 @@ void disparityLoop(benchmark::State& state) {
   FrameSources sources;
   sources.ego_motion.emplace();
   sources.ego_motion->status = EgoMotionStatus::kTracked;
-  // The same frame again and again, predicted as if the camera stood still: the loop's cost.
+  // The cost of the loop: the same frame repeatedly, with the motion of a standing camera.
   Stamp stamp{};
   measure(state, [&] {
     stamp += kFramePeriod;
@@ -244,7 +244,7 @@ void disparityLoop(benchmark::State& state) {
   state.counters["MB"] = memory.megabytes();
 }
 
-/// Some frames of the street, for what works on successive ones.
+/// Some frames of the street, for stages that need successive frames.
 struct Drive {
   Drive() {
     constexpr int kFrames = 6;
@@ -268,7 +268,7 @@ const Drive& drive() {
   return drive;
 }
 
-/// Times work(index) of one frame after the other, and begins anew after the last.
+/// Times work(index) for successive frames, and starts again after the last one.
 template <class Work, class Restart>
 void measureDrive(benchmark::State& state, const Work& work, const Restart& restart) {
   size_t index = 0;
@@ -299,7 +299,7 @@ void movingObjects(benchmark::State& state) {
       [&] { detector.reset(); });
 }
 
-// On demand: a picture for people.
+// Computed on demand, for visualisation.
 void residualImage(benchmark::State& state) {
   const DisparityOutput& maps = drive().outputs.back().disparity;
   cv::Mat1f residual;
@@ -325,7 +325,7 @@ void wholePipeline(benchmark::State& state) {
   state.counters["MB"] = memory.megabytes();
 }
 
-// What the machine's memory allows: the cost volume of a full search, written once and read once.
+// Memory bandwidth: the cost volume of a full search, written once and read once.
 void memoryOfAFullSearch(benchmark::State& state) {
   const Inputs& in = inputs();
   const auto bytes = static_cast<size_t>(in.rig.size.area()) *

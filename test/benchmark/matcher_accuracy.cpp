@@ -19,7 +19,7 @@ struct Result {
 };
 using Method = std::function<Result(const MatchingJob&)>;
 
-/// @param baseline  what ratios are given to; set by the first row.
+/// @param baseline  reference of the ratios; set by the first row.
 void printRow(const char* name, const std::vector<MatchingJob>& jobs, const DisparityRange& range,
               const Method& method, MeanDisparityScore& baseline) {
   MeanDisparityScore mean;

@@ -1,4 +1,4 @@
-/// How good OpenCV's matchers and ours are on single frames.
+/// Accuracy of OpenCV's matchers and ours on single frames.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,9 @@
 
 namespace predictive_stereo {
 
-/// A table of density, outliers and mean width over the frames with truth; nothing where there are
-/// none. Ours with the post-filters of DisparityEstimator: support, holes, median.
+/// Prints a table of density, outliers and mean search width over the frames with truth; nothing if
+/// there are none. Our matchers include the post-filters of DisparityEstimator: support, holes,
+/// median.
 void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityParams& params);
 
 }  // namespace predictive_stereo

@@ -12,7 +12,7 @@
 namespace predictive_stereo {
 namespace {
 
-/// A map without holes: invalid pixels take the last valid value of their row.
+/// Fills the holes of a map: invalid pixels get the last valid value of their row.
 cv::Mat1f dense(const cv::Mat1f& disparity_px, const DisparityRange& range) {
   cv::Mat1f filled = disparity_px.clone();
   for (int y = 0; y < filled.rows; ++y) {
@@ -60,7 +60,7 @@ class Searches {
 
 constexpr int kNarrow = 8;
 
-/// Medians of all full searches, then of all reduced ones.
+/// Median times of all full searches, then of all reduced ones.
 std::vector<double> times(const std::vector<std::unique_ptr<Searches>>& searches, int rounds) {
   std::vector<std::function<void()>> works;
   for (const auto& each : searches) works.emplace_back([&each] { each->full(); });

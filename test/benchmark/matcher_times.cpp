@@ -8,10 +8,10 @@
 namespace predictive_stereo {
 namespace {
 
-// Places in MatcherTimes' list of what the others are compared with.
+// Indices in the list of MatcherTimes of the methods with which the others are compared.
 constexpr int kHh = 0, kThreeWay = 1, kFull = 2;
 
-// As opencvDisparity (evaluation/opencv_baseline.h), but keeping its buffers.
+// Like opencvDisparity (evaluation/opencv_baseline.h), but it reuses its buffers.
 cv::Ptr<cv::StereoSGBM> opencvMatcher(const DisparityRange& range, int mode) {
   return cv::StereoSGBM::create(range.min_disparity, range.count, 3, 26, 470, 0, 0, 0, 0, 0, mode);
 }
@@ -60,7 +60,7 @@ MatcherTimes::MatcherTimes(const StereoRig& rig, const DisparityParams& params)
       [this](const MatchingJob& job) { eight_.match(job.left, job.aligned_right, match_); });
   add("reduced search: core", reduced);
   add("reduced search: half resolution", coarse);
-  add("prediction", prediction);  // which ranges need, and so do filter and detector
+  add("prediction", prediction);  // an input of ranges, filters and detector
   add("reduced search: ranges", ranges);
   add("reduced search: all three", [=](const MatchingJob& job) {
     coarse(job);

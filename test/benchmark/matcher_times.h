@@ -1,4 +1,4 @@
-/// OpenCV's matchers and ours, timed in turn on the same frames.
+/// Times of OpenCV's matchers and ours on the same frames, measured alternately.
 #pragma once
 
 #include <functional>
@@ -15,9 +15,9 @@ class MatcherTimes {
  public:
   MatcherTimes(const StereoRig& rig, const DisparityParams& params);
 
-  /// Every method on every frame, once per round and number of threads.
+  /// Times every method on every frame, once per round and number of threads.
   void measure(const std::vector<MatchingJob>& jobs, int rounds, const std::vector<int>& threads);
-  /// A table of medians and ratios.
+  /// Prints a table of medians and ratios.
   void print(const std::vector<int>& threads) const;
 
  private:

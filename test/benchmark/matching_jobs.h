@@ -1,4 +1,4 @@
-/// What matching a frame in the middle of a sequence starts from.
+/// Inputs of matching, for a frame in the middle of a sequence.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -14,15 +14,15 @@ struct MatchingJob {
   cv::Mat1f truth_px;       ///< empty: unknown
   DisparityState previous;  ///< of the closed loop, before this frame
   CameraMotion motion;
-  SearchRanges ranges;  ///< real ones: prediction united with half-resolution match
+  SearchRanges ranges;  ///< of the pipeline: union of prediction and half-resolution match
 };
 
-/// Frames that only start the loop.
+/// Number of frames that only initialise the loop.
 constexpr int kFramesBefore = 2;
 
-/// Runs the pipeline without detection over the first frames, and keeps what matching needed after
-/// the first kFramesBefore of them.
-/// @throws std::runtime_error where the camera's motion cannot be followed.
+/// Runs the pipeline without detection on the first frames, and returns the inputs of matching for
+/// those after the first kFramesBefore.
+/// @throws std::runtime_error if the ego-motion is lost.
 std::vector<MatchingJob> matchingJobs(const Sequence& sequence, const DisparityParams& params,
                                       int frames);
 

@@ -15,7 +15,7 @@ class PairSequence : public Sequence {
       : name_(left_file), frames_(frames), left_(read(left_file)), right_(read(right_file)) {
     if (left_.size() != right_.size())
       throw std::runtime_error(left_file + " and " + right_file + " differ in size");
-    // Only the motion of predictions depends on the rig, and there is none.
+    // Arbitrary, because without motion the prediction does not depend on the rig.
     rig_.size = left_.size();
     rig_.fx_px = rig_.fy_px = 0.58 * left_.cols;
     rig_.cx_left_px = rig_.cx_right_px = 0.5 * left_.cols;

@@ -1,4 +1,4 @@
-/// What the benchmarks run on.
+/// Sequences of the benchmarks.
 #pragma once
 
 #include <memory>
@@ -9,17 +9,18 @@
 
 namespace predictive_stereo {
 
-/// The built-in street, its right camera misaligned by rows as real ones are.
+/// The synthetic street, with a row misalignment of the right camera as in real rigs.
 std::unique_ptr<Sequence> misalignedStreet(int frames, cv::Size size = {1242, 375});
 
-/// One pair of image files, `frames` times: as if the camera stood still. The rig is made up.
-/// @throws std::runtime_error where a file cannot be read or the sizes differ.
+/// One pair of image files, repeated `frames` times, as from a standing camera. The calibration is
+/// arbitrary.
+/// @throws std::runtime_error if a file cannot be read or the sizes differ.
 std::unique_ptr<Sequence> pairSequence(const std::string& left_file, const std::string& right_file,
                                        int frames);
 
-/// What two command-line arguments name: two image files, a day's folder and a drive of KITTI's raw
-/// recordings, or the training folder and a scene of KITTI 2012.
-/// @param frames  how often a pair of files is repeated.
+/// Opens the sequence of two command-line arguments: two image files, a day's folder and a drive of
+/// KITTI's raw recordings, or the training folder and a scene of KITTI 2012.
+/// @param frames  number of repetitions of two image files.
 std::unique_ptr<Sequence> openSequence(const std::string& first, const std::string& second,
                                        int frames);
 

@@ -1,4 +1,4 @@
-/// Times of pieces of work that run in turn, so that whatever else the machine does hits all alike.
+/// Times functions alternately, so that other load of the machine affects all of them equally.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ inline double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Median of each work's times [ms], after one round that warms up.
+/// Median time of each function [ms], after one round of warm-up.
 inline std::vector<double> mediansInTurn(const std::vector<std::function<void()>>& works,
                                          int rounds) {
   std::vector<std::vector<double>> ms(works.size());

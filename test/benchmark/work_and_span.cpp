@@ -1,10 +1,10 @@
 /// Predicts the time of a frame on more cores than this machine may have.
 ///
-/// All parallel loops of the pipeline run through a backend of OpenCV that executes their tasks one
-/// after the other and takes the time of each. These times are then scheduled on N cores: a core
-/// that is free takes the next task, a loop ends with its last task, and what lies between loops is
-/// serial. The code divides its work as it would on N cores. Caches and memory that cores share are
-/// not in the prediction; compare the column of 2 cores with a measurement.
+/// All parallel loops of the pipeline run on a backend of OpenCV that executes their tasks one
+/// after the other and measures the time of each. These times are then scheduled on N cores: a free
+/// core takes the next task, a loop ends with its last task, and the code between loops is serial.
+/// The code divides its work as on N cores. The prediction ignores shared caches and memory
+/// bandwidth; compare the column of 2 cores with a measurement.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -41,13 +41,13 @@ double nowMs() {
 
 /// Serial work, and the tasks of the loop that follows it.
 struct Step {
-  double begin_ms;  ///< since the frame's begin
+  double begin_ms;  ///< since the start of the frame
   double serial_ms;
   std::vector<double> task_ms;
 };
 using Steps = std::vector<Step>;
 
-/// Executes loops serially and takes the times of their tasks.
+/// Executes loops serially and measures the times of their tasks.
 class Recorder : public cv::parallel::ParallelForAPI {
  public:
   void begin(int cores) {
@@ -84,14 +84,14 @@ class Recorder : public cv::parallel::ParallelForAPI {
   Steps steps_;
 };
 
-/// Until the last of the tasks has ended; a core that is free takes the next one.
+/// Time until the last task has ended, if a free core takes the next task.
 double scheduled(const std::vector<double>& task_ms, int cores) {
   std::vector<double> busy_until(static_cast<size_t>(cores), 0);
   for (const double ms : task_ms) *std::min_element(busy_until.begin(), busy_until.end()) += ms;
   return *std::max_element(busy_until.begin(), busy_until.end());
 }
 
-/// The same frame again: each duration becomes the lesser one.
+/// Keeps the smaller of two measurements of the same frame for each duration.
 void takeLesser(const Steps& again, Steps& steps) {
   if (again.size() != steps.size()) throw std::runtime_error("a frame has other loops each time");
   for (size_t i = 0; i < steps.size(); ++i) {
@@ -105,8 +105,8 @@ void takeLesser(const Steps& again, Steps& steps) {
 /// Means over frames [ms].
 struct Prediction {
   double whole = 0;   ///< on that many cores
-  double serial = 0;  ///< of it: outside of loops
-  double span = 0;    ///< of it: where each loop takes as long as its longest task
+  double serial = 0;  ///< outside loops
+  double span = 0;    ///< if each loop takes as long as its longest task
   double loops = 0;   ///< their number
 };
 
@@ -119,7 +119,7 @@ double& entry(StageRows& rows, const std::string& stage, size_t core) {
   return row->second[core];
 }
 
-/// The stage in which a moment of the frame lies; stages follow each other.
+/// The stage at a time of the frame; stages run one after the other.
 std::string stageAt(const StageTimes& laps, double ms) {
   for (const StageTime& lap : laps) {
     if (ms < lap.ms) return lap.name;
@@ -128,7 +128,7 @@ std::string stageAt(const StageTimes& laps, double ms) {
   return laps.empty() ? "" : laps.back().name;
 }
 
-/// In the order in which they run: the half-resolution match waits for the prediction.
+/// The stages in the order in which they run: the half-resolution match waits for the prediction.
 StageTimes inOrder(const StageTimes& ego_motion, const PipelineTimes& others) {
   StageTimes order = others.all();
   std::stable_partition(order.begin(), order.end(), [](const StageTime& time) {
@@ -160,7 +160,7 @@ int run(const CommandLine& line) {
     std::vector<Steps> best(frames.size());
     std::vector<StageTimes> laps(frames.size());
     for (int round = 0; round < rounds; ++round) {
-      // The ego-motion by itself: the pipeline may run other things beside its own.
+      // A separate ego-motion, because the pipeline may run other stages beside its own one.
       EgoMotion ego_motion{EgoMotionParams()};
       PipelineParams params;
       params.parts.ego_motion = false;
@@ -192,7 +192,7 @@ int run(const CommandLine& line) {
         const double loop = scheduled(step.task_ms, cores) + (is_loop ? loop_ms : 0);
         const double longest =
             step.task_ms.empty() ? 0 : *std::max_element(step.task_ms.begin(), step.task_ms.end());
-        // A serial part belongs to where it ends, mostly.
+        // A serial part counts for the stage in which it ends.
         entry(stages, stageAt(laps[i], step.begin_ms + step.serial_ms), core) +=
             share * (step.serial_ms + loop);
         entry(stages, stageAt(laps[i], step.begin_ms + step.serial_ms) + ", serial", core) +=

@@ -1,5 +1,5 @@
-/// Rows of every length beside memory that cannot be touched (guarded_memory.h), on every SIMD
-/// target: the loops of the detection read and write no more than their headers say.
+/// Rows of every length beside a guard page (guarded_memory.h), on every SIMD target: the loops of
+/// the detection read and write only the memory that their headers document.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ using Bytes = GuardedRow<uint8_t>;
 
 constexpr float kUnknown = -100;
 
-// So many floats of a row that those of `points` points, `step` apart, are the last ones.
+// Number of floats from the first to the last of `points` points that are `step` apart.
 int span(int points, int step) { return step * (points - 1) + 1; }
 
 Floats floats(Guard guard, double low, double high, int most = kMostGuarded) {
@@ -50,7 +50,7 @@ void forEveryRow(const MakeBody& make_body) {
   });
 }
 
-// Where static points were: some columns and a row away; those at borders have left the image.
+// Motion of static points by some columns and a row; those at borders leave the image.
 constexpr float kMoved[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -1, 0, 1};
 
 TEST(BorderReads, OfComparedFrames) {

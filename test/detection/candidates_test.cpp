@@ -1,4 +1,4 @@
-/// Limits of candidates: the first that are any good, in their order, and nothing beyond.
+/// Limits of candidates: the first useful ones are kept in their order, and no others.
 #include "detection/candidates.h"
 
 #include <gtest/gtest.h>

@@ -60,7 +60,7 @@ TEST(DetectableSpeed, FollowsFromRigRateAndThresholds) {
   params = MotionDetectionParams();
   params.flow_sigma_px = 1;
   EXPECT_GT(detectableSpeed(rig, 30, 0.1, params).across_mps, base.across_mps);
-  params.dense_min_residual_px = 100;  // points alone
+  params.dense_min_residual_px = 100;  // only points
   VarianceParams noisy;
   noisy.sigma_floor_px = 1;
   EXPECT_GT(detectableSpeed(rig, 30, 0.1, params, noisy).along_mps,
@@ -73,7 +73,7 @@ TEST(DetectableSpeed, RefusesWhatIsNotPositive) {
   EXPECT_THROW(detectableSpeed(kittiRig(), NAN, 0.1), std::invalid_argument);
 }
 
-// A textured board of 2.2 x 1.6 m before a far wall, seen by a camera that stands: exact images and
+// A textured board of 2.2 x 1.6 m before a far wall, and a standing camera: exact images and
 // disparities.
 class Board {
  public:
@@ -125,7 +125,7 @@ class Board {
 
   void draw(double time_s, cv::Mat1b& left, cv::Mat1f& disparity_px) const {
     const double depth_m = depth_m_ - along_mps_ * time_s;
-    // Brought to about its size by averaging, the rest by interpolation.
+    // Resized to nearly its size by averaging, then by interpolation.
     const cv::Size size(cvRound(2.2 * rig_.fx_px / depth_m_), cvRound(1.6 * rig_.fx_px / depth_m_));
     cv::Mat1b texture;
     cv::resize(board_, texture, size, 0, 0, cv::INTER_AREA);
@@ -156,7 +156,7 @@ TEST(DetectableSpeed, IsWhatTheDetectorDetects) {
   for (double depth_m : {12.0, 25.0}) {
     const DetectableSpeed limit = detectableSpeed(kittiRig(), depth_m, 0.1);
     EXPECT_EQ(Board(depth_m, 0, 1.4 * limit.along_mps).found(), 1) << "along at " << depth_m;
-    // Frames further back find what is slower, but not that slow.
+    // Older frames detect slower motion, but not this slow.
     EXPECT_EQ(Board(depth_m, 0, 0.1 * limit.along_mps).found(), 0) << "along at " << depth_m;
   }
 }

@@ -1,5 +1,5 @@
-/// The default detector in the whole pipeline: on streets whose truth is known, and on KITTI.
-/// Bounds on recall and precision are what is reached: they may only be made stricter.
+/// The default detector in the whole pipeline, on synthetic streets and on KITTI. The bounds on
+/// recall and precision are the reached values: make them only stricter.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -33,7 +33,7 @@ StereoFrame stereoFrame(const Shot& shot, const StereoRig& rig) {
   return {shot.left, shot.right, rig, stampFromSeconds(shot.stamp_s)};
 }
 
-// Rendering takes longer than all that is done with it: each drive is rendered once.
+// Each drive is rendered only once, because rendering is slower than the tests.
 const Film& filmOf(const Drive& drive) {
   static std::map<std::tuple<std::string, int, int>, Film> films;
   const auto [found, is_new] = films.try_emplace({drive.scene, drive.first, drive.frames});
@@ -54,7 +54,7 @@ const Film& filmOf(const Drive& drive) {
 /// Changes the images of the k-th frame of a drive.
 using Spoil = std::function<void(int k, cv::Mat1b& left, cv::Mat1b& right)>;
 
-/// One after the other, each through a new pipeline.
+/// Total score of all drives, each with a new pipeline.
 DetectionScore scoreOf(const std::vector<Drive>& drives, const Spoil& spoil = {}) {
   DetectionScore score;
   for (const Drive& drive : drives) {
@@ -117,8 +117,8 @@ TEST(DetectionScenes, ABlindFrameBringsNoGhosts) {
   EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
 }
 
-/// The poses come from elsewhere, with failures on single frames.
-/// @param error  of the k-th pose; none: there is no pose.
+/// Score with poses from another source that fails in single frames.
+/// @param error  of the k-th pose; none: no pose.
 DetectionScore scoreWithPoses(const Drive& drive,
                               const std::function<std::optional<Eigen::Isometry3d>(int k)>& error) {
   const Film& film = filmOf(drive);
@@ -162,7 +162,7 @@ Eigen::Isometry3d error(double yaw_rad, const Eigen::Vector3d& translation_m) {
 }
 
 TEST(DetectionScenes, AJumpOfThePosesBringsNoGhosts) {
-  // As dead reckoning fails: one wrong motion, and then all poses off by it.
+  // A failure of dead reckoning: one wrong motion, which then affects all poses.
   for (const Eigen::Isometry3d& off : {error(0.02, {0, 0, 0}), error(0, {0.2, 0, 0.5})}) {
     Eigen::Isometry3d all = Eigen::Isometry3d::Identity();
     const DetectionScore score = scoreWithPoses(kFailing, [&](int k) {
@@ -174,7 +174,7 @@ TEST(DetectionScenes, AJumpOfThePosesBringsNoGhosts) {
 }
 
 TEST(DetectionScenes, AWrongPoseBringsNoGhosts) {
-  // One frame's pose is off, the next one is right again: two wrong motions.
+  // Only one pose is wrong, so two motions are wrong.
   for (const Eigen::Isometry3d& off : {error(0.02, {0, 0, 0}), error(0, {0, 0, 0.6}),
                                        error(0, {0.3, 0, 0}), error(-0.004, {0.05, 0, -0.2})}) {
     const DetectionScore score = scoreWithPoses(kFailing, [&](int k) {
@@ -185,7 +185,7 @@ TEST(DetectionScenes, AWrongPoseBringsNoGhosts) {
 }
 
 TEST(DetectionScenes, ThreadsDoNotMatter) {
-  // Frames in which something is found, as numbers.
+  // All detections as numbers.
   const auto objectsOf = [](int threads) {
     cv::setNumThreads(threads);
     const Film& film = filmOf(kFailing);
@@ -213,7 +213,7 @@ TEST(DetectionScenes, ThreadsDoNotMatter) {
   cv::setNumThreads(before);
 }
 
-/// Frames of a KITTI drive against its hand-made labels.
+/// Score of frames of a KITTI drive with its hand-made labels.
 DetectionScore kittiScore(const std::string& kitti, const std::string& date,
                           const std::string& drive, int frames) {
   const auto sequence = kittiDriveSequence(kitti + "/" + date, drive);

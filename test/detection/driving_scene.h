@@ -1,4 +1,4 @@
-/// A camera that drives straight ahead, and what it has seen on its way.
+/// A camera that drives straight ahead, and its past frames.
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@ namespace predictive_stereo {
 
 constexpr double kAhead_mps = 8;
 
-/// Of KITTI's field of view per pixel, with the principal point in the middle.
+/// A rig with KITTI's field of view per pixel, and the principal point in the middle.
 inline StereoRig drivingRig(cv::Size size) {
   StereoRig rig;
   rig.size = size;
@@ -21,12 +21,12 @@ inline StereoRig drivingRig(cv::Size size) {
   return rig;
 }
 
-/// The disparity of what is this far away [px].
+/// Disparity [px] at a depth.
 inline float disparityOf(const StereoRig& rig, double depth_m) {
   return static_cast<float>(rig.disparityTimesDepth() / depth_m);
 }
 
-/// Frames of the past, by how long ago they were.
+/// Past frames, selected by their age.
 class DrivenWay {
  public:
   void remember(double seconds, const cv::Mat1f& disparity_px) {

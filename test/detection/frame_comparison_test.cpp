@@ -1,4 +1,4 @@
-/// compareFrames against a plain reference, bit by bit, on every SIMD target.
+/// compareFrames is bit-identical to a plain reference, on every SIMD target.
 #include "detection/frame_comparison.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ void forEveryTarget(const Body& body) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-// Two frames of noise, a camera that moves, and disparities with holes.
+// Two frames of noise, a moving camera, and disparities with holes.
 struct Frames {
   explicit Frames(cv::Size size) {
     cv::RNG rng(size.width * 1000 + size.height);
@@ -42,7 +42,7 @@ struct Frames {
     };
     image(current);
     image(previous);
-    // Maps as parts of larger ones, as nodelets hand them over.
+    // Maps are parts of larger ones, as in the nodelets.
     const auto map = [&](double low, double high) {
       cv::Mat1f larger(size.height + 3, size.width + 5);
       rng.fill(larger, cv::RNG::UNIFORM, low, high);
@@ -65,7 +65,7 @@ struct Frames {
   DisparityRange range{0, 128};
 };
 
-// (x, y, d) in the previous frame; d < 0 where unknown.
+// (x, y, d) in the previous frame; d < 0: unknown.
 cv::Mat3f sources(const Frames& frames, const SourceOf& source_of) {
   const cv::Size size = frames.current.level(1).size();
   cv::Mat3f result(size, cv::Vec3f(0, 0, -1));
@@ -155,7 +155,7 @@ TEST(FrameComparison, MismatchIsThatOfTheReference) {
       }
       forEveryTarget([&] {
         Comparison comparison;
-        // A buffer that was larger before, with anything in it.
+        // A buffer that was larger before, with arbitrary content.
         compareFrames(frames.current, frames.disparity_px, frames.range, frames.previous, source_of,
                       cv::Rect(cv::Point(), lattice), comparison);
         compareFrames(frames.current, frames.disparity_px, frames.range, frames.previous, source_of,
@@ -166,7 +166,7 @@ TEST(FrameComparison, MismatchIsThatOfTheReference) {
   }
 }
 
-// What lies behind the previous camera or exactly in its plane is unknown.
+// Also points exactly in the plane of the previous camera.
 TEST(FrameComparison, PointsBehindThePreviousCameraAreUnknown) {
   Frames frames({64, 48});
   for (const double forward_m : {-0.6 * 64 * 0.5 / 5, -30.0}) {

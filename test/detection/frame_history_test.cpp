@@ -1,4 +1,4 @@
-/// Frames of the past against a plain list of what was remembered.
+/// Past frames are the same as in a plain list.
 #include "detection/frame_history.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPeriod_s = 0.1;
 
-// Each frame is somewhere else, looks elsewhere, and has grey values and disparities of its own.
+// Each frame has a different position, orientation, grey values and disparities.
 DetectionInput frameOf(int k) {
   DetectionInput input;
   input.stamp_s = 5 + kPeriod_s * k;
@@ -32,7 +32,7 @@ void expectPast(const std::vector<PastFrame>& past, int current, const std::vect
     EXPECT_EQ(past[i].frame->pyramid.level(1).size(), cv::Size(20, 12));
     EXPECT_EQ(past[i].frame->disparity_px(23, 39), static_cast<float>(expected[i]) + 0.25f);
     EXPECT_NEAR(past[i].seconds, kPeriod_s * (current - expected[i]), 1e-9);
-    // A point of the current camera is the same one of the world, seen from then.
+    // A point of the current camera is the same world point in the past camera.
     const Eigen::Vector3d point(1, -2, 12);
     EXPECT_LT((then.T_odom_cam * (past[i].T_past_cam * point) - now.T_odom_cam * point).norm(),
               1e-9);
@@ -96,7 +96,7 @@ TEST(FrameHistory, EndsWhereThePoseDoesNotGoOn) {
     history.remember(frameOf(k));
     history.setFollows(k != 2);
   }
-  // The pose of 2 does not go on from that of 1, but 3 does from 2.
+  // The pose of 2 does not continue that of 1, but 3 continues 2.
   expectPast(history.past(), 3, {2});
   history.remember(frameOf(4));
   history.setFollows(false);

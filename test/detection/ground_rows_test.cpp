@@ -1,4 +1,4 @@
-/// The kernel of level ground against a plain reference, on every SIMD target.
+/// The kernel of level ground is identical to a plain reference, on every SIMD target.
 #include "detection/ground_rows.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 const GroundLimits kLimits{0, 0.15f, 0, 0.5f, 0.5f, 2};
 
-// Like a road, with noise and holes; part of a larger map.
+// A road with noise and holes; part of a larger map.
 cv::Mat1f disparities(cv::Size size) {
   cv::RNG rng(size.width);
   cv::Mat1f larger(size.height, size.width + 5);

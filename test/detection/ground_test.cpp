@@ -1,4 +1,4 @@
-/// On exact disparities of a level road with things on it.
+/// Uses exact disparities of a level road with objects on it.
 #include "detection/ground.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ cv::Mat1f road(const StereoRig& rig, double height_m = kCameraHeight_m) {
   return disparity;
 }
 
-// An upright board at a depth, from column x on, with its foot on the road.
+// A vertical board at a depth, from column x on, with its lower edge on the road.
 cv::Rect putBoard(const StereoRig& rig, double depth_m, double width_m, double height_m, int x,
                   cv::Mat1f& disparity) {
   const double pixels_per_m = rig.fx_px / depth_m;

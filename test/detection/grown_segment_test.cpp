@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kLeastSmooth = -0.7f, kDecisive = 2.0f;
 
-// A layer with a surface, of which motion has shown a part.
+// A layer with a surface, of which motion has revealed a part.
 struct Surface {
   cv::Mat1b layer = cv::Mat1b::zeros(60, 120), mask = cv::Mat1b::zeros(60, 120);
   cv::Mat1f support = cv::Mat1f::zeros(60, 120);
@@ -54,7 +54,7 @@ TEST(GrownSegment, LeavesOutTheLittleThatContradicts) {
   EXPECT_GE(surface.box().br().x, 90);
 }
 
-// A pedestrian before a wall of about the same depth.
+// A pedestrian before a static wall of about the same depth.
 TEST(GrownSegment, StaysBeforeAWallThatStandsStill) {
   const cv::Rect shown(40, 20, 20, 30);
   Surface surface({0, 10, 120, 45}, shown);
@@ -66,7 +66,7 @@ TEST(GrownSegment, StaysBeforeAWallThatStandsStill) {
   EXPECT_EQ(cv::countNonZero(surface.mask), shown.area());
 }
 
-// Motion that is shown by next to nothing of a surface is not that surface's.
+// The motion of a tiny part of a surface is not that of the surface.
 TEST(GrownSegment, StaysWhereItIsATinyPart) {
   const cv::Rect shown(40, 20, 10, 10);
   Surface surface({0, 10, 120, 45}, shown);

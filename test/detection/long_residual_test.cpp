@@ -1,4 +1,4 @@
-/// Residuals against frames further back, on walls whose depth and motion are known.
+/// Residuals relative to older frames, on walls with known depth and motion.
 #include "detection/long_residual.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@ constexpr double kDepth_m = 30;
 
 StereoRig testRig() { return drivingRig({160, 80}); }
 
-/// A wall across the line of sight that drives ahead at `wall_mps`, kDepth_m away now; the camera
-/// drives at kAhead_mps.
+/// A wall normal to the line of sight, now at a depth of kDepth_m, which moves ahead at `wall_mps`.
+/// The camera moves at kAhead_mps.
 class Wall {
  public:
   explicit Wall(double wall_mps) : wall_mps_(wall_mps) {
@@ -36,7 +36,7 @@ class Wall {
   void find(double most_px) {
     longResidual(rig_, disparityAt(0), {0, 64}, pairs(), most_px, {80, 40}, residual_px, pair);
   }
-  /// Disparity of a static wall then, less that of this one.
+  /// Disparity of a static wall at that time, minus that of this one.
   double expected(double seconds) const {
     return disparityOf(rig_, kDepth_m + kAhead_mps * seconds) - disparityAt(seconds)(0, 0);
   }
@@ -59,7 +59,7 @@ TEST(LongResidual, IsZeroOnWhatStands) {
 TEST(LongResidual, AddsUpOnWhatDrivesAlong) {
   Wall wall(8);
   wall.find(16);
-  // Near the direction of travel the farthest frame is used: no two frames in a row show so much.
+  // Near the direction of travel the oldest frame is used, because it has the largest residual.
   EXPECT_EQ(wall.pair(20, 40), 0);
   EXPECT_NEAR(wall.residual_px(20, 40), wall.expected(0.8), 0.3);
   EXPECT_LT(wall.residual_px(20, 40), -2);
@@ -84,8 +84,7 @@ TEST(LongResidual, LooksLessFarBackWhereTheWorldHasMovedMore) {
 TEST(LongResidual, NeedsTheFrameHalfwayToAgree) {
   Wall wall(8);
   Wall standing(0);
-  wall.way.frame(0.4).disparity_px =
-      standing.disparityAt(0.4);  // as a wrong match in one frame would
+  wall.way.frame(0.4).disparity_px = standing.disparityAt(0.4);  // like a wrong match in one frame
   wall.find(16);
   EXPECT_NEAR(wall.residual_px(20, 40), 0, 1e-3);
 }
@@ -97,7 +96,7 @@ TEST(LongResidual, IsUnknownWithoutDisparities) {
   EXPECT_EQ(wall.residual_px(20, 40), kUnknownResidual);
 }
 
-// What longResidual should find, point by point; kNoPair where no pair will do.
+// Reference of longResidual, point by point; kNoPair: no suitable pair.
 float residualAt(const StereoRig& rig, const cv::Mat1f& disparity_px, const DisparityRange& range,
                  const std::vector<PastPair>& pairs, float most_px, cv::Point at, uchar& pair) {
   const auto x = static_cast<float>(at.x), y = static_cast<float>(at.y);
@@ -188,7 +187,7 @@ TEST(Parallax, IsWhatTranslationMovesAPointBy) {
   past.T_past_cam.rotate(Eigen::AngleAxisd(0.05, Eigen::Vector3d(0.2, 1, 0).normalized()));
   const Eigen::Vector3d point_px(120, 30, 11);
   const Eigen::Vector3d point_m = rig.pointFromDisparity(point_px.x(), point_px.y(), point_px.z());
-  // Seen from there with the axes of the current camera.
+  // Relative to the past camera, in the axes of the current one.
   const Eigen::Vector3d seen_m = point_m - past.T_past_cam.inverse().translation();
   const Eigen::Vector3d moved_px = rig.disparityFromPoint(seen_m) - point_px;
   EXPECT_NEAR(parallaxSince(rig, past, point_px.cast<float>()),

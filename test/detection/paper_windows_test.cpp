@@ -90,7 +90,7 @@ TEST(PaperWindows, FindsOneBoxPerBlobInTheLowerTwoThirds) {
 
 TEST(PaperWindows, DropsSmallBoxes) {
   cv::Mat1f difference = cv::Mat1f::zeros(300, 600);
-  difference(cv::Rect(100, 150, 20, 20)) = 1.6f;  // enough for one window alone
+  difference(cv::Rect(100, 150, 20, 20)) = 1.6f;  // enough for only one window
   PaperDetectionParams params;
   EXPECT_TRUE(movingBoxes(difference, params).empty());
   params.min_width_px = params.min_height_px = 20;

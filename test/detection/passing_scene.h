@@ -1,4 +1,4 @@
-/// A wall that a camera drives past, parts of which move by themselves.
+/// A wall beside a driving camera, with moving parts.
 #pragma once
 
 #include <opencv2/imgproc.hpp>
@@ -11,7 +11,8 @@ namespace predictive_stereo {
 constexpr int kWidth = 400, kHeight = 160;
 constexpr float kWall_px = 10, kStaticShift_px = 8, kShiftPerDisparity = 0.8f;
 
-/// A wall of noise, square to the camera, which moves to the right. Parts of it move by themselves.
+/// A wall with a noise texture, parallel to the image plane. The camera moves to the right, and
+/// parts of the wall move on their own.
 struct Passing {
   Passing() : now(kHeight, kWidth), before(kHeight, kWidth) {
     rig.size = {kWidth, kHeight};
@@ -34,7 +35,7 @@ struct Passing {
     part.width = std::min(part.width, kWidth - shift - part.x);
     now(part).copyTo(before(part + cv::Point(shift, 0)));
   }
-  /// What is seen in this part now was so far to the right of where it would have stood.
+  /// Moves a part: in the previous image it was `by_px` to the right of its static position.
   void move(const cv::Rect& part, float by_px) { shiftInto(part, kStaticShift_px + by_px); }
   TrackingView view() {
     current.build(now, 4);
@@ -60,7 +61,7 @@ inline std::vector<cv::Point> pointsIn(const cv::Rect& part) {
 }
 
 const cv::Rect kAll(24, 24, 320, 112), kMover(160, 48, 96, 64);
-// Within the mover, by more than a patch, where it covers what stood there before.
+// Inside the moving part, more than a patch from its border, where it occludes earlier background.
 const cv::Rect kWithin(192, 56, 56, 48);
 
 }  // namespace predictive_stereo

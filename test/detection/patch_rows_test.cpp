@@ -1,4 +1,4 @@
-/// Patches against a plain reference, on every SIMD target.
+/// Patches are identical to a plain reference, on every SIMD target.
 #include "detection/patch_rows.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ std::array<double, GreyPatch::kArea> reference(const cv::Mat1b& image, int x, in
   return patch;
 }
 
-// One value for every target, as every target gives the same.
+// The result, which must be the same on every target.
 template <class Body>
 void expectSameOnEveryTarget(const Body& body) {
   std::vector<decltype(body())> results;

@@ -1,4 +1,4 @@
-/// On exact disparities of a level road, 1.5 m below the camera.
+/// Uses exact disparities of a level road, 1.5 m below the camera.
 #include "detection/plausible_object.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ class PlausibleObject : public testing::Test {
   int rowAt(double height_m) const {
     return cvRound(rig.cy_px + (kCameraHeight_m - height_m) * rig.fy_px / kDepth_m);
   }
-  /// Something this wide between two heights above the road.
+  /// Box of an object of this width between two heights above the road.
   cv::Rect box(double width_m, double low_m, double high_m) const {
     return {cv::Point(200, rowAt(high_m)),
             cv::Point(200 + cvRound(width_m * rig.fx_px / kDepth_m), rowAt(low_m))};
@@ -62,7 +62,7 @@ TEST_F(PlausibleObject, MayBeLowerWhereItIsNotSeenWhole) {
   EXPECT_TRUE(plausible(quarter, LowerEnd::kCut));
 }
 
-// The road is known to 1.2 m and 3 % of the distance, 1.65 m here.
+// The tolerance is 1.2 m plus 3 % of the distance, 1.65 m here.
 TEST_F(PlausibleObject, StandsOnTheRoad) {
   EXPECT_TRUE(plausible(box(1.8, 1.5, 3), LowerEnd::kFoot));
   EXPECT_FALSE(plausible(box(1.8, 1.8, 3.3), LowerEnd::kFoot));
@@ -71,7 +71,7 @@ TEST_F(PlausibleObject, StandsOnTheRoad) {
   EXPECT_TRUE(plausible(box(1.8, 1.8, 3.3), LowerEnd::kFoot));
 }
 
-// The upper half of a lorry at most; not a branch above a hedge.
+// At most the upper half of a lorry is visible; a branch above a hedge is not an object.
 TEST_F(PlausibleObject, HidesHalfOfItsHeightAtMost) {
   const double highest_m = 1.65 + 0.5 * kParams.max_height_m;
   EXPECT_TRUE(plausible(box(1.8, highest_m - 0.2, highest_m + 1), LowerEnd::kHidden));
@@ -93,7 +93,7 @@ TEST_F(PlausibleObject, TellsAFootFromWhatIsHidden) {
   const cv::Rect hedge(behind.x, behind.br().y, behind.width, rowAt(-0.3) - behind.br().y);
   disparity(hedge).setTo(hedge_px);
   EXPECT_EQ(lowerEnd(behind), LowerEnd::kHidden);
-  // A post hides too little.
+  // A post occludes too little.
   disparity(hedge).setTo(layer_px);
   disparity(cv::Rect(hedge.x, hedge.y, hedge.width / 4, hedge.height)).setTo(hedge_px);
   EXPECT_EQ(lowerEnd(behind), LowerEnd::kFoot);

@@ -1,4 +1,4 @@
-/// When a pose is taken for wrong: sequences of contradicting shares, told frame by frame.
+/// When a pose counts as wrong: sequences of the contradicting share, frame by frame.
 #include "detection/pose_check.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ std::vector<bool> agreesWithMotion(PoseCheck& check, const std::vector<double>& 
 
 TEST(PoseCheck, BelievesWhatChangesSlowly) {
   PoseCheck check;
-  // Each within a fifth of the image of the one before, up to most of it.
+  // Each share differs by less than a fifth of the image from the previous one, up to most of it.
   EXPECT_EQ(agreesWithMotion(check, {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.79}),
             std::vector<bool>(7, true));
 }
@@ -31,7 +31,7 @@ TEST(PoseCheck, BelievesInTheThirdFrameInARow) {
   PoseCheck check;
   EXPECT_EQ(agreesWithMotion(check, {0.1, 0.5, 0.5, 0.5, 0.5}),
             (std::vector<bool>{true, false, false, true, true}));
-  // Two, one that follows, two: the count begins again.
+  // Two contradictions, one agreement, two contradictions: the count starts again.
   EXPECT_EQ(agreesWithMotion(check, {0.8, 0.8, 0.5, 0.8, 0.8}),
             (std::vector<bool>{false, false, true, false, false}));
 }

@@ -1,4 +1,4 @@
-/// Seeds of residual groups against a plain reference, on every SIMD target.
+/// Seeds of residual groups are identical to a plain reference, on every SIMD target.
 #include "detection/residual_group_rows.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ cv::Mat1f residuals(cv::Size size) {
   cv::RNG rng(size.width + 1000 * size.height);
   cv::Mat1f larger(size.height + 2, size.width + 7);
   cv::Mat1f map = larger(cv::Rect(cv::Point(3, 1), size));
-  larger = 1e3f;  // beside the map
+  larger = 1e3f;  // outside the map
   for (int v = 0; v < size.height; ++v)
     for (int u = 0; u < size.width; ++u) {
       const int patch = (u / 21 + v / 17) % 3 - 1;
@@ -27,7 +27,7 @@ cv::Mat1f residuals(cv::Size size) {
   return map;
 }
 
-// Inside of the map only.
+// Only inside the map.
 cv::Mat1b reference(const cv::Mat1f& map, const cv::Mat1b& pair) {
   cv::Mat1b seeds(map.size(), kNoSeed);
   for (int v = 2; v < map.rows - 2; ++v)

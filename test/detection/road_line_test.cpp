@@ -1,4 +1,4 @@
-/// On exact disparities of planes, seen by level and by pitched cameras.
+/// Uses exact disparities of planes, for level and for pitched cameras.
 #include "detection/road_line.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ StereoRig testRig() {
   return rig;
 }
 
-// A road `height_m` below a camera that looks down by `pitch_rad`: n . p = height in its frame.
+// A road `height_m` below a camera with downward pitch `pitch_rad`: n . p = height in its frame.
 cv::Mat1f roadOf(const StereoRig& rig, double height_m, double pitch_rad, double noise_px) {
   cv::Mat1f disparity(rig.size, -1.0f);
   for (int y = 0; y < disparity.rows; ++y) {
@@ -42,7 +42,7 @@ TEST(RoadLine, GivesHeightsAboveTheRoad) {
     for (double height_m : {0.6, 1.6}) {
       SCOPED_TRACE(testing::Message() << pitch_rad << " rad, " << height_m << " m");
       cv::Mat1f disparity = roadOf(rig, height_m, pitch_rad, 0.1);
-      // Walls and vehicles hide much of it.
+      // Walls and vehicles occlude much of it.
       disparity.colRange(0, 250) = cv::max(disparity.colRange(0, 250), 20.0f);
       disparity.colRange(250, 330) = cv::max(disparity.colRange(250, 330), 35.0f);
       const auto line = fitRoadLine(rig, DisparityRange(), disparity);
@@ -61,7 +61,7 @@ TEST(RoadLine, IsNoWall) {
   const StereoRig rig = testRig();
   EXPECT_FALSE(fitRoadLine(rig, DisparityRange(), cv::Mat1f(rig.size, 20.0f)));
   EXPECT_FALSE(fitRoadLine(rig, DisparityRange(), cv::Mat1f(rig.size, -1.0f)));
-  // A ceiling: nearer, the higher.
+  // A ceiling: disparity grows upwards.
   cv::Mat1f ceiling(rig.size);
   for (int y = 0; y < ceiling.rows; ++y) ceiling.row(y).setTo(0.3 * (420 - y));
   EXPECT_FALSE(fitRoadLine(rig, DisparityRange(), ceiling));

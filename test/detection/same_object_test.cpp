@@ -1,4 +1,5 @@
-/// Which observations are one object: cars and their parts, at exact distances and velocities.
+/// Which observations belong to one object: cars and their parts, at exact distances and
+/// velocities.
 #include "detection/same_object.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +36,7 @@ const cv::Rect kCar(200, 100, 100, 80);
 TEST(Overlaps, MoreThanHalfOfTheSmallerBox) {
   const Observation car = at(kCar, 10);
   for (int wide : {20, 100, 300}) {
-    // Covers `common` columns of the car's left end, and goes on to the left.
+    // Covers `common` columns at the car's left end, and extends to the left.
     const auto covering = [&](int common) {
       return at({kCar.x + common - wide, kCar.y, wide, kCar.height}, 10);
     };
@@ -70,7 +71,7 @@ TEST(BelongsTo, PartsAreSmaller) {
   const Observation quarter = at({kCar.br().x, kCar.y, 50, 40}, 10);
   EXPECT_TRUE(belongsTo(kParams, quarter, car, 0.2501));
   EXPECT_FALSE(belongsTo(kParams, quarter, car, 0.2499));
-  // It is the size in space that counts.
+  // The metric size counts, not that in the image.
   EXPECT_FALSE(belongsTo(kParams, at({kCar.br().x, kCar.y, 50, 40}, 12), car, 0.2501));
 }
 
@@ -97,7 +98,7 @@ TEST(BelongsTo, WhatTheObjectHides) {
 
 TEST(BelongsTo, OfAVelocityWithinThreeSigmas) {
   const cv::Rect beside(kCar.br().x, kCar.y, 20, 20);
-  // Both variances and the 2 m/s of a side that slides along itself: 9 m/s together.
+  // Both variances plus 2 m/s for a side that slides along itself: 9 m/s.
   const Observation car = moving(at(kCar, 10), {0, 0, 5}, 38.5);
   const auto part = [&](const Eigen::Vector3d& v) { return moving(at(beside, 10), v, 38.5); };
   EXPECT_TRUE(belongsTo(kParams, part({0, 0, 5 + 26.9}), car, kAny));

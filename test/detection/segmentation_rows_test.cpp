@@ -1,4 +1,4 @@
-/// Rows of segments against plain loops, on every SIMD target.
+/// Rows of segments are identical to plain loops, on every SIMD target.
 #include "detection/segmentation_rows.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-/// segment on a wall that the camera passes.
+/// segment() on a wall that the camera passes.
 #include "detection/segmentation.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ const cv::Rect kPole(200, 0, 8, kHeight);
 
 float staticShift(float disparity_px) { return kShiftPerDisparity * disparity_px; }
 
-/// Something moves before the wall, and behind a pole.
+/// An object moves before the wall and behind a pole.
 struct BehindAPole : Passing {
   BehindAPole() {
     disparity(kMover).setTo(kMover_px);
@@ -53,7 +53,7 @@ double overlap(const Segment& segment, const cv::Rect& truth) {
 }
 
 TEST(Segmentation, WhatIsLowBesideItIsNoPart) {
-  // A strip of ground moves with the object, as its shadow does.
+  // A strip of ground moves with the object, like its shadow.
   BehindAPole scene;
   const cv::Rect strip(240, 100, 100, 10);
   scene.disparity(strip).setTo(kMover_px);

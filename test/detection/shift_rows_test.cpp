@@ -1,4 +1,4 @@
-/// Shifts along a row against the plain sums, on every SIMD target.
+/// Shifts along a row are identical to plain sums, on every SIMD target.
 #include "detection/shift_rows.h"
 
 #include <gtest/gtest.h>

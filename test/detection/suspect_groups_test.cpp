@@ -1,4 +1,4 @@
-/// What the static world does not explain, and where it came from, on a wall that the camera
+/// Groups of points that contradict a static scene, and their motion, on a wall that the camera
 /// passes.
 #include "detection/suspect_groups.h"
 

@@ -1,4 +1,4 @@
-/// Suspicion against a plain reference, on every SIMD target.
+/// Suspicion is identical to a plain reference, on every SIMD target.
 #include "detection/suspicion.h"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
                               cv::Size(31, 15), cv::Size(150, 47), cv::Size(621, 188)}) {
     SCOPED_TRACE(size);
     cv::RNG rng(size.area());
-    // Parts of larger maps; smooth parts beside such of full contrast.
+    // Parts of larger maps, with low and full contrast.
     cv::Mat1b image(size.height + 2, size.width + 3);
     cv::Mat1f map(image.size());
     rng.fill(image, cv::RNG::UNIFORM, 100, 110);

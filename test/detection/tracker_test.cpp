@@ -54,7 +54,7 @@ TEST(ObjectTracker, FollowsThroughTheCamerasMotion) {
   }
   const DetectedObject object = tracker.describe(tracker.tracks()[0]);
   EXPECT_LT((object.velocity_mps - velocity).norm(), 0.3);
-  // The estimate lies within its own covariance.
+  // The error is consistent with the covariance.
   const Eigen::Vector3d error = object.velocity_mps - velocity;
   EXPECT_LT(error.dot(object.velocity_covariance.inverse() * error), 16);
 }
@@ -78,7 +78,7 @@ TEST(ObjectTracker, ConfirmsTwoOfThreeAndForgets) {
   EXPECT_EQ(tracker.tracks()[0].observation, -1);
   step(5, false);
   EXPECT_TRUE(tracker.tracks().empty());
-  // Never seen twice: never confirmed.
+  // Never detected twice, so never confirmed.
   step(6, true);
   step(7, false);
   step(8, false);

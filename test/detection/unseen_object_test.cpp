@@ -61,7 +61,7 @@ TEST(UnseenObject, IsUnknownWhereLittleIsMatched) {
   EXPECT_FALSE(scene.isThere());
 }
 
-// There what is invalid has a value close to the object's.
+// There the invalid value is close to the object's disparity.
 TEST(UnseenObject, AtTheFarEndOfTheRange) {
   Scene scene;
   scene.range.min_disparity = 25;

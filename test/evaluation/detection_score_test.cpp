@@ -1,4 +1,4 @@
-/// Counting, on cases made by hand.
+/// Counts of hand-made cases.
 #include "evaluation/detection_score.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ DetectedObject object(int id, const cv::Rect2d& box_px, double distance_m = 20) 
 
 const cv::Rect2d kHere(100, 100, 40, 40), kThere(300, 100, 40, 40);
 
-// Objects are demanded at once.
+// Objects are demanded from their first frame on.
 DetectionScore scoreFromFirstFrame() {
   DetectionScoreParams params;
   params.first_visible_frame = 1;
@@ -96,7 +96,7 @@ TEST(DetectionScore, OneBoxFindsOneObject) {
 }
 
 TEST(DetectionScore, TheBestPairsComeFirst) {
-  // The first box fits both objects, the first one better; the second box fits the first alone.
+  // The first box fits both objects, the first one better; the second box fits only the first one.
   DetectionScore score = scoreFromFirstFrame();
   const FrameVerdict verdict =
       score.add({label(1, {100, 100, 40, 40}), label(2, {115, 100, 40, 40})},
@@ -111,14 +111,14 @@ TEST(DetectionScore, WhatIsHardOrIgnoredNeitherCountsNorHarms) {
   DetectionScore score = scoreFromFirstFrame();
   score.add({hard, ignored}, {});
   EXPECT_EQ(score.all().demanded, 0);
-  // Right on it, by IoU alone, and mostly within it.
+  // Equal to its box, matched by IoU, and mostly inside it.
   const FrameVerdict verdict =
       score.add({hard, ignored},
                 {object(1, kHere), object(2, {90, 90, 60, 60}), object(3, {310, 110, 30, 10})});
   EXPECT_EQ(verdict.boxes, std::vector<FrameVerdict::Box>(3, FrameVerdict::kTolerated));
   EXPECT_EQ(score.all().found, 0);
   EXPECT_EQ(score.all().false_boxes, 0);
-  // A box that only touches it is false.
+  // A box that only touches it is a false positive.
   score.add({hard}, {object(4, {130, 130, 60, 60})});
   EXPECT_EQ(score.all().false_boxes, 1);
 }

@@ -7,7 +7,7 @@
 namespace predictive_stereo {
 namespace {
 
-/// A wall that stands still: disparity 8 in its left half, 20 in its right one.
+/// A static wall: disparity 8 in its left half, 20 in its right half.
 class WallSequence : public Sequence {
  public:
   WallSequence() {
@@ -39,7 +39,7 @@ class WallSequence : public Sequence {
   std::string name_ = "wall & <door>";
 };
 
-/// Says 8 everywhere; as "ours" with a variance, and nothing in the top quarter.
+/// Returns disparity 8 everywhere; as "ours" with a variance, and invalid in the top quarter.
 class ConstantMethod : public DisparityMethod {
  public:
   explicit ConstantMethod(bool own) : own_(own) {}
@@ -204,7 +204,7 @@ TEST(Plot, PictureShowsItsSeries) {
   for (const cv::Vec3b& pixel : drawn) blue += pixel == cv::Vec3b(178, 114, 0);
   EXPECT_GT(blue, 300);
   EXPECT_NE(svg(plot).find("<polyline"), std::string::npos);
-  plot.series[0].points.clear();  // nothing to draw is no error
+  plot.series[0].points.clear();  // an empty series is not an error
   EXPECT_NO_THROW(picture(plot));
 }
 

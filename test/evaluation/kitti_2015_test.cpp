@@ -59,8 +59,8 @@ TEST(InterpolateAsKitti, KeepsDisparityZero) {
 }
 
 TEST(ScoreAsKitti, CountsBackgroundAndVehicles) {
-  // Errors of 3 px are right, larger ones wrong; at 100 px up to 5 % are right. One pixel has no
-  // truth. Two have no disparity: interpolated, one is right and one is wrong.
+  // Errors up to 3 px, and at 100 px up to 5 %, are inliers. One pixel has no truth. Two have no
+  // disparity: interpolated, one is an inlier and one is an outlier.
   const cv::Mat1f truth = map(2, 4, {10, 10, 10, kNoTruth, 100, 100, 20, 50});
   const cv::Mat1f disparity = map(2, 4, {13, 13.5, kX, 10, 104.5, 106, kX, 50});
   const cv::Mat1f interpolated = map(2, 4, {13, 13.5, 10, 10, 104.5, 106, 50, 50});
@@ -167,7 +167,7 @@ TEST(KittiScene2015, NamesWhatIsMissing) {
   EXPECT_THROW(listKittiScenes2015(folder.path("image_2")), std::runtime_error);
 }
 
-/// Says the same disparity everywhere, invalid in the first columns.
+/// Returns the same disparity everywhere, invalid in the first columns.
 class Constant : public DisparityMethod {
  public:
   void run(const MethodInput& input, MethodOutput& output) override {

@@ -152,12 +152,12 @@ TEST(KittiDrive, PosesComeFromOxtsOrFromTruthOrAreNone) {
   files.write(KittiFixture::data("oxts/data/0000000001.txt"), oxtsText(0, 8.00001));
   const auto from_oxts = drive.poses();
   ASSERT_TRUE(from_oxts);
-  // The car heads east, 0.73 m on: in the camera's frame that is forward, z.
+  // The car moves 0.73 m to the east, which is forward (z) in the camera's frame.
   const Eigen::Isometry3d motion = (*from_oxts)[0].inverse() * (*from_oxts)[1];
   EXPECT_NEAR(motion.translation().z(), 0.7303, 1e-3);
   EXPECT_NEAR(motion.translation().head<2>().norm(), 0, 1e-5);
-  // The unit is at (-0.8, 0.3, -0.8) of the scanner, in camera axes (-0.3, 0.8, -0.8), and the
-  // scanner at (0, -0.1, -0.3) of the camera.
+  // The unit is at (-0.8, 0.3, -0.8) in the scanner's frame, (-0.3, 0.8, -0.8) in camera axes. The
+  // scanner is at (0, -0.1, -0.3) in the camera's frame.
   EXPECT_TRUE(((*from_oxts)[0].inverse() * Eigen::Vector3d(0, 0, 0))
                   .isApprox(Eigen::Vector3d(-0.3, 0.7, -1.1), 1e-9));
 

@@ -9,7 +9,7 @@
 
 namespace predictive_stereo {
 
-/// A folder that is removed with its content at the end of a test.
+/// A folder that is removed with its contents at the end of a test.
 class TemporaryDirectory {
  public:
   TemporaryDirectory() {
@@ -23,7 +23,7 @@ class TemporaryDirectory {
   std::string path(const std::string& name = "") const {
     return name.empty() ? path_ : path_ + "/" + name;
   }
-  /// Writes a file, making its folders.
+  /// Writes a file, and makes its folders.
   std::string write(const std::string& name, const std::string& text) const {
     const std::filesystem::path file = path(name);
     std::filesystem::create_directories(file.parent_path());
@@ -35,8 +35,9 @@ class TemporaryDirectory {
   std::string path_;
 };
 
-/// A small drive in the layout of KITTI's raw recordings: focal length 100 px, baseline 0.5 m, grey
-/// pair at camera 0, colour pair shifted by 0.06 m, axes of scanner and cameras at right angles.
+/// A small drive in the layout of KITTI's raw recordings: focal length 100 px, baseline 0.5 m; the
+/// grey pair is at camera 0, the colour pair is shifted by 0.06 m; the axes of scanner and cameras
+/// differ by right angles.
 class KittiFixture : public TemporaryDirectory {
  public:
   static constexpr const char* kDrive = "2011_09_26_drive_0001_sync";
@@ -49,7 +50,7 @@ class KittiFixture : public TemporaryDirectory {
     for (const char* folder :
          {"image_00", "image_01", "image_02", "image_03", "oxts", "velodyne_points"}) {
       std::string stamps;
-      for (int i = 0; i < frames + 2; ++i)  // as KITTI's excerpts: more stamps than images
+      for (int i = 0; i < frames + 2; ++i)  // more stamps than images, as in excerpts of KITTI
         stamps += "2011-09-26 13:08:2" + std::to_string(i) + ".500000001\n";
       write(data(folder) + "/timestamps.txt", stamps);
     }
@@ -63,7 +64,7 @@ class KittiFixture : public TemporaryDirectory {
       }
   }
 
-  /// Path within the fixture of something in the drive's folder.
+  /// Path of a file of the drive, relative to the fixture.
   static std::string data(const std::string& name) { return std::string(kDrive) + "/" + name; }
   std::string file(const std::string& folder, int number, const std::string& extension) const {
     char text[32];

@@ -19,7 +19,7 @@ StereoRig rig() {
   return rig;
 }
 
-/// The point in camera coordinates that is seen at (x, y) with a disparity.
+/// The point in camera coordinates at (x, y) with a disparity.
 LidarPoint point(double x_px, double y_px, double disparity_px) {
   const Eigen::Vector3f p = rig().pointFromDisparity(x_px, y_px, disparity_px).cast<float>();
   return {p.x(), p.y(), p.z(), 0.5f};
@@ -39,7 +39,7 @@ TEST(LidarTruth, RoundsToPixelsAndKeepsTheNearest) {
 }
 
 TEST(LidarTruth, DropsWhatTheCameraCannotSee) {
-  // A near surface hides what lies behind it within 9 columns and 5 rows, and nothing farther away.
+  // A near surface occludes points behind it within 9 columns and 5 rows, but not beyond.
   const cv::Mat1f map = truth({point(30, 10, 20), point(39, 15, 4), point(40, 10, 4),
                                point(30, 16, 4), point(21, 5, 17.7)});
   EXPECT_EQ(map(15, 39), kNoTruth);
@@ -67,7 +67,7 @@ TEST(KittiScene2012, ReadsPairsAndTruth) {
   const cv::Size size(64, 32);
   for (const char* folder : {"image_0", "image_1", "disp_occ", "disp_noc"})
     std::filesystem::create_directories(files.path(folder));
-  for (int number : {5, 8, 9, 10, 11})  // 7 is missing: 5 is of no use
+  for (int number : {5, 8, 9, 10, 11})  // without 7, 5 is not usable
     for (int camera : {0, 1})
       cv::imwrite(files.path("image_" + std::to_string(camera) + "/000027_" +
                              (number < 10 ? "0" : "") + std::to_string(number) + ".png"),

@@ -18,7 +18,7 @@ TEST(ErrorHistogram, KnowsANormalDistribution) {
   for (int i = 0; i < 1000; ++i) errors.add(7);
   EXPECT_NEAR(errors.mean_px(), 0.1, 0.01);
   EXPECT_NEAR(errors.variance_px2(), 0.25, 0.005);
-  // 1 % of errors that lie 6.9 px off the others' mean.
+  // 1 % of the errors are 6.9 px from the mean of the others.
   EXPECT_NEAR(errors.varianceOfAll_px2(), 0.25 + 6.9 * 6.9 * (0.01 - 0.0001) * 100.0 / 101, 0.02);
   EXPECT_NEAR(errors.robustSigma_px(), 0.5, 0.01);
   EXPECT_NEAR(errors.grossShare(), 1000.0 / 101000, 1e-6);
@@ -28,7 +28,7 @@ TEST(ErrorHistogram, KnowsANormalDistribution) {
 TEST(ErrorImage, IsBluestWhereErrorsAddUpMost) {
   ErrorImage errors({12, 8});
   errors.add(1, 1, 0.5);
-  errors.add(2.4, 0, -1.0);  // of the same cell
+  errors.add(2.4, 0, -1.0);  // in the same cell
   errors.add(9, 5, 0.75);
   errors.add(-1, 5, 9);  // outside
   errors.add(3, 8, 9);
@@ -82,7 +82,7 @@ TEST(ObjectLabels, MaskWhatMovesOrMayMove) {
   EXPECT_NE(messageOf([&] { readObjectLabels(path); }).find("first line"), std::string::npos);
 }
 
-/// Points of a ground plane 1.6 m below the camera, as a scanner sees them.
+/// LiDAR points of a ground plane 1.6 m below the camera.
 std::vector<Eigen::Vector3d> groundPoints(const StereoRig& rig, const Eigen::Isometry3d& T_cam_prev,
                                           double phase) {
   std::vector<Eigen::Vector3d> points;

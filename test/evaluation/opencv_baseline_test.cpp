@@ -23,12 +23,11 @@ TEST(OpencvBaseline, FindsAShiftAndMarksTheRest) {
     cv::Mat1f disparity_px;
     opencvDisparity(left, right, DisparityRange{}, mode, disparity_px);
     EXPECT_NEAR(disparity_px(40, 200), 10, 0.1);
-    EXPECT_EQ(disparity_px(40, 50), -1);  // OpenCV leaves out the first `count` columns
+    EXPECT_EQ(disparity_px(40, 50), -1);  // the first `count` columns are invalid in OpenCV
   }
 }
 
-/// Figures of the same count by an independent program. The tolerance allows for other OpenCV
-/// versions.
+/// The figures are those of an independent program. The tolerance allows for other OpenCV versions.
 TEST(OpencvBaseline, ReproducesKnownFiguresOnKitti) {
   const char* excerpts = std::getenv("KITTI_EXCERPTS");
   if (!excerpts) GTEST_SKIP() << "KITTI_EXCERPTS is not set";

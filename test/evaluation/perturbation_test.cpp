@@ -1,4 +1,4 @@
-/// Changes that should not matter: what they do to images, frames and labels.
+/// Effects of perturbations on images, frames and labels.
 #include "evaluation/perturbation.h"
 
 #include <gtest/gtest.h>
@@ -67,8 +67,7 @@ TEST(Perturbation, TheMirroredWorldsLeftCameraIsTheRightOne) {
   EXPECT_EQ(once->frame(2).left(0, 0), ramp.frame(2).right(0, 99));
   EXPECT_EQ(once->rig().cx_left_px, 99 - 45);
   EXPECT_EQ(once->rig().cx_right_px, 99 - 48);
-  // Columns 40 to 59 are seen 10 + 3 px further left by the right camera: 27 to 46; mirrored, 53 to
-  // 72.
+  // Columns 40 to 59 are 10 + 3 px further left in the right image: 27 to 46; mirrored, 53 to 72.
   const ObjectLabel label = once->objects(2)->at(0);
   EXPECT_EQ(label.box_px, cv::Rect2d(53, 5, 20, 10));
   EXPECT_TRUE(label.isDemanded());
@@ -127,7 +126,7 @@ TEST(Perturbation, ColumnsAreOffByAsMuchInTheCorner) {
   off.column_offset_px = 4;
   const auto shifted = perturbed(ramp, off);
   EXPECT_EQ(cv::norm(shifted->frame(0).left, ramp.frame(0).left, cv::NORM_INF), 0);
-  // Lower left: column x shows what was at x + 4 px, whose grey level grows by 1 in 2 px.
+  // Lower left: column x has the grey level of x + 4 px, which grows by 1 in 2 px.
   EXPECT_NEAR(shifted->frame(0).right(19, 0), ramp.frame(0).right(19, 4), 1);
   EXPECT_NEAR(shifted->frame(0).right(10, 50), ramp.frame(0).right(10, 50), 1);
 }

@@ -1,4 +1,4 @@
-/// What is measured is the loop that is shipped.
+/// The evaluation measures the same loop as that of the pipeline.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kFrames = 10;
 
-/// Rendering takes longer than all that is done with it.
+/// Renders each frame only once, because rendering is slower than the tests.
 class RenderedStreet : public Sequence {
  public:
   RenderedStreet() : street_(streetSequence(params())) {
@@ -40,7 +40,7 @@ const Sequence& street() {
   return street;
 }
 
-/// The disparities of each frame, by the whole pipeline, and how much it saw move.
+/// The disparities of each frame from the whole pipeline, and its share of moving pixels.
 struct Shipped {
   explicit Shipped(const PipelineParams& params) {
     Pipeline pipeline(params);
@@ -94,7 +94,7 @@ TEST(ShippedLoop, ParametersOfTheDetectionReachWhatIsMeasured) {
 
 TEST(ShippedLoop, IsWhatTheVarianceIsFittedOn) {
   PipelineParams params;
-  params.disparity.variance.max_sigma_px = 0;  // all are samples
+  params.disparity.variance.max_sigma_px = 0;  // all disparities are samples
   const Shipped shipped(params);
   constexpr int kStep = 5;
   size_t sample = 0;

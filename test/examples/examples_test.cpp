@@ -1,4 +1,4 @@
-/// The example, built by its own CMakeLists.txt against what this build installs.
+/// Builds the example with its own CMakeLists.txt against the installed package, and runs it.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -24,7 +24,7 @@ TEST_F(ExamplesTest, StereoSequenceFollowsTheCamera) {
   mustRun(cmake + " -S " EXAMPLES_FOLDER " -B " + build + " -DCMAKE_CXX_COMPILER=" COMPILER +
           " -DCMAKE_CXX_FLAGS='" SANITIZER_FLAGS "' -DCMAKE_PREFIX_PATH=" + installed);
   mustRun(cmake + " --build " + build);
-  // Not the library of the build folder, which catkin's environment leads to.
+  // Without LD_LIBRARY_PATH, in which catkin's environment has the library of the build folder.
   const Result libraries = run("env -u LD_LIBRARY_PATH ldd " + build + "/stereo_sequence");
   ASSERT_NE(libraries.out.find(installed + "/lib"), std::string::npos) << libraries.out;
 

@@ -1,5 +1,5 @@
-/// Rows of every length beside memory that cannot be touched (guarded_memory.h), on every SIMD
-/// target: the loops of the filters read and write no more than their headers say.
+/// Rows of every length beside a guard page (guarded_memory.h), on every SIMD target: the loops of
+/// the filters read and write only the memory that their headers document.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -23,7 +23,7 @@ using Floats = GuardedRow<float>;
 using Bytes = GuardedRow<uint8_t>;
 using Shorts = GuardedRow<int16_t>;
 
-// Disparities of which some are invalid.
+// Disparities, some of them invalid.
 constexpr float kSmallest = 0, kInvalid = -1;
 Floats disparities(Guard guard, int beyond = 0) {
   return Floats(kMostGuarded + beyond, guard, -1, 6);
@@ -142,7 +142,7 @@ TEST(BorderReads, OfVariance) {
 }
 
 TEST(BorderReads, OfPostFilters) {
-  constexpr int kAround = 2, kBeside = 1;  // more pixels on both sides
+  constexpr int kAround = 2, kBeside = 1;  // additional pixels on both sides
   forEveryRow([&](Guard guard, const auto& for_every_width) {
     const Floats disparity = disparities(guard), filtered = disparities(guard),
                  above = disparities(guard, 2 * kBeside), centre = disparities(guard, 2 * kBeside),

@@ -103,8 +103,8 @@ TEST(Correction, WhatOneFrameAloneHasSeenIsNotKept) {
     pixel.correctBy(params);
     return pixel.disparity() == 20.0f;
   };
-  EXPECT_FALSE(isKept(-1.0f, 0.0f));               // nothing was predicted
-  EXPECT_FALSE(isKept(40.0f, 0.6f));               // another disparity was
+  EXPECT_FALSE(isKept(-1.0f, 0.0f));               // no prediction
+  EXPECT_FALSE(isKept(40.0f, 0.6f));               // a different prediction
   EXPECT_FALSE(isKept(40.0f, 128.0f * 128 / 12));  // ... near a discontinuity
   EXPECT_TRUE(isKept(20.5f, 0.6f));                // two frames agree
   EXPECT_TRUE(isKept(20.5f, 128.0f * 128 / 12));
@@ -143,7 +143,7 @@ TEST(Correction, NothingKnownStaysUnknown) {
   EXPECT_EQ(pixel.variance(), 0.0f);
 }
 
-// A row whose background is measured at 10 px, except for the columns of a hole.
+// A row with a background at 10 px, and a hole in the measurement.
 struct KeptRow {
   static constexpr int kWidth = 60;
   cv::Mat1f measured_px = cv::Mat1f(1, kWidth, 10.0f);
@@ -163,7 +163,7 @@ struct KeptRow {
 };
 
 TEST(Correction, WhatTheRightCameraSeesThroughIsDropped) {
-  // A surface at 20 px in columns 40..45 would cover the right image's columns 20..25, where
+  // A surface at 20 px in columns 40..45 would occlude columns 20..25 of the right image, to which
   // columns 30..35 of the left image are matched at 10 px.
   const cv::Range hole(40, 46);
   KeptRow refuted(hole, 20.0f);
@@ -175,19 +175,19 @@ TEST(Correction, WhatTheRightCameraSeesThroughIsDropped) {
 
 TEST(Correction, WhatTheRightCameraDoesNotRefuteIsKept) {
   const cv::Range hole(40, 46);
-  // Not farther by more than the step.
+  // The matched surface is not farther by more than the step.
   EXPECT_EQ(KeptRow(hole, 13.0f).keptWithin(hole), 6);
-  // Nothing is matched on its line of sight.
+  // No match on its line of sight.
   KeptRow unseen(hole, 20.0f);
   unseen.measured_px.colRange(28, 38).setTo(kRange.invalid());
   EXPECT_EQ(unseen.keptWithin(hole), 6);
-  // Farther than what is matched there: hidden.
+  // Behind the matched surface: occluded.
   EXPECT_EQ(KeptRow(hole, 4.0f).keptWithin(hole), 6);
-  // Outside of the right image.
+  // Outside the right image.
   EXPECT_EQ(KeptRow({4, 10}, 20.0f).keptWithin({4, 10}), 6);
 }
 
-// Surfaces at several depths, in the order of their columns as matched, with holes.
+// Surfaces at several depths, with holes.
 cv::Mat1f surfaces(cv::Size size, cv::RNG& rng) {
   cv::Mat1f disparity_px(size);
   for (int y = 0; y < size.height; ++y)
@@ -200,7 +200,7 @@ cv::Mat1f surfaces(cv::Size size, cv::RNG& rng) {
   return disparity_px;
 }
 
-// Whether what the right image's row matches on the line of sight is all farther.
+// Whether all surfaces matched on the right camera's line of sight are farther.
 bool seesThrough(const float* measured_px, int width, int x, float kept_px) {
   const int column = static_cast<int>(x - kept_px + 0.5f);
   if (column < 1 || column >= width - 1) return false;
@@ -222,7 +222,7 @@ TEST(Correction, IsTheNaiveOneOnEveryTarget) {
     Prediction prediction;
     Predictor(kRange, PredictionParams()).predictNothing(size, prediction);
     prediction.disparity_px = surfaces(size, rng);
-    // Where both are known they agree more or less, or not at all.
+    // Some pixels agree well, some less, some not at all.
     for (int i = 0; i < size.area(); i += 3)
       prediction.disparity_px(i / width, i % width) =
           std::max(measured_px(i / width, i % width) + rng.uniform(-4.0f, 4.0f), 0.0f);

@@ -108,8 +108,8 @@ void forEveryTarget(const Body& body) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-// Differences of exactly 1 px across 0, where floats change their sign, and to -0 and the smallest
-// floats beside them.
+// Differences of exactly 1 px across 0, where floats change their sign, and to -0 and the floats
+// next to it.
 TEST(PostFilter, CountsSupportAcrossZero) {
   const float tiny = std::numeric_limits<float>::denorm_min();
   const std::vector<float> values = {-1.0f, -0.5f, -0.0f, 0.0f, tiny,
@@ -148,7 +148,7 @@ TEST(PostFilter, EqualNaiveReferences) {
 }
 
 TEST(PostFilter, InvalidNeighboursGiveNoSupport) {
-  // The invalid value lies exactly 1 px below the smallest disparity.
+  // The invalid value is exactly 1 px below the smallest disparity.
   const DisparityRange range = rangeFrom(0);
   cv::Mat1f map(40, 40, range.invalid()), filtered;
   map(20, 20) = 0;
@@ -167,7 +167,7 @@ TEST(PostFilter, ViewsAreReadAndWrittenInPlace) {
   expectEqual(frame(cv::Rect(20, 10, 53, 41)), supportNaively(range, 10, copy), "support");
   fillHolesAndMedian3x3(range, 5, 3, view, target);
   expectEqual(frame(cv::Rect(20, 10, 53, 41)), filledMedianNaively(range, 5, copy), "median", 1e-5);
-  // Nothing around the view was touched.
+  // The memory around the view is unchanged.
   frame(cv::Rect(20, 10, 53, 41)) = 77.f;
   EXPECT_EQ(cv::countNonZero(frame != 77.f), 0);
 }

@@ -111,7 +111,7 @@ TEST(Prediction, FollowsEveryPixelLikeTheNaiveWarp) {
       for (int x = 0; x < size.width; ++x)
         if (kRange.isValid(expected(y, x))) {
           ++compared;
-          // A coordinate that falls between two pixels may round to either in single precision.
+          // In single precision, a coordinate between two pixels may be rounded to either one.
           different += std::abs(prediction.disparity_px(y, x) - expected(y, x)) > 1e-3f ||
                        prediction.variance_px2(y, x) < variance_px2(y, x);
         }
@@ -141,7 +141,7 @@ TEST(Prediction, MotionCovarianceEntersThroughTheJacobian) {
 }
 
 TEST(Prediction, NearerSurfaceWins) {
-  // The camera moves sideways by just so much that both pixels fall on the same one.
+  // The camera moves sideways so that both pixels move to the same one.
   const cv::Size size(100, 3);
   const StereoRig rig = rigOf(size);
   cv::Mat1f disparity_px(size, kRange.invalid());
@@ -160,7 +160,7 @@ TEST(Prediction, ForwardMotionLeavesNoHolesInASmoothSurface) {
   Prediction prediction;
   Predictor(kRange, PredictionParams())
       .predict(stateOf(cv::Mat1f(size, 10.0f), 1), rigOf(size), forward(2.0), prediction);
-  // 10 m away, 2 m nearer: magnified by 1.25, and what is seen now was within the image before.
+  // From 10 m to 8 m: magnified by 1.25, so all of the current view was inside the previous image.
   EXPECT_EQ(cv::countNonZero(prediction.disparity_px == kRange.invalid()), 0);
   EXPECT_NEAR(prediction.disparity_px(40, 60), 12.5, 1e-4);
 }
@@ -225,7 +225,7 @@ TEST(Prediction, NearEdgesAreWithinTheMarginOfAJump) {
     }
 }
 
-// Rows first, then columns, each from maps that keep their holes.
+// Rows first, then columns; each pass reads a copy that keeps its holes.
 void fillNaively(cv::Point step, DisparityState& state) {
   const DisparityState given{state.disparity_px.clone(), state.variance_px2.clone(),
                              state.missed_frames.clone()};

@@ -11,7 +11,7 @@ namespace {
 
 const DisparityRange kRange;
 
-/// By flooding from every pixel.
+/// Reference by flood fill from every pixel.
 cv::Mat1f naive(const DisparityRange& range, int min_region_px, const cv::Mat1f& disparity_px) {
   cv::Mat1f filtered = disparity_px.clone();
   cv::Mat1b seen = cv::Mat1b::zeros(disparity_px.size());

@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 namespace {
 
-// Sixteenths of a pixel: rounding outwards is then exact in single precision too.
+// Multiples of 1/16 px, so that rounding outwards is exact in single precision.
 float sixteenths(cv::RNG& rng, const DisparityRange& range) {
   return rng.uniform(16 * range.min_disparity, 16 * range.max_disparity()) / 16.0f;
 }
@@ -29,7 +29,7 @@ Prediction randomPrediction(cv::Size size, const DisparityRange& range, uint64_t
   return prediction;
 }
 
-// Without anything in its left part, so that some pixels have nothing near.
+// Unknown in its left part, so that some pixels have no known neighbours.
 cv::Mat1f randomCoarse(cv::Size size, const DisparityRange& range, uint64_t seed) {
   cv::RNG rng(seed);
   cv::Mat1f coarse(size.height / 2, size.width / 2, range.invalid());
@@ -47,7 +47,7 @@ struct Interval {
   }
 };
 
-// What prediction and half-resolution match say of a pixel; nothing: first > last.
+// Interval of a pixel from prediction and half-resolution match; empty: first > last.
 Interval known(const Prediction& prediction, const cv::Mat1f& coarse, const DisparityRange& range,
                const SearchRangeParams& params, int x, int y) {
   const cv::Size size = prediction.disparity_px.size();
@@ -74,7 +74,7 @@ Interval known(const Prediction& prediction, const cv::Mat1f& coarse, const Disp
   return interval;
 }
 
-// The same of every pixel; what is unknown takes the hull of what is known in the 3x3 tiles around.
+// Intervals of all pixels. Unknown pixels get the hull of the known ones in the 3x3 tiles around.
 std::vector<Interval> naive(const Prediction& prediction, const cv::Mat1f& coarse,
                             const DisparityRange& range, const SearchRangeParams& params) {
   constexpr int kTile = 16;
@@ -108,7 +108,7 @@ TEST(SearchRanges, PredictiveIsTheHullOfWhatIsKnown) {
     for (const cv::Size size :
          {cv::Size(37, 23), cv::Size(2, 2), cv::Size(40, 1), cv::Size(1, 9), cv::Size(75, 99)}) {
       Prediction prediction = randomPrediction(size, range, 5);
-      // A corner without anything, and a gap from it to the other side.
+      // An unknown corner, and an unknown strip from it to the other side.
       for (const cv::Rect& unknown : {cv::Rect(0, 0, 40, 60), cv::Rect(0, 30, size.width, 5)})
         prediction.disparity_px(unknown & cv::Rect({}, size)).setTo(range.invalid());
       const cv::Mat1f coarse = randomCoarse(size, range, 6);

@@ -55,7 +55,7 @@ TEST(Variance, MeasurementVarianceIsTheFormulaOnEveryTarget) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-/// A pixel continues the surface of (x, y) where it is about as near, or on a plane with its
+/// A pixel continues the surface of (x, y) if it has a similar disparity, or is on a plane with its
 /// opposite.
 int disagreementsNaively(const cv::Mat1f& map, const DisparityRange& range, int x, int y) {
   const auto at = [&](int dx, int dy) {
@@ -156,9 +156,9 @@ class PublishedVarianceTest : public testing::Test {
 TEST_F(PublishedVarianceTest, TellsHowTheDisparityCameAbout) {
   const float no = kRange.invalid();
   add(20, 20, 20, true);   // measured as predicted; at the border, where it is its own neighbour
-  add(20, 20, 20, true);   // the same inside: the pixel itself stands above and below
-  add(22, 22, 20, true);   // measured against the prediction
-  add(90, 90, 20, true);   // by more than counts
+  add(20, 20, 20, true);   // the same inside the image
+  add(22, 22, 20, true);   // the measurement contradicts the prediction
+  add(90, 90, 20, true);   // by more than the limit
   add(20, 20, no, true);   // measured without one
   add(20, no, 20, true);   // kept
   add(20, no, no, false);  // filled

@@ -7,7 +7,7 @@
 namespace predictive_stereo {
 namespace {
 
-// A metre ahead per motion, with noise of 1 cm along the way.
+// One metre ahead per motion, with noise of 1 cm in this direction.
 CameraMotion metre() {
   CameraMotion motion;
   motion.T_cam_prev.translation().z() = -1;
@@ -26,7 +26,7 @@ TEST(PathCovariance, NoiseGrowsWithTheRootOfTheNumberOfMotions) {
 TEST(PathCovariance, CommonErrorsGrowWithTheNumber) {
   CameraMotion motion = metre();
   CommonErrors scale = CommonErrors::Zero();
-  scale(2, 3) = 0.01;  // all of what the covariance says
+  scale(2, 3) = 0.01;  // all of the noise is common
   PathCovariance path;
   for (int i = 0; i < 25; ++i) path.add(motion, scale);
   EXPECT_NEAR(sigmaAlongTheWay(path), 0.25, 1e-12);
@@ -44,7 +44,7 @@ TEST(PathCovariance, CommonErrorsCancelOnTheWayBack) {
   EXPECT_NEAR(sigmaAlongTheWay(path), 0, 1e-9);
 }
 
-// An error of the direction moves the end of the way to the side.
+// An error of the direction moves the end of the path sideways.
 TEST(PathCovariance, RotationsMoveWhatIsFarther) {
   CameraMotion turn;
   turn.covariance(4, 4) = 1e-6;

@@ -42,8 +42,8 @@ TEST(RigidMotion, AMillionProductsLeaveARotation) {
   EXPECT_LT(deviationFromRotation(pose), 1e-14);
 }
 
-// As in ego-motion at rest: each frame's motion is taken from its expectation and the last pose,
-// and makes the next expectation. Without orthonormal() this is visible after 34 rounds.
+// As in ego-motion at rest: each motion is computed from the expectation and the last pose, and
+// gives the next expectation. Without orthonormal() the error is visible after 34 rounds.
 TEST(RigidMotion, AFeedbackOfAMillionProductsLeavesARotation) {
   Motions motions;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(), last = motions.next();

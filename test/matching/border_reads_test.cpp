@@ -1,5 +1,5 @@
-/// Images, ranges and maps of every size beside memory that cannot be touched (guarded_memory.h),
-/// on every SIMD target: matching reads and writes nothing beyond them, and finds the same.
+/// Images, ranges and maps of every size beside a guard page (guarded_memory.h), on every SIMD
+/// target: matching does not access memory beyond them, and its results are the same.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ bool equal(const cv::Mat_<T>& a, const cv::Mat_<T>& b) {
   return a.size() == b.size() && (a.empty() || cv::countNonZero(a != b) == 0);
 }
 
-// Ranges of all widths: in every run of pixels others.
+// Ranges of all widths, different in every run of pixels.
 SearchRanges rangesOfAllWidths(cv::Size size, const DisparityRange& range) {
   SearchRanges ranges{cv::Mat1s(size), cv::Mat1s(size)};
   for (int y = 0; y < size.height; ++y)
@@ -44,7 +44,7 @@ SearchRanges rangesOfAllWidths(cv::Size size, const DisparityRange& range) {
   return ranges;
 }
 
-// Everything that matching does with a pair, as one list of maps.
+// All results of matching a pair, as one list of maps.
 std::vector<cv::Mat> mapsOf(cv::Size size, const MatcherParams& params) {
   const TestPair pair = makeTestPair(size, 0, 12, 7);
   const SearchRanges ranges = rangesOfAllWidths(size, params.range);

@@ -29,7 +29,7 @@ TEST(CoarseMatcher, FindsFullResolutionDisparities) {
   }
 }
 
-// A square of 24x24 px, 10 px nearer than the wall that the rest shows.
+// A square of 24x24 px, 10 px nearer than the wall behind it.
 TEST(CoarseMatcher, DropsSmallRegions) {
   TestPair pair = makeTestPair({400, 120}, 20, 20, 3);
   const cv::Rect square(200, 50, 24, 24);
@@ -42,7 +42,7 @@ TEST(CoarseMatcher, DropsSmallRegions) {
     const cv::Rect around(90, 15, 32, 32);
     return cv::countNonZero(cv::abs(disparity_px(around) - 30) < 1.5);
   };
-  // It covers 576 px, 144 at half resolution, of which aggregation takes the outer ones.
+  // It covers 576 px, 144 at half resolution, and loses its border in the aggregation.
   EXPECT_GT(nearPixels(0), 50);
   EXPECT_GT(nearPixels(100), 50);
   EXPECT_EQ(nearPixels(800), 0);

@@ -1,4 +1,4 @@
-/// Every kernel equals the plain reference bit for bit, on every target of this machine.
+/// Every kernel is bit-identical to the plain reference, on every target of this machine.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -66,8 +66,8 @@ void expectFullSearchEqualsReference(const TestPair& pair, MatcherParams params)
   }
 }
 
-/// Ranges of every kind: narrow and wide ones, far apart and overlapping, beyond the interval,
-/// empty ones alone and in groups.
+/// Ranges of every kind: narrow and wide, far apart and overlapping, outside the interval, single
+/// empty ones and groups of empty ones.
 SearchRanges randomRanges(cv::Size size, const DisparityRange& range, unsigned seed) {
   cv::RNG random(seed);
   SearchRanges ranges{cv::Mat1s(size), cv::Mat1s(size)};
@@ -253,7 +253,7 @@ TEST(Kernels, SearchesOfEveryEdgePenalty) {
     }
 }
 
-/// By the reduced search itself: StereoMatcher would take the full search.
+/// Calls the reduced search directly, because StereoMatcher would use the full search.
 Match searchEverythingReduced(const TestPair& pair, const MatcherParams& params) {
   const int64_t target = simdTargetBit(params.simd_target);
   CensusKernel census(params.census, target);

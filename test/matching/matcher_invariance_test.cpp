@@ -1,5 +1,5 @@
-/// What must not change a result: threads, views into larger images, what a matcher did before. And
-/// what must not happen while frames keep their size: allocations.
+/// Results must not depend on threads, on views into larger images, or on earlier calls of a
+/// matcher. There must be no allocations while frames keep their size.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -11,10 +11,10 @@
 #include "predictive_stereo/matcher.h"
 #include "predictive_stereo/simd_target.h"
 
-// The sanitizers have allocation functions of their own.
+// The sanitizers replace the allocation functions.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define COUNTS_ALLOCATIONS
-/// Allocations of this size or more are counted; thread pools make smaller ones for their jobs.
+/// Only allocations of this size or more are counted, because thread pools make smaller ones.
 constexpr size_t kCountedBytes = 1024;
 std::atomic<int> large_allocations{0};
 

@@ -59,7 +59,7 @@ TEST(Matcher, FindsTheDisparitiesOfEveryPathSetAndCensusForm) {
   }
 }
 
-// Where the images hardly agree, 8 path costs add up to more than a byte holds.
+// If the images hardly agree, the sum of 8 path costs exceeds a byte.
 TEST(Matcher, EightPathsFindNoLessThanFourInNoise) {
   TestPair pair = makeTestPair({200, 120}, 10, 10, 7);
   cv::RNG random(8);
@@ -70,7 +70,7 @@ TEST(Matcher, EightPathsFindNoLessThanFourInNoise) {
   params.census = CensusForm::kCentreSymmetric9x7;
   params.p1 = 20;
   params.p2 = 120;
-  params.edge_step = 0;  // noise steps everywhere
+  params.edge_step = 0;  // noise has edges everywhere
   const auto scoreOf = [&](PathSet paths, const SearchRanges* ranges) {
     params.paths = paths;
     StereoMatcher matcher(params);
@@ -115,7 +115,7 @@ TEST(Matcher, RangesAroundTheTruthKeepTheResult) {
     }
   Match match;
   StereoMatcher(params).match(pair.left, pair.right, ranges, match);
-  // Runs of four pixels share a window: those across a step of depth have to be wider.
+  // Runs of four pixels share a window, so those across a depth discontinuity must be wider.
   for (int y = 0; y < ranges.first.rows; ++y)
     for (int x = 0; x < ranges.first.cols; x += 4) {
       const cv::Rect run(x, y, 4, 1);
@@ -134,8 +134,8 @@ TEST(Matcher, EmptyRangesGiveNothingAndStopNothingElse) {
   const cv::Rect hole(40, 20, 13, 11);
   ranges.first(hole).setTo(20);
   ranges.last(hole).setTo(19);
-  ranges.last.col(0).setTo(-5);     // wholly below the interval
-  ranges.first.col(119).setTo(48);  // wholly above it
+  ranges.last.col(0).setTo(-5);     // completely below the interval
+  ranges.first.col(119).setTo(48);  // completely above it
   ranges.last.col(119).setTo(60);
   Match match;
   StereoMatcher(params).match(pair.left, pair.right, ranges, match);
@@ -196,7 +196,8 @@ TEST(Matcher, ExactRangesThatCoverEverythingGiveTheFullSearch) {
   matcher.match(pair.left, pair.right, full);
   matcher.match(pair.left, pair.right, ranges, exact);
   expectEqual(full, exact);
-  // With one narrow range scalar code takes over: far from it nothing changes, as P2 is paid there.
+  // One narrow range switches to scalar code. Far from it nothing changes, because P2 is paid
+  // there.
   ranges.first(0, 0) = ranges.last(0, 0) = 40;
   matcher.match(pair.left, pair.right, ranges, exact);
   EXPECT_EQ(exact.search_width(0, 0), 1);

@@ -8,12 +8,13 @@ namespace predictive_stereo {
 
 struct TestPair {
   cv::Mat1b left, right;
-  cv::Mat1i disparity_px;  ///< of the left image; pixels that the right image cannot see included
+  cv::Mat1i
+      disparity_px;  ///< of the left image, including pixels that are occluded in the right one
 };
 
-/// Smoothed noise on slanted and upright surfaces between disparities `lowest` and `highest`.
-/// The left image is sampled from the right one, so that every left pixel has a partner or looks
-/// past the border.
+/// Smoothed noise on slanted and fronto-parallel surfaces between disparities `lowest` and
+/// `highest`. The left image is sampled from the right one, so every left pixel has a corresponding
+/// point, or this is outside the image.
 inline TestPair makeTestPair(cv::Size size, int lowest, int highest, unsigned seed) {
   cv::RNG random(seed);
   cv::Mat1b texture(size.height, size.width + 600);

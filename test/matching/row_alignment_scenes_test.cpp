@@ -1,4 +1,4 @@
-/// Row alignment with the half-resolution match it gets in the pipeline, on whole scenes.
+/// Row alignment with the half-resolution match of the pipeline, on whole scenes.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -17,7 +17,7 @@ namespace {
 
 struct Alignments {
   RowOffsetModel first;   ///< of the pair as given
-  RowOffsetModel second;  ///< of the pair after the first one's warp
+  RowOffsetModel second;  ///< of the pair after alignment with the first model
 };
 
 Alignments alignTwice(const cv::Mat1b& left, const cv::Mat1b& right) {
@@ -124,7 +124,7 @@ TEST(RowAlignmentOfScenes, Kitti) {
       EXPECT_LT(alignments.first.residual_px, 0.2);
       EXPECT_GT(alignments.first.largest_offset_px, 1.5);
       EXPECT_LT(alignments.first.largest_offset_px, 2.8);
-      // Of a single frame, in a corner that may have shown nothing.
+      // Of a single frame, in a corner that may have no texture.
       EXPECT_LT(alignments.second.largest_offset_px, 0.8);
       left_over_px += alignments.second.largest_offset_px;
       ++pairs;

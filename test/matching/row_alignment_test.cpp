@@ -33,12 +33,12 @@ RowOffsetModel alignmentOf(const Coefficients& c) {
 
 struct Pair {
   cv::Mat1b left, right;
-  cv::Mat1b right_aligned;  // what the right camera of a perfect rig sees
+  cv::Mat1b right_aligned;  // right image of a perfect rig
   cv::Mat1f coarse_disparity_px;
 };
 
-// A textured road: disparity grows from row to row. The scene is sampled directly for every image,
-// so that no image is an interpolation of another one.
+// A textured road, whose disparity grows from row to row. Every image is sampled directly from the
+// scene, so that no image is an interpolation of another one.
 Pair makePair(const Coefficients& offset_px, int seed = 1, cv::Size size = kSize) {
   cv::Mat1f scene(size.height + 40, size.width + 160);
   cv::RNG rng(seed);
@@ -196,7 +196,7 @@ TEST(RowAligner, RemembersForAWhileAndForgetsOnReset) {
   EXPECT_TRUE(darkFrame().isIdentity());
 }
 
-// Rails and kerbs: the half-resolution match puts them where they fit without an offset.
+// Rails and kerbs: the half-resolution match finds a disparity at which they fit without an offset.
 TEST(RowOffsetSample, LinesTellNothing) {
   constexpr double kTrueOffsetPx = -1.1;
   constexpr int kDisparityPx = 40;
@@ -218,7 +218,7 @@ TEST(RowOffsetSample, LinesTellNothing) {
     double offset_px;
     EXPECT_FALSE(measureRowOffset(
         left, right, centre, cvRound(kDisparityPx - kTrueOffsetPx * columns_per_row), offset_px));
-    // A spot beside the line tells.
+    // A spot beside the line makes the offset observable.
     for (cv::Mat1b* image : {&left, &right}) {
       const bool is_left = image == &left;
       const cv::Point2d spot(
@@ -281,7 +281,7 @@ TEST(RowAligner, RefusesWhatDoesNotFit) {
   EXPECT_THROW(RowAligner{params}, std::invalid_argument);
 }
 
-// Pixel by pixel, in exact arithmetic but for the weights of 1/128.
+// Reference pixel by pixel, in exact arithmetic except for the weights of 1/128.
 cv::Mat1b alignNaively(const cv::Mat1b& right, const RowOffsetModel& alignment, int shift_px) {
   cv::Mat1b aligned(right.size());
   for (int y = 0; y < right.rows; ++y)
@@ -307,7 +307,7 @@ TEST(AlignRightImage, EqualsTheNaiveReference) {
       const RowOffsetModel alignment = alignmentOf(kittiOffset() * 1.3);
       cv::Mat1b aligned;
       alignRightImage(right, alignment, shift, aligned);
-      // Weights may differ by 1/128 where the offset falls between two of them.
+      // Weights may differ by 1/128 if the offset is between two of them.
       const double largest = cv::norm(aligned, alignNaively(right, alignment, shift), cv::NORM_INF);
       EXPECT_LE(largest, 2) << size << " " << shift;
       EXPECT_LE(cv::countNonZero(aligned != alignNaively(right, alignment, shift)),
@@ -352,7 +352,7 @@ TEST(AlignRightImage, CopiesNothingWithoutNeedAndNeverWritesIntoAnImage) {
   const uchar* memory = aligned.data;
   alignRightImage(next, alignmentOf(kittiOffset()), 0, aligned);
   EXPECT_EQ(aligned.data, memory);
-  // Memory that is not OpenCV's own.
+  // Memory that is not owned by OpenCV.
   std::vector<uchar> message(20 * 30, 50);
   const cv::Mat1b wrapped(20, 30, message.data());
   alignRightImage(wrapped, RowOffsetModel(), 0, aligned);

@@ -8,7 +8,7 @@
 namespace predictive_stereo {
 namespace {
 
-/// What has happened to a row, checked at each visit.
+/// State of the rows, checked at each visit.
 class Rows {
  public:
   Rows(int height, int strips)

@@ -1,4 +1,4 @@
-/// One choice of the SIMD target reaches every kernel of the process.
+/// The choice of the SIMD target applies to every kernel of the process.
 #include "predictive_stereo/simd_target.h"
 
 #include <cstdlib>
@@ -78,7 +78,7 @@ TEST_F(SimdTarget, IsThatOfTheEnvironmentForAllKernels) {
   setenv("PREDICTIVE_STEREO_SIMD", "scalar", 1);
   useSimdTarget("auto");
   expectAllUse("scalar");
-  useSimdTarget(availableSimdTargets().front());  // what is asked for by name goes first
+  useSimdTarget(availableSimdTargets().front());  // a target by name has priority
   expectAllUse(availableSimdTargets().front());
 }
 
@@ -103,7 +103,7 @@ TEST_F(SimdTarget, OfAutoIsAvx2RatherThanAvx512) {
 }
 
 TEST_F(SimdTarget, CanBeWhatTheCompilerMayUseEverywhere) {
-  EXPECT_EQ(runnableSimdTargets(0), HWY_STATIC_TARGET);  // e.g. NEON, whatever Highway detects
+  EXPECT_EQ(runnableSimdTargets(0), HWY_STATIC_TARGET);  // e.g. NEON, also if Highway detects none
   EXPECT_EQ(runnableSimdTargets(HWY_TARGETS), HWY_TARGETS);
   EXPECT_EQ(runnableSimdTargets(~int64_t{0}), HWY_TARGETS) << "what is not compiled cannot run";
 }

@@ -1,5 +1,5 @@
-/// Plays a few frames of the synthetic street to the nodelets that its launch file has started, be
-/// it in a manager or as nodes, and expects every output that there is.
+/// Plays a few frames of the synthetic street to the nodelets of the launch file, in a manager or
+/// as nodes, and expects every output.
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
@@ -94,7 +94,7 @@ TEST(AllOutputs, come_for_every_frame) {
            mask.connected() && residual.connected() && overlay.connected() &&
            markers.getNumPublishers() > 0;
   }));
-  ros::Duration(1.0).sleep();  // until the subscribers' own connections stand both ways
+  ros::Duration(1.0).sleep();  // until all are connected in both directions
 
   for (int i = 0; i < street.frames(); ++i) {
     const ros::Time stamp = street.stamp(i);
@@ -151,7 +151,7 @@ TEST(AllOutputs, come_for_every_frame) {
   ASSERT_FALSE(marker_arrays.empty());
   EXPECT_EQ(marker_arrays[0]->markers.at(0).action, visualization_msgs::Marker::DELETEALL);
 
-  // The same disparity in all its forms.
+  // The same disparity in all representations.
   const ros::Time last = street.stamp(5);
   const auto map = disparity.at(last);
   const auto depths = depth.at(last);
@@ -179,7 +179,7 @@ TEST(AllOutputs, come_for_every_frame) {
   EXPECT_GT(valid, 7 * pixels / 10);
   EXPECT_GT(predicted_pixels, pixels / 2) << "tf did not reach the Disparity nodelet";
 
-  // The pose is that of the truth against the first frame.
+  // The pose is the true one relative to the first frame.
   const Eigen::Isometry3d truth = street.T_world_base(0).inverse() * street.T_world_base(5);
   const auto& position = odometry.at(last)->pose.pose.position;
   EXPECT_LT((Eigen::Vector3d(position.x, position.y, position.z) - truth.translation()).norm(),
@@ -194,7 +194,7 @@ TEST(AllOutputs, come_for_every_frame) {
   EXPECT_NE(diagnostics.value("Disparity", "SIMD target"), "");
   EXPECT_NE(diagnostics.value("EgoMotion", "inliers"), "");
 
-  // After a reset the next frame is a first one.
+  // After a reset the next frame is the first one.
   for (const char* name : {"ego_motion", "disparity", "moving_objects"}) {
     std_srvs::Empty empty;
     EXPECT_TRUE(ros::service::call(camera.resolveName(name) + "/reset", empty)) << name;

@@ -17,8 +17,8 @@
 
 namespace predictive_stereo {
 
-/// Plays the stereo camera of a bag, and its /tf_static, under their own names. The next pair waits
-/// until the last one was dealt with: the result does not depend on the machine's speed.
+/// Plays the stereo camera of a bag, and its /tf_static, on the bag's topics. Each pair waits until
+/// the previous one has been processed, so results do not depend on the machine's speed.
 class BagPlayer {
  public:
   explicit BagPlayer(const std::string& path) {
@@ -36,7 +36,7 @@ class BagPlayer {
   const std::vector<ros::Time>& stamps() const { return stamps_; }
   const rosbag::Bag& bag() const { return bag_; }
 
-  /// The bag's static transforms; it may repeat them.
+  /// The bag's static transforms, without repetitions.
   tf2_msgs::TFMessage staticTransforms() const {
     std::map<std::string, geometry_msgs::TransformStamped> by_child;
     for (const auto& message : view({"/tf_static"})) {
@@ -50,7 +50,7 @@ class BagPlayer {
   }
   void publishStaticTransforms() { tf_static_.publish(staticTransforms()); }
 
-  /// @param processes  that subscribe to the left camera.
+  /// @param processes  number of processes that subscribe to the left camera.
   bool waitForSubscribers(uint32_t processes) {
     return eventually([&] {
       return left_.getNumSubscribers() >= processes &&
@@ -59,7 +59,7 @@ class BagPlayer {
     });
   }
 
-  /// @param dealt_with  waits until all that is awaited has come for the pair with this stamp.
+  /// @param dealt_with  waits until all outputs for the pair with this stamp have arrived.
   void play(size_t pairs, const std::function<void(ros::Time)>& dealt_with) {
     ros::Time waiting;
     size_t played = 0;

@@ -1,9 +1,9 @@
-/// Plays a bag into the nodelets that bag.test has started, be it in a manager or as nodes, and
-/// compares what comes out with the truth, with `replay`, and with a second pass of the bag.
+/// Plays a bag into the nodelets of bag.test, in a manager or as nodes, and compares their outputs
+/// with the ground truth, with `replay`, and with a second pass of the bag.
 ///
-/// Parameters: ~source: street, or a drive; ~camera, ~config as the nodelets have them;
-/// ~processes: in which the nodelets run; ~baseline/*: figures to compare with; or ~new_baseline: a
-/// file to store them in.
+/// Parameters: ~source: street, or a drive; ~camera, ~config: those of the nodelets; ~processes:
+/// number of processes of the nodelets; ~baseline/*: figures for comparison; or ~new_baseline: file
+/// for new figures.
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
@@ -40,7 +40,7 @@ void runProgram(const std::string& command) {
   if (std::system(quiet.c_str()) != 0) throw std::runtime_error(command + " failed");
 }
 
-/// A drive of the excerpts; none: the synthetic street.
+/// Date and name of a drive of the excerpts; none: the synthetic street.
 std::optional<std::pair<std::string, std::string>> drive(const std::string& source) {
   const std::map<std::string, std::pair<std::string, std::string>> drives = {
       {"kitti_0002", {"2011_09_26", "2011_09_26_drive_0002_sync"}},
@@ -53,11 +53,11 @@ std::optional<std::pair<std::string, std::string>> drive(const std::string& sour
   return std::nullopt;
 }
 
-/// A bag with what is known of it, frame by frame.
+/// A bag with its ground truth.
 struct Recording {
   std::string path;
   std::unique_ptr<Sequence> sequence;
-  std::optional<std::vector<ObjectLabel>> labels;  ///< none: the sequence has them
+  std::optional<std::vector<ObjectLabel>> labels;  ///< none: the sequence has ground truth
   std::vector<cv::Mat1f> disparity_px;             ///< empty: no truth in this frame
   Poses T_world_cam;
 };
@@ -98,7 +98,7 @@ Recording street(const std::string& path) {
   return recording;
 }
 
-/// What the nodelets say of a bag.
+/// Outputs of the nodelets for a bag.
 class Outputs {
  public:
   explicit Outputs(const ros::NodeHandle& camera)
@@ -129,14 +129,14 @@ class Outputs {
   Recorder<MovingObjectArray> objects;
 };
 
-/// How good they are.
+/// A quality figure of the outputs.
 struct Figure {
   const char* name;
   double value;
-  double worst;  ///< that is let pass where the baseline has `value`
+  double worst;  ///< worst accepted value if the baseline has `value`
 };
 
-bool larger(const Figure& figure) { return figure.worst < figure.value; }  // is better
+bool larger(const Figure& figure) { return figure.worst < figure.value; }  // larger is better
 
 double driftPercent(const Poses& estimated, const Poses& truth) {
   double length_m = 0;
@@ -153,7 +153,7 @@ double turnErrorDeg(const Poses& estimated, const Poses& truth) {
   return Eigen::AngleAxisd(error.linear()).angle() * 180 / M_PI;
 }
 
-/// Ids are not used again after time went back.
+/// Removes the ids, which are not reused after time went back.
 std::vector<MovingObject> withoutIds(const MovingObjectArray& array) {
   std::vector<MovingObject> objects = array.objects;
   for (MovingObject& object : objects) object.id = 0;
@@ -183,7 +183,7 @@ class Bag : public testing::Test {
     const auto processes = static_cast<uint32_t>(ros::param::param("~processes", 1));
     if (!player_->waitForSubscribers(processes) || !eventually([] { return first_->connected(); }))
       throw std::runtime_error("the nodelets do not subscribe to the camera");
-    ros::WallDuration(1.0).sleep();  // until connections stand both ways
+    ros::WallDuration(1.0).sleep();  // until all are connected in both directions
     player_->play(player_->stamps().size(), wait(*first_));
   }
   static void TearDownTestSuite() {
@@ -246,10 +246,10 @@ class Bag : public testing::Test {
     const auto add = [&](const char* name, double value, double factor, double slack) {
       if (!std::isnan(value)) result.push_back({name, value, factor * value + slack});
     };
-    // Nothing here is random, so that figures differ where the algorithms do. What a change may
-    // cost without new figures being stored: 2 % of an error, a thousandth of the pixels, one
-    // object found and one false box of the whole recording.
-    constexpr double kRounding = 1e-4;  // of figures in files
+    // The test is deterministic, so figures change only with the algorithms. Accepted changes: 2 %
+    // of an error, a thousandth of the pixels, one detected object and one false positive of the
+    // whole recording.
+    constexpr double kRounding = 1e-4;  // of the figures in files
     if (disparity.frames) {
       add("d1_filled_percent", disparity.d1_filled_percent, 1.02, 0);
       add("density_percent", disparity.density_percent, 1.0, -0.1);

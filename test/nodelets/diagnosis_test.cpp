@@ -1,4 +1,4 @@
-/// What the nodelets' diagnostics say of what goes wrong on robots, and how to cure it.
+/// The nodelets' diagnostics name the faults that occur on robots, and their cure.
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -62,7 +62,7 @@ TEST_F(Diagnosis, moving_objects_without_tf_come_without_velocities) {
   Recorder<MovingObjectArray> objects(node_, "moving_objects");
   ASSERT_TRUE(player_.waitForSubscribers());
   ASSERT_TRUE(eventually([&] { return objects.connected(); }));
-  // What is published before the two nodelets know of each other is lost.
+  // Messages published before the two nodelets are connected are lost.
   int index = 0;
   ASSERT_TRUE(eventually([&] {
     player_.publish(street().pair(index++ % 6));
@@ -102,7 +102,7 @@ TEST_F(Diagnosis, a_missing_extrinsic_is_waited_for) {
   Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
   ASSERT_TRUE(player_.waitForSubscribers());
   StereoPair pair = street().pair(0);
-  // A frame of its own: other tests' extrinsics are in tf.
+  // A separate frame, because tf has the extrinsics of other tests.
   const auto withFrame = [](const auto& message) {
     auto copy = boost::make_shared<std::decay_t<decltype(*message)>>(*message);
     copy->header.frame_id = "unmounted_camera";

@@ -33,7 +33,7 @@ sensor_msgs::Image image(const cv::Mat_<Pixel>& pixels, const char* encoding) {
   return message;
 }
 
-/// Depth grows to the right: 10 m / (7 - column); the first pixel is not known.
+/// Depth grows to the right: 10 m / (7 - column); the first pixel is unknown.
 stereo_msgs::DisparityImage disparity() {
   cv::Mat1f map(kHeight, kWidth);
   for (int y = 0; y < kHeight; ++y)
@@ -63,7 +63,7 @@ struct Point {
   bool known() const { return std::isfinite(xyz[0]); }
 };
 
-// As costmap_2d and PCL read it: by the names of the fields.
+// Reads a point by the names of its fields, like costmap_2d and PCL.
 Point at(const sensor_msgs::PointCloud2& cloud, uint32_t row, uint32_t column) {
   const uint8_t* data = &cloud.data.at(row * cloud.row_step + column * cloud.point_step);
   Point point;

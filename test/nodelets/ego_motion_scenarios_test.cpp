@@ -1,4 +1,4 @@
-/// How the odometry takes what happens to cameras on robots.
+/// Odometry in situations that occur with cameras on robots.
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <sensor_msgs/Imu.h>
@@ -34,7 +34,7 @@ class EgoMotionScenarios : public NodeletTest {
     ASSERT_TRUE(player_.waitForSubscribers());
     ASSERT_TRUE(eventually([&] { return odometry_->connected() && pose_->connected(); }));
   }
-  /// Publishes the pair; null: no odometry came of it.
+  /// Publishes the pair and returns its odometry; nullptr: none arrived.
   nav_msgs::OdometryConstPtr odometryOf(const StereoPair& pair) {
     player_.publish(pair);
     eventually([&] { return odometry_->at(pair.left->header.stamp) != nullptr; }, 20);
@@ -42,7 +42,7 @@ class EgoMotionScenarios : public NodeletTest {
   }
   nav_msgs::OdometryConstPtr odometryOf(int index) { return odometryOf(street().pair(index)); }
 
-  /// Truth: base_link at `to` as seen from base_link at `from`.
+  /// True pose of base_link at `to` in base_link at `from`.
   static Eigen::Isometry3d truth(int from, int to) {
     return street().T_world_base(from).inverse() * street().T_world_base(to);
   }
@@ -52,7 +52,7 @@ class EgoMotionScenarios : public NodeletTest {
   std::unique_ptr<Recorder<geometry_msgs::PoseWithCovarianceStamped>> pose_;
 };
 
-// Both lenses behind a hand.
+// A hand covers both lenses.
 StereoPair covered(const StereoPair& pair) {
   const auto grey = [](const sensor_msgs::ImageConstPtr& image) {
     auto copy = boost::make_shared<sensor_msgs::Image>(*image);
@@ -80,7 +80,7 @@ TEST_F(EgoMotionScenarios, a_covered_camera_holds_the_pose_and_goes_on_after_it)
   EXPECT_EQ(pose_->last()->pose.covariance[0], kUnknownVariance);
   EXPECT_TRUE(says("EgoMotion", "lost: too few features agree on a motion; the pose is held"));
 
-  // The frame before the loss is what the next good one is compared with: nothing is missing.
+  // The next good frame is compared with the frame before the loss, so no motion is missing.
   const nav_msgs::OdometryConstPtr after = odometryOf(4);
   ASSERT_TRUE(after);
   EXPECT_LT(after->pose.covariance[0], 1);
@@ -155,7 +155,7 @@ TEST_F(EgoMotionScenarios, swapped_images_are_told_and_leave_nothing_behind) {
 TEST_F(EgoMotionScenarios, the_twist_is_of_the_time_that_passed) {
   start();
   for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
-  // Frames 2 and 3 did not arrive.
+  // Frames 2 and 3 are lost.
   const nav_msgs::OdometryConstPtr odometry = odometryOf(4);
   ASSERT_TRUE(odometry);
   EXPECT_EQ(odometry->header.frame_id, "odom");
@@ -189,12 +189,12 @@ TEST_F(EgoMotionScenarios, features_on_moving_objects_are_left_out_where_asked) 
   for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
   EXPECT_LT(odometry_->last()->pose.covariance[0], 1);
 
-  // All of frame 1 moves, so nothing tells the camera's motion to the next frame.
+  // All of frame 1 is masked, so the motion to the next frame cannot be estimated.
   const cv::Mat1b everything(StreetCamera::kHeight, StreetCamera::kWidth, uchar{255});
   bool lost = false;
   for (int i = 2; i < street().frames() && !lost; ++i) {
     mask.publish(street().image(everything, street().stamp(i - 1)));
-    ros::Duration(0.3).sleep();  // nothing tells when the nodelet has it
+    ros::Duration(0.3).sleep();  // its arrival at the nodelet cannot be observed
     const nav_msgs::OdometryConstPtr odometry = odometryOf(i);
     ASSERT_TRUE(odometry);
     lost = odometry->pose.covariance[0] == kUnknownVariance;
@@ -231,7 +231,7 @@ TEST_F(EgoMotionScenarios, a_gyroscope_is_taken_and_what_it_lacks_is_told) {
   const auto send = [&](double from_s, double to_s, const std::string& frame) {
     for (double t_s = from_s; t_s <= to_s; t_s += 0.005)
       imu.publish(imuAt(street().stamp(0) + ros::Duration(t_s), frame));
-    ros::WallDuration(0.1).sleep();  // nothing tells when the nodelet has it
+    ros::WallDuration(0.1).sleep();  // its arrival at the nodelet cannot be observed
   };
   send(-0.1, 0.35, "unmounted_imu");
   ASSERT_TRUE(odometryOf(2));
@@ -285,7 +285,7 @@ TEST_F(EgoMotionScenarios, who_moves_the_base_later_is_told_and_left_alone) {
   transform.transform.rotation.w = 1;
   wheels.sendTransform(transform);
   ASSERT_TRUE(eventually([&] { return tf.count() == 3; }, 5));
-  ros::WallDuration(0.2).sleep();  // nothing tells when the nodelet has it
+  ros::WallDuration(0.2).sleep();  // its arrival at the nodelet cannot be observed
   for (int i : {2, 3, 4}) ASSERT_TRUE(odometryOf(i)) << "the odometry goes on";
   EXPECT_TRUE(says("EgoMotion", "already moves 'base_link' in 'wheel_odom'"));
   EXPECT_TRUE(says("EgoMotion", "set publish_tf to false and odom_frame to 'wheel_odom'"));
@@ -300,7 +300,7 @@ TEST_F(EgoMotionScenarios, a_base_that_is_fixed_to_another_frame_is_told_at_the_
   const StaticTransform fixed(footprint);
   const Recorder<tf2_msgs::TFMessage> tf(node_, "/tf");
   start();
-  ros::WallDuration(0.2).sleep();  // nothing tells when the nodelet has it
+  ros::WallDuration(0.2).sleep();  // its arrival at the nodelet cannot be observed
   for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
   EXPECT_TRUE(says("EgoMotion", "has 'base_link' fixed to 'base_footprint'"));
   EXPECT_TRUE(says("EgoMotion", "Set base_frame to 'base_footprint'"));

@@ -25,11 +25,11 @@ double angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 
 TEST(ImuRotation, integrates_between_stamps_that_are_not_its_own) {
   ImuRotation rotation;
-  // It turns ever faster, about one axis.
+  // A rotation about one axis with growing angular velocity.
   for (int i = 0; i <= 100; ++i) rotation.add(imu(10 + 0.01 * i, {0, 0, 0.02 * i}));
   const auto answer = rotation.between(ros::Time(10.205), ros::Time(10.503));
   ASSERT_TRUE(answer.R_now_previous) << answer.reason;
-  // The integral of 2 t from 0.205 s to 0.503 s; now is turned against previous by it.
+  // The integral of 2 t from 0.205 s to 0.503 s is the rotation of now relative to previous.
   const double angle_rad = 0.503 * 0.503 - 0.205 * 0.205;
   const Eigen::Matrix3d R_previous_now =
       Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -75,7 +75,7 @@ TEST(ImuRotation, says_what_is_missing) {
   EXPECT_TRUE(early.complete);
   EXPECT_NE(early.reason.find("begin after the previous image's"), std::string::npos);
 
-  // A gap, then stamps that go back: what was before is of no use.
+  // After a gap, or after stamps that go back, earlier measurements cannot be used.
   rotation.add(imu(11.5, {0, 0, 0}));
   const auto gap = rotation.between(ros::Time(10.9), ros::Time(11.2));
   EXPECT_FALSE(gap.R_now_previous);

@@ -1,4 +1,4 @@
-/// The nodelets under load: what is lost is counted, latency stays bounded, memory does not grow.
+/// The nodelets under load: lost frames are counted, latency is bounded, memory does not grow.
 #include "tools/live_load.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ TEST(LiveLoadResultTest, a_part_of_a_run_is_summed_up_without_the_rest) {
   LiveLoadResult result;
   for (int i = 0; i < 300; ++i) {
     LoadedFrame frame;
-    // Of the second hundred every tenth is lost, the others take 1 ... 100 ms, not in order.
+    // Every tenth frame of the second hundred is lost; the others take 1 ... 100 ms, not in order.
     if (i < 100 || i >= 200)
       frame.latency_ms = 1000;
     else if (i % 10 != 0)
@@ -53,15 +53,15 @@ class LiveLoadTest : public testing::Test {
 };
 std::unique_ptr<LiveLoad> LiveLoadTest::load_;
 
-// Seldom a frame is lost although there was room for it: where the machine has so much else to do
-// that a thread which has just been woken does not run for the time of a whole frame.
+// A frame may be lost although there was room for it, if the machine is so busy that a woken thread
+// does not run for the time of a whole frame.
 TEST_F(LiveLoadTest, without_haste_hardly_a_frame_is_lost_and_memory_does_not_grow) {
   const LiveLoadResult result = load_->run(0, 500, AllNodeletParams());
   const LoadSummary all = result.summary();
   EXPECT_EQ(all.sent, 500);
   EXPECT_LE(all.lost, 25);
   EXPECT_EQ(all.lost, result.reported_losses);
-  // Frames of 320x96 take some 10 ms: this fails where they wait for a time-out.
+  // Frames of 320x96 take about 10 ms, so this fails if they wait for a timeout.
   EXPECT_LT(all.p50_ms, 150);
   const int64_t early_bytes = result.summary(0, 100).resident_bytes;
   EXPECT_LT(static_cast<double>(all.resident_bytes), 1.02 * static_cast<double>(early_bytes))
@@ -70,7 +70,7 @@ TEST_F(LiveLoadTest, without_haste_hardly_a_frame_is_lost_and_memory_does_not_gr
 
 TEST_F(LiveLoadTest, in_haste_the_newest_is_taken_and_every_loss_is_counted) {
   AllNodeletParams params;
-  // A message that ROS throws away is one that nobody can count.
+  // Messages that ROS drops cannot be counted.
   params.ego_motion.sync.queue_size = params.disparity.sync.queue_size = 1000;
   params.moving_objects.queue_size = 1000;
   const LiveLoadResult result = load_->run(400, 1000, params);
@@ -79,7 +79,7 @@ TEST_F(LiveLoadTest, in_haste_the_newest_is_taken_and_every_loss_is_counted) {
   ASSERT_LE(all.lost, 995);
   EXPECT_GT(all.lost, 0) << "400 Hz were no haste";
   EXPECT_EQ(all.lost, result.reported_losses);
-  // In a queue that grows they would come to seconds.
+  // In a growing queue latencies would reach seconds.
   EXPECT_LT(all.p50_ms, 1000);
 }
 

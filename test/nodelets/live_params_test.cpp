@@ -1,4 +1,4 @@
-/// dynamic_reconfigure: what users tune while the nodelets run.
+/// dynamic_reconfigure: changes of parameters while the nodelets run.
 #include <dynamic_reconfigure/ConfigDescription.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <predictive_stereo/MovingObjectArray.h>
@@ -60,7 +60,7 @@ class LiveParamsTest : public NodeletTest {
         },
         5);
   }
-  /// What a shell prints and returns.
+  /// Runs a shell command; returns its exit status and its output.
   int shell(const std::string& command, std::string& output) {
     FILE* pipe = popen((command + " 2>&1").c_str(), "r");
     for (int c; (c = fgetc(pipe)) != EOF;) output.push_back(static_cast<char>(c));
@@ -108,7 +108,7 @@ TEST_F(LiveParamsTest, matching_changes_between_two_frames_and_the_past_is_kept)
   EXPECT_EQ(meanOf16Bit(*width.last()), 128);
   EXPECT_GT(knownPixels(*predicted.last()), known / 2);
 
-  // What is remembered has the old range.
+  // The past has the old range.
   Reconfigure range;
   add(range.request.config.ints, "matcher/range/count", 64);
   ASSERT_TRUE(request("Disparity", range));
@@ -166,7 +166,7 @@ TEST_F(LiveParamsTest, odometry_follows_fewer_features) {
     }
   }
   ASSERT_TRUE(eventually([&] { return !value("EgoMotion", "features").empty(); }));
-  // Up to twice the number where all of the image has texture; some 225 by default.
+  // At most twice the parameter if the whole image has texture; about 225 by default.
   EXPECT_LE(std::stoi(value("EgoMotion", "features")), 120);
 }
 
@@ -247,10 +247,10 @@ TEST_F(LiveParamsTest, all_three_describe_themselves) {
   }
 }
 
-// dynamic_reconfigure's own client, as users call it.
+// The client of dynamic_reconfigure, like a user.
 TEST_F(LiveParamsTest, dynparam_works) {
   load("Disparity");
-  // Another python3 earlier on the path knows no ROS packages.
+  // Another python3 in PATH may lack the ROS packages.
   const std::string dynparam = "PATH=/usr/bin:$PATH rosrun dynamic_reconfigure dynparam ",
                     nodelet = ns_ + "/Disparity";
   std::string output;

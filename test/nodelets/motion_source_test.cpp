@@ -15,7 +15,7 @@ nav_msgs::OdometryPtr odometryAt(double stamp_s) {
   return odometry;
 }
 
-// Messages are kept by the history alone, so those that are gone are those it has forgotten.
+// Number of messages in the history, which is their only owner.
 size_t kept(const std::vector<boost::weak_ptr<nav_msgs::Odometry>>& messages) {
   size_t count = 0;
   for (const auto& message : messages) count += !message.expired();

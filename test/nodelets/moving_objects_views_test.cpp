@@ -16,7 +16,7 @@ namespace {
 
 using visualization_msgs::Marker;
 
-// Two objects; the velocity of the second one is not known.
+// Two objects; the velocity of the second one is unknown.
 MovingObjectArray someObjects() {
   MovingObjectArray objects;
   objects.header.frame_id = "camera";
@@ -45,7 +45,7 @@ MovingObjectArray someObjects() {
   return objects;
 }
 
-/// vision_msgs as it is in ROS 1, as far as we fill it: Debian has no package of it.
+/// The used fields of vision_msgs in ROS 1, which Debian does not package.
 struct Detections {
   struct Hypothesis {
     int64_t id = 0;

@@ -1,6 +1,6 @@
-/// Other packages take our topics as they are. Their nodelets are those that Debian ships, loaded
-/// from their libraries: Debian 12 has no plugin descriptions of them, so that `nodelet load` and
-/// their own programs do not find them there.
+/// Other packages accept our topics. Their nodelets are those of Debian, loaded from their
+/// libraries: Debian 12 has no plugin descriptions for them, so `nodelet load` and their own
+/// programs do not find them.
 #include <dlfcn.h>
 #include <nodelet/nodelet.h>
 #include <rosbag/bag.h>
@@ -63,7 +63,7 @@ class Neighbours : public NodeletTest {
     std::system(("rm -rf " + folder_).c_str());
   }
 
-  /// Loads a nodelet of another package; false: that package is not here.
+  /// Loads a nodelet of another package; false: that package is not installed.
   bool loadNeighbour(const std::string& library, const std::string& type,
                      const nodelet::M_string& remappings) {
     for (const std::string& file : {"lib" + library + ".so.0d", "lib" + library + ".so"})
@@ -110,7 +110,7 @@ cv::Mat3f points(const sensor_msgs::PointCloud2& cloud) {
   return result;
 }
 
-/// Both clouds have the same points, where they know any.
+/// Expects the same points in both clouds, except unknown ones.
 void expectSameClouds(const sensor_msgs::PointCloud2& theirs,
                       const sensor_msgs::PointCloud2& ours) {
   EXPECT_EQ(theirs.header.frame_id, ours.header.frame_id);
@@ -120,7 +120,7 @@ void expectSameClouds(const sensor_msgs::PointCloud2& theirs,
   for (int y = 0; y < a.rows; ++y)
     for (int x = 0; x < a.cols; ++x) {
       const cv::Vec3f p = a(y, x), q = b(y, x);
-      // Beyond that a float's disparity is not worth a comparison.
+      // Farther points are not compared, because of the rounding of their disparity.
       if (std::isfinite(q[2]) && q[2] > 500) continue;
       if (std::isfinite(q[2])) ++known;
       if (std::isfinite(p[2]) != std::isfinite(q[2]) ||
@@ -184,7 +184,7 @@ TEST_F(Neighbours, disparity_view_shows_our_disparity) {
   if (!loadNeighbour("image_view", "image_view::DisparityNodelet", {{"image", "disparity"}}))
     GTEST_SKIP() << "image_view is not installed";
   load("Disparity");
-  // A palette from blue to red; an empty window has a few greys.
+  // A disparity palette has many colours; an empty window has a few greys.
   EXPECT_TRUE(play([&] { return colours() > 20; })) << colours() << " colours";
 }
 
@@ -192,7 +192,7 @@ TEST_F(Neighbours, tf2_echo_follows_the_odometry) {
   load("EgoMotion");
   Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
   const std::string output = folder_ + "/tf2_echo";
-  // Noetic has the program in tf2_ros as well, Debian 12 has only this one.
+  // Noetic also has the program in tf2_ros, Debian 12 only here.
   if (std::system("rospack find tf2_tools > /dev/null 2>&1") != 0)
     GTEST_SKIP() << "tf2_tools is not installed";
   const Program echo("rosrun tf2_tools echo.py -r 5 odom base_link > " + output + " 2>&1");
@@ -231,9 +231,9 @@ TEST_F(Neighbours, rosbag_record_records_everything) {
       "left/image_rect"};
   for (const std::string& topic : topics)
     ASSERT_TRUE(eventually([&] { return recorded(topic); }, 20)) << topic;
-  ros::WallDuration(1).sleep();  // its connections are made a little after the master knows
+  ros::WallDuration(1).sleep();  // it connects shortly after its registration at the master
   ASSERT_TRUE(play([&] { return cloud.count() >= 4; }));
-  ros::WallDuration(1).sleep();  // what it has in its queues
+  ros::WallDuration(1).sleep();  // until its queues are empty
   record.stop(SIGINT);
 
   const rosbag::Bag bag(path);
@@ -249,7 +249,7 @@ TEST_F(Neighbours, rosbag_record_records_everything) {
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   ros::init(argc, argv, "neighbours_test");
-  // Another python3 earlier on the path knows no ROS packages.
+  // Another python3 in PATH may lack the ROS packages.
   setenv("PATH", (std::string("/usr/bin:") + getenv("PATH")).c_str(), 1);
   ros::AsyncSpinner spinner(2);
   spinner.start();

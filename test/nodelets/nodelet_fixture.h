@@ -14,7 +14,7 @@
 
 namespace predictive_stereo {
 
-/// Runs nodelets within the test's own process, each test in a namespace of its own.
+/// Runs nodelets in the process of the test, each test in a separate namespace.
 class NodeletTest : public testing::Test {
  protected:
   NodeletTest()
@@ -24,7 +24,7 @@ class NodeletTest : public testing::Test {
         diagnostics_(node_),
         player_(node_) {}
 
-  /// @param nodelet  "EgoMotion", ...; its name is that, in the test's namespace.
+  /// @param nodelet  "EgoMotion", ...; also its name in the test's namespace.
   void load(const std::string& nodelet) {
     ASSERT_TRUE(loader_->load(ns_ + "/" + nodelet, "predictive_stereo/" + nodelet, {}, {}));
   }
@@ -32,7 +32,7 @@ class NodeletTest : public testing::Test {
   void setParam(const std::string& nodelet, const std::string& name, const Value& value) {
     ros::param::set(ns_ + "/" + nodelet + "/" + name, value);
   }
-  /// Whether the nodelet's diagnostics come to contain the text.
+  /// Waits until the nodelet's diagnostics contain the text; fails if they do not.
   testing::AssertionResult says(const std::string& nodelet, const std::string& text) {
     if (eventually([&] { return diagnostics_.says(ns_.substr(1) + "/" + nodelet, text); }, 10))
       return testing::AssertionSuccess();

@@ -1,5 +1,6 @@
-/// Who is needed by nobody sleeps, and so does the camera's driver: counted at the driver's topics
-/// and by the CPU time of the nodelets' process. Whoever comes wakes what he needs.
+/// Nodelets without subscribers sleep, and so does the camera driver: checked by the subscribers of
+/// the driver's topics and by the CPU time of the nodelets' process. A subscriber wakes what it
+/// needs.
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
@@ -23,15 +24,15 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr double kSoon_s = 1;  // who comes gets something within it
-constexpr int kAttempts = 3;   // the machine may be busy
+constexpr double kSoon_s = 1;  // a new subscriber gets a message within this time
+constexpr int kAttempts = 3;   // because the machine may be busy
 
 const StreetCamera& street() {
   static const StreetCamera street(8);
   return street;
 }
 
-/// A driver that publishes at 10 Hz, to and fro along the street.
+/// A driver that publishes at 10 Hz, forwards and backwards along the street.
 class Driver {
  public:
   explicit Driver(const std::string& ns) : node_(ns) {
@@ -97,7 +98,8 @@ double cpuTime_s(const std::string& node) {
   std::ifstream file("/proc/" + std::to_string(static_cast<int>(answer[2])) + "/stat");
   std::string text;
   std::getline(file, text);
-  // Fields 14 and 15; the second, the name, may have blanks and ends with the last bracket.
+  // Fields 14 and 15. The second field, the name, may contain blanks and ends with the last
+  // bracket.
   std::istringstream fields(text.substr(text.rfind(')') + 1));
   std::string skipped;
   for (int i = 3; i < 14; ++i) fields >> skipped;
@@ -129,8 +131,8 @@ class OnDemand : public testing::Test {
     return eventually([&] { return driver.subscribers() == 0; }, 10);
   }
 
-  /// Subscribes until `right` finds a message as it should be, soon; the driver must be asleep
-  /// before and after.
+  /// Subscribes until `right` accepts a message, which must arrive soon. The driver must be asleep
+  /// before and afterwards.
   template <class Message>
   testing::AssertionResult wakes(Driver& driver, const std::string& topic,
                                  const std::vector<std::string>& awake,
@@ -150,7 +152,7 @@ class OnDemand : public testing::Test {
           },
           kSoon_s);
       if (!came) continue;
-      // Diagnostics come once a second.
+      // Diagnostics are published once per second.
       for (const std::string& nodelet : awake)
         if (!eventually([&] { return isAwake(nodelet); }, 5))
           return testing::AssertionFailure()
@@ -206,7 +208,7 @@ TEST_F(OnDemand, nobody_listens_nobody_works) {
 
 TEST_F(OnDemand, who_comes_wakes_what_he_needs) {
   Driver driver("/stereo");
-  // The odometry needs itself alone; a frame after the first tells the speed.
+  // The odometry needs no other nodelet; frames after the first one have a speed.
   EXPECT_TRUE((wakes<nav_msgs::Odometry>(
       driver, "/stereo/odometry", {kEgoMotion}, {kDisparity, kMovingObjects},
       [&](const nav_msgs::Odometry& odometry) {
@@ -217,7 +219,7 @@ TEST_F(OnDemand, who_comes_wakes_what_he_needs) {
                std::abs(std::abs(odometry.twist.twist.linear.z) - step_m / 0.1) <
                    0.1 * step_m / 0.1;
       })));
-  // Disparity needs the motion, and what moves is not to be predicted from.
+  // Disparity needs the motion, and the mask of moving objects.
   const auto predicted = [](const stereo_msgs::DisparityImage& disparity) {
     return knownPixels(disparity) > kHalf;
   };
@@ -264,7 +266,7 @@ TEST_F(OnDemand, every_output_wakes_and_lets_sleep) {
   EXPECT_TRUE(allAsleep(driver));
 }
 
-// What is not there is not waited for.
+// Disparity does not wait for nodelets that do not run.
 TEST_F(OnDemand, depth_comes_without_the_other_two) {
   Driver driver("/depth_only");
   EXPECT_TRUE((wakes<sensor_msgs::Image>(

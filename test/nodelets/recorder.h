@@ -15,7 +15,7 @@
 
 namespace predictive_stereo {
 
-/// Waits for something that other threads bring about.
+/// Waits until a condition holds that other threads make true; returns whether it does.
 inline bool eventually(const std::function<bool()>& condition, double timeout_s = 30) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
   while (!condition()) {
@@ -25,7 +25,7 @@ inline bool eventually(const std::function<bool()>& condition, double timeout_s 
   return true;
 }
 
-/// Keeps the messages of a topic, as they come.
+/// Records the messages of a topic.
 template <class Message>
 class Recorder {
  public:
@@ -49,7 +49,7 @@ class Recorder {
     const std::lock_guard<std::mutex> lock(mutex_);
     return messages_.empty() ? nullptr : messages_.back();
   }
-  /// The message with this stamp; null: none came.
+  /// The message with this stamp; nullptr: not received.
   ConstPtr at(ros::Time stamp) const {
     for (const ConstPtr& message : messages())
       if (message->header.stamp == stamp) return message;
@@ -70,7 +70,7 @@ class Recorder {
 
 using DisparityRecorder = Recorder<stereo_msgs::DisparityImage>;
 
-/// What the nodelets say of themselves.
+/// Records the nodelets' diagnostics.
 class DiagnosticsRecorder {
  public:
   explicit DiagnosticsRecorder(ros::NodeHandle node)

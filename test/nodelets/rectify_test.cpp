@@ -1,4 +1,4 @@
-/// rectify:=true for cameras that give raw images.
+/// rectify:=true for cameras that publish raw images.
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -24,7 +24,7 @@ const StreetCamera& street() {
   return street;
 }
 
-/// A camera with lens distortion that is mounted askew: what makes rectified images necessary.
+/// A rotated camera with lens distortion, whose images need rectification.
 struct RawCamera {
   std::string model;
   std::vector<double> D;
@@ -42,7 +42,7 @@ struct RawCamera {
     return info;
   }
 
-  /// What this camera sees of the scene that `rectified` shows.
+  /// The raw image of this camera for the scene of the image `rectified`.
   cv::Mat1b see(const cv::Mat1b& rectified, const sensor_msgs::CameraInfo& info) const {
     const cv::Matx33d K(info.K.data()), R(info.R.data());
     const cv::Matx33d P(info.P[0], 0, info.P[2], 0, info.P[5], info.P[6], 0, 0, 1);
@@ -88,7 +88,7 @@ cv::Mat1f disparityOf(const StereoPair& pair) {
   return floatView(messages.disparity->image, "disparity").clone();
 }
 
-/// Of the pixels that `truth` knows, the share that `map` knows to within 1 px.
+/// Share of the pixels with truth whose disparity in `map` is right within 1 px.
 double agreement(const cv::Mat1f& map, const cv::Mat1f& truth) {
   const cv::Rect inside(20, 10, truth.cols - 40, truth.rows - 20);
   const cv::Mat known = truth(inside) >= 0;
@@ -99,7 +99,7 @@ double agreement(const cv::Mat1f& map, const cv::Mat1f& truth) {
 TEST(Rectifier, undoes_lenses_of_all_models) {
   cv::Mat1b buffer;
   const StereoPair pair = street().pair(0);
-  // Smooth, so that interpolating twice costs little.
+  // Smooth, so that two interpolations change little.
   cv::Mat1b truth;
   cv::GaussianBlur(pixels(*pair.left, buffer), truth, cv::Size(), 2);
   for (const RawCamera& camera :
@@ -164,7 +164,7 @@ TEST(Rectifier, names_what_it_cannot_use) {
   EXPECT_NE(refusal(*info).find("no calibration"), std::string::npos);
 }
 
-/// What the nodelets of a namespace make of a raw pair; `packed` makes of an image what is sent.
+/// Sends a raw pair to the nodelets of a namespace; `packed` converts an image to its message.
 template <class Pack>
 cv::Mat1f rectifiedDisparity(const std::string& ns, const std::string& topic, const StereoPair& raw,
                              const Pack& packed) {
@@ -175,7 +175,7 @@ cv::Mat1f rectifiedDisparity(const std::string& ns, const std::string& topic, co
   auto left_info = camera.advertise<sensor_msgs::CameraInfo>("left/camera_info", 5);
   auto right_info = camera.advertise<sensor_msgs::CameraInfo>("right/camera_info", 5);
   Recorder<stereo_msgs::DisparityImage> disparity(camera, "disparity");
-  // Each of the infos goes to its rectifier and to the nodelets, which share a process.
+  // The rectifier and the nodelets subscribe to each camera_info; they share a process.
   EXPECT_TRUE(eventually([&] {
     return disparity.connected() && left.getNumSubscribers() > 0 && right.getNumSubscribers() > 0 &&
            left_info.getNumSubscribers() > 0 && right_info.getNumSubscribers() > 0;

@@ -1,4 +1,4 @@
-/// What happens to the nodelets on robots.
+/// The nodelets in situations that occur on robots.
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
 #include <ros/network.h>
@@ -32,7 +32,7 @@ size_t validPixels(const stereo_msgs::DisparityImage& disparity) {
 
 class Scenarios : public NodeletTest {
  protected:
-  /// A pair of a camera whose true pose in the frame "world_of_others" is sent to tf.
+  /// A pair of a camera. Its true pose in the frame "world_of_others" is sent to tf.
   StereoPair moved(int index, const std::string& camera,
                    tf2_ros::TransformBroadcaster& broadcaster) const {
     geometry_msgs::TransformStamped pose = street().extrinsic();
@@ -47,7 +47,7 @@ class Scenarios : public NodeletTest {
     pair.left = left;
     return pair;
   }
-  Eigen::Isometry3d jump_ = Eigen::Isometry3d::Identity();  ///< of the poses that are sent
+  Eigen::Isometry3d jump_ = Eigen::Isometry3d::Identity();  ///< added to the poses that are sent
 };
 
 TEST_F(Scenarios, without_tf_disparity_comes_without_prediction) {
@@ -108,11 +108,11 @@ TEST_F(Scenarios, the_camera_may_be_its_own_base) {
     ASSERT_TRUE(eventually([&] { return odometry.count() == static_cast<size_t>(i + 1); }, 10));
   }
   EXPECT_EQ(odometry.last()->child_frame_id, StreetCamera::kFrame);
-  // REP 103: ahead is x.
+  // REP 103: x is ahead.
   const Eigen::Isometry3d truth = street().T_world_base(0).inverse() * street().T_world_base(3);
   EXPECT_NEAR(odometry.last()->pose.pose.position.x, truth.translation().x(),
               0.05 * truth.translation().norm() + 0.02);
-  // The twist is in the child frame: a camera looks along z.
+  // The twist is in the child frame, that of the camera: z is ahead.
   EXPECT_GT(odometry.last()->twist.twist.linear.z, 1.0);
 }
 
@@ -134,7 +134,7 @@ TEST_F(Scenarios, colour_images_are_taken_as_grey) {
   int index = 0;
   for (const auto& [encoding, channels] :
        std::vector<std::pair<const char*, size_t>>{{"bgr8", 3}, {"rgb8", 3}, {"bgra8", 4}}) {
-    // The gap makes every frame a first one.
+    // Because of the gap, every frame is a first one.
     const ros::Time stamp = street().stamp(0) + ros::Duration(10.0 * ++index);
     StereoPair pair = street().pair(0);
     auto left = coloured(*pair.left, encoding, channels);
@@ -162,7 +162,7 @@ TEST_F(Scenarios, compressed_images_need_no_plugin) {
   ASSERT_TRUE(eventually([&] {
     return left.getNumSubscribers() > 0 && right.getNumSubscribers() > 0 && objects.connected();
   }));
-  ros::WallDuration(1).sleep();  // until the three know of each other
+  ros::WallDuration(1).sleep();  // until the three are connected
   const auto packed = [](const sensor_msgs::Image& image) {
     CompressedImage message;
     message.header = image.header;
@@ -248,7 +248,7 @@ TEST_F(Scenarios, a_jump_of_anybodys_odometry_is_told) {
   EXPECT_TRUE(says("Disparity", "contradict the prediction by the motion of odom_frame"))
       << value("Disparity", "prediction contradicted [%]") << " % are contradicted; predicted are "
       << validPixels(*predicted.at(street().stamp(3))) << " pixels";
-  // All poses are off by the jump from now on, which does not matter.
+  // From now on all poses have the jump, which does not affect their differences.
   for (int i : {4, 5})
     ASSERT_TRUE(publishesDisparity(moved(i, "jumping_camera", broadcaster), disparity));
   EXPECT_GT(validPixels(*predicted.at(street().stamp(5))),
@@ -279,7 +279,7 @@ TEST_F(Scenarios, tf_that_is_not_a_number_is_told) {
             StreetCamera::kWidth * StreetCamera::kHeight / 2u);
 }
 
-// Share of the pixels known to both maps where they differ by less than a pixel.
+// Share of the pixels known in both maps that differ by less than a pixel.
 double agreement(const stereo_msgs::DisparityImage& a, const stereo_msgs::DisparityImage& b) {
   size_t known = 0, agree = 0;
   for (size_t i = 0; i < a.image.data.size(); i += sizeof(float)) {
@@ -305,7 +305,7 @@ TEST_F(Scenarios, disparity_waits_for_what_moves_and_does_not_predict_from_it) {
   tf2_ros::TransformBroadcaster broadcaster;
   std::vector<sensor_msgs::ImageConstPtr> widths;
   for (const uint8_t moving : {0, 255}) {
-    // Another camera, so that its stamps may be the same again.
+    // Another camera, so that the same stamps can be used again.
     const std::string camera = "camera_" + std::to_string(moving);
     disparity.clear();
     ranges.clear();
@@ -424,7 +424,7 @@ TEST_F(Scenarios, nothing_is_copied_between_nodelets_of_one_manager) {
   load("Disparity");
   load("MovingObjects");
   StaticTransform extrinsic(street().extrinsic());
-  // Each topic twice: what one subscriber of the process sees is what all see.
+  // Each topic has two subscribers: all subscribers of a process must get the same message.
   DisparityRecorder disparity(node_, "disparity"), measured(node_, "measured_disparity"),
       measured_again(node_, "measured_disparity");
   Recorder<sensor_msgs::Image> inner(node_, "disparity/image"), left(node_, "left/image_rect"),
@@ -447,7 +447,7 @@ TEST_F(Scenarios, nothing_is_copied_between_nodelets_of_one_manager) {
     EXPECT_EQ(variance.at(stamp)->data.data(), variance_again.at(stamp)->data.data());
     EXPECT_EQ(inner.at(stamp)->data.data(), disparity.at(stamp)->image.data.data());
   }
-  // No image topic of ours goes through a socket.
+  // Our image topics do not use sockets.
   std::string host;
   uint32_t port = 0;
   ASSERT_TRUE(ros::network::splitURI(ros::XMLRPCManager::instance()->getServerURI(), host, port));

@@ -16,7 +16,7 @@ SyncParams exact() {
   return params;
 }
 
-/// Three slots; messages are numbers.
+/// A matcher with three slots, and numbers as messages.
 class StampMatcherTest : public testing::Test {
  protected:
   std::vector<StampMatcher::Set> add(StampMatcher& matcher, size_t slot, double stamp_s,

@@ -1,4 +1,4 @@
-/// What becomes of the images that come while a nodelet's callbacks have to wait.
+/// Images that arrive while a nodelet's callbacks have to wait.
 #include "nodelets/stereo_input.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ class StereoInputTest : public testing::Test {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 
-  // Within a process a message is in the subscriber's queue when publish() returns.
+  // In one process a message is in the subscriber's queue when publish() returns.
   void send(int frame) {
     left_info_.publish(stamped<sensor_msgs::CameraInfo>(frame));
     right_info_.publish(stamped<sensor_msgs::CameraInfo>(frame));

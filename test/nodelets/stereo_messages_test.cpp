@@ -70,7 +70,7 @@ TEST(GreyImage, colours_weigh_as_the_eye_sees_them) {
 }
 
 TEST(GreyImage, a_bayer_patterns_first_row_gives_its_name) {
-  // A red surface: only red cells are bright.
+  // A red surface: only red pixels of the Bayer pattern are bright.
   std::vector<uint8_t> red_first(8 * 8, 0), red_last(8 * 8, 0);
   for (int y = 0; y < 8; y += 2)
     for (int x = 0; x < 8; x += 2) {
@@ -80,11 +80,11 @@ TEST(GreyImage, a_bayer_patterns_first_row_gives_its_name) {
   cv::Mat1b buffer;
   EXPECT_EQ(greyImage(image("bayer_rggb8", 8, 8, red_first, 8), "left", buffer)(4, 4), 60);
   EXPECT_EQ(greyImage(image("bayer_bggr8", 8, 8, red_last, 8), "left", buffer)(4, 4), 60);
-  // The same cells taken for blue ones weigh less.
+  // The same pixels as blue ones have a lower weight.
   EXPECT_EQ(greyImage(image("bayer_bggr8", 8, 8, red_first, 8), "left", buffer)(4, 4), 23);
 }
 
-// Whatever cv_bridge makes mono8 of: here a grey surface of 100 in each of them.
+// A grey surface of 100 in each encoding that cv_bridge converts to mono8.
 TEST(GreyImage, all_encodings_that_cv_bridge_converts_are_taken) {
   cv::Mat1b buffer;
   for (const auto& [encoding, channels] :
@@ -199,7 +199,7 @@ TEST(StereoRigOfMessages, baseline_and_principal_points_come_from_both_projectio
   EXPECT_DOUBLE_EQ(rig.cx_left_px, 320);
   EXPECT_DOUBLE_EQ(rig.cx_right_px, 330);
   EXPECT_EQ(rig.size, cv::Size(640, 480));
-  // KITTI's colour pair has an offset in both.
+  // Both cameras of KITTI's colour pair have an offset.
   sensor_msgs::CameraInfo left = info(false), right = info(true);
   left.P[3] = 70;
   right.P[3] = -280;

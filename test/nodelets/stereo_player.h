@@ -10,7 +10,7 @@
 
 namespace predictive_stereo {
 
-/// A camera driver, as far as subscribers can tell.
+/// Publishes like a camera driver.
 class StereoPlayer {
  public:
   explicit StereoPlayer(const ros::NodeHandle& camera) : node_(camera) {
@@ -20,8 +20,8 @@ class StereoPlayer {
     right_info_ = node_.advertise<sensor_msgs::CameraInfo>("right/camera_info", 20);
   }
 
-  /// Subscribers of one process count once: after the first of them the others, which it may have
-  /// woken, get a moment.
+  /// Waits for subscribers; those of one process count once. Waits a moment longer for others that
+  /// the first one may have woken.
   bool waitForSubscribers(uint32_t processes = 1) const {
     const bool there = eventually([&] {
       return left_.getNumSubscribers() >= processes && right_.getNumSubscribers() >= processes &&

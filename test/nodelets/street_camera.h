@@ -27,7 +27,7 @@ inline sensor_msgs::CameraInfoPtr cameraInfo(const StereoRig& rig, ros::Time sta
   return message;
 }
 
-/// The messages of a small camera that drives through the synthetic street.
+/// Messages of a small camera that drives through the synthetic street.
 class StreetCamera {
  public:
   static constexpr int kWidth = 416, kHeight = 128;
@@ -43,7 +43,7 @@ class StreetCamera {
     return ros::Time(1577836800) + ros::Duration(street_.stampOf(index));
   }
 
-  /// Messages of their own at each call: tests may change them.
+  /// New messages at each call, so that tests can change them.
   StereoPair pair(int index) const {
     StereoPair result;
     result.left = image(frames_[index].left, stamp(index));
@@ -66,7 +66,7 @@ class StreetCamera {
 
   Eigen::Isometry3d cameraMount() const { return street_.cameraMount(); }
 
-  /// Truth: base_link in the world.
+  /// True pose of base_link in the world.
   Eigen::Isometry3d T_world_base(int index) const {
     return frames_[index].T_world_cam * street_.cameraMount().inverse();
   }

@@ -56,7 +56,7 @@ TEST(TfRivals, a_fixed_frame_is_cured_by_its_root) {
   EXPECT_NE(rivals.reasonNotToMove("camera_optical").find("Set base_frame to 'base_footprint'"),
             std::string::npos)
       << rivals.reasonNotToMove("camera_optical");
-  // Nonsense ends, too.
+  // A loop of frames must not cause an endless loop.
   rivals.addTransform(transform("camera_optical", "base_footprint"), "/robot", true);
   EXPECT_NE(rivals.reasonNotToMove("camera_optical"), "");
 }

@@ -25,7 +25,7 @@ geometry_msgs::TransformStamped stamped(const char* parent, const char* child, d
   return message;
 }
 
-// The exponential map, summed up term by term.
+// The exponential map as a power series.
 Eigen::Isometry3d exponential(const Vector6d& twist, double dt_s) {
   Eigen::Matrix4d generator = Eigen::Matrix4d::Zero();
   generator << 0, -twist(5), twist(4), twist(0), twist(5), 0, -twist(3), twist(1), -twist(4),
@@ -130,7 +130,7 @@ TEST(Transforms, an_odometry_that_knows_nothing_is_recognised) {
   EXPECT_FALSE(twistIsUnknown(odometry));
   odometry.twist.covariance = odometry.pose.covariance;
   EXPECT_TRUE(twistIsUnknown(odometry));
-  // Wheels measure some axes only: that is not lost.
+  // Wheel odometry measures only some axes; this does not mean that it is lost.
   odometry.twist.covariance[0] = 0.01;
   EXPECT_FALSE(twistIsUnknown(odometry));
 }
@@ -139,7 +139,7 @@ TEST(Transforms, a_motions_covariance_is_that_of_the_twist_in_the_cameras_frame)
   nav_msgs::Odometry odometry;
   const Vector6d variances = (Vector6d() << 0.04, 0.01, 0.02, 1e-4, 2e-4, 3e-4).finished();
   odometry.twist.covariance = covarianceMsg(variances.asDiagonal());
-  // The camera looks along the child's x axis: its z is the child's x, its x the child's -y.
+  // The camera's optical axis is the child's x axis: its z is the child's x, its x the child's -y.
   Eigen::Isometry3d T_cam_child = Eigen::Isometry3d::Identity();
   T_cam_child.linear() << 0, -1, 0, 0, 0, -1, 1, 0, 0;
   const Matrix6d covariance = motionCovariance(odometry, 0.1, T_cam_child);

@@ -1,5 +1,4 @@
-/// Two stereo cameras in one manager, with pictures of equal stamps: nothing of the one comes to
-/// the other.
+/// Two stereo cameras in one manager, with images of equal stamps, do not affect each other.
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
@@ -55,7 +54,7 @@ struct Camera {
   Recorder<MovingObjectArray> objects{node, "moving_objects"};
 };
 
-/// Of the pixels that are known to both, the share where they differ by less than a pixel.
+/// Share of the pixels known in both that differ by less than a pixel.
 double agreement(const stereo_msgs::DisparityImage& message, const cv::Mat1f& truth) {
   const cv::Mat1f map = floatView(message.image, "disparity");
   const cv::Mat known = (map > 0) & (truth > 0) & (truth < message.max_disparity);
@@ -77,7 +76,7 @@ TEST(TwoCameras, do_not_mix) {
              camera->predicted.connected() && camera->objects.connected();
     }));
   }
-  ros::WallDuration(2).sleep();  // until all know of each other
+  ros::WallDuration(2).sleep();  // until all are connected
   for (int i = 0; i < kFrames; ++i) {
     front.play(i);
     rear.play(i);

@@ -1,4 +1,4 @@
-/// The SIMD kernels of the block search against the plain reference.
+/// The SIMD kernels of the block search are identical to the plain reference.
 #include "odometry/block_kernel.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ TEST(BlockKernel, ReferenceIsTheCorrelation) {
 TEST(BlockKernel, EveryTargetGivesTheSame) {
   for (const int positions : {1, 3, 4, 7, 8, 9, 16, 65, 72, 73, 150}) {
     for (const int darkest : {0, 250, 255}) {
-      // Of their own size, so that address sanitizers see what is read.
+      // Separate images of this size, so that address sanitizers detect reads outside.
       cv::Mat1b block(kBlockSize, kBlockSize), row(kBlockSize, positions + kBlockSize - 1);
       cv::RNG random(5);
       random.fill(block, cv::RNG::UNIFORM, darkest, 256);

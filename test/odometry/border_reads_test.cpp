@@ -1,5 +1,5 @@
-/// Features at every border of an image, at every scale, on every SIMD target: what lies beside the
-/// image cannot be read (guarded_memory.h), and what is found does not depend on it.
+/// Features at every border of an image beside a guard page (guarded_memory.h), at every scale, on
+/// every SIMD target: memory outside the image is not read, and results do not depend on it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,14 +32,14 @@ cv::Mat1b noise(cv::Size size) {
   return image;
 }
 
-// In memory of its own, beside a page that cannot be read.
+// A copy beside a guard page.
 cv::Mat1b guarded(const cv::Mat1b& image, Guard guard) {
   const GuardEveryMat guards(guard);
   return image.clone();
 }
 
-// Where samples `half` to both sides just reach, just miss and clearly miss the first and the last
-// pixel of `size`: in steps of a tenth of a pixel, and of the smallest that floats have.
+// Centres for which samples `half` to both sides just reach, just miss and clearly miss the first
+// and the last pixel of `size`: in steps of a tenth of a pixel, and of one unit in the last place.
 std::vector<float> centresAtBorders(int size, float half) {
   std::vector<float> centres;
   for (const float border : {half, static_cast<float>(size - 1) - half}) {
@@ -86,7 +86,7 @@ void expectSamplesOfImageAlone(const PatchKernel& kernel, const cv::Mat1b& image
 
 TEST(BorderReads, OfPatchesThatAreSampled) {
   for (const cv::Size size : {cv::Size(64, 48), {47, 31}, {33, 33}, {26, 61}, {18, 18}, {15, 15}}) {
-    // Around the image, of which `large` is the upper left part, lies something else.
+    // The image is the upper left part of a larger one with other content.
     const cv::Mat1b large = noise(size + cv::Size(40, 40));
     for (const Guard guard : kGuards) {
       const cv::Mat1b image = guarded(large(cv::Rect(cv::Point(), size)), guard);
@@ -118,7 +118,7 @@ TEST(BorderReads, OfPatchesThatAreFoundAgain) {
   }
 }
 
-// Positions are only predictions: they may be anything.
+// Positions are predictions, so they can have any value.
 TEST(BorderReads, OfNoPatchThatIsNowhere) {
   const cv::Mat1b image = guarded(noise({50, 37}), Guard::kBehind);
   Patch patch;
@@ -198,7 +198,7 @@ TEST(BorderReads, OfBlocksAlongARow) {
   for (const Guard guard : kGuards)
     for (const std::string& target : availableSimdTargets())
       for (int width = kBlockSize; width < 100; ++width) {
-        // Of one row of blocks, and its last one, there is nothing else in memory.
+        // One row of blocks, up to its last one, without other memory.
         const cv::Mat1b image = guarded(noise({width, kBlockSize}), guard);
         const BlockAt row{image.data, image.step}, last{&image(0, width - kBlockSize), image.step};
         const int positions = width - kBlockSize + 1;

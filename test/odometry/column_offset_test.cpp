@@ -1,5 +1,5 @@
-/// Rigs whose right camera was turned after the calibration: the ego-motion finds the offset of the
-/// columns, knows how well, and moves as if there were none.
+/// Rigs whose right camera was turned after the calibration: the ego-motion estimates the column
+/// offset and its uncertainty, and its motions are as without an offset.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ std::vector<Pair> drive(const std::string& scene, int first, int frames) {
   return pairs;
 }
 
-// The estimate for the last pair, and the length of the path.
+// Returns the estimate for the last pair, and the length of the path.
 EgoMotionEstimate follow(const std::vector<Pair>& pairs, double shift_px, double& length_m) {
   EgoMotion ego_motion{EgoMotionParams()};
   EgoMotionEstimate estimate;
@@ -66,7 +66,7 @@ TEST(ColumnOffset, IsFoundWithinAFewFrames) {
   }
 }
 
-// The image of a camera that was turned by small angles.
+// The image of a camera that is rotated by small angles.
 cv::Mat1b turned(const cv::Mat1b& image, const StereoRig& rig, const cv::Vec3d& rotation_rad) {
   const cv::Matx33d K(rig.fx_px, 0, rig.cx_left_px, 0, rig.fy_px, rig.cy_px, 0, 0, 1);
   cv::Matx33d R;
@@ -77,7 +77,7 @@ cv::Mat1b turned(const cv::Mat1b& image, const StereoRig& rig, const cv::Vec3d& 
   return result;
 }
 
-// Nothing tells the offset from depth there, however long it lasts and however images tremble.
+// At rest the offset is not observable, for any duration and with image noise.
 TEST(ColumnOffset, IsNotKnownAtRest) {
   const std::vector<Pair> pairs = drive("street", 20, 1);
   const StereoRig rig = streetRig();
@@ -97,7 +97,7 @@ TEST(ColumnOffset, IsNotKnownAtRest) {
         cv::add(image, grain, image, cv::noArray(), CV_8U);
       }
       const EgoMotionEstimate estimate = ego_motion.estimate(images[0], images[1], rig);
-      ASSERT_NEAR(estimate.disparity_offset_px, 0, 0.1) << k;  // as at first
+      ASSERT_NEAR(estimate.disparity_offset_px, 0, 0.1) << k;  // as at the start
       ASSERT_GE(estimate.disparity_offset_sigma_px, 1) << k;
       ASSERT_FALSE(estimate.column_offset.known) << k;
       ASSERT_EQ(estimate.column_offset.correction_px, 0) << k;
@@ -117,7 +117,7 @@ TEST(ColumnOffset, IsForgottenWithTheCalibration) {
   estimate = ego_motion.estimate(pairs[0].left, shiftedRight(pairs[0].right, 1), rig);
   EXPECT_NEAR(estimate.column_offset.correction_px, 1, 0.1);
 
-  rig.cx_right_px += estimate.column_offset.offset_px;  // the cure that diagnostics tell
+  rig.cx_right_px += estimate.column_offset.offset_px;  // the cure that the diagnostics recommend
   for (const Pair& pair : pairs) {
     estimate = ego_motion.estimate(pair.left, shiftedRight(pair.right, 1), rig);
     EXPECT_EQ(estimate.column_offset.correction_px, 0);

@@ -35,7 +35,7 @@ Corners byUs(const cv::Mat1b& image, const cv::Rect& area, int threshold) {
   return corners;
 }
 
-// Noise, coarse and fine, and pixels at both ends of the range.
+// Coarse and fine noise, with saturated pixels at both ends of the range.
 cv::Mat1b texture(cv::Size size, double blur_px, cv::RNG& rng) {
   cv::Mat1b image(size);
   rng.fill(image, cv::RNG::UNIFORM, 0, 256);

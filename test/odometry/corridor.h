@@ -1,4 +1,4 @@
-/// A corridor with textured walls, rendered by casting rays: exact truth for tests of ego-motion.
+/// A corridor with textured walls, rendered by ray casting, with exact ground truth of ego-motion.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,7 +12,7 @@
 
 namespace predictive_stereo::testing {
 
-/// Smooth random texture, a mean of 128, wrapping around at the borders.
+/// Smooth random texture with a mean of 128, periodic at the borders.
 inline cv::Mat1f smoothTexture(cv::Size size, int seed, double blur_px, double contrast = 45) {
   cv::Mat1f noise(size), smooth;
   cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0, 1);
@@ -30,7 +30,7 @@ class Corridor {
  public:
   explicit Corridor(int seed) {
     for (int face = 0; face < 4; ++face) {
-      // From fine to coarse structure, so that there is something to see at every distance.
+      // Fine and coarse structure, so that there is texture at every distance.
       cv::Mat1f texture = smoothTexture({1024, 1024}, seed * 4 + face, 1.2, 25) +
                           smoothTexture({1024, 1024}, seed * 4 + face + 100, 6, 25) +
                           smoothTexture({1024, 1024}, seed * 4 + face + 200, 25, 20) - 256;

@@ -1,5 +1,5 @@
-/// Ego-motion of other bodies than cars, against exact truth; short stretches of their scenes. In
-/// full: evaluate_odometry --street drone --street-frames 300, and so on.
+/// Ego-motion of other bodies than cars compared with exact truth, on short parts of their scenes.
+/// evaluate_odometry --street drone --street-frames 300, etc., evaluates the whole scenes.
 #include <gtest/gtest.h>
 
 #include "predictive_stereo/ego_motion.h"
@@ -9,11 +9,11 @@ namespace predictive_stereo {
 namespace {
 
 struct Limits {
-  double of_way = 0.01, beside_m = 0.001;  // largest error of each frame: a share of its way, plus
+  double of_way = 0.01, beside_m = 0.001;  // largest error per frame: of_way * distance + beside_m
   double rotation_deg = 0.03;
 };
 
-// From the first frame of a stretch to its last one: each is tracked, or said to be lost.
+// Runs the frames of a part. Each frame must be tracked, or reported as lost.
 void follow(const std::string& scene, int first, int last, const Limits& limits,
             int allowed_lost = 0) {
   StreetParams params;
@@ -42,13 +42,13 @@ void follow(const std::string& scene, int first, int last, const Limits& limits,
   EXPECT_LE(lost, allowed_lost) << scene << " from frame " << first;
 }
 
-// Frame 13, where a person covers much of the view, is off by 2.1 mm on a way of 71 mm.
+// In frame 13 a person occludes much of the view; its error is 2.1 mm for a motion of 71 mm.
 TEST(EgoMotionBodies, RobotAmongPeople) { follow("robot", 0, 16, {0.01, 0.0015, 0.03}); }
 
 TEST(EgoMotionBodies, RobotTurnsIntoAnotherCorridor) { follow("robot", 84, 98, {}); }
 
-// Its frames 28 to 61, at rest and taking off, are off by up to 4 mm: all that it sees then is 10 m
-// and more away, with disparities of 3 to 5 px.
+// Frames 28 to 61, at rest and taking off, are left out. Their errors are up to 4 mm, because the
+// whole scene is at least 10 m away, with disparities of 3 to 5 px.
 TEST(EgoMotionBodies, DroneFlies) { follow("drone", 62, 76, {}); }
 
 TEST(EgoMotionBodies, DroneAboveTheChessboard) { follow("drone", 244, 258, {}); }

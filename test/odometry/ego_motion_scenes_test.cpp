@@ -1,4 +1,4 @@
-/// Ego-motion on the synthetic street and on KITTI, against true poses.
+/// Ego-motion on the synthetic street and on KITTI compared with true poses.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -26,7 +26,7 @@ EgoMotionParams perfectlyCalibrated() {
   return params;
 }
 
-// Drives from one frame to another of a scene; `spoil` may change the images of a frame.
+// Runs a part of a scene; `spoil` may change the images of a frame.
 template <class Spoil>
 Driven drive(const std::string& scene, int first, int frames, const Spoil& spoil) {
   StreetParams params;
@@ -88,8 +88,8 @@ TEST(EgoMotionScenes, VehiclesThatMoveAlongCoverFortyPercentOfTheView) {
   EXPECT_LT(driven.driftPercent(), 1);
 }
 
-// The first pair has no history that tells what is static. In 4 of 10 the vehicles were taken for
-// it, before the uncertainty of motions was compared.
+// The first pair has no history from which the static scene is known. In 4 of 10 starts the
+// vehicles were taken for the static scene, before the uncertainty of motions was compared.
 TEST(EgoMotionScenes, StartsAmongVehiclesThatMoveAlong) {
   int hijacked = 0;
   for (int first = 0; first < 50; first += 5)
@@ -103,7 +103,7 @@ TEST(EgoMotionScenes, HalfOfTheViewMoves) {
   EXPECT_LT(driven.driftPercent(), 1);
 }
 
-// 2.8 m from frame to frame, from the first one on, behind vehicles that go as fast.
+// 2.8 m per frame from the first frame on, behind vehicles with the same speed.
 TEST(EgoMotionScenes, Highway) {
   const Driven driven = drive("highway", 20, 15);
   EXPECT_EQ(driven.lost, 0);
@@ -169,7 +169,7 @@ TEST(EgoMotionScenes, KittiDrive0020) {
   }
 }
 
-// Errors that successive motions have in common are counted as such.
+// Common errors of successive motions are treated as such.
 TEST(EgoMotionScenes, CovarianceOfAPath) {
   StreetParams params;
   params.scene = "static";
@@ -183,7 +183,7 @@ TEST(EgoMotionScenes, CovarianceOfAPath) {
   }
 }
 
-// Every second and every third frame: 2.4 and 3.6 m apart, as at 86 and 130 km/h.
+// Only every second or third frame: steps of 2.4 and 3.6 m, as at 86 and 130 km/h.
 TEST(EgoMotionScenes, KittiDrive0020InLargeSteps) {
   const char* kitti = std::getenv("KITTI_EXCERPTS");
   if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";

@@ -1,4 +1,4 @@
-/// The SIMD kernels of patches against the plain reference, bit by bit.
+/// The SIMD kernels of patches are bit-identical to the plain reference.
 #include "odometry/patch_kernel.h"
 
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ TEST(PatchKernel, DifferentiatesAndMultipliesAsTheReference) {
     PatchMoments m;
     kernel.differentiate(framed, images, m);
     for (int i = 0; i < kPatchSize * kPatchStride; ++i) {
-      if (i % kPatchStride >= kPatchSize) continue;  // short vectors leave padding as it is
+      if (i % kPatchStride >= kPatchSize) continue;  // short vectors do not write the padding
       ASSERT_EQ(images.texture[i], expected.texture[i]) << i;
       ASSERT_EQ(images.gradient_x[i], expected.gradient_x[i]) << i;
       ASSERT_EQ(images.gradient_y[i], expected.gradient_y[i]) << i;
@@ -97,8 +97,8 @@ TEST(PatchKernel, DifferentiatesAndMultipliesAsTheReference) {
   });
 }
 
-// Right up to an image's border, where vectors would reach beyond it: an image of its own memory
-// gives what a part of a larger one does (and address sanitizers see what is read).
+// At an image's border, where vectors would reach beyond it: a separate image gives the same result
+// as a part of a larger one (and address sanitizers detect reads outside).
 TEST(PatchKernel, PatchesAtTheBorderAreTheSame) {
   const cv::Mat1b large = noise({80, 60});
   const cv::Mat1b small = large(cv::Rect(0, 0, 50, 40)).clone();

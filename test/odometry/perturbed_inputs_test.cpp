@@ -1,4 +1,4 @@
-/// Images that are worse than those that were recorded: the way stays the same, no frame is lost.
+/// With images worse than the recorded ones the path is the same, and no frame is lost.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,7 +13,7 @@ namespace {
 
 struct Perturbation {
   std::string name;
-  int step = 1;  ///< of so many frames one is seen
+  int step = 1;  ///< only every n-th frame is used
   std::function<void(int frame, cv::Mat1b& image)> spoil;
 };
 
@@ -35,7 +35,8 @@ std::vector<Perturbation> perturbations() {
   };
 }
 
-/// Poses of the frames that are seen, from the first one; what is lost is added to `lost`.
+/// Positions of the used frames relative to the first one. Adds the number of lost frames to
+/// `lost`.
 std::vector<Eigen::Vector3d> positions(const Sequence& sequence, const Perturbation& perturbation,
                                        int& lost) {
   EgoMotion ego_motion{EgoMotionParams()};
@@ -55,7 +56,7 @@ std::vector<Eigen::Vector3d> positions(const Sequence& sequence, const Perturbat
   return positions;
 }
 
-/// Length of the way that touches every step-th of these positions.
+/// Length of the path through every step-th position.
 double pathLength(const std::vector<Eigen::Vector3d>& positions, int step) {
   double way_m = 0;
   const auto n = static_cast<size_t>(step);

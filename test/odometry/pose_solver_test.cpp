@@ -29,8 +29,8 @@ Eigen::Isometry3d motion(const Eigen::Vector3d& t_m, const Eigen::Vector3d& r_ra
 
 const Eigen::Isometry3d kDriving = motion({0.02, -0.01, -1.1}, {0.002, 0.02, -0.001});
 
-// Points of a street, seen before and after `T`; noise is added to the five coordinates that are
-// measured (previous x and y define the point).
+// Points of a street before and after the motion `T`, with noise on the five measured coordinates
+// (previous x and y define the point).
 std::vector<Correspondence> observe(const StereoRig& rig, const Eigen::Isometry3d& T, int n,
                                     double sigma_px, unsigned seed) {
   std::mt19937 random(seed);
@@ -95,7 +95,7 @@ TEST(PoseSolver, CovarianceTellsTheError) {
 TEST(PoseSolver, OutliersAndAMoverDoNotMatter) {
   const StereoRig rig = kittiRig();
   auto all = observe(rig, kDriving, 150, 0.1, 1);
-  // A lorry that overtakes: a rigid motion as convincing as the street's.
+  // An overtaking lorry: its rigid motion is as consistent as that of the street.
   const auto lorry = observe(rig, motion({0.1, 0, 0.4}, {0, 0, 0}), 100, 0.1, 2);
   all.insert(all.end(), lorry.begin(), lorry.end());
   std::mt19937 random(3);
@@ -130,7 +130,7 @@ TEST(PoseSolver, FarPointsAloneGiveTheRotation) {
   const StereoRig rig = kittiRig();
   auto all = observe(rig, kDriving, 100, 0.1, 1);
   auto far = observe(rig, motion({0, 0, 0}, {0.002, 0.02, -0.001}), 100, 0.1, 2);
-  for (Correspondence& c : far) {  // at infinity, where a rig that squints measures d < 0
+  for (Correspondence& c : far) {  // at infinity, where a converging rig measures d < 0
     const Eigen::Vector3d ray = rig.pointFromDisparity(c.previous.x(), c.previous.y(), 1);
     c.current.head<2>() = rig.disparityFromPoint(kDriving.linear() * ray).head<2>();
     c.previous.z() = c.current.z() = -0.1;
@@ -143,7 +143,7 @@ TEST(PoseSolver, FarPointsAloneGiveTheRotation) {
   EXPECT_GT(solution.inliers, 180);
 }
 
-// Measured disparities lack the offset.
+// Measured disparities are too small by the offset.
 std::vector<Correspondence> withOffset(std::vector<Correspondence> all, double offset_px) {
   for (Correspondence& c : all) {
     c.previous.z() -= offset_px;
@@ -172,7 +172,7 @@ TEST(PoseSolver, TellsTheOffsetAndHowWellItIsKnown) {
   EXPECT_LT(sum / kRuns, 1.4);
 }
 
-// Where the camera turns, or stands, nothing is learnt: frame after frame it is as uncertain.
+// If the camera only rotates, or stands, the offset is not observable: it stays as uncertain.
 TEST(PoseSolver, LearnsNoOffsetWithoutParallax) {
   const StereoRig rig = kittiRig();
   PoseSolverParams params;

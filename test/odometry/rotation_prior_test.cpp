@@ -1,4 +1,4 @@
-/// What others say of the rotation: it helps in fast turns, and does no harm where it is wrong.
+/// A rotation prior of another sensor helps in fast turns, and does no harm if it is wrong.
 #include "evaluation/rotation_prior.h"
 
 #include <gtest/gtest.h>
@@ -69,7 +69,7 @@ class Clip {
   std::vector<StreetFrame> frames_;
 };
 
-// It tilts by 14 and 19 degrees from one frame to the next.
+// It tilts by 14 and 19 degrees between two frames.
 const Clip& drone() {
   static const Clip clip("drone", 112, 126, 2);
   return clip;

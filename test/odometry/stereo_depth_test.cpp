@@ -12,7 +12,7 @@ namespace {
 
 const cv::Size kSize(480, 200);
 
-// A slanted surface: the shift is `near_px` in the bottom row and `far_px` in the top row.
+// A slanted surface: the disparity is `near_px` in the bottom row and `far_px` in the top row.
 struct Pair {
   ImagePyramid left, right;
   double far_px, near_px, row_offset_px;

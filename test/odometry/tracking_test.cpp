@@ -14,7 +14,7 @@ namespace {
 constexpr int kLevels = 4;
 const cv::Size kSize(400, 300);
 
-// Two pictures of one texture, the second moved by (and enlarged about the centre); both are
+// Two images of one texture; the second one is shifted, and scaled about the centre. Both are
 // sampled from a finer original, so that neither is an interpolation of the other.
 struct Pair {
   cv::Mat1b first, second;
@@ -24,7 +24,8 @@ struct Pair {
     const cv::Mat1f fine = testing::smoothTexture({2048, 2048}, 3, 2.0 * kFine, 25) +
                            testing::smoothTexture({2048, 2048}, 4, 12.0 * kFine, 35) - 128;
     const auto take = [&](cv::Point2d moved, double zoom) {
-      // Image (x, y) shows original centre + kFine ((x, y) - middle - moved) / zoom.
+      // Image (x, y) has the value of the original at centre + kFine ((x, y) - middle - moved) /
+      // zoom.
       const double s = kFine / zoom;
       const cv::Matx23d to_fine(s, 0, 1024 - s * (kSize.width / 2.0 + moved.x), 0, s,
                                 1024 - s * (kSize.height / 2.0 + moved.y));
@@ -97,7 +98,7 @@ TEST(Tracking, ChangedExposureDoesNotMatter) {
 }
 
 TEST(Tracking, ExpectedScaleKeepsPatchesExact) {
-  const double scale = 1.15;  // what is driven towards grows
+  const double scale = 1.15;  // objects ahead grow while driving
   const std::vector<cv::Point2f> points = grid();
   const auto tracks = follow(Pair({0, 0}, scale), points, static_cast<float>(1 / scale));
   double sum = 0;
@@ -147,7 +148,8 @@ TEST(Tracking, SameForAnyNumberOfThreads) {
 }
 
 TEST(Patch, AKnownRowCorrectsTheColumnOnAnObliqueEdge) {
-  // Stripes at 45 degrees with a little texture: an error in the row moves the column as much.
+  // Stripes at 45 degrees with a little texture: an error of the row gives the same error of the
+  // column.
   cv::Mat1f stripes(60, 60);
   for (int y = 0; y < 60; ++y)
     for (int x = 0; x < 60; ++x)

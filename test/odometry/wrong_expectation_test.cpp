@@ -1,4 +1,4 @@
-/// The motion model is made wrong: a wrong expectation must not feed itself.
+/// Faults in the motion model: a wrong expectation must not cause the next wrong one.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegree = 3.14159265358979 / 180;
 
-// By 5 degrees and 0.3 m, in a direction that a seed tells.
+// An error of 5 degrees and 0.3 m, in a random direction.
 Eigen::Isometry3d fault(int seed) {
   std::mt19937 random(static_cast<unsigned>(seed));
   std::normal_distribution<double> normal;
@@ -34,8 +34,8 @@ struct Differences {
   double largest_rad = 0;
 };
 
-// Frame 4 is expected wrongly, and frames 8 to 17. Compared is with an ego-motion that is left
-// alone, in frames that follow after a fault (`after`), and in those with one (`within`).
+// The expectation is wrong in frame 4 and in frames 8 to 17. Compares with an ego-motion without
+// faults: in frames after a fault (`after`), and in those with one (`within`).
 void inject(const Sequence& sequence, int first, int frames, int seed, Differences& after,
             Differences& within) {
   EgoMotion undisturbed{EgoMotionParams()}, disturbed{EgoMotionParams()};

@@ -1,4 +1,4 @@
-/// Tasks run beside the caller, all on one thread, and end before what they use goes.
+/// Tasks run beside the caller, all on one thread, and end before the objects that they use.
 #include "parallel/second_thread.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ TEST(SecondThread, RunsBesideTheCaller) {
   SecondThread thread;
   std::promise<void> by_caller;
   SecondThread::Running task = thread.start([&] { by_caller.get_future().wait(); });
-  by_caller.set_value();  // after it: in one thread both would wait for ever
+  by_caller.set_value();  // after starting the task: in one thread both would wait forever
   task.get();
 }
 

@@ -1,4 +1,4 @@
-/// Every piece of work is done once, with memory that no other thread has, for any number of
+/// Every piece of work is done once, with memory that no other thread uses, for any number of
 /// threads.
 #include "parallel/work_pool.h"
 

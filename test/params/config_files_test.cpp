@@ -1,4 +1,4 @@
-// Every yaml file that is shipped can be loaded; the one with all parameters holds the defaults.
+// Every installed yaml file can be loaded. The file with all parameters has the default values.
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
@@ -46,7 +46,8 @@ TEST(ConfigFiles, SetKnownParametersToAllowedValuesThatWorkTogether) {
   }
 }
 
-// noise_kitti.yaml tells where the defaults of noise and variance come from.
+// noise_kitti.yaml documents the origin of the default noise and variance, so it equals the
+// defaults.
 TEST(ConfigFiles, ChangeSomethingWhereTheyAreNotTheDefaults) {
   for (const auto& path : files()) {
     AllNodeletParams changed, defaults;
@@ -73,7 +74,7 @@ TEST(ConfigFiles, TheAnnotatedOneHoldsEveryParameterAtItsDefault) {
   }
 }
 
-// The comment of a parameter: behind its value, or the lines above.
+// The comment of a parameter: after its value, or in the lines above.
 std::string commentOf(const std::vector<std::string>& lines, size_t line) {
   const auto from = [](const std::string& text) { return text.substr(text.find('#')); };
   if (lines[line].find('#') != std::string::npos) return from(lines[line]);
@@ -94,7 +95,7 @@ TEST(ConfigFiles, TheAnnotatedOneTellsTheLimitsOfEveryNumber) {
   for (const ParamTable::Entry& entry : table.entries()) {
     const bool is_choice = entry.type == ParamTable::Type::kChoice;
     if (!is_choice && entry.smallest == entry.largest) continue;
-    YAML::Node node = all;  // a copy would have no marks
+    YAML::Node node = all;  // not a clone, which would lose the line numbers
     std::istringstream keys(entry.name);
     for (std::string key; std::getline(keys, key, '/');) node.reset(node[key]);
     const std::string comment = commentOf(lines, static_cast<size_t>(node.Mark().line));

@@ -1,4 +1,4 @@
-// The method of the paper is what its files say, value by value.
+// The files of the paper's method have its values.
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
@@ -13,8 +13,7 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-// Of q and r only how they came about is known beforehand: by estimate_noise --all-errors on drive
-// 0002 without row alignment, and with it.
+// q and r are results of estimate_noise --all-errors on drive 0002, without and with row alignment.
 Values paper(const std::string& align, const std::string& q_px2, const std::string& r_px2) {
   return {
       {"disparity/matcher/range/min_disparity", "0"},
@@ -71,8 +70,7 @@ void collect(const YAML::Node& node, const std::string& prefix, Values& values) 
   }
 }
 
-// All that a file sets is as expected, arrives in the parameters, and nothing else differs from the
-// defaults.
+// The values of a file are as expected and reach the parameters; all others are defaults.
 void expectFile(const std::string& name, const Values& expected) {
   const std::string path = std::string(CONFIG_FOLDER) + "/" + name;
   Values written;

@@ -1,5 +1,5 @@
-/// The whole pipeline on images beside memory that cannot be touched (guarded_memory.h), as are all
-/// maps that it makes: it reads and writes nothing beyond them, and finds the same.
+/// The whole pipeline with all images and maps beside a guard page (guarded_memory.h): it does not
+/// access memory beyond them, and its results are the same.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -16,7 +16,7 @@ using testing::GuardEveryMat;
 
 constexpr int kFrames = 8;
 
-// Of odd sizes at every level of a pyramid.
+// Image sizes that are odd at every pyramid level.
 StreetParams nearTraffic() {
   StreetParams params;
   params.scene = "near_half_moves";

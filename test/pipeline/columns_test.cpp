@@ -1,5 +1,5 @@
-/// A rig whose right camera was turned after the calibration: the pipeline learns it and corrects
-/// its disparities.
+/// A rig whose right camera was turned after the calibration: the pipeline estimates the column
+/// offset and corrects its disparities.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -75,7 +75,7 @@ TEST_F(Columns, DisparitiesAreCorrectedFromWhenTheOffsetIsKnown) {
     steps += step_px != 0;
     EXPECT_NEAR(bias(i, output_.disparity.measured_disparity_px), correction_px - kShiftPx, 0.15)
         << i;
-    // The past goes on, with the same correction.
+    // The past is kept, with the same correction.
     EXPECT_EQ(output_.disparity.predicted, i > 0) << i;
     if (i == 0) continue;
     EXPECT_NEAR(bias(i, output_.disparity.predicted_disparity_px), correction_px - kShiftPx, 0.2)
@@ -85,7 +85,7 @@ TEST_F(Columns, DisparitiesAreCorrectedFromWhenTheOffsetIsKnown) {
   EXPECT_NEAR(correction_px, kShiftPx, 0.15);
 }
 
-// The detector keeps what it remembers, moved by the step.
+// The detector keeps its memory, with disparities changed by the step.
 TEST_F(Columns, ObjectsAreFollowedOverTheStep) {
   Pipeline shifted(params()), right(params());
   PipelineOutput of_right;
@@ -135,7 +135,7 @@ TEST_F(Columns, NothingIsCorrectedWhereItIsSwitchedOff) {
   EXPECT_NEAR(output_.column_offset.offset_px, kShiftPx, 0.15);
 }
 
-// As in the nodelets, where the ego-motion runs elsewhere.
+// As in the nodelets, where the ego-motion runs in another nodelet.
 TEST_F(Columns, ACorrectionFromElsewhereIsUsed) {
   PipelineParams alone = params();
   alone.parts = {false, true, false};
@@ -154,7 +154,7 @@ TEST_F(Columns, AnotherCalibrationStartsWithoutACorrection) {
   ASSERT_NE(output_.column_offset.correction_px, 0);
   StereoFrame frame = frameOf(0, kShiftPx);
   frame.stamp = kFrames * std::chrono::milliseconds(100);
-  frame.rig.cx_right_px += kShiftPx;  // the cure that diagnostics tell
+  frame.rig.cx_right_px += kShiftPx;  // the cure that the diagnostics recommend
   ASSERT_TRUE(pipeline.process(frame, output_));
   EXPECT_EQ(output_.column_offset.correction_px, 0);
   EXPECT_NEAR(bias(0, output_.disparity.measured_disparity_px), 0, 0.15);

@@ -36,7 +36,8 @@ CameraMotion trueMotion(const StreetFrame& previous, const StreetFrame& now) {
   return motion;
 }
 
-// Share of the pixels with a known disparity that is wrong by more than 3 px and 5 % or missing.
+// Share of outliers (errors of more than 3 px and 5 %) and missing disparities, of pixels with
+// truth.
 double outliers(const StreetFrame& frame, const cv::Mat1f& disparity_px) {
   int known = 0, wrong = 0;
   for (int y = 0; y < disparity_px.rows; ++y)
@@ -61,8 +62,7 @@ StereoFrame stereoFrame(const StreetFrame& frame, const StereoRig& rig, int numb
   return {frame.left, frame.right, rig, number * std::chrono::milliseconds(100)};
 }
 
-// Runs disparity alone on frames of a street with their true motion, or with the motion that
-// `motion` gives.
+// Runs only disparity on frames of a street, with their true motion or with that of `motion`.
 class DisparityLoop : public testing::Test {
  protected:
   using MotionOf =
@@ -146,7 +146,7 @@ TEST_F(DisparityLoop, ThePastIsGivenUpAfterSomeFramesWithoutMotion) {
 
 TEST_F(DisparityLoop, WhatMovedIsNoPast) {
   DisparityParams params = disparityParams();
-  params.row_alignment.enabled = false;  // it has a past, too
+  params.row_alignment.enabled = false;  // because it has a state as well
   Pipeline pipeline(disparityAlone(params)), fresh(disparityAlone(params));
   run(pipeline, street_.render(0));
   const cv::Mat1b everything(street_.rig().size, uchar{255});
@@ -258,8 +258,8 @@ TEST_F(DisparityLoop, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
   }
 }
 
-// A motion that is asked for lets the half-resolution match run beside it; one that is given does
-// not.
+// With a callback for the motion, the half-resolution match runs beside it; with a given motion it
+// does not.
 TEST_F(DisparityLoop, GivenEgoMotionIsAsGoodAsOneThatIsAskedFor) {
   Pipeline asking(disparityAlone()), given(disparityAlone());
   PipelineOutput output;
@@ -281,7 +281,7 @@ TEST_F(DisparityLoop, GivenEgoMotionIsAsGoodAsOneThatIsAskedFor) {
   EXPECT_EQ(cv::norm(maps_.disparity_px, output.disparity.disparity_px, cv::NORM_INF), 0);
 }
 
-// The paper has no such match; row alignment takes its samples from it.
+// The paper's scheme does not use it; row alignment does.
 TEST_F(DisparityLoop, HalfResolutionIsMatchedOnlyWhereItIsUsed) {
   const StreetFrame frame = street_.render(0);
   const auto isMatched = [&](SearchScheme scheme, bool align) {
@@ -301,7 +301,7 @@ TEST_F(DisparityLoop, HalfResolutionIsMatchedOnlyWhereItIsUsed) {
   EXPECT_TRUE(isMatched(SearchScheme::kPredictive, false));
 }
 
-// Of ego-motion the pipeline knows which frame its motion starts from.
+// The pipeline must use the motion that starts from the past frame.
 class EgoMotionLink : public DisparityLoop {
  protected:
   /// Processes the next frame with an ego-motion of this status, from `frames` frames back.
@@ -376,7 +376,7 @@ TEST_F(DisparityLoop, RefusesImagesThatDoNotFitTheCalibration) {
 }
 
 TEST(DisparityLoopAtRest, VarianceStaysBoundedAndDisparityUnbiased) {
-  // Six hundred frames stand for ten minutes at one frame per second; a few noise patterns in turn.
+  // Six hundred frames are ten minutes at one frame per second; a few noise patterns alternate.
   const Street street(streetOf("standstill"));
   std::vector<StreetFrame> frames;
   for (int i = 0; i < 5; ++i) frames.push_back(street.render(i));

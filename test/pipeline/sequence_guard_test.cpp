@@ -33,7 +33,7 @@ TEST(SequenceGuard, a_stamp_that_comes_again_is_no_frame) {
   SequenceGuard guard(1.0);
   guard.next(stampFromSeconds(10.0), rig());
   EXPECT_EQ(guard.next(stampFromSeconds(10.0), rig()).verdict, Verdict::kDuplicate);
-  // Not even with another calibration: the frame before stays the last one.
+  // Also with another calibration: the previous frame remains the last one.
   EXPECT_EQ(guard.next(stampFromSeconds(10.0), rig(701)).verdict, Verdict::kDuplicate);
   EXPECT_EQ(guard.next(stampFromSeconds(10.1), rig()).verdict, Verdict::kContinues);
 }

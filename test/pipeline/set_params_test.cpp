@@ -1,4 +1,4 @@
-/// Parameters that change between two frames: what is known of the past stays.
+/// Parameters that change between two frames: the past is kept.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kFrames = 6, kChange = 3;
 
-/// A pipeline with what it gave last.
+/// A pipeline with its last output.
 struct Driven {
   explicit Driven(const PipelineParams& p) : pipeline(p) {}
 

@@ -1,4 +1,4 @@
-/// A camera that stands, and trembles: the whole pipeline must say that it stands.
+/// A standing camera that trembles: the whole pipeline must report that it stands.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct Pair {
   cv::Mat1b left, right;
 };
 
-/// One pair, seen again and again by cameras that shake together, each with noise of its own.
+/// Repeats one pair, with a common shake of both cameras and independent noise.
 class Tremble {
  public:
   explicit Tremble(const Pair& pair) : pair_(pair) {}
@@ -50,11 +50,11 @@ class Tremble {
   cv::RNG noise_{1};
 };
 
-/// How far the pipeline's pose gets from where it began.
+/// Drift of the pipeline's pose from its start.
 struct Drift {
   double largest_m = 0, largest_rad = 0, largest_step_m = 0, path_m = 0;
   int lost = 0, boxes = 0;
-  double largest_sigmas = 0;  ///< drift by what the covariance of the path says
+  double largest_sigmas = 0;  ///< drift relative to its standard deviation in the path's covariance
 
   void add(const PipelineOutput& output) {
     const Eigen::Isometry3d& T = output.T_odom_cam;
@@ -103,7 +103,7 @@ void expectToStand(const Drift& drift) {
   EXPECT_LT(drift.largest_step_m, 0.01);
 }
 
-// 3000 frames in the long form, with STANDING_FRAMES=3000.
+// Use STANDING_FRAMES=3000 for a long test.
 TEST(StandingCamera, TremblesBeforeRealPixels) {
   const char* kitti = std::getenv("KITTI_EXCERPTS");
   if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
@@ -123,7 +123,7 @@ TEST(StandingCamera, TremblesBeforeAStreet) {
   expectToStand(driftOf(street.rig(), {frame.left, frame.right}));
 }
 
-// A drone that stands on the floor.
+// A drone standing on the floor.
 TEST(StandingCamera, EurocOnTheFloor) {
   const char* kitti = std::getenv("KITTI_EXCERPTS");
   const std::string day = std::string(kitti ? kitti : "") + "/../euroc/2014_06_25";
@@ -141,7 +141,8 @@ TEST(StandingCamera, EurocOnTheFloor) {
   }
   expectToStand(drift);
   EXPECT_LT(drift.path_m, 0.05);
-  // Images that are shifted, as above, show no motion of a camera: their errors are not noise.
+  // Only here: shifted images, as above, are not those of any camera motion, so their errors are
+  // not noise.
   EXPECT_LT(drift.largest_sigmas, 3);
 }
 

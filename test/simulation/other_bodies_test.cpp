@@ -61,7 +61,7 @@ TEST(OtherBodies, DroneRestsTurnsAndLooksDown) {
   for (int i = 120; i < 160; ++i)
     fastest_deg = std::max(fastest_deg, degreesBetween(drone.poseOf(i), drone.poseOf(i - 1)));
   EXPECT_NEAR(fastest_deg * 20, 90, 10);
-  // The floor and its chessboard are all that it sees.
+  // Only the floor and its chessboard are visible.
   const StreetFrame frame = drone.render(270);
   const Vector3d down(0, 0, -1);
   EXPECT_GT(down.dot(frame.T_world_cam.linear().col(2)), 0.7);

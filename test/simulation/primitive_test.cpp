@@ -60,7 +60,7 @@ TEST_P(Solids, AreMetWhereTheRayEntersThem) {
     int part = -1;
     const bool hit = intersect(p, origin, direction, 1e-3f, t, part);
     if (!hit || std::isinf(expected)) {
-      // Marching misses corners that the ray grazes for less than a step, but nothing else.
+      // Ray marching misses only corners that the ray grazes for less than a step.
       ASSERT_TRUE(std::isinf(expected)) << "ray " << i;
       grazed += hit;
       continue;
@@ -105,7 +105,7 @@ TEST(Building, PaneLiesBehindTheWall) {
 
 TEST(Building, SlantedRayMeetsTheSideOfTheRecess) {
   const Primitive p = wallWithWindows();
-  // Enters the opening 5 cm beside its left edge at 45 degrees: the side lies 5 cm deep.
+  // Enters the opening 5 cm beside its left edge at 45 degrees, so it hits the side 5 cm deep.
   const Vector3f origin(15, 1.5f + 0.70f - 10, 0);
   float t = std::numeric_limits<float>::infinity();
   int part = -1;
@@ -139,7 +139,7 @@ TEST(Noise, DoesNotRepeatAndIsBounded) {
   }
   EXPECT_NEAR(sum / count, 0, 0.02);
   EXPECT_GT(sum2 / count, 0.02);
-  EXPECT_LT(std::abs(product), 0.05 * sum2);  // 64 wavelengths further on it is another one
+  EXPECT_LT(std::abs(product), 0.05 * sum2);  // not correlated after 64 wavelengths
 }
 
 TEST(Noise, FarTexturesAreSmooth) {

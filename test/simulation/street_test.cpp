@@ -24,7 +24,7 @@ StreetParams smallStreet(const std::string& scene) {
   return params;
 }
 
-// Nothing but geometry: no noise, no mirrors, the same exposure in both cameras.
+// Only geometry: no noise, no mirrors, the same exposure in both cameras.
 simulation::Scene plain(const std::string& name) {
   simulation::Scene scene = simulation::sceneByName(name);
   scene.sensor.noise = scene.sensor.shot_noise = scene.sensor.exposure_swing = 0;
@@ -63,8 +63,8 @@ float bilinear(const cv::Mat1b& image, double x, double y) {
 }
 
 // Mean brightness difference between the images at smooth visible pixels, where the right image is
-// sampled `error_px` beside the true disparity. Only where the brightness changes along the row:
-// elsewhere nothing is to be seen.
+// sampled `error_px` beside the true disparity. Only pixels with a horizontal gradient count,
+// because others do not depend on the disparity.
 double photometricError(const StreetFrame& frame, double error_px) {
   double sum = 0;
   int count = 0;
@@ -83,8 +83,8 @@ double photometricError(const StreetFrame& frame, double error_px) {
   return sum / count;
 }
 
-// The same between a frame and the one before it, warped by true disparity and true motion; what
-// moves by itself is left out. The previous image is sampled `error_px` beside.
+// The same between a frame and the previous one, warped by true disparity and true motion, without
+// moving objects. The previous image is sampled `error_px` beside the true position.
 double photometricError(const StereoRig& rig, const StreetFrame& before, const StreetFrame& after,
                         const cv::Point2d& error_px) {
   const Eigen::Isometry3d T_before_after =
@@ -103,7 +103,7 @@ double photometricError(const StereoRig& rig, const StreetFrame& before, const S
           rig.disparityFromPoint(T_before_after * rig.pointFromDisparity(x, y, d));
       const double u = there.x() + error_px.x, v = there.y() + error_px.y;
       if (u < 3 || v < 3 || u > rig.size.width - 4 || v > rig.size.height - 4) continue;
-      // Hidden in the frame before?
+      // Occluded in the previous frame?
       const cv::Point at(static_cast<int>(std::lround(u)), static_cast<int>(std::lround(v)));
       if (std::abs(before.disparity_px(at) - there.z()) > 0.7) continue;
       sum += std::abs(bilinear(before.left, u, v) - after.left(y, x));
@@ -141,7 +141,7 @@ TEST(Street, SkyIsInfinitelyFar) {
   EXPECT_LT(sky, 400 * 120 / 2);
 }
 
-// A frame of each body and site at which there is much to see.
+// A frame with much content for each body and site.
 const std::pair<const char*, int> kInstants[] = {{"street", 35}, {"turn", 35},  {"leader", 35},
                                                  {"drone", 140}, {"robot", 40}, {"handheld", 110}};
 
@@ -190,14 +190,14 @@ TEST(Street, MisalignedRowsAreWhereTheySayTheyAre) {
   EXPECT_NEAR(largest, 1.5, 0.02);
   EXPECT_EQ(Street(smallStreet("street")).rightRowOffset(0, 100), 0);
 
-  // But for the rows, it is the aligned scene.
+  // The aligned scene is the same except for the rows.
   simulation::Scene aligned = plain("misaligned");
   aligned.sensor.row_offset_px = 0;
   const StreetFrame reference = Street(params, aligned).render(10);
   EXPECT_TRUE(same(frame.left, reference.left));
   EXPECT_TRUE(same(frame.disparity_px, reference.disparity_px));
 
-  // The right image is the aligned one with its rows moved.
+  // The right image is the aligned one with shifted rows.
   double moved = 0, kept = 0;
   int count = 0;
   for (int y = 4; y < 236; ++y)
@@ -213,8 +213,9 @@ TEST(Street, MisalignedRowsAreWhereTheySayTheyAre) {
 }
 
 TEST(Street, OccludedPixelsAreNotSeenOnTheRight) {
-  // A visible pixel's surface point is met again by the right image's rays: warping the disparity
-  // to the right leaves every visible pixel the nearest one there (but for rounding to pixels).
+  // The right camera sees the surface point of every visible pixel: after warping the disparities
+  // to the right image, every visible pixel is the nearest one there (except for rounding to
+  // pixels).
   const Street street(smallStreet("street"));
   const StreetFrame frame = street.render(20);
   cv::Mat1f nearest(frame.left.size(), 0.0f);
@@ -236,7 +237,7 @@ TEST(Street, OccludedPixelsAreNotSeenOnTheRight) {
       const float nearer = outside ? 1e6f : nearest(y, std::min(column, nearest.cols - 1)) - d;
       if (frame.occluded(y, x)) {
         ++hidden;
-        // Or hidden by something that the left camera itself does not see.
+        // Or occluded by a surface that the left camera does not see.
         hidden_rightly += nearer > 0.5f;
       } else {
         ++visible;
@@ -276,7 +277,7 @@ TEST(Street, TruthOfConsecutiveFramesAgrees) {
       }
     }
     EXPECT_GT(compared, 12000) << scene;
-    EXPECT_GT(agree, 0.97 * compared) << scene;  // the rest was hidden before
+    EXPECT_GT(agree, 0.97 * compared) << scene;  // the rest was occluded before
   }
 }
 
@@ -302,7 +303,7 @@ TEST(Street, MoversAreWhereTheirRecordsSay) {
           const StreetMover& mover = *records[id];
           const Vector3d point = rig.pointFromDisparity(x, y, frame.disparity_px(y, x));
           ASSERT_GT(point.z(), mover.distance_m - 1e-3);
-          // Mirrors, swinging legs and wheels reach a little beyond the box.
+          // Mirrors, swinging legs and wheels extend slightly beyond the box.
           const Vector3d local = Eigen::AngleAxisd(-mover.heading_rad, Vector3d::UnitZ()) *
                                  (frame.T_world_cam.linear() * (point - mover.centre_m));
           const Vector3d over = local.cwiseAbs() - 0.5 * mover.size_m;
@@ -346,7 +347,7 @@ TEST(Street, FramesDependOnTheirIndexAlone) {
 }
 
 TEST(Street, CameraMovesAsItsSceneSays) {
-  // Of the vehicle: the camera above it nods.
+  // Distance of the vehicle, because the camera above it pitches.
   const auto travelled = [](const Street& street, int from, int to) {
     const Eigen::Isometry3d T_cam_vehicle = street.cameraMount().inverse();
     return ((street.poseOf(to) * T_cam_vehicle).translation() -
@@ -393,7 +394,7 @@ TEST(Street, DroppedAndRepeatedFrames) {
   EXPECT_NEAR(repeated.stampOf(4) - repeated.stampOf(3), 0.1, 1e-9);
 }
 
-// Mean share of the left image that moves.
+// Mean share of moving pixels in the left image.
 double movingShare(const std::string& scene) {
   const Street street(smallStreet(scene));
   double sum = 0;

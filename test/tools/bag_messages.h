@@ -9,7 +9,7 @@
 
 namespace predictive_stereo {
 
-/// All messages of one type by topic, in order.
+/// All messages of one type in a bag, by topic, in order.
 template <class Message>
 std::map<std::string, std::vector<typename Message::ConstPtr>> messagesIn(const std::string& path) {
   std::map<std::string, std::vector<typename Message::ConstPtr>> result;

@@ -15,7 +15,7 @@
 namespace predictive_stereo {
 namespace {
 
-/// What a small bag with one stereo camera looks like; each test spoils one thing.
+/// Description of a small bag with one stereo camera; each test adds one fault.
 struct Recording {
   std::string left = "/stereo/left/image_rect", right = "/stereo/right/image_rect";
   std::string left_info = "/stereo/left/camera_info", right_info = "/stereo/right/camera_info";
@@ -23,11 +23,11 @@ struct Recording {
   unsigned width = 64, right_width = 64, calibrated_width = 64, height = 32;
   double right_P3 = -30;
   double period_s = 0.1, right_delay_s = 0;
-  std::vector<double> stamps_s;  // empty: ten, one a period
+  std::vector<double> stamps_s;  // empty: ten, one per period
   bool zero_stamps = false;
   bool extrinsic = true;
   std::string base = "base_link";
-  std::string base_parent;  // of base_link in /tf
+  std::string base_parent;  // parent of base_link in /tf
   uint8_t grey = 100;
   bool compressed = false, broken = false;
 };
@@ -340,7 +340,7 @@ TEST_F(CheckBag, TakesTheCameraAsTheBaseWhereTfDoesNotKnowIt) {
   EXPECT_TRUE(hasArgument(result, "camera_is_base:=true"));
 }
 
-// A frame that has a parent cannot get another one.
+// A frame that has a parent must not get another one.
 TEST_F(CheckBag, TakesWhatTheCameraIsFixedToAsTheBase) {
   Recording mounted;
   mounted.base = "camera_link";

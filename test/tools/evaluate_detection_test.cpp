@@ -1,4 +1,4 @@
-/// Runs the tool on small streets and on what is wrong.
+/// Runs the tool on small streets, and with wrong inputs.
 #include <filesystem>
 #include <fstream>
 

@@ -133,7 +133,7 @@ TEST(KittiBag, PosesWithoutOxtsStandUpright) {
   EXPECT_TRUE(lookup(buffer, "world", "base_link", stamps[1])
                   .translation()
                   .isApprox(Eigen::Vector3d(2.5, 0, 0), 1e-9));
-  // What lies ahead of the camera lies ahead of the base, what is below it below.
+  // A point ahead of the camera is ahead of the base, a point below it is below.
   const Eigen::Isometry3d T_base_cam = lookup(buffer, "base_link", "camera_gray_left", stamps[0]);
   EXPECT_TRUE((T_base_cam * Eigen::Vector3d(1, 2, 3)).isApprox(Eigen::Vector3d(3, -1, -2), 1e-9));
 }

@@ -1,4 +1,4 @@
-/// Runs the tool on small streets and on what is wrong.
+/// Runs the tool on small streets, and with wrong inputs.
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
@@ -16,7 +16,7 @@
 namespace predictive_stereo {
 namespace {
 
-// A camera that gives raw images: they are off by so much, and camera_info says so.
+// A camera with raw images, which are shifted by this; its camera_info has the shift.
 constexpr int kLeftOff_px = 4, kRightDown_px = 3;
 
 cv::Mat1b pixelsOf(const sensor_msgs::Image& image) {
@@ -60,7 +60,7 @@ void makeRaw(const std::string& from, const std::string& to) {
   }
 }
 
-// The same images as PNG, without a loss.
+// The same images as PNG, which is lossless.
 void compress(const std::string& from, const std::string& to) {
   rosbag::Bag out(to, rosbag::bagmode::Write);
   rosbag::Bag in(from);

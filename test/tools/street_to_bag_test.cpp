@@ -94,7 +94,7 @@ TEST_F(StreetToBag, HoldsTheStreetAndItsTruth) {
     const Eigen::Isometry3d T_world_cam = T_world_odom * T_odom_base * T_base_optical;
     EXPECT_TRUE(T_world_cam.isApprox(frame.T_world_cam, 1e-9)) << "frame " << i;
     if (i > 0) {
-      // The twist leads from one pose to the next, but for its change in between.
+      // The twist gives the motion to the next pose, except for its change in between.
       Eigen::Isometry3d T_odom_before;
       tf2::fromMsg(odometry.at("/street/truth/odometry")[at - 1]->pose.pose, T_odom_before);
       const double way_m = (T_odom_before.inverse() * T_odom_base).translation().x();

@@ -12,7 +12,7 @@
 
 namespace predictive_stereo {
 
-/// Runs tools as a user does, in a folder that vanishes.
+/// Runs tools like a user, in a folder that is removed afterwards.
 class ToolTest : public testing::Test {
  protected:
   struct Result {
