@@ -107,7 +107,7 @@ class EgoMotion {
   EgoMotion& operator=(EgoMotion&&) noexcept;
 
   /// @param left, right  rectified 8-bit grey images of rig.size.
-  /// @param rig  another one than before starts anew, also the disparity offset.
+  /// @param rig  a change resets everything, including the disparity offset.
   /// @param moving_mask  empty, or of rig.size: not 0 where features of the previous frame are
   ///   ignored.
   /// @param R_cam_prev  rotation since the previous frame from another sensor: maps directions of

@@ -104,9 +104,9 @@ void warpRow(const RowMotion& motion, const float* disparity_px, const float* va
   warped.last_row = last < 0 ? -1 : last / limits.columns;
 }
 
-// Processes pixels from x on in whole vectors; returns the first pixel that is left over. A hole
-// that is filled has no hole beside it: so what is written is never read, and `filled` may lie
-// between others.
+// Processes pixels from x on in whole vectors; returns the first remaining pixel. The
+// neighbours of a filled hole are known, so a filled value is never used again: the three rows may
+// overlap as shifted parts of one row.
 template <class D>
 HWY_INLINE int fillPixels(D d, const ConstPredictionRow before, const ConstPredictionRow after,
                           int width, float smallest_valid, int x,

@@ -39,13 +39,13 @@ struct SearchWindows {
 
 /// Widens the hull of each run's ranges to a window around its centre, the narrowest of 16, 32, 64
 /// and the whole range that holds it; windows do not leave the range.
-/// @throws std::invalid_argument where the ranges' sizes are not `size`.
+/// @throws std::invalid_argument if the sizes of the ranges differ from `size`.
 void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
                        int64_t simd_target, SearchWindows& windows);
 
 /// Gives every pixel its own window: its range, cut to `range`. Only matchReference can search such
 /// windows.
-/// @throws std::invalid_argument where the ranges' sizes are not `size`.
+/// @throws std::invalid_argument if the sizes of the ranges differ from `size`.
 void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
                       SearchWindows& windows);
 

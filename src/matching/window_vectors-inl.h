@@ -34,7 +34,7 @@ constexpr int kPixelsOfVector = hn::MaxLanes(RunBytes()) / kLanes;
 using WideBytes = hn::CappedTag<uint8_t, 32>;
 constexpr int kWideLanes = hn::MaxLanes(WideBytes());
 
-/// The lowest lanes, as many as D has.
+/// The lowest lanes of a vector: the number of lanes of D.
 template <class D, class From>
 HWY_INLINE hn::Vec<D> lowLanes(D d, [[maybe_unused]] From from, hn::Vec<From> v) {
   if constexpr (hn::MaxLanes(D()) == hn::MaxLanes(From())) {

@@ -7,8 +7,8 @@ namespace predictive_stereo::simulation {
 
 constexpr double kBoardX_m = 4.1, kBoardY_m = 1.0;  ///< middle of the hall's chessboard
 
-/// A hall, x from -8 to 16 and y from -8 to 8, 7 m high: a floor without texture on which a
-/// chessboard lies, shelves and machines along the walls.
+/// A hall, x from -8 to 16 and y from -8 to 8, 7 m high: a floor without texture with a
+/// chessboard, and shelves and machines along the walls.
 void addHall(uint32_t seed, Primitives& out);
 
 /// Two corridors with white walls that cross: along x at |y| < 1.25, from -6 to 44, and along y at
