@@ -112,7 +112,7 @@ void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output)
     watch.lap("ego-motion", times_.ego_motion);
   }
   column_offset_ = output.ego_motion.column_offset;
-  output.motion_start = startOf(output.ego_motion);
+  output.motion_start = motionStart(output.ego_motion);
   output.T_odom_cam = T_odom_cam_.value_or(Eigen::Isometry3d::Identity());
   if (output.motion_start)
     output.T_odom_cam = compose(output.T_odom_cam, output.ego_motion.motion.T_cam_prev.inverse());
@@ -123,7 +123,7 @@ void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output)
   since_tracked_.push_back(frame_.stamp);
 }
 
-std::optional<Stamp> Pipeline::startOf(const EgoMotionEstimate& estimate) const {
+std::optional<Stamp> Pipeline::motionStart(const EgoMotionEstimate& estimate) const {
   const auto frames = static_cast<size_t>(estimate.frames);
   if (estimate.status != EgoMotionStatus::kTracked || frames > since_tracked_.size()) return {};
   return since_tracked_[since_tracked_.size() - frames];

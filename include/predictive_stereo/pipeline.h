@@ -164,7 +164,7 @@ class Pipeline {
  private:
   void correctColumns(const FrameSources& sources, PipelineOutput& output);
   void followCamera(const FrameSources& sources, PipelineOutput& output);
-  std::optional<Stamp> startOf(const EgoMotionEstimate& estimate) const;
+  std::optional<Stamp> motionStart(const EgoMotionEstimate& estimate) const;
   std::optional<CameraMotion> motionFromPast(const FrameSources& sources,
                                              const PipelineOutput& output);
   DisparityState& linkToPast(bool motion_known);

@@ -64,7 +64,7 @@ class SearchRangeBuilder {
              SearchRanges& ranges);
   void addToTiles(int y, int rows, const ConstRangeRow& ranges);
   std::pair<short, short> aroundTile(int tile_x, int tile_y) const;
-  void cutAndOpen(SearchRanges& ranges);
+  void clipAndFillEmpty(SearchRanges& ranges);
 
   DisparityRange range_;
   SearchRangeParams params_;

@@ -40,7 +40,7 @@ void AcrossChannel::find(const FrameView& frame, Verification& verification) {
     return hypothesis;
   };
   const std::vector<Hypothesis> hypotheses =
-      firstFew(kMostAcross, clusterTracks(rig, params, tracks), hypothesisOf);
+      firstResults(kMostAcross, clusterTracks(rig, params, tracks), hypothesisOf);
   verification.addAll(
       frame, static_cast<int>(hypotheses.size()), [&](int i, VerificationWork& work) {
         return verification.verify(frame, baseline(), hypotheses[static_cast<size_t>(i)], work);

@@ -41,14 +41,14 @@ void AlongChannel::compare(const FrameView& frame, const std::vector<PastFrame>&
 }
 
 void AlongChannel::find(const FrameView& frame, Verification& verification) {
-  const auto groups =
-      firstFew(kMostAlong,
-               groups_.find(residual_px_, pair_, frame.input.measured_disparity_px, frame.params),
-               [&](const ResidualGroup& group) {
-                 return group.disparity_px >= kLeastDisparity_px && isLargeEnough(frame, group)
-                            ? std::optional(&group)
-                            : std::nullopt;
-               });
+  const auto groups = firstResults(
+      kMostAlong,
+      groups_.find(residual_px_, pair_, frame.input.measured_disparity_px, frame.params),
+      [&](const ResidualGroup& group) {
+        return group.disparity_px >= kLeastDisparity_px && isLargeEnough(frame, group)
+                   ? std::optional(&group)
+                   : std::nullopt;
+      });
   verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, VerificationWork& work) {
     return verify(frame, *groups[static_cast<size_t>(i)], verification, work);
   });

@@ -13,7 +13,7 @@ constexpr size_t kMostAcross = 8, kMostAlong = 12;
 /// The first `most` results of `make`; further items are not used.
 /// @param make  called with an item; returns a std::optional.
 template <class Items, class Make>
-auto firstFew(size_t most, const Items& items, const Make& make) {
+auto firstResults(size_t most, const Items& items, const Make& make) {
   std::vector<typename std::invoke_result_t<Make, decltype(*items.begin())>::value_type> made;
   for (const auto& item : items) {
     if (made.size() == most) break;

@@ -17,8 +17,8 @@ constexpr double kLeastWithResidual = 0.7;  // share of pixels, for motion along
 constexpr double kLargestPart = 0.25;       // area of a part / area of the object
 
 // The object of a segment in full resolution: pixels of its lattice cells within the layer.
-ObservedObject observed(const DetectionInput& input, const Segment& segment, float nearest,
-                        float farthest) {
+ObservedObject observedObject(const DetectionInput& input, const Segment& segment, float nearest,
+                              float farthest) {
   ObservedObject object;
   const cv::Rect image(cv::Point(), input.rig.size);
   const cv::Rect box = cv::Rect(2 * segment.area.x, 2 * segment.area.y, 2 * segment.area.width,
@@ -94,7 +94,8 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
   if (!by_images && (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
     return std::nullopt;
 
-  ObservedObject object = observed(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
+  ObservedObject object =
+      observedObject(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
   Observation& seen = object.observation;
   const auto shape =
       shapeOf(input.rig, frame.range, input.measured_disparity_px, seen.box_px, object.mask);

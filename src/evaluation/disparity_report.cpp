@@ -17,7 +17,7 @@ std::string figure(const DisparityEvaluation* evaluation, double MeanDisparitySc
   return fixed(evaluation->score.*member, decimals);
 }
 
-std::string time(const DisparityEvaluation* evaluation) {
+std::string timeText(const DisparityEvaluation* evaluation) {
   return evaluation ? fixed(evaluation->mean_ms, 1) : "-";
 }
 
@@ -51,13 +51,13 @@ Table paperTable(const std::vector<SequenceReport>& reports) {
     const auto *opencv = report.find(kOpencvHh), *ours = report.find(kOurs),
                *diagonal = report.find(kOursDiagonal), *all = report.find(kOurs8);
     const auto d1 = &MeanDisparityScore::d1_percent;
-    table.rows.push_back({report.name, time(opencv), time(ours), time(all), figure(opencv, d1, 2),
-                          figure(ours, d1, 2), figure(diagonal, d1, 2), figure(all, d1, 2),
-                          std::to_string(report.evaluations.front().images)});
+    table.rows.push_back({report.name, timeText(opencv), timeText(ours), timeText(all),
+                          figure(opencv, d1, 2), figure(ours, d1, 2), figure(diagonal, d1, 2),
+                          figure(all, d1, 2), std::to_string(report.evaluations.front().images)});
     if (!widened) continue;
     const auto *four = report.find(kOursWidened), *eight = report.find(kOurs8Widened);
     for (const std::string& cell :
-         {time(four), time(eight), figure(four, d1, 2), figure(eight, d1, 2)})
+         {timeText(four), timeText(eight), figure(four, d1, 2), figure(eight, d1, 2)})
       table.rows.back().push_back(cell);
   }
   return table;

@@ -157,8 +157,8 @@ double addedSigma(const std::vector<KnownPart>& samples, double otherwise) {
 
 /// A random choice of samples for which `keep` holds: the same number from each set, at most
 /// `count`.
-std::vector<VarianceSample> choose(const std::vector<std::vector<VarianceSample>>& sets,
-                                   size_t count, bool (*keep)(const VarianceSample&)) {
+std::vector<VarianceSample> chooseSamples(const std::vector<std::vector<VarianceSample>>& sets,
+                                          size_t count, bool (*keep)(const VarianceSample&)) {
   std::vector<std::vector<VarianceSample>> kept(sets.size());
   for (size_t i = 0; i < sets.size(); ++i) {
     std::copy_if(sets[i].begin(), sets[i].end(), std::back_inserter(kept[i]), keep);
@@ -338,7 +338,7 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
                            const VarianceParams& start) {
   constexpr size_t kSamples = 60000;
   VarianceParams fitted = start;
-  std::vector<VarianceSample> measured = choose(sets, kSamples, isMeasured);
+  std::vector<VarianceSample> measured = chooseSamples(sets, kSamples, isMeasured);
   if (measured.size() >= kMinSamples) {
     const auto with_past =
         static_cast<size_t>(std::count_if(measured.begin(), measured.end(), isPredicted));
@@ -364,7 +364,7 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
   }
   const auto beyondCommon = [&](bool (*kind)(const VarianceSample&)) {
     std::vector<KnownPart> parts;
-    for (const VarianceSample& sample : choose(sets, kSamples, kind))
+    for (const VarianceSample& sample : chooseSamples(sets, kSamples, kind))
       parts.push_back({sample.error_px, commonVariance(sample, fitted)});
     return parts;
   };

@@ -156,7 +156,7 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
       }
     }
   });
-  cutAndOpen(ranges);
+  clipAndFillEmpty(ranges);
 }
 
 // Rows must come in order; the last row of a tile completes the tile.
@@ -192,7 +192,7 @@ std::pair<short, short> SearchRangeBuilder::aroundTile(int tile_x, int tile_y) c
 }
 
 // Cuts all ranges to that of the matcher, and replaces empty ones by the hull around their tile.
-void SearchRangeBuilder::cutAndOpen(SearchRanges& ranges) {
+void SearchRangeBuilder::clipAndFillEmpty(SearchRanges& ranges) {
   const cv::Size size = ranges.first.size(), tiles = tiles_.first.size();
   cv::parallel_for_(cv::Range(0, tiles.height), [&](const cv::Range& part) {
     for (int tile_y = part.start; tile_y < part.end; ++tile_y) {

@@ -42,7 +42,7 @@ void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, 
 
 // Unknown neighbours become NaN, for which every comparison is false.
 template <class D>
-HWY_INLINE hn::Vec<D> known(D d, hn::Vec<D> disparity, hn::Vec<D> smallest) {
+HWY_INLINE hn::Vec<D> knownOrNan(D d, hn::Vec<D> disparity, hn::Vec<D> smallest) {
   return hn::Or(disparity, hn::VecFromMask(d, hn::Lt(disparity, smallest)));
 }
 
@@ -56,8 +56,8 @@ HWY_INLINE hn::Vec<D> disagreeing(D d, const DisagreementRows& rows, int left, i
   const auto disparity = hn::LoadU(d, rows.centre + x);
   auto count = hn::Set(di, 8);
   const auto addOpposite = [&](const float* a, const float* b) HWY_ATTR {
-    const auto rise_a = hn::Sub(known(d, hn::LoadU(d, a), smallest), disparity);
-    const auto rise_b = hn::Sub(known(d, hn::LoadU(d, b), smallest), disparity);
+    const auto rise_a = hn::Sub(knownOrNan(d, hn::LoadU(d, a), smallest), disparity);
+    const auto rise_b = hn::Sub(knownOrNan(d, hn::LoadU(d, b), smallest), disparity);
     const auto plane = hn::Le(hn::Abs(hn::Add(rise_a, rise_b)), plane_px);
     const auto agrees_a = hn::Or(hn::Le(hn::Abs(rise_a), same_px), plane);
     const auto agrees_b = hn::Or(hn::Le(hn::Abs(rise_b), same_px), plane);

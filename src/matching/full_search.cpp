@@ -35,7 +35,7 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
   const int strips = params_.paths == PathSet::kStraight4 ? stripsOfSearch() : 0;
   if (strips > 0) return matchByStrips(floors, strips, all_sums, match);
   visitRowsTwice(height, height / 2, [&](const RowVisit& visit) {
-    row_works_.use([&](RowWork& work) {
+    row_works_.withWork([&](RowWork& work) {
       uint8_t* const sums = all_sums + visit.y * row_bytes;
       uint8_t* const row_sums = work.sums.reserve(row_bytes);
       fullSearchRow(simd_target_)(rowOf(visit, RowPart::kWhole, floors, width,
@@ -68,7 +68,7 @@ void FullSearch::matchByStrips(const JumpFloors& floors, int strips, uint8_t* al
   };
   const auto finish = [&](const RowVisit& visit) {
     const uint8_t* const sums = all_sums + visit.y * row_bytes;
-    row_works_.use([&](RowWork& work) { chooseWinners(visit.y, sums, work.winners, match); });
+    row_works_.withWork([&](RowWork& work) { chooseWinners(visit.y, sums, work.winners, match); });
   };
   visitRowsByStrips(height, height / 2, strips, across, down, finish);
 }

@@ -37,7 +37,7 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
   if (strips > 0) return matchByStrips(left_words, floors, windows, strips, all_sums, match);
   reserve(paths_, 2, columns);
   visitRowsTwice(left_words.rows, rowInTheMiddle(windows), [&](const RowVisit& visit) {
-    row_works_.use([&](RowWork& work) {
+    row_works_.withWork([&](RowWork& work) {
       reserve(work, columns);
       uint8_t* const sums = all_sums + windows.row_begins[visit.y];
       uint8_t* const row_sums = work.row_sums.data() + kRowSumsMargin;
@@ -56,7 +56,7 @@ void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const JumpFloors&
   const int columns = left_words.cols;
   reserve(paths_, 2 * strips, columns);
   const auto across = [&](const RowVisit& visit) {
-    row_works_.use([&](RowWork& work) {
+    row_works_.withWork([&](RowWork& work) {
       reserve(work, columns);
       uint8_t* const sums = all_sums + windows.row_begins[visit.y];
       const RowMemory memory{&paths_[0], work.half_sums.data(), nullptr, sums};
@@ -73,7 +73,7 @@ void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const JumpFloors&
     reducedSearchRow(simd_target_)(row);
   };
   const auto finish = [&](const RowVisit& visit) {
-    row_works_.use([&](RowWork& work) {
+    row_works_.withWork([&](RowWork& work) {
       reserve(work, columns);
       chooseWinners(windows, visit.y, all_sums + windows.row_begins[visit.y], work, match);
     });

@@ -23,7 +23,7 @@ constexpr double kLeastAgreement = 0.5;
 constexpr double kScalesPx[] = {2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.25, 0.25};
 constexpr double kPriorWeight = 0.5;  // of the last frame's offset, in samples
 
-Vector6 terms(double u, double v) {
+Vector6 polynomialTerms(double u, double v) {
   Vector6 t;
   t << 1, u, v, u * u, u * v, v * v;
   return t;
@@ -51,7 +51,7 @@ void summarise(RowOffsetModel& alignment) {
   for (int i = -kSteps; i <= kSteps; ++i)
     for (int j = -kSteps; j <= kSteps; ++j) {
       const double offset_px =
-          alignment.coefficients_px.dot(terms(j / double{kSteps}, i / double{kSteps}));
+          alignment.coefficients_px.dot(polynomialTerms(j / double{kSteps}, i / double{kSteps}));
       squares += offset_px * offset_px;
       largest = std::max(largest, std::abs(offset_px));
     }
@@ -63,7 +63,8 @@ void summarise(RowOffsetModel& alignment) {
 }  // namespace
 
 double RowOffsetModel::offset(double x_right_px, double y_px, cv::Size size) const {
-  return coefficients_px.dot(terms(2 * x_right_px / size.width - 1, 2 * y_px / size.height - 1));
+  return coefficients_px.dot(
+      polynomialTerms(2 * x_right_px / size.width - 1, 2 * y_px / size.height - 1));
 }
 
 Eigen::Vector3d RowOffsetModel::alongRow(double y_px, cv::Size size) const {
@@ -122,7 +123,7 @@ RowOffsetModel RowOffsetFilter::update(const std::vector<RowOffsetMeasurement>& 
   terms_.clear();
   for (const RowOffsetMeasurement& sample : samples)
     terms_.push_back(
-        terms(2 * sample.x_right_px / size.width - 1, 2 * sample.y_px / size.height - 1));
+        polynomialTerms(2 * sample.x_right_px / size.width - 1, 2 * sample.y_px / size.height - 1));
 
   // Reweighted least squares (Geman-McClure) from a wide to a narrow scale: the result does not
   // depend on the initial value.

@@ -57,7 +57,7 @@ std::string targetOfEnvironment() {
 
 std::atomic<int64_t> bit_in_use{kScalarTarget};
 
-void use(int64_t bit) {
+void setTarget(int64_t bit) {
   bit_in_use = bit;
   hwy::GetChosenTarget().Update(bit);  // for HWY_DYNAMIC_DISPATCH
 }
@@ -68,7 +68,7 @@ void use(int64_t bit) {
   try {
     useSimdTarget("auto");
   } catch (const std::invalid_argument&) {
-    use(simdTargetBit(availableSimdTargets().front()));
+    setTarget(simdTargetBit(availableSimdTargets().front()));
   }
   return true;
 }();
@@ -116,7 +116,7 @@ std::string chooseSimdTarget(const std::string& requested) {
 }
 
 void useSimdTarget(const std::string& requested) {
-  use(simdTargetBit(chooseSimdTarget(requested)));
+  setTarget(simdTargetBit(chooseSimdTarget(requested)));
 }
 
 std::string slowTargetWarning(const std::string& requested, const std::string& target) {

@@ -32,7 +32,7 @@ std::string encodingOf(const cv::Mat& image, const std::string& format) {
 
 }  // namespace
 
-sensor_msgs::ImagePtr unpacked(const sensor_msgs::CompressedImage& message) {
+sensor_msgs::ImagePtr decodedImage(const sensor_msgs::CompressedImage& message) {
   cv::Mat image;
   try {
     if (!message.data.empty()) image = cv::imdecode(message.data, cv::IMREAD_UNCHANGED);

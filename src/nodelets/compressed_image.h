@@ -11,6 +11,6 @@ constexpr char kCompressedTopic[] = "/compressed";
 /// Decodes a JPEG or PNG message: mono8, mono16, bgr8, bgra8, or the Bayer pattern that `format`
 /// names.
 /// @throws std::invalid_argument for data that are not such an image.
-sensor_msgs::ImagePtr unpacked(const sensor_msgs::CompressedImage& message);
+sensor_msgs::ImagePtr decodedImage(const sensor_msgs::CompressedImage& message);
 
 }  // namespace predictive_stereo

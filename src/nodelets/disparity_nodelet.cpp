@@ -115,7 +115,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     input_->start();
   }
 
-  void failed(const std::exception& e) {
+  void reportFailure(const std::exception& e) {
     health_->problem("subscriptions", Health::Severity::kBroken, e.what());
   }
 
@@ -184,7 +184,7 @@ class DisparityNodelet : public nodelet::Nodelet {
       Stopwatch watch;
       mask = masks_->waitForMask(before, params_.transform_timeout);
       watch.lap("waiting for moving objects", waiting);
-      return mask ? moved(*mask, *job.frame.left) : cv::Mat1b();
+      return mask ? checkedMask(*mask, *job.frame.left) : cv::Mat1b();
     };
     sources.measured = [&](const DisparityMessages& messages) { publishForDetection(messages); };
     if (const RowAlignmentConstPtr told = columns_.before(job.frame.left->header.stamp))
@@ -196,7 +196,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     report(job, messages, times);
   }
 
-  cv::Mat1b moved(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {
+  cv::Mat1b checkedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {
     try {
       const cv::Mat1b mask = movedMask(message, left);
       health_->solved("moving_objects/mask");
@@ -350,7 +350,8 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   DisparityNodeletParams params_;
   Demand demand_{{[this] { return wanted(); }, [this] { wake(); }, [this] { sleep(); },
-                  [this] { followMasks(); }, [this](const std::exception& e) { failed(e); }}};
+                  [this] { followMasks(); },
+                  [this](const std::exception& e) { reportFailure(e); }}};
   std::unique_ptr<Health> health_;
   std::unique_ptr<TfInput> tf_;
   OdometryHistory odometry_;

@@ -104,7 +104,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     input_->start();
   }
 
-  void failed(const std::exception& e) {
+  void reportFailure(const std::exception& e) {
     health_->problem("subscriptions", Health::Severity::kBroken, e.what());
   }
 
@@ -123,7 +123,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
 
     StageTimes times;
     Stopwatch watch;
-    const std::optional<Eigen::Matrix3d> R_cam_prev = rotationOfOthers(job.frame.left->header);
+    const std::optional<Eigen::Matrix3d> R_cam_prev = rotationPrior(job.frame.left->header);
     watch.lap("waiting for the rotation", times);
     sensor_msgs::ImageConstPtr mask_message;
     const EgoMotionProcessor::Output output =
@@ -156,15 +156,15 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   }
 
   // Rotation prior: the camera's rotation since the previous frame from another sensor.
-  std::optional<Eigen::Matrix3d> rotationOfOthers(const std_msgs::Header& now) {
+  std::optional<Eigen::Matrix3d> rotationPrior(const std_msgs::Header& now) {
     const double gap_s = (now.stamp - last_stamp_).toSec();
     if (last_stamp_.isZero() || gap_s <= 0 || gap_s > params_.processor.max_gap) return {};
-    if (params_.use_imu) return rotationOfImu(now);
-    if (!params_.guess_frame.empty()) return rotationOfTf(now);
+    if (params_.use_imu) return rotationFromImu(now);
+    if (!params_.guess_frame.empty()) return rotationFromTf(now);
     return {};
   }
 
-  std::optional<Eigen::Matrix3d> rotationOfImu(const std_msgs::Header& now) {
+  std::optional<Eigen::Matrix3d> rotationFromImu(const std_msgs::Header& now) {
     const std::string alone = "; ego-motion uses the images only";
     const auto fail = [&](const std::string& text) {
       health_->problem("imu", Health::Severity::kDegraded, text + alone);
@@ -193,7 +193,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     return R_cam_imu * *answer.R_now_previous * R_cam_imu.transpose();
   }
 
-  std::optional<Eigen::Matrix3d> rotationOfTf(const std_msgs::Header& now) {
+  std::optional<Eigen::Matrix3d> rotationFromTf(const std_msgs::Header& now) {
     std::string error;
     const auto T_cam_prev = waitFor(rotation_is_late_ ? 0 : kRotationWithin_s, [&] {
       return lookUpCameraMotion(tf_->buffer, now.frame_id, last_stamp_, now.stamp,
@@ -338,7 +338,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
                   [this] { wake(); },
                   [this] { sleep(); },
                   {},
-                  [this](const std::exception& e) { failed(e); }}};
+                  [this](const std::exception& e) { reportFailure(e); }}};
   std::unique_ptr<Health> health_;
   TfRivals rivals_;
   std::chrono::steady_clock::time_point listening_since_;

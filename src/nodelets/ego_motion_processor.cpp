@@ -53,7 +53,7 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(
   sources.R_cam_prev = R_cam_prev;
   pipeline_.process(sources, output_);
   output.estimate = output_.ego_motion;
-  move(T_base_cam, frame.stamp);
+  applyMotion(T_base_cam, frame.stamp);
   frozen_ = isFrozen(pair);
   output.frozen = frozen_;
   output.messages = messages(pair);
@@ -77,7 +77,7 @@ void EgoMotionProcessor::setOrigin(const StereoPair& pair, const Eigen::Isometry
   pose_covariance_ = PathCovariance();
 }
 
-void EgoMotionProcessor::move(const Eigen::Isometry3d& T_base_cam, Stamp stamp) {
+void EgoMotionProcessor::applyMotion(const Eigen::Isometry3d& T_base_cam, Stamp stamp) {
   twist_.setZero();
   twist_covariance_ = kUnknown;
   // A first frame gives no motion either: the pose keeps its value.

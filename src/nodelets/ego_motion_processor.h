@@ -58,7 +58,7 @@ class EgoMotionProcessor {
  private:
   bool isFrozen(const StereoPair& pair);
   void setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam);
-  void move(const Eigen::Isometry3d& T_base_cam, Stamp stamp);
+  void applyMotion(const Eigen::Isometry3d& T_base_cam, Stamp stamp);
   EgoMotionMessages messages(const StereoPair& pair) const;
 
   EgoMotionProcessorParams params_;

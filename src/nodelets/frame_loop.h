@@ -74,9 +74,9 @@ class FrameLoop {
     return true;
   }
 
-  void work(const Job& job) {
+  void processJob(const Job& job) {
     try {
-      if (!prepare()) return;
+      if (!applyRequests()) return;
       hooks_.process(job);
       health_.solved("input");
     } catch (const std::exception& e) {
@@ -84,7 +84,7 @@ class FrameLoop {
     }
   }
 
-  bool prepare() {
+  bool applyRequests() {
     if (const auto params = live_params_.takeChanged()) processor_.setParams(*params);
     const bool reset = reset_requested_.exchange(false);
     // The state from before a sleep is too old to be useful.
@@ -99,7 +99,7 @@ class FrameLoop {
   LiveParams<Params> live_params_;
   std::atomic<bool> reset_requested_{false}, forget_{false}, awake_{false};
   ros::ServiceServer reset_service_;
-  LatestWorker<Job> worker_{[this](Job& job) { work(job); }};  // last: uses the members above
+  LatestWorker<Job> worker_{[this](Job& job) { processJob(job); }};  // last: uses the members above
 };
 
 }  // namespace predictive_stereo

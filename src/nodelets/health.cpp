@@ -29,7 +29,7 @@ Health::Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
   updater_.add(title, this, &Health::report);
   // Wall time, because a paused simulation or bag must be reported as well.
   timer_ = node.createWallTimer(
-      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { tick(); }, false, false);
+      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onTimer(); }, false, false);
 }
 
 void Health::problem(const std::string& cause, Severity severity, const std::string& text) {
@@ -90,7 +90,7 @@ void Health::setAsleep(bool asleep) {
   asleep_ = asleep;
 }
 
-void Health::tick() {
+void Health::onTimer() {
   bool silent;
   {
     const std::lock_guard<std::mutex> lock(mutex_);

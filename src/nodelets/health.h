@@ -71,7 +71,7 @@ class Health {
     double value_ = 0, weight_ = 0;
   };
 
-  void tick();
+  void onTimer();
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   const std::string name_;

@@ -18,7 +18,7 @@ ImageSubscriber::ImageSubscriber(ros::NodeHandle node, const std::string& topic,
       sensor_msgs::ImageConstPtr image;
       std::string text;
       try {
-        image = unpacked(*message);
+        image = decodedImage(*message);
       } catch (const std::exception& e) {
         text = e.what();
       }

@@ -168,11 +168,11 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& node, const ParamTab
   description_.publish(descriptionOf(defaults));
   updates_ = node_.advertise<Config>("parameter_updates", 1, true);
   updates_.publish(configOf(values_));
-  service_ = node_.advertiseService("set_parameters", &ReconfigureServer::serve, this);
+  service_ = node_.advertiseService("set_parameters", &ReconfigureServer::onRequest, this);
 }
 
-bool ReconfigureServer::serve(dynamic_reconfigure::Reconfigure::Request& request,
-                              dynamic_reconfigure::Reconfigure::Response& response) {
+bool ReconfigureServer::onRequest(dynamic_reconfigure::Reconfigure::Request& request,
+                                  dynamic_reconfigure::Reconfigure::Response& response) {
   // Some clients send all parameters to change one.
   Assignments changes;
   for (const auto& [name, text] : assignmentsOf(request.config))

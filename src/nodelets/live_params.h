@@ -33,8 +33,8 @@ class ReconfigureServer {
                     const ParamTable& defaults, std::function<void(const Assignments&)> set);
 
  private:
-  bool serve(dynamic_reconfigure::Reconfigure::Request& request,
-             dynamic_reconfigure::Reconfigure::Response& response);
+  bool onRequest(dynamic_reconfigure::Reconfigure::Request& request,
+                 dynamic_reconfigure::Reconfigure::Response& response);
   void storeAsRosParams(const Assignments& changes) const;
 
   ros::NodeHandle node_;

@@ -131,7 +131,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     subscribers_ = subscribers;
   }
 
-  void failed(const std::exception& e) {
+  void reportFailure(const std::exception& e) {
     health_->problem("subscriptions", Health::Severity::kBroken, e.what());
   }
 
@@ -277,7 +277,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
                   [this] { wake(); },
                   [this] { sleep(); },
                   {},
-                  [this](const std::exception& e) { failed(e); }}};
+                  [this](const std::exception& e) { reportFailure(e); }}};
   std::unique_ptr<Health> health_;
   std::unique_ptr<TfInput> tf_;
   std::unique_ptr<MovingObjectsProcessor> processor_;

@@ -89,7 +89,7 @@ void MovingObjectsProcessor::setParams(const DetectionParams& params) {
 void MovingObjectsProcessor::reset() { pipeline_.reset(); }
 
 // A frame and its maps as views of the messages' memory.
-StereoFrame MovingObjectsProcessor::view(const MovingObjectsInput& input) {
+StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
   StereoFrame frame;
   frame.stamp = stampOf(input.left->header.stamp);
   frame.left = greyImage(*input.left, "left", left_buffer_);
@@ -114,7 +114,7 @@ StereoFrame MovingObjectsProcessor::view(const MovingObjectsInput& input) {
 
 MovingObjectsProcessor::Output MovingObjectsProcessor::process(
     const MovingObjectsInput& input, const std::optional<Eigen::Isometry3d>& T_odom_cam) {
-  const StereoFrame frame = view(input);
+  const StereoFrame frame = makeFrame(input);
   Output output;
   output.sequence = pipeline_.begin(frame);
   if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;

@@ -49,7 +49,7 @@ class MovingObjectsProcessor {
   void reset();
 
  private:
-  StereoFrame view(const MovingObjectsInput& input);
+  StereoFrame makeFrame(const MovingObjectsInput& input);
 
   MovingObjectsProcessorParams params_;
   Pipeline pipeline_;

@@ -53,7 +53,7 @@ class Demand {
     std::function<bool()> wanted;
     std::function<void()> wake, sleep;
     std::function<void()> follow;  ///< called whenever demand may have changed; may be empty
-    std::function<void(const std::exception&)> failed;  ///< called if a hook above threw
+    std::function<void(const std::exception&)> on_failure;  ///< called if a hook above threw
   };
 
   explicit Demand(Hooks hooks) : hooks_(std::move(hooks)) {}
@@ -77,7 +77,7 @@ class Demand {
       if (!wanted && was_awake) hooks_.sleep();
       if (hooks_.follow) hooks_.follow();
     } catch (const std::exception& e) {
-      hooks_.failed(e);
+      hooks_.on_failure(e);
     }
   }
 

@@ -7,7 +7,7 @@ namespace predictive_stereo {
 namespace {
 
 // Frame ids in tf2 have no leading slash, but some publishers still add one.
-std::string plain(const std::string& frame) {
+std::string withoutSlash(const std::string& frame) {
   return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
 }
 
@@ -24,13 +24,13 @@ void TfRivals::addTransform(const geometry_msgs::TransformStamped& transform,
   const std::lock_guard<std::mutex> lock(mutex_);
   // Backwards, because the newest ones are at the end.
   if (!is_static && std::find(ours_.rbegin(), ours_.rend(), transform) != ours_.rend()) return;
-  rivals_[plain(transform.child_frame_id)] = {publisher, plain(transform.header.frame_id),
-                                              is_static};
+  rivals_[withoutSlash(transform.child_frame_id)] = {
+      publisher, withoutSlash(transform.header.frame_id), is_static};
 }
 
 std::optional<TfRivals::Rival> TfRivals::rivalOf(const std::string& frame) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto rival = rivals_.find(plain(frame));
+  const auto rival = rivals_.find(withoutSlash(frame));
   if (rival == rivals_.end()) return std::nullopt;
   return rival->second;
 }

@@ -80,7 +80,8 @@ double relativeVariance(const StereoMatch& match) {
 }
 
 // T_cam_prev with the rotation R_cam_prev about the same position of the camera.
-Eigen::Isometry3d turnedTo(const Eigen::Matrix3d& R_cam_prev, const Eigen::Isometry3d& T_cam_prev) {
+Eigen::Isometry3d withRotation(const Eigen::Matrix3d& R_cam_prev,
+                               const Eigen::Isometry3d& T_cam_prev) {
   const Eigen::Quaterniond q(R_cam_prev * T_cam_prev.linear().transpose());
   return compose(Eigen::Isometry3d(q.normalized()), T_cam_prev);
 }
@@ -273,10 +274,10 @@ PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
   for (int i = 0; i < std::min(reference.age, 3); ++i) T_expected = compose(T_last, T_expected);
   PoseSolution best = tryMotion(reference, T_expected, moving_mask);
   const auto followed = static_cast<double>(std::max<size_t>(tracks.size(), 1));
-  const auto asUsual = [&] {
+  const auto isAsUsual = [&] {
     return best.found && best.inliers > kUsualShare * usual_share * followed;
   };
-  doubted = !asUsual();
+  doubted = !isAsUsual();
   const bool ask_others =
       reference.R_since && (doubted || best.inliers < kFirstUsualShare * followed);
   if (!doubted && !ask_others) {
@@ -301,16 +302,16 @@ PoseSolution EgoMotion::State::motionSince(const ReferenceFrame& reference,
   };
   if (ask_others) {
     // With the expected translation, or with none.
-    const Eigen::Matrix3d R_told = *reference.R_since * T_previous.linear();
-    tryMotionInstead(turnedTo(R_told, T_expected));
-    if (!asUsual()) tryMotionInstead(turnedTo(R_told, T_previous));
+    const Eigen::Matrix3d R_prior = *reference.R_since * T_previous.linear();
+    tryMotionInstead(withRotation(R_prior, T_expected));
+    if (!isAsUsual()) tryMotionInstead(withRotation(R_prior, T_previous));
   }
   if (best.found) tryMotionInstead(best.T_cam_prev);
-  if (!asUsual()) {
+  if (!isAsUsual()) {
     tryMotionInstead(T_previous);
     if (best.found) tryMotionInstead(best.T_cam_prev);
   }
-  if (best.found && !asUsual()) {
+  if (best.found && !isAsUsual()) {
     std::vector<Correspondence> rest;
     for (size_t i = 0; i < best_correspondences.size(); ++i)
       if (!best.inlier[i]) rest.push_back(best_correspondences[i]);

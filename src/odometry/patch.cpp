@@ -49,8 +49,8 @@ float sampleAt(float first, float distance, int i) {
 }
 
 // Splits the positions of a row of samples into pixels and fractions.
-void spread(float first, float distance, int (&pixel)[kPatchStride],
-            float (&fraction)[kPatchStride]) {
+void splitPositions(float first, float distance, int (&pixel)[kPatchStride],
+                    float (&fraction)[kPatchStride]) {
   for (int i = 0; i < kPatchStride; ++i) {
     const float at = sampleAt(first, distance, i);
     pixel[i] = static_cast<int>(at);
@@ -87,8 +87,8 @@ bool Patch::sample(const cv::Mat1b& image, cv::Point2f centre, float scale) {
     const PatchKernel* kernel = kernelWithin(*kernel_, image, first, last, 1, kReadGridColumns);
     if (!kernel) return false;
     SampleGrid grid;
-    spread(first.x, scale, grid.column, grid.column_fraction);
-    spread(first.y, scale, grid.row, grid.row_fraction);
+    splitPositions(first.x, scale, grid.column, grid.column_fraction);
+    splitPositions(first.y, scale, grid.row, grid.row_fraction);
     kernel->sampleGrid(image.data, image.step, grid, framed);
   }
 

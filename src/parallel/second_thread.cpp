@@ -18,12 +18,12 @@ SecondThread::Running SecondThread::start(std::function<void()> task) {
     const std::lock_guard<std::mutex> lock(mutex_);
     task_ = std::move(packaged);
   }
-  if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+  if (!thread_.joinable()) thread_ = std::thread([this] { runTasks(); });
   changed_.notify_one();
   return running;
 }
 
-void SecondThread::work() {
+void SecondThread::runTasks() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return stopped_ || task_.valid(); });

@@ -39,7 +39,7 @@ class SecondThread {
   [[nodiscard]] Running start(std::function<void()> task);
 
  private:
-  void work();
+  void runTasks();
 
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -18,7 +18,7 @@ class WorkPool {
     // Indices differ much in cost, and most cost less than the overhead of a task each.
     const double tasks = 8.0 * cv::getNumThreads();
     const auto share = [&](const cv::Range& mine) {
-      use([&](Work& work) {
+      withWork([&](Work& work) {
         for (int i = mine.start; i < mine.end; ++i) body(i, work);
       });
     };
@@ -27,7 +27,7 @@ class WorkPool {
 
   /// Calls body(work), from any thread.
   template <class Body>
-  void use(const Body& body) {
+  void withWork(const Body& body) {
     Work& work = take();
     body(work);
     giveBack(work);

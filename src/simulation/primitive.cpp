@@ -34,7 +34,7 @@ struct Stretch {
   }
 };
 
-bool accept(const Stretch& stretch, float& t, int& part) {
+bool updateHit(const Stretch& stretch, float& t, int& part) {
   // A solid is invisible from inside, because its near half is behind the camera.
   if (stretch.enter < kNearest_m || stretch.enter >= t) return false;
   t = stretch.enter;
@@ -137,7 +137,7 @@ bool meetsCylinder(const Primitive& p, const Vector3f& o, const Vector3f& d, flo
   if (!stretch.clip(-o.z() - p.half_m.z(), -d.z(), 4) ||
       !stretch.clip(o.z() - p.half_m.z(), d.z(), 5))
     return false;
-  return accept(stretch, t, part);
+  return updateHit(stretch, t, part);
 }
 
 bool meetsEllipsoid(const Primitive& p, const Vector3f& o, const Vector3f& d, float& t) {
@@ -201,17 +201,17 @@ bool intersect(const Primitive& p, const Vector3f& o, const Vector3f& d, float p
     }
     case Shape::kBox: {
       Stretch stretch;
-      return clipBox(p.half_m, o, d, stretch) && accept(stretch, t, part);
+      return clipBox(p.half_m, o, d, stretch) && updateHit(stretch, t, part);
     }
     case Shape::kFrustum: {
       Stretch stretch;
-      return clipFrustum(p, o, d, stretch) && accept(stretch, t, part);
+      return clipFrustum(p, o, d, stretch) && updateHit(stretch, t, part);
     }
     case Shape::kBuilding: {
       Stretch stretch;
       float met = t;
       int face = 0;
-      if (!clipBox(p.half_m, o, d, stretch) || !accept(stretch, met, face)) return false;
+      if (!clipBox(p.half_m, o, d, stretch) || !updateHit(stretch, met, face)) return false;
       if (face < 4 && p.windows.cell_width_m > 0) fallIntoWindow(p, o, d, met, face);
       if (met >= t) return false;
       t = met;

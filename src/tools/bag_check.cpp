@@ -57,7 +57,7 @@ class Checker {
     }
     if (!chooseCamera()) return result_;
     try {
-      read();
+      readMessages();
     } catch (const std::invalid_argument& error) {  // an image that cannot be decoded
       fault(error.what());
       return result_;
@@ -121,7 +121,7 @@ class Checker {
     return false;
   }
 
-  void read() {
+  void readMessages() {
     const StereoTopics& topics = camera_.topics;
     for (const std::string& topic :
          {topics.left, topics.right, topics.left_info, topics.right_info})
@@ -141,7 +141,7 @@ class Checker {
         if (!first_image) first_image = image;
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
         stamps.push_back(packed->header.stamp);
-        if (!first_image) first_image = unpacked(*packed);
+        if (!first_image) first_image = decodedImage(*packed);
       } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
         const bool left = message.getTopic() == topics.left_info;
         streams_[left ? 2 : 3].stamps.push_back(info->header.stamp);
@@ -163,7 +163,7 @@ class Checker {
   }
 
   // The cure for a missing topic.
-  std::string missing(size_t stream, const char* type) const {
+  std::string cureForMissing(size_t stream, const char* type) const {
     const std::string& topic = streams_[stream].topic;
     const std::string others = topicsOfType(type);
     const std::string text = "no messages on " + topic + "; topics of type " + type + ": " +
@@ -188,7 +188,7 @@ class Checker {
       const std::string& topic = streams_[i].topic;
       const auto type = types_.find(topic);
       if (type == types_.end()) {
-        fault(missing(i, kinds[i]));
+        fault(cureForMissing(i, kinds[i]));
       } else if (type->second != kinds[i]) {
         fault(topic + " has type " + type->second + ", not " + kinds[i]);
       } else if (streams_[i].stamps.empty()) {
@@ -259,7 +259,7 @@ class Checker {
       }
     const std::vector<ros::Time>& left = streams_[0].stamps;
     if (left.size() < 2) {
-      advice("the bag has fewer than two left images: without a past nothing can be predicted");
+      advice("the bag has fewer than two left images: prediction needs at least two");
       return;
     }
     std::vector<double> periods;
@@ -275,11 +275,10 @@ class Checker {
     const double rate_hz = period_s > 0 ? 1 / period_s : 0;
     good(format("%zu left images in the first %.1f s, %.1f Hz", left.size(),
                 (left.back() - left.front()).toSec(), rate_hz));
-    if (backward)
-      advice(format("stamps go back %zu times: all nodelets start anew there", backward));
+    if (backward) advice(format("stamps go back %zu times: all nodelets reset there", backward));
     if (gaps)
-      advice(format("%zu gaps of more than max_gap = %g s: all nodelets start anew after them",
-                    gaps, kLargestGap_s));
+      advice(format("%zu gaps of more than max_gap = %g s: all nodelets reset after them", gaps,
+                    kLargestGap_s));
     if (rate_hz < kSlow_hz)
       advice(
           format("%.1f Hz is slow: the prediction gets worse with the camera's motion between two "
@@ -337,7 +336,7 @@ class Checker {
       return;
     }
     if (camera_.knows_tf) {
-      good("tf: " + camera_.launch_file + " knows this layout");
+      good("tf: " + camera_.launch_file + " has the transforms of this layout");
       return;
     }
     const std::string base = EgoMotionProcessorParams().base_frame;
@@ -354,7 +353,7 @@ class Checker {
              ": give camera_is_base:=true, which makes the left camera the base, or base_frame:=");
       return;
     }
-    good("tf: " + base + " to " + frame + " is there");
+    good("tf: has the transform from " + base + " to " + frame);
     const auto parent = moving_parents_.find(base);
     if (parent != moving_parents_.end()) {
       argument("publish_tf:=false");
@@ -377,7 +376,7 @@ class Checker {
 
 }  // namespace
 
-bool BagCheck::usable() const {
+bool BagCheck::isUsable() const {
   return !launch_file.empty() &&
          std::none_of(findings.begin(), findings.end(),
                       [](const BagFinding& f) { return f.level == Level::kFault; });

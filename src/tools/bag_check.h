@@ -25,7 +25,7 @@ struct BagCheck {
   std::string launch_file;             ///< of this package; empty: no camera found
   std::vector<std::string> arguments;  ///< of the launch file, without the bag
 
-  bool usable() const;
+  bool isUsable() const;
 };
 
 /// Checks topics, images, calibrations, stamps and tf of the bag's first half minute.

@@ -79,18 +79,18 @@ int check(const CommandLine& command_line) {
     for (const BagFinding& finding : result.findings)
       if (finding.level != BagFinding::Level::kGood)
         std::cerr << mark(finding.level) << finding.text << "\n";
-    if (result.usable()) std::cout << launchLine(result) << "\n";
-    return result.usable() ? 0 : 1;
+    if (result.isUsable()) std::cout << launchLine(result) << "\n";
+    return result.isUsable() ? 0 : 1;
   }
   for (const BagFinding& finding : result.findings)
     std::cout << mark(finding.level) << finding.text << "\n";
-  if (result.usable())
+  if (result.isUsable())
     std::cout << "\nThis bag can be used:\n  roslaunch predictive_stereo " << launchLine(result)
               << " " << quoted("bag:=" + std::filesystem::absolute(path).string())
               << " rviz:=true\n";
   else
     std::cout << "\nThis bag cannot be used like this.\n";
-  return result.usable() ? 0 : 1;
+  return result.isUsable() ? 0 : 1;
 }
 
 }  // namespace

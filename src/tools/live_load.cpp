@@ -94,7 +94,7 @@ class Listener {
     return objects_.getNumPublishers() > 0 && disparity_.getNumPublishers() > 0 &&
            odometry_.getNumPublishers() > 0;
   }
-  void sent(int index, ros::Time stamp) {
+  void recordSent(int index, ros::Time stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
     sent_[stamp] = {index, Clock::now()};
   }
@@ -281,7 +281,7 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
     else if (!listener.waitForRoom())
       throw std::runtime_error("the nodelets publish nothing for frame " + std::to_string(i - 1) +
                                "; see the log above");
-    listener.sent(i, pair.left->header.stamp);
+    listener.recordSent(i, pair.left->header.stamp);
     left_info.publish(pair.left_info);
     right_info.publish(pair.right_info);
     left.publish(pair.left);

@@ -283,7 +283,7 @@ class Replay {
   }
 
   // Needs the first pair, which has the camera's frame.
-  void start(const StereoPair& pair) {
+  void startPipeline(const StereoPair& pair) {
     const std::string& camera = pair.left->header.frame_id;
     std::string& base = params_.ego_motion.processor.base_frame;
     tf2::BufferCore extrinsics(ros::Duration(24 * 3600.0));
@@ -333,7 +333,7 @@ class Replay {
       pair.left = left_rectifier_.rectify(*pair.left, *pair.left_info);
       pair.right = right_rectifier_.rectify(*pair.right, *pair.right_info);
     }
-    if (!processor_) start(pair);
+    if (!processor_) startPipeline(pair);
     const auto frame = processor_->process(pair);
     if (!frame) {
       ++duplicates_;

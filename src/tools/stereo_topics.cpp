@@ -111,7 +111,7 @@ std::string imageTopic(const std::string& topic) {
 sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
   if (const auto image = message.instantiate<sensor_msgs::Image>()) return image;
   const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
-  return compressed ? unpacked(*compressed) : nullptr;
+  return compressed ? decodedImage(*compressed) : nullptr;
 }
 
 StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice) {

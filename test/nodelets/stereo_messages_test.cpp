@@ -158,7 +158,7 @@ TEST(Unpacked, gives_what_was_packed) {
     message.header.frame_id = "camera";
     message.format = format;
     cv::imencode(".png", image, message.data);
-    return unpacked(message);
+    return decodedImage(message);
   };
   const auto of_grey = packed(grey, "mono8; png compressed ");
   EXPECT_EQ(of_grey->encoding, "mono8");
@@ -174,10 +174,10 @@ TEST(Unpacked, gives_what_was_packed) {
 
   sensor_msgs::CompressedImage broken;
   broken.format = "theora";
-  EXPECT_NE(errorOf([&] { unpacked(broken); }).find("format 'theora' with 0 bytes"),
+  EXPECT_NE(errorOf([&] { decodedImage(broken); }).find("format 'theora' with 0 bytes"),
             std::string::npos);
   broken.data = {1, 2, 3};
-  EXPECT_NE(errorOf([&] { unpacked(broken); }).find("neither JPEG nor PNG"), std::string::npos);
+  EXPECT_NE(errorOf([&] { decodedImage(broken); }).find("neither JPEG nor PNG"), std::string::npos);
 }
 
 TEST(GreyImage, broken_messages_are_refused) {

@@ -151,7 +151,7 @@ bool hasArgument(const BagCheck& check, const std::string& argument) {
 
 TEST_F(CheckBag, FindsNothingWrongWithAGoodBag) {
   const BagCheck result = check({});
-  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_EQ(advice(result), "");
   EXPECT_EQ(result.launch_file, "predictive_stereo.launch");
   EXPECT_EQ(result.arguments, std::vector<std::string>{"camera:=/stereo"});
@@ -162,7 +162,7 @@ TEST_F(CheckBag, PutsRectificationInFrontOfRawImages) {
   raw.left = "/stereo/left/image_raw";
   raw.right = "/stereo/right/image_raw";
   const BagCheck result = check(raw);
-  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_TRUE(hasArgument(result, "rectify:=true"));
 }
 
@@ -193,7 +193,7 @@ TEST_F(CheckBag, KnowsKittisLayouts) {
     kitti.extrinsic = false;
     kitti.base_parent = "world";
     const BagCheck result = check(kitti);
-    EXPECT_TRUE(result.usable()) << faults(result);
+    EXPECT_TRUE(result.isUsable()) << faults(result);
     EXPECT_EQ(result.launch_file, "kitti.launch");
     EXPECT_EQ(result.arguments,
               (std::vector<std::string>{std::string("profile:=") + layout.profile,
@@ -208,10 +208,10 @@ TEST_F(CheckBag, TakesOtherTopicsWhenTold) {
   other.right = "/b/picture";
   other.right_info = "/b/camera_info";
   const BagCheck unknown = check(other);
-  EXPECT_FALSE(unknown.usable());
+  EXPECT_FALSE(unknown.isUsable());
   EXPECT_SAYS(faults(unknown), "/a/picture, /b/picture");
   const BagCheck told = check(other, {"", "/a/picture", "/b/picture"});
-  EXPECT_TRUE(told.usable()) << faults(told);
+  EXPECT_TRUE(told.isUsable()) << faults(told);
   EXPECT_TRUE(hasArgument(told, "left_image:=/a/picture"));
   EXPECT_TRUE(hasArgument(told, "right_info:=/b/camera_info"));
 }
@@ -220,7 +220,7 @@ TEST_F(CheckBag, NamesTopicsThatAreMissing) {
   Recording no_info;
   no_info.right_info = "";
   const BagCheck result = check(no_info, {"/stereo", "", ""});
-  EXPECT_FALSE(result.usable());
+  EXPECT_FALSE(result.isUsable());
   EXPECT_SAYS(faults(result), "no messages on /stereo/right/camera_info");
   EXPECT_SAYS(faults(result), "right_info:=");
 }
@@ -229,7 +229,7 @@ TEST_F(CheckBag, NamesACalibrationThatWasNotRecorded) {
   Recording no_info;
   no_info.left_info = no_info.right_info = "";
   const BagCheck unknown = check(no_info, {});
-  EXPECT_FALSE(unknown.usable());
+  EXPECT_FALSE(unknown.isUsable());
   EXPECT_SAYS(faults(unknown), "record the camera_info topics too");
   EXPECT_SAYS(faults(check(no_info, {"/stereo", "", ""})), "Record the calibration too");
 }
@@ -241,7 +241,7 @@ TEST_F(CheckBag, OffersTheTransportOfCompressedImages) {
        {StereoTopicChoice(), StereoTopicChoice{"/stereo", "", ""},
         StereoTopicChoice{"", "/stereo/left/image_rect", "/stereo/right/image_rect"}}) {
     const BagCheck result = check(packed, choice);
-    EXPECT_TRUE(result.usable()) << faults(result);
+    EXPECT_TRUE(result.isUsable()) << faults(result);
     EXPECT_EQ(
         std::count(result.arguments.begin(), result.arguments.end(), "image_transport:=compressed"),
         1);
@@ -250,7 +250,7 @@ TEST_F(CheckBag, OffersTheTransportOfCompressedImages) {
   }
   packed.broken = true;
   const BagCheck broken = check(packed);
-  EXPECT_FALSE(broken.usable());
+  EXPECT_FALSE(broken.isUsable());
   EXPECT_SAYS(faults(broken), "neither JPEG nor PNG");
   packed.left_info = packed.right_info = "";
   EXPECT_SAYS(faults(check(packed)), "record the camera_info topics too");
@@ -261,7 +261,7 @@ TEST_F(CheckBag, TellsThatImagesAreDark) {
   dark.encoding = "mono16";
   dark.grey = 10;
   const BagCheck result = check(dark);
-  EXPECT_TRUE(result.usable());
+  EXPECT_TRUE(result.isUsable());
   EXPECT_SAYS(advice(result), "no pixel is brighter than 10 of 255");
   EXPECT_SAYS(advice(result), "set its driver to mono8");
 }
@@ -270,7 +270,7 @@ TEST_F(CheckBag, RefusesAnEmptyBag) {
   { rosbag::Bag bag(path_.string(), rosbag::bagmode::Write); }
   const rosbag::Bag bag(path_.string());
   const BagCheck result = checkBag(bag);
-  EXPECT_FALSE(result.usable());
+  EXPECT_FALSE(result.isUsable());
   EXPECT_SAYS(faults(result), "empty");
 }
 
@@ -292,24 +292,24 @@ TEST_F(CheckBag, RefusesDifferentSizes) {
 TEST_F(CheckBag, RefusesABaselineThatIsNotPositive) {
   Recording swapped;
   swapped.right_P3 = 30;
-  EXPECT_FALSE(check(swapped).usable());
+  EXPECT_FALSE(check(swapped).isUsable());
   Recording single;
   single.right_P3 = 0;
-  EXPECT_FALSE(check(single).usable());
+  EXPECT_FALSE(check(single).isUsable());
 }
 
 TEST_F(CheckBag, TellsSynchronisationsApart) {
   Recording slightly;
   slightly.right_delay_s = 0.003;
   const BagCheck within = check(slightly);
-  EXPECT_TRUE(within.usable()) << faults(within);
+  EXPECT_TRUE(within.isUsable()) << faults(within);
   EXPECT_EQ(within.arguments.size(), 1u);
   EXPECT_SAYS(findingsOf(within, BagFinding::Level::kGood), "approximate_sync");
 
   Recording more;
   more.right_delay_s = 0.02;
   const BagCheck beyond = check(more);
-  EXPECT_TRUE(beyond.usable()) << faults(beyond);
+  EXPECT_TRUE(beyond.isUsable()) << faults(beyond);
   EXPECT_TRUE(hasArgument(beyond, "sync_tolerance:=0.0240")) << advice(beyond);
 
   Recording never;
@@ -327,7 +327,7 @@ TEST_F(CheckBag, NoticesGapsAndStampsThatGoBack) {
   Recording uneven;
   uneven.stamps_s = {0, 0.1, 0.2, 2.5, 2.6, 2.7, 0.3, 0.4};
   const BagCheck result = check(uneven);
-  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_SAYS(advice(result), "1 gaps");
   EXPECT_SAYS(advice(result), "go back 1 times");
 }
@@ -336,7 +336,7 @@ TEST_F(CheckBag, TakesTheCameraAsTheBaseWhereTfDoesNotKnowIt) {
   Recording no_tf;
   no_tf.extrinsic = false;
   const BagCheck result = check(no_tf);
-  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_TRUE(hasArgument(result, "camera_is_base:=true"));
 }
 
@@ -345,7 +345,7 @@ TEST_F(CheckBag, TakesWhatTheCameraIsFixedToAsTheBase) {
   Recording mounted;
   mounted.base = "camera_link";
   const BagCheck result = check(mounted);
-  EXPECT_TRUE(result.usable());
+  EXPECT_TRUE(result.isUsable());
   EXPECT_EQ(std::count(result.arguments.begin(), result.arguments.end(), "base_frame:=camera_link"),
             1);
   EXPECT_EQ(std::count(result.arguments.begin(), result.arguments.end(), "camera_is_base:=true"),
@@ -356,7 +356,7 @@ TEST_F(CheckBag, LeavesTfToAnOdometryOfTheBag) {
   Recording own;
   own.base_parent = "map";
   const BagCheck result = check(own);
-  EXPECT_TRUE(result.usable()) << faults(result);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_TRUE(hasArgument(result, "publish_tf:=false"));
   EXPECT_TRUE(hasArgument(result, "odom_frame:=map"));
 }
