@@ -12,7 +12,7 @@ namespace predictive_stereo {
 struct DetectableSpeed {
   double across_mps = 0;  ///< at right angles to the line of sight
   /// Along the line of sight, towards the camera, on the optical axis. Comparison with frames
-  /// further back detects slower motion, down to an eighth of this at best.
+  /// further back detects slower motion, down to a quarter of this at best.
   double along_mps = 0;
 };
 

@@ -10,8 +10,7 @@
 namespace predictive_stereo {
 namespace {
 
-// Of hypotheses that are examined at the same time. Where most points are static, about as many are
-// needed.
+// Hypotheses that are rated in parallel. About as many are needed if most points are static.
 constexpr int kBatch = 16;
 
 struct Hypothesis {
@@ -26,7 +25,7 @@ class Vote {
        const CoarseNoise& noise)
       : rig_(rig), all_(all), offset_px_(offset_px), noise_(noise) {}
 
-  /// From the expected motion to the one of the three points; false: there is none.
+  /// Fits T to the three points; false if this is not possible.
   bool fit(Hypothesis& hypothesis) const;
   /// Sum of squared distances, each capped at the gate, weighted by trust; stops above `give_up`.
   void rate(Hypothesis& hypothesis, double give_up) const;
@@ -38,7 +37,7 @@ class Vote {
   const CoarseNoise& noise_;
 };
 
-// Three points determine the motion: Gauss-Newton.
+// By Gauss-Newton from the expected motion.
 bool Vote::fit(Hypothesis& hypothesis) const {
   const auto& chosen = hypothesis.chosen;
   if (chosen[0] == chosen[1] || chosen[1] == chosen[2] || chosen[0] == chosen[2]) return false;
@@ -108,12 +107,12 @@ Eigen::Isometry3d voteForMotion(const StereoRig& rig,
           batch[k].cost = kInfinity;
       }
     });
-    // In order, so that the batch does not matter.
+    // In order: the result is that of one hypothesis after the other.
     for (int k = 0; k < count && begin + k < needed; ++k) {
       if (batch[k].cost == kInfinity) continue;
       if (batch[k].cost < best.cost) best = batch[k];
-      // Until, with 99.9 % certainty, a draw had static points only; and then four times as many,
-      // because three static points are noisy.
+      // Four times the number of draws after which one has only static points with 99.9 %
+      // probability, because three static points are noisy.
       const double share = std::clamp(best.inlier_trust / trust_of_all, 0.05, 0.95);
       needed = std::min(max_hypotheses,
                         static_cast<int>(4 * std::log(1e-3) / std::log(1 - share * share * share)));

@@ -10,7 +10,7 @@ namespace predictive_stereo {
 
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-/// Left-multiplied by a small motion: translation [m], rotation vector [rad].
+/// T, left-multiplied by a small motion: translation [m], rotation vector [rad].
 inline Eigen::Isometry3d perturbed(const Eigen::Isometry3d& T, const Vector6d& step) {
   const Eigen::Vector3d rotation = step.tail<3>();
   const double angle = rotation.norm();
@@ -20,10 +20,10 @@ inline Eigen::Isometry3d perturbed(const Eigen::Isometry3d& T, const Vector6d& s
   return compose(delta, T);
 }
 
-/// How a correspondence looks under a motion.
+/// A correspondence as a motion predicts it.
 struct PosePrediction {
   Eigen::Vector3d residual;      // current - predicted (x, y, d)
-  Eigen::Vector3d by_disparity;  // derivative of the prediction by the previous disparity
+  Eigen::Vector3d by_disparity;  // derivative with respect to the previous disparity
   double x, y, inverse_depth;    // predicted: the ray (x, y, 1), and d / (f B)
   bool in_front;                 // of the camera; the others are valid only then
 };
@@ -46,9 +46,9 @@ class PoseModel {
   double previousDisparity(const Correspondence& c) const {
     return c.previous.z() + previous_offset_;
   }
-  // Written in q = R n + t d / (f B), n being the ray of the previous frame: that is the moved
-  // point divided by its previous depth, and works for d <= 0 (far points of a rig that squints) as
-  // well.
+  // Computes q = R n + t d / (f B), where n is the ray of the previous frame: the moved point
+  // divided by its previous depth. This is also defined for d <= 0 (far points of a rig whose axes
+  // converge).
   PosePrediction predict(const Correspondence& c) const {
     PosePrediction p;
     const double d = previousDisparity(c);
@@ -68,7 +68,7 @@ class PoseModel {
     return p;
   }
 
-  // Derivative of the prediction by a left-multiplied perturbation of the motion.
+  // Derivative of the prediction with respect to a left-multiplied perturbation of the motion.
   Matrix36d jacobian(const PosePrediction& p) const {
     const double fx = rig_.fx_px, fy = rig_.fy_px, d = p.inverse_depth / k_;
     const double x = p.x, y = p.y, z = p.inverse_depth;
@@ -87,8 +87,8 @@ class PoseModel {
   double previous_offset_, current_offset_;
 };
 
-/// Information of the residual: the noise of the current coordinates, and that of the previous
-/// disparity carried over to them, by the matrix inversion lemma.
+/// Information matrix of the residual: inverse of the noise of the current coordinates plus that of
+/// the previous disparity propagated to them, by the matrix inversion lemma.
 struct Information {
   Eigen::Vector3d diagonal, along;  // diagonal matrix minus along along^T
 
@@ -107,7 +107,8 @@ struct Information {
   }
 };
 
-/// Of the vote and of the first iteration after it: three noisy points make a noisy motion.
+/// Noise in the vote, and in the first iteration after it. Wide, as three noisy points give a noisy
+/// motion.
 class CoarseNoise {
  public:
   CoarseNoise(double expected_sigma_px, const PoseSolverParams& params)
@@ -116,8 +117,8 @@ class CoarseNoise {
 
   /// Inliers are within this many pixels, where the relative variance is 1.
   double gate() const { return gate_; }
-  /// Of the current disparity, relative to the other variances. While the jitter of the current
-  /// offset is unknown it counts as noise.
+  /// Of the current disparity, relative to the other variances. Before the current offset is
+  /// estimated its jitter is part of the noise.
   double disparityVariance(const Correspondence& c) const {
     return c.current_disparity_variance + jitter_ * jitter_;
   }

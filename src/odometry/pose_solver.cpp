@@ -23,8 +23,9 @@ constexpr double kRobustCovariance = 0.692;
 // The previous offset is held if translation moves the points by less [px, median]. Without
 // parallax it would fit errors of the model (lenses, shutters, interpolation).
 constexpr double kSmallestParallaxPx = 1.0;
-constexpr int kIterationsToHold = 2;  // until the motion is good enough to tell
-// Points that are summed up together. Sums do not depend on the number of threads.
+constexpr int kIterationsToHold = 2;  // before the parallax is known well enough
+// Points in a block of a sum. Blocks of fixed size: the sum does not depend on the number of
+// threads.
 constexpr int kBlock = 128;
 
 double median(std::vector<double>& values) {
@@ -42,20 +43,20 @@ struct Estimate {
   }
 };
 
-// Which points count in an iteration, and how much.
+// Inliers and weights of an iteration.
 struct Weighting {
   double gate;                ///< of the square root of squaredNorm()
   double sigma;               ///< a point at that distance has 80 % of the weight
   const CoarseNoise* coarse;  ///< null after the first iteration
-  const Matrix8d* spread;  ///< covariance of the unknowns, over sigma^2; null: it excuses nothing
+  const Matrix8d* spread;  ///< covariance of the unknowns / sigma^2, for explains(); null: not used
 };
 
 struct NormalEquations {
   Matrix8d A = Matrix8d::Zero();
   Vector8d b = Vector8d::Zero();
-  std::vector<double> squared;      ///< distances of the points that count
-  std::vector<double> parallax_px;  ///< theirs
-  bool excused = false;             ///< whether some of them count for the spread of the unknowns
+  std::vector<double> squared;      ///< squared distances of the inliers
+  std::vector<double> parallax_px;  ///< of the inliers
+  bool excused = false;             ///< whether explains() made some of them inliers
 
   void clear() {
     A.setZero();
@@ -73,7 +74,7 @@ struct NormalEquations {
   }
 };
 
-// Derivative of the prediction, against what is measured, by all unknowns.
+// Derivative of prediction - measurement with respect to all unknowns.
 Matrix38d jacobian(const PoseModel& model, const PosePrediction& p) {
   Matrix38d J;
   J.leftCols<6>() = model.jacobian(p);
@@ -82,9 +83,9 @@ Matrix38d jacobian(const PoseModel& model, const PosePrediction& p) {
   return J;
 }
 
-// Whether the uncertainty of the unknowns, where it exceeds that of the measurement, explains a
-// residual. Near points are sensitive to a motion that many far ones leave uncertain: they are no
-// outliers before it is known as well as they tell it.
+// Whether the uncertainty of the unknowns, if it exceeds that of the measurement, explains a
+// residual. Near points depend strongly on components of the motion that many far points leave
+// uncertain: they must not count as outliers before these components are known.
 bool explains(const Matrix8d& spread, const Correspondence& c, const PosePrediction& p,
               const Matrix38d& J, double gate) {
   Eigen::Matrix3d noise =
@@ -170,9 +171,9 @@ void Solver::sum(const Estimate& estimate, const Weighting& weighting, NormalEqu
   for (const NormalEquations& block : blocks_) equations.add(block);
 }
 
-// Iteratively reweighted Gauss-Newton: every point's weight falls with its distance (Cauchy), and
-// the scale of the residuals is measured on the way. Unknowns: the motion, the offset of the
-// previous frame, which is held where the motion does not show it, and its change since.
+// Iteratively reweighted Gauss-Newton with Cauchy weights; the scale of the residuals is estimated
+// in every iteration. Unknowns: the motion; the offset of the previous frame, which is held if the
+// motion does not make it observable; and its change since then.
 PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
   constexpr double kFixed = 1e12;  // information of an unknown that is known
   const double jitter = params_.offset_jitter_px;
@@ -184,9 +185,9 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
   Estimate estimate{T_start, offset_.offset_px, 0};
   double sigma = expected_sigma_;
   double gate = coarse_.gate();
-  Matrix8d spread;  // of the unknowns, as far as they are known after the last iteration
+  Matrix8d spread;  // covariance of the unknowns after the last iteration
   NormalEquations equations;
-  bool tolerant = true;  // of what the uncertainty of the unknowns explains
+  bool tolerant = true;  // whether residuals that explains() accepts are used
   for (int iteration = 0; iteration < 10; ++iteration) {
     if (iteration == kIterationsToHold && offset_.variance_px2 > 0 &&
         median(equations.parallax_px) >= kSmallestParallaxPx) {
@@ -197,7 +198,7 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
     sum(estimate, {gate, sigma, first ? &coarse_ : nullptr, tolerant && !first ? &spread : nullptr},
         equations);
     if (static_cast<int>(equations.squared.size()) < params_.min_inliers) return solution;
-    // What is known before weighs as much as the covariance, which is told below, says.
+    // A is in units of the residuals; the factor converts the prior to these units.
     const Eigen::Vector2d prior = variance_factor * sigma * sigma * prior_information;
     equations.A.diagonal().tail<2>() += prior;
     equations.b.tail<2>() += prior.cwiseProduct(
@@ -215,7 +216,7 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
     if (iteration < kIterationsToHold || step.head<3>().norm() > 1e-5 ||
         step.segment<3>(3).norm() > 1e-6)
       continue;
-    // In the end the motion is known: what still disagrees with it is an outlier.
+    // After convergence the motion is known: points that still disagree are outliers.
     if (!equations.excused) break;
     tolerant = false;
   }

@@ -99,7 +99,8 @@ int estimate(const CommandLine& command_line) {
       seen = observeNoise(drive, labels, params, max_frames,
                           [&](int frame) { progress.update(frame); });
     }
-    provenance << "# " << drive.name() << ", " << seen.frames << " frames with scans, moving objects "
+    provenance << "# " << drive.name() << ", " << seen.frames
+               << " frames with scans, moving objects "
                << (labels.empty() ? "not masked" : "masked by labels") << "\n";
     for (std::ostream* out : {static_cast<std::ostream*>(&provenance), &std::cout}) {
       const char* indent = out == &std::cout ? "" : "#   ";

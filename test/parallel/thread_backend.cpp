@@ -1,5 +1,5 @@
-/// Runs OpenCV's parallel loops by std::threads: for builds with the thread sanitizer, which does not
-/// see how Debian's OpenCV and TBB hand over work. Linked into each test of such a build.
+/// Runs OpenCV's parallel loops by std::threads: for builds with the thread sanitizer, which does
+/// not see how Debian's OpenCV and TBB hand over work. Linked into each test of such a build.
 #include <algorithm>
 #include <atomic>
 #include <memory>
