@@ -7,6 +7,9 @@
 namespace predictive_stereo {
 namespace {
 
+// No image lies farther from its principal point.
+constexpr double kFarthestPrincipalPoint_px = 1e6;
+
 [[noreturn]] void refuse(const std::string& reason, const Matrix34d& P_left,
                          const Matrix34d& P_right) {
   std::ostringstream text;
@@ -45,6 +48,14 @@ StereoRig StereoRig::fromProjections(const Matrix34d& P_left, const Matrix34d& P
                std::to_string(P_right(0, 0)) + " x " + std::to_string(P_right(1, 1)) +
                " px) differ; calibrate both cameras together, as a pair",
            P_left, P_right);
+  for (const double c_px : {rig.cx_left_px, rig.cx_right_px, rig.cy_px})
+    if (std::abs(c_px) > kFarthestPrincipalPoint_px) {
+      std::ostringstream coordinate;
+      coordinate << c_px;
+      refuse("principal point: " + coordinate.str() +
+                 " px is too far from the image; calibrate the cameras again",
+             P_left, P_right);
+    }
   rig.baseline_m = (P_left(0, 3) - P_right(0, 3)) / rig.fx_px;
   if (!(rig.baseline_m > 0))
     refuse("baseline " + std::to_string(rig.baseline_m) +

@@ -41,6 +41,20 @@ TEST(StereoRig, RefusesUncalibratedCameras) {
                std::invalid_argument);
 }
 
+// Found by the fuzz target of the pipeline: the shift between the images did not fit into an int.
+TEST(StereoRig, RefusesPrincipalPointsThatNoCameraHas) {
+  const auto rig = [](double cx_left_px, double cx_right_px, double cy_px) {
+    return StereoRig::fromProjections(projection(700, cx_left_px, cy_px, 0),
+                                      projection(700, cx_right_px, cy_px, -70), {640, 480});
+  };
+  EXPECT_NO_THROW(rig(320, 300, 240));
+  for (const double far_px : {1e308, -1e7}) {
+    EXPECT_THROW(rig(far_px, 320, 240), std::invalid_argument);
+    EXPECT_THROW(rig(320, far_px, 240), std::invalid_argument);
+    EXPECT_THROW(rig(320, 320, far_px), std::invalid_argument);
+  }
+}
+
 TEST(StereoRig, RefusesDisparitiesThatAreNotFinite) {
   constexpr double kHuge = 1e308;
   EXPECT_THROW(StereoRig::fromProjections(projection(700, 320, 240, kHuge),
