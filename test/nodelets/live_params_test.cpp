@@ -44,7 +44,11 @@ void add(List& list, const std::string& name, const Value& value) {
 
 class LiveParamsTest : public NodeletTest {
  protected:
-  LiveParamsTest() : log_(ros::NodeHandle(), "/rosout"), extrinsic_(street().extrinsic()) {}
+  LiveParamsTest() : log_(ros::NodeHandle(), "/rosout"), extrinsic_(street().extrinsic()) {
+    // Without a motion there is no prediction; under a sanitizer the motion takes its time.
+    for (const char* nodelet : {"Disparity", "MovingObjects"})
+      setParam(nodelet, "transform_timeout", 5.0);
+  }
 
   bool request(const std::string& nodelet, Reconfigure& call) {
     const std::string service = ns_ + "/" + nodelet + "/set_parameters";
@@ -171,9 +175,6 @@ TEST_F(LiveParamsTest, odometry_follows_fewer_features) {
 }
 
 TEST_F(LiveParamsTest, detection_changes_its_thresholds) {
-  // Without a motion there is no prediction; under a sanitizer the motion takes its time.
-  for (const char* nodelet : {"Disparity", "MovingObjects"})
-    setParam(nodelet, "transform_timeout", 5.0);
   load("EgoMotion");
   load("Disparity");
   load("MovingObjects");
