@@ -147,7 +147,7 @@ TEST_F(StampMatcherTest, says_which_stamps_differ_by_how_much_and_what_cures_it)
   }
   EXPECT_EQ(matcher_.describeMismatch(),
             "the stamps of right differ from those of left by 25 ms or more, but sync_tolerance "
-            "allows 10 ms: set sync_tolerance above it, or synchronise the cameras");
+            "allows 10 ms: set sync_tolerance above the difference, or synchronise the cameras");
   add(exact_, kLeft, 1.0);
   add(exact_, kInfo, 1.0);
   add(exact_, kRight, 1.002);
