@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/core/utility.hpp>
 #include <random>
 
 namespace predictive_stereo {
@@ -99,14 +98,15 @@ Eigen::Isometry3d voteForMotion(const StereoRig& rig,
       for (int& i : batch[k].chosen) i = static_cast<int>(random() % n);
       batch[k].T = T_expected;
     }
-    cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& mine) {
+    const auto rate = [&](const cv::Range& mine) {
       for (int k = mine.start; k < mine.end; ++k) {
         if (vote.fit(batch[k]))
           vote.rate(batch[k], best.cost);
         else
           batch[k].cost = kInfinity;
       }
-    });
+    };
+    cv::parallel_for_(cv::Range(0, count), rate, solverStripes());
     // In order: the result is that of one hypothesis after the other.
     for (int k = 0; k < count && begin + k < needed; ++k) {
       if (batch[k].cost == kInfinity) continue;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <opencv2/core/utility.hpp>
 
 #include "odometry/pose_solver.h"
 #include "predictive_stereo/rigid_motion.h"
@@ -126,5 +127,9 @@ class CoarseNoise {
  private:
   double gate_, jitter_;
 };
+
+/// Stripes of the solver's loops, for cv::parallel_for_; they take a few 10 us. With two threads
+/// the half-resolution match uses the other one: to wait for it takes longer than the loop.
+inline double solverStripes() { return cv::getNumThreads() > 2 ? -1 : 1; }
 
 }  // namespace predictive_stereo

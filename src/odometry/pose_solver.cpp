@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 
 #include "odometry/motion_vote.h"
 #include "odometry/pose_model.h"
@@ -163,10 +162,11 @@ void Solver::sumBlock(const PoseModel& model, const Weighting& weighting, size_t
 
 void Solver::sum(const Estimate& estimate, const Weighting& weighting, NormalEquations& equations) {
   const PoseModel model = estimate.model(rig_);
-  cv::parallel_for_(cv::Range(0, static_cast<int>(blocks_.size())), [&](const cv::Range& mine) {
+  const auto sumBlocks = [&](const cv::Range& mine) {
     for (auto i = static_cast<size_t>(mine.start); i < static_cast<size_t>(mine.end); ++i)
       sumBlock(model, weighting, i * kBlock, blocks_[i]);
-  });
+  };
+  cv::parallel_for_(cv::Range(0, static_cast<int>(blocks_.size())), sumBlocks, solverStripes());
   equations.clear();
   for (const NormalEquations& block : blocks_) equations.add(block);
 }
