@@ -183,8 +183,7 @@ std::vector<Scene> makeScenes() {
     s.drive.turns = "S";
   }
   {
-    Scene& s =
-        scene("highway", "drives at 100 km/h among vehicles of that speed and oncoming ones");
+    Scene& s = scene("highway", "drives at 100 km/h among a car, a van and a truck of that speed");
     s.traffic = Traffic();
     s.traffic.companions = {
         {Kind::kCar, 18, 0, 4, 9}, {Kind::kVan, 9, 3.2, 3, 13}, {Kind::kTruck, 35, 0, 3, 11}};
