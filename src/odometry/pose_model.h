@@ -128,8 +128,8 @@ class CoarseNoise {
   double gate_, jitter_;
 };
 
-/// Stripes of the solver's loops, for cv::parallel_for_; they take a few 10 us. With two threads
-/// the half-resolution match uses the other one: to wait for it takes longer than the loop.
+/// Stripes of the solver's loops, for cv::parallel_for_. With two threads the half-resolution match
+/// runs on the other one.
 inline double solverStripes() { return cv::getNumThreads() > 2 ? -1 : 1; }
 
 }  // namespace predictive_stereo
