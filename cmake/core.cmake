@@ -9,7 +9,7 @@ target_include_directories(predictive_stereo PUBLIC
 )
 target_link_libraries(predictive_stereo
   PUBLIC Eigen3::Eigen opencv_core opencv_imgproc
-  PRIVATE hwy::hwy Threads::Threads
+  PRIVATE hwy::hwy TBB::tbb
 )
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${predictive_stereo_include} COMPONENT core)
 # So the compiler can vectorise loops with conditions; results do not change.

@@ -1,10 +1,9 @@
 #include "predictive_stereo/pipeline.h"
 
-#include <opencv2/core/utility.hpp>
 #include <stdexcept>
 #include <string>
 
-#include "parallel/second_thread.h"
+#include "parallel/tasks.h"
 #include "predictive_stereo/rigid_motion.h"
 #include "predictive_stereo/simd_target.h"
 
@@ -23,8 +22,7 @@ void requireSize(const char* name, const cv::Mat1b& image, cv::Size expected) {
 
 }  // namespace
 
-Pipeline::Pipeline(const PipelineParams& params)
-    : params_(params), guard_(params.max_gap), second_thread_(std::make_unique<SecondThread>()) {
+Pipeline::Pipeline(const PipelineParams& params) : params_(params), guard_(params.max_gap) {
   if (params.parts.disparity) params_.detection.range = params.disparity.matcher.range;
   if (params.parts.ego_motion) ego_motion_.emplace(params_.ego_motion);
   if (params.parts.disparity) disparity_.emplace(params_.disparity);
@@ -52,34 +50,33 @@ SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
 void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   times_ = {};
   correctColumns(sources, output);
-  std::optional<SecondThread::Running> coarse_match;
-  if (disparity_) {
-    disparity_->begin(frame_.left, frame_.right, rig_);
-    // With two threads each one gets a stage; more threads share every loop.
-    if ((ego_motion_ || sources.motion) && cv::getNumThreads() == 2)
-      coarse_match.emplace(second_thread_->start([this] { disparity_->matchCoarsely(); }));
+  if (!disparity_) {
+    followCamera(sources, output);
+    if (detector_) detect(output);
+    return;
   }
-  followCamera(sources, output);
-  if (disparity_) {
-    DisparityOutput& maps = output.disparity;
+  DisparityOutput& maps = output.disparity;
+  DisparityState* filters = &past_;
+  disparity_->begin(frame_.left, frame_.right, rig_);
+  const auto moveThePast = [&] {
+    followCamera(sources, output);
     const std::optional<CameraMotion> motion = motionFromPast(sources, output);
     if (sources.moved && needsMovingMask()) markMoving(sources.moved(*past_stamp_));
     disparity_->predict(past_, motion, maps);
-    DisparityState& filters = linkToPast(motion.has_value());
-    coarse_match ? coarse_match->get() : disparity_->matchCoarsely();
-    disparity_->chooseRanges(maps);
-    disparity_->match(maps);
-    disparity_->correct(maps, filters);
-    if (&filters == &past_) past_stamp_ = frame_.stamp;
-    if (sources.measured) sources.measured();
-    // The detector does not need this, but does not run at the same time: it uses all threads.
-    disparity_->publish(filters, maps);
-    times_.disparity = disparity_->times();
-  }
-  if (detector_) {
-    detect(output);
-    markMoving(output.detections.mask);
-  }
+    filters = &linkToPast(motion.has_value());
+  };
+  runTogether(moveThePast, [&] { disparity_->matchCoarsely(); });
+  disparity_->chooseRanges(maps);
+  disparity_->match(maps);
+  disparity_->correct(maps, *filters);
+  if (filters == &past_) past_stamp_ = frame_.stamp;
+  if (sources.measured) sources.measured();
+  const auto detectMotion = [&] {
+    if (detector_) detect(output);
+  };
+  runTogether(detectMotion, [&] { disparity_->publish(*filters, maps); });
+  times_.disparity = disparity_->times();
+  if (detector_) markMoving(output.detections.mask);
 }
 
 void Pipeline::correctColumns(const FrameSources& sources, PipelineOutput& output) {

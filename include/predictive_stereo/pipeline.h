@@ -14,8 +14,6 @@
 
 namespace predictive_stereo {
 
-class SecondThread;
-
 /// The parts that a pipeline runs. The results of the others may come from elsewhere, see
 /// FrameSources.
 struct PipelineParts {
@@ -192,8 +190,6 @@ class Pipeline {
   std::optional<Stamp> past_stamp_;
   int unlinked_frames_ = 0;  // since then
   DisparityState unlinked_;  // the filters of an unlinked frame, which are discarded
-
-  std::unique_ptr<SecondThread> second_thread_;
 };
 
 }  // namespace predictive_stereo

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "parallel/tasks.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -105,7 +107,7 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                   Comparison::kUnknown, comparison.mismatch[v]);
     }
   };
-  cv::parallel_for_(cv::Range(0, rows), compareBand, cv::getNumThreads());
+  parallelFor(cv::Range(0, rows), compareBand, cv::getNumThreads());
 }
 
 }  // namespace predictive_stereo

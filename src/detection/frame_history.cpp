@@ -1,8 +1,8 @@
 #include "detection/frame_history.h"
 
 #include <algorithm>
-#include <opencv2/core/utility.hpp>
 
+#include "parallel/tasks.h"
 #include "predictive_stereo/prediction.h"
 #include "predictive_stereo/rigid_motion.h"
 
@@ -24,7 +24,7 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   std::vector<Task> tasks = {[&] { current.pyramid.build(input.left, kPyramidLevels); },
                              [&] { input.measured_disparity_px.copyTo(current.disparity_px); }};
   tasks.insert(tasks.end(), beside.begin(), beside.end());
-  cv::parallel_for_(cv::Range(0, static_cast<int>(tasks.size())), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, static_cast<int>(tasks.size())), [&](const cv::Range& part) {
     for (int i = part.start; i < part.end; ++i) tasks[static_cast<size_t>(i)]();
   });
 }

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "detection/ground_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -22,7 +23,7 @@ constexpr size_t kFewest = 20;
 void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
                            const cv::Mat1f& disparity_px) {
   below_m_.create((disparity_px.rows + 1) / 2, (disparity_px.cols + 1) / 2);
-  cv::parallel_for_(cv::Range(0, below_m_.rows), [&](const cv::Range& lattice_rows) {
+  parallelFor(cv::Range(0, below_m_.rows), [&](const cv::Range& lattice_rows) {
     for (int v = lattice_rows.start; v < lattice_rows.end; ++v) {
       const double under_horizon_px = 2 * v - rig.cy_px;
       if (under_horizon_px < kNearestRow_px) {

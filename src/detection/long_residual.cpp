@@ -1,10 +1,10 @@
 #include "detection/long_residual.h"
 
 #include <algorithm>
-#include <opencv2/core/utility.hpp>
 
 #include "detection/frame_comparison.h"
 #include "detection/long_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -54,7 +54,7 @@ void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const Dis
   residual_px.create(lattice);
   pair.create(lattice);
   const int points = (lattice.width + 1) / 2;
-  cv::parallel_for_(cv::Range(0, (lattice.height + 1) / 2), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, (lattice.height + 1) / 2), [&](const cv::Range& rows) {
     cv::AutoBuffer<float, 1024> residuals(static_cast<size_t>(points));
     cv::AutoBuffer<uchar, 1024> pairs_of(static_cast<size_t>(points));
     for (int v = 2 * rows.start; v < 2 * rows.end; v += 2) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "parallel/tasks.h"
+
 namespace predictive_stereo {
 
 void normalizedResidual(const cv::Mat1f& measured_disparity_px,
@@ -12,7 +14,7 @@ void normalizedResidual(const cv::Mat1f& measured_disparity_px,
                         cv::Mat1f& residual) {
   residual.create(measured_disparity_px.size());
   const auto smallest = static_cast<float>(range.min_disparity);
-  cv::parallel_for_(cv::Range(0, residual.rows), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, residual.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       const float* measured = measured_disparity_px[y];
       const float* predicted = predicted_disparity_px[y];

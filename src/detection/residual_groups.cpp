@@ -5,6 +5,7 @@
 
 #include "detection/long_residual.h"
 #include "detection/residual_group_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -42,7 +43,7 @@ const std::vector<ResidualGroup>& ResidualGroups::find(const cv::Mat1f& residual
                           static_cast<float>(params.dense_min_residual_px), kLeastSign};
   seeds_.create(residual_px.size());
   seeds_of_row_.resize(static_cast<size_t>(residual_px.rows));
-  cv::parallel_for_(cv::Range(0, residual_px.rows), [&](const cv::Range& range) {
+  parallelFor(cv::Range(0, residual_px.rows), [&](const cv::Range& range) {
     for (int v = range.start; v < range.end; ++v) {
       int& count = seeds_of_row_[static_cast<size_t>(v)];
       const bool within = v >= kResidualReach && v < residual_px.rows - kResidualReach;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 
 #include "detection/displacement_search.h"
 #include "detection/frame_comparison.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -80,7 +80,7 @@ std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
                                         const std::vector<cv::Point>& points_px, double seconds) {
   std::vector<SuspectGroup> groups = groupsInSpace(view, params, points_px);
   const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
-  cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
     for (int i = part.start; i < part.end; ++i)
       search(view, params, static_source, seconds, groups[static_cast<size_t>(i)]);
   });
@@ -103,7 +103,7 @@ std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetec
     group.points_px.resize(count);
     followed[i] = followPoints(view, params, group.points_px, group.shift_px);
   };
-  cv::parallel_for_(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
     for (int i = part.start; i < part.end; ++i) follow(static_cast<size_t>(i));
   });
   std::vector<PointTrack> all;

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "detection/suspicion_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -49,7 +50,7 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
   suspects_of_row_.resize(cells_of_row_.size());
   const auto least = static_cast<float>(params.min_mismatch);
   const int rows_of_cells = static_cast<int>(cells_of_row_.size());
-  cv::parallel_for_(cv::Range(0, (rows_of_cells + kBand - 1) / kBand), [&](const cv::Range& range) {
+  parallelFor(cv::Range(0, (rows_of_cells + kBand - 1) / kBand), [&](const cv::Range& range) {
     cv::Mat1w deviation(kBand * kCell + 2 * kTextureReach, grey.cols);
     for (int band = range.start; band < range.end; ++band) {
       const int end = std::min(kBand * (band + 1), rows_of_cells);

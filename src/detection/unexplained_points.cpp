@@ -7,6 +7,7 @@
 #include "detection/frame_comparison.h"
 #include "detection/patch_rows.h"
 #include "detection/suspicion.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -78,7 +79,7 @@ void unexplainedPoints(const TrackingView& view, const MotionDetectionParams& pa
   const size_t step = (points_px.size() + kMostSuspects - 1) / kMostSuspects;
   std::vector<uint8_t> unexplained(step ? (points_px.size() + step - 1) / step : 0);
   const cv::Range all(0, static_cast<int>(unexplained.size()));
-  cv::parallel_for_(all, [&](const cv::Range& range) {
+  parallelFor(all, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       const cv::Point p = points_px[step * static_cast<size_t>(i)];
       const float d = view.disparity_px(p);

@@ -1,9 +1,9 @@
 #include "predictive_stereo/correction.h"
 
 #include <limits>
-#include <opencv2/core/utility.hpp>
 
 #include "filtering/correction_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 
@@ -21,7 +21,7 @@ void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_p
                                       : std::numeric_limits<float>::infinity();
   limits.max_missed_frames = params.max_missed_frames;
   limits.moving = kMovesByItself;
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, size.height), [&](const cv::Range& part) {
     cv::AutoBuffer<float, 4096> nearest(static_cast<size_t>(size.width + kBesideNearest));
     for (int y = part.start; y < part.end; ++y) {
       const CorrectionRow row{measured_disparity_px[y],   prediction.disparity_px[y],

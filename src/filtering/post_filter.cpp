@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <opencv2/core/utility.hpp>
 #include <stdexcept>
 #include <string>
 
 #include "filtering/post_filter_kernels.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -29,7 +29,7 @@ void filterRows(cv::Size size, T outside, const Prepare& prepare, const Kernel& 
   constexpr int kBandRows = 32, kRows = 2 * kReach + 1;
   const int bands = (size.height + kBandRows - 1) / kBandRows;
   const int step = size.width + 2 * kReach;
-  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
     cv::AutoBuffer<T, (kRows + 1) * 2048> memory(static_cast<size_t>((kRows + 1) * step));
     std::fill_n(memory.data(), memory.size(), outside);
     const auto row = [&](int y) {

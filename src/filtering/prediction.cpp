@@ -1,9 +1,9 @@
 #include "predictive_stereo/prediction.h"
 
 #include <algorithm>
-#include <opencv2/core/utility.hpp>
 
 #include "filtering/prediction_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -120,7 +120,7 @@ void Predictor::warp(const DisparityState& previous, const StereoRig& rig,
   target_rows_.resize(size.height);
   const WarpLimits limits{size.width, size.height, static_cast<float>(range_.min_disparity),
                           static_cast<float>(range_.max_disparity())};
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, size.height), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y) {
       WarpedRow warped{target_[y], target_disparity_px_[y], target_variance_px2_[y], 0, 0};
       warpRow(rowMotion(H, y), previous.disparity_px[y], previous.variance_px2[y], limits, warped);
@@ -143,7 +143,7 @@ void Predictor::scatterAndFill(const DisparityState& previous, Prediction& predi
   createWithoutGaps(size, prediction.missed_frames);
   const auto smallest = static_cast<float>(range_.min_disparity);
   const int bands = bandCount(size);
-  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
       const cv::Range rows = bandRows(band, size);
       scatterInto(rows, previous, prediction);
@@ -152,7 +152,7 @@ void Predictor::scatterAndFill(const DisparityState& previous, Prediction& predi
         fillFromRowsAround(smallest, y, prediction);
     }
   });
-  cv::parallel_for_(cv::Range(1, bands), [&](const cv::Range& part) {
+  parallelFor(cv::Range(1, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
       const int first = bandRows(band, size).start;
       fillFromRowsAround(smallest, first - 1, prediction);
@@ -210,7 +210,7 @@ void Predictor::markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotio
   const int bands = bandCount(size);
   const int band_marks = kBandRows + 2 * margin + 1;
   marks_.create(bands * band_marks, padded_width);
-  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
       const cv::Range rows = bandRows(band, size);
       const cv::Range edge_rows(std::max(rows.start - margin, 0),

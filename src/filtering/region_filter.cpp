@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <opencv2/core/utility.hpp>
 
 #include "filtering/connection_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -20,7 +20,7 @@ void RegionFilter::filter(const DisparityRange& range, int min_region_px, cv::Ma
   // First within bands, which are independent, then across their borders. The order of unions does
   // not depend on the number of threads.
   const int bands = (height + kBandRows - 1) / kBandRows;
-  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band)
       for (int y = band * kBandRows + 1; y < std::min((band + 1) * kBandRows, height); ++y)
         connectRows(y);
@@ -30,7 +30,7 @@ void RegionFilter::filter(const DisparityRange& range, int min_region_px, cv::Ma
   for (int y = 0; y < height; ++y)
     for (int32_t run = y * width; run < y * width + run_count_[y]; ++run)
       runs_[run].parent = runs_[runs_[run].parent].parent;
-  cv::parallel_for_(cv::Range(0, height), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y)
       for (int32_t run = y * width; run < y * width + run_count_[y]; ++run)
         if (runs_[runs_[run].parent].pixels < min_region_px)
@@ -45,7 +45,7 @@ void RegionFilter::findRuns(const cv::Mat1f& disparity_px, float smallest_valid)
   down_.create(disparity_px.size());
   runs_.resize(disparity_px.total());
   run_count_.resize(static_cast<size_t>(height));
-  cv::parallel_for_(cv::Range(0, height), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       const float* const row = disparity_px[y];
       uint8_t* const across = across_[y];

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "filtering/range_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -59,7 +60,7 @@ class RollingHull {
 
 void searchWidths(const SearchRanges& ranges, cv::Mat1w& width_px) {
   width_px.create(ranges.first.size());
-  cv::parallel_for_(cv::Range(0, width_px.rows), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, width_px.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
       widthsOfRow(constRow(ranges, y), width_px.cols, width_px[y]);
   });
@@ -93,7 +94,7 @@ void SearchRangeBuilder::aroundPrediction(const Prediction& prediction,
   const float largest = static_cast<float>(range_.max_disparity());
   const float everything = 2.0f * static_cast<float>(range_.count);
   const float least = static_cast<float>(params_.margin_px);
-  cv::parallel_for_(cv::Range(0, ranges.first.rows), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, ranges.first.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y) {
       const float* disparity = prediction.disparity_px[y];
       const float* variance = prediction.variance_px2[y];
@@ -133,7 +134,7 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
   create({coarse_size.width, bands * (kMemoryRows + 1)}, coarse_);
   create(tilesOf(size), tiles_);
   create({size.width, tiles_.first.rows}, columns_);
-  cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
       const int coarse_memory = band * (kMemoryRows + 1);
       RollingHull hull(predicted_, band * kMemoryRows, size.height);
@@ -194,7 +195,7 @@ std::pair<short, short> SearchRangeBuilder::aroundTile(int tile_x, int tile_y) c
 // Cuts all ranges to that of the matcher, and replaces empty ones by the hull around their tile.
 void SearchRangeBuilder::clipAndFillEmpty(SearchRanges& ranges) {
   const cv::Size size = ranges.first.size(), tiles = tiles_.first.size();
-  cv::parallel_for_(cv::Range(0, tiles.height), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, tiles.height), [&](const cv::Range& part) {
     for (int tile_y = part.start; tile_y < part.end; ++tile_y) {
       const RangeRow around = row(columns_, tile_y);
       for (int tile_x = 0; tile_x < tiles.width; ++tile_x) {

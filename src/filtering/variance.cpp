@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <opencv2/core/utility.hpp>
 #include <stdexcept>
 
 #include "filtering/variance_rows.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -30,7 +30,7 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
   }
   terms.smallest_valid = static_cast<float>(range.min_disparity);
   variance_px2.create(measured_disparity_px.size());
-  cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
       measurementVarianceRow(measured_disparity_px[y], ambiguity[y], variance_px2.cols, terms,
                              variance_px2[y]);
@@ -40,7 +40,7 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
 void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& range,
                         cv::Mat1b& count) {
   count.create(disparity_px.size());
-  cv::parallel_for_(cv::Range(0, count.rows), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, count.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
       countDisagreementsOfRow(rowsAround(disparity_px, y), count.cols,
                               static_cast<float>(range.min_disparity), count[y]);
@@ -73,7 +73,7 @@ void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
   terms.per_squared_disparity = squared(params.sigma_per_row_offset * row_offset_px);
   terms.largest_variance_px2 = params.max_sigma_px > 0 ? squared(params.max_sigma_px)
                                                        : std::numeric_limits<float>::infinity();
-  cv::parallel_for_(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
+  parallelFor(cv::Range(0, variance_px2.rows), [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y)
       publishRow(
           {rowsAround(disparity_px, y), state.disparity_px[y], prediction.disparity_px[y],

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "matching/simd_dispatch.h"
+#include "parallel/tasks.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/census_bytes.cpp"
@@ -74,7 +75,7 @@ void CensusBytes::build(const cv::Mat1i& right_words, const DisparityRange& rang
   plane_stride_ = before + width + behind;
   row_offset_ = before + range.min_disparity;
   planes_.create(right_words.rows, static_cast<int>(plane_stride_) * bytes_);
-  cv::parallel_for_(cv::Range(0, right_words.rows), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, right_words.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       split(right_words[y], width, bytes_, plane_stride_, planes_[y] + before);
       for (int b = 0; b < bytes_; ++b) {

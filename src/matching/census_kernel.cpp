@@ -4,6 +4,7 @@
 
 #include "matching/census.h"
 #include "matching/simd_dispatch.h"
+#include "parallel/tasks.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/census_kernel.cpp"
@@ -81,7 +82,7 @@ void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
   words.create(image.size());
   const auto rows = cv::Range(0, image.rows);
 
-  cv::parallel_for_(rows, [&](const cv::Range& part) {
+  parallelFor(rows, [&](const cv::Range& part) {
     for (int y = part.start; y < part.end; ++y) {
       const uint8_t* source = image[y];
       uint8_t* target = padded_[y];
@@ -96,7 +97,7 @@ void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
 
   const CensusPattern pattern(form_);
   const auto censusRow = PREDICTIVE_STEREO_DISPATCH(CensusRow, simd_target_);
-  cv::parallel_for_(rows, [&](const cv::Range& part) {
+  parallelFor(rows, [&](const cv::Range& part) {
     const int8_t* first[CensusPattern::kMostComparisons + 1] = {};
     const int8_t* second[CensusPattern::kMostComparisons + 1] = {};
     for (int y = part.start; y < part.end; ++y) {

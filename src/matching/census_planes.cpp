@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "matching/simd_dispatch.h"
+#include "parallel/tasks.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/census_planes.cpp"
@@ -98,7 +99,7 @@ void CensusPlanes::buildLeft(const cv::Mat1i& words) {
   plane_stride_ = paddedStride(words.cols);
   planes_.create(words.rows, static_cast<int>(plane_stride_) * nibbles_);
   ordered_.create(words.rows, static_cast<int>(plane_stride_));
-  cv::parallel_for_(cv::Range(0, words.rows), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, words.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       std::copy_n(words[y], words.cols, ordered_[y]);
       split(ordered_[y], words.cols, nibbles_, plane_stride_, planes_[y]);
@@ -118,7 +119,7 @@ void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& rang
     entry_offsets_[entry] = static_cast<uint32_t>(entry % phases * phase_stride + entry / phases);
   planes_.create(words.rows, static_cast<int>(plane_stride_) * nibbles_);
   ordered_.create(words.rows, static_cast<int>(plane_stride_));
-  cv::parallel_for_(cv::Range(0, words.rows), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, words.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       const int* const source = words[y];
       for (int phase = 0; phase < phases; ++phase)

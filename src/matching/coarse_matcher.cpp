@@ -1,12 +1,12 @@
 #include "predictive_stereo/coarse_matcher.h"
 
 #include <algorithm>
-#include <opencv2/core/utility.hpp>
 #include <sstream>
 #include <stdexcept>
 
 #include "matching/half_image.h"
 #include "matching/simd_dispatch.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -54,7 +54,7 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
   const auto range_lowest = static_cast<float>(range.min_disparity);
   const auto range_highest = static_cast<float>(range.max_disparity());
   disparity_px.create(match_.disparity_px.size());
-  cv::parallel_for_(cv::Range(0, disparity_px.rows), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, disparity_px.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       const float* const half = match_.disparity_px[y];
       float* const full = disparity_px[y];

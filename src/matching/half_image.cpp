@@ -1,6 +1,7 @@
 #include "matching/half_image.h"
 
 #include "matching/simd_dispatch.h"
+#include "parallel/tasks.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/half_image.cpp"
@@ -51,7 +52,7 @@ HWY_EXPORT(HalveRows);
 void halveImage(const cv::Mat1b& image, int64_t simd_target, cv::Mat1b& half) {
   half.create(image.rows / 2, image.cols / 2);
   const auto halveRows = PREDICTIVE_STEREO_DISPATCH(HalveRows, simd_target);
-  cv::parallel_for_(cv::Range(0, half.rows), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, half.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y)
       halveRows(image[2 * y], image[2 * y + 1], half.cols, half[y]);
   });

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
-#include <opencv2/core/utility.hpp>
+
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -48,7 +49,7 @@ void JumpFloors::build(const cv::Mat1b& left, const MatcherParams& params) {
   const auto floor = static_cast<uint8_t>(lowered);
   const auto least_step = static_cast<uint8_t>(params.edge_step);
   const auto row = [&](int y) { return left[std::clamp(y, 0, height - 1)]; };
-  cv::parallel_for_(cv::Range(0, height + 1), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, height + 1), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       floorsBetween(row(y - 1), row(y), row(y - 1 - kReach), row(y + kReach), width, least_step,
                     floor, down_.data() + offsetOf(y));

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/core/utility.hpp>
 
+#include "parallel/tasks.h"
 #include "predictive_stereo/row_alignment.h"
 
 namespace predictive_stereo {
@@ -92,7 +92,7 @@ void alignRightImage(const cv::Mat1b& right, const RowOffsetModel& alignment,
   if (!aligned.u || aligned.u->refcount > 1) aligned.release();
   aligned.create(right.size());
   const ShiftedRows rows(right, column_shift_px);
-  cv::parallel_for_(cv::Range(0, right.rows), [&](const cv::Range& range) {
+  parallelFor(cv::Range(0, right.rows), [&](const cv::Range& range) {
     for (int y = range.start; y < range.end; ++y)
       warpRow(rows, y, alignment, right.size(), aligned.ptr(y));
   });

@@ -3,11 +3,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 #include <stdexcept>
 #include <string>
 
 #include "matching/row_offset_sample.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -182,7 +182,7 @@ RowOffsetModel RowAligner::estimate(const cv::Mat1b& left, const cv::Mat1b& righ
 
   const cv::Size cells(left.cols / kCellPx, left.rows / kCellPx);
   tried_.resize(static_cast<size_t>(cells.area()));
-  cv::parallel_for_(cv::Range(0, cells.height), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, cells.height), [&](const cv::Range& rows) {
     for (int row = rows.start; row < rows.end; ++row)
       for (int column = 0; column < cells.width; ++column) {
         const cv::Point centre(column * kCellPx + kCellPx / 2, row * kCellPx + kCellPx / 2);

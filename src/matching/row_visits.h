@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <opencv2/core/utility.hpp>
 
+#include "parallel/tasks.h"
+
 namespace predictive_stereo {
 
 /// The part of a row's work that one visit does. Horizontal paths need no other row, and vertical
@@ -32,7 +34,7 @@ constexpr int kChunkSlots = 2 * kChunkRows;
 template <class VisitRow>
 void visitRowsTwice(int height, int middle, const VisitRow& visit_row) {
   for (const bool is_first : {true, false})
-    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& halves) {
+    parallelFor(cv::Range(0, 2), [&](const cv::Range& halves) {
       for (int half = halves.start; half < halves.end; ++half) {
         const bool is_top = half == 0, upward = is_top != is_first;
         const int begin = is_top ? 0 : middle, end = is_top ? middle : height;
@@ -62,13 +64,13 @@ void visitRowsByStrips(int height, int middle, int strips, const Across& across,
         return std::clamp(ends[half] - begins[half] - chunk, 0, kChunkRows);
       };
       const auto forEachRow = [&](const auto& visit_row) {
-        cv::parallel_for_(cv::Range(0, kChunkSlots), [&](const cv::Range& rows) {
+        parallelFor(cv::Range(0, kChunkSlots), [&](const cv::Range& rows) {
           for (int row = rows.start; row < rows.end; ++row)
             if (row / 2 < rowsLeft(row % 2)) visit_row(visitOf(row % 2, chunk + row / 2));
         });
       };
       if (is_first) forEachRow(across);
-      cv::parallel_for_(cv::Range(0, 2 * strips), [&](const cv::Range& parts) {
+      parallelFor(cv::Range(0, 2 * strips), [&](const cv::Range& parts) {
         for (int part = parts.start; part < parts.end; ++part)
           for (int i = 0; i < rowsLeft(part % 2); ++i) down(visitOf(part % 2, chunk + i), part / 2);
       });

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "matching/search_windows_kernel.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -26,7 +27,7 @@ void planRows(cv::Size size, int run_length, SearchWindows& windows, const PlanR
   windows.runs.resize(static_cast<size_t>(size.height) * windows.runs_per_row);
   windows.width.create(size);
   windows.row_begins.assign(size.height + 1, 0);
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       WindowRun* const runs = windows.row(y);
       plan_row(y, runs, windows.width[y]);

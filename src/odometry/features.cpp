@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 
 #include "odometry/corner_kernel.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -59,7 +59,7 @@ void CornerDetector::detect(const cv::Mat1b& image, int count,
 
   // Work is distributed by strips of cells: the result does not depend on the number of threads.
   std::vector<std::vector<cv::Point2f>> found(rows);
-  cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
+  parallelFor(cv::Range(0, rows), [&](const cv::Range& range) {
     FastCorners fast;
     std::vector<FastCorner> candidates;
     for (int r = range.start; r < range.end; ++r) {

@@ -6,6 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "parallel/tasks.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -106,7 +108,7 @@ Eigen::Isometry3d voteForMotion(const StereoRig& rig,
           batch[k].cost = kInfinity;
       }
     };
-    cv::parallel_for_(cv::Range(0, count), rate, solverStripes());
+    parallelFor(cv::Range(0, count), rate);
     // In order: the result is that of one hypothesis after the other.
     for (int k = 0; k < count && begin + k < needed; ++k) {
       if (batch[k].cost == kInfinity) continue;

@@ -5,6 +5,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "odometry/pose_solver.h"
+#include "parallel/tasks.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
@@ -127,9 +128,5 @@ class CoarseNoise {
  private:
   double gate_, jitter_;
 };
-
-/// Stripes of the solver's loops, for cv::parallel_for_. With two threads the half-resolution match
-/// runs on the other one.
-inline double solverStripes() { return cv::getNumThreads() > 2 ? -1 : 1; }
 
 }  // namespace predictive_stereo

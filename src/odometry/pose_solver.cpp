@@ -7,6 +7,7 @@
 
 #include "odometry/motion_vote.h"
 #include "odometry/pose_model.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -166,7 +167,7 @@ void Solver::sum(const Estimate& estimate, const Weighting& weighting, NormalEqu
     for (auto i = static_cast<size_t>(mine.start); i < static_cast<size_t>(mine.end); ++i)
       sumBlock(model, weighting, i * kBlock, blocks_[i]);
   };
-  cv::parallel_for_(cv::Range(0, static_cast<int>(blocks_.size())), sumBlocks, solverStripes());
+  parallelFor(cv::Range(0, static_cast<int>(blocks_.size())), sumBlocks);
   equations.clear();
   for (const NormalEquations& block : blocks_) equations.add(block);
 }

@@ -5,6 +5,7 @@
 
 #include "odometry/block_kernel.h"
 #include "odometry/patch.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -122,7 +123,7 @@ void matchStereo(const ImagePyramid& left, const ImagePyramid& right,
                  const RowOffsetModel& alignment, const StereoSearch& search,
                  std::vector<StereoMatch>& matches) {
   CV_Assert(left.levels() > 1 && right.levels() > 1);
-  cv::parallel_for_(cv::Range(0, static_cast<int>(matches.size())), [&](const cv::Range& range) {
+  parallelFor(cv::Range(0, static_cast<int>(matches.size())), [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i)
       matchPoint(left, right, alignment, search, matches[i]);
   });

@@ -1,6 +1,7 @@
 #include "odometry/tracking.h"
 
 #include "odometry/patch.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -41,7 +42,7 @@ void prefetch(const ImagePyramid& from, const ImagePyramid& to, const Track& tra
 }  // namespace
 
 void trackPoints(const ImagePyramid& from, const ImagePyramid& to, std::vector<Track>& tracks) {
-  cv::parallel_for_(cv::Range(0, static_cast<int>(tracks.size())), [&](const cv::Range& range) {
+  parallelFor(cv::Range(0, static_cast<int>(tracks.size())), [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       if (i + 1 < range.end) prefetch(from, to, tracks[i + 1]);
       trackPoint(from, to, tracks[i]);

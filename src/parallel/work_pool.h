@@ -5,6 +5,8 @@
 #include <opencv2/core/utility.hpp>
 #include <vector>
 
+#include "parallel/tasks.h"
+
 namespace predictive_stereo {
 
 /// Buffers for threads of a parallel loop, one for each thread; kept between loops.
@@ -16,13 +18,13 @@ class WorkPool {
   template <class Body>
   void forEach(int count, const Body& body) {
     // Indices differ much in cost, and most cost less than the overhead of a task each.
-    const double tasks = 8.0 * cv::getNumThreads();
+    const int tasks = 8 * cv::getNumThreads();
     const auto share = [&](const cv::Range& mine) {
       withWork([&](Work& work) {
         for (int i = mine.start; i < mine.end; ++i) body(i, work);
       });
     };
-    cv::parallel_for_(cv::Range(0, count), share, tasks);
+    parallelFor(cv::Range(0, count), share, tasks);
   }
 
   /// Calls body(work), from any thread.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "parallel/tasks.h"
 #include "simulation/glossy.h"
 
 namespace predictive_stereo::simulation {
@@ -203,7 +204,7 @@ HitImage::HitImage(const RayGrid& grid, const Light& light, cv::Size size,
                    const RowOfPixel& ideal_row)
     : size_(size), hits_(static_cast<size_t>(size.area())) {
   const Shader shader{grid, light};
-  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y)
       for (int x = 0; x < size_.width; ++x)
         hits_[static_cast<size_t>(y) * static_cast<size_t>(size_.width) + static_cast<size_t>(x)] =
@@ -218,7 +219,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
   constexpr float kDown[4] = {-0.375f, -0.125f, 0.125f, 0.375f};
   radiance.create(hits.size());
   const Shader shade{grid, light};
-  cv::parallel_for_(cv::Range(0, hits.size().height), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, hits.size().height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < hits.size().width; ++x) {
         const float row = ideal_row(x, y);
@@ -249,7 +250,7 @@ void expose(const cv::Mat1f& radiance, const Exposure& exposure, cv::Mat1b& imag
   const auto gain = static_cast<float>(exposure.gain), offset = static_cast<float>(exposure.offset);
   const auto floor = static_cast<float>(exposure.noise * exposure.noise);
   const auto shot = static_cast<float>(exposure.shot_noise);
-  cv::parallel_for_(cv::Range(0, image.rows), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, image.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < image.cols; ++x) {
         const float level = gain * radiance(y, x) + offset;

@@ -6,6 +6,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "parallel/tasks.h"
 #include "simulation/camera.h"
 #include "simulation/glossy.h"
 #include "simulation/indoor.h"
@@ -203,7 +204,7 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
   }
   const auto columns_apart = static_cast<float>(rig.cx_left_px - rig.cx_right_px);
   const auto scale = static_cast<float>(rig.disparityTimesDepth());
-  cv::parallel_for_(cv::Range(0, rig.size.height), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, rig.size.height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < rig.size.width; ++x) {
         const Hit& hit = hits.at(x, y);

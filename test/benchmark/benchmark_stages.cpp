@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "benchmark/sequences.h"
+#include "parallel/tasks.h"
 #include "predictive_stereo/pipeline.h"
 #include "predictive_stereo/post_filter.h"
 #include "predictive_stereo/residual.h"
@@ -332,13 +333,13 @@ void memoryOfAFullSearch(benchmark::State& state) {
                      static_cast<size_t>(in.params.disparity.matcher.range.count);
   std::vector<uint64_t> volume(bytes / sizeof(uint64_t));
   measure(state, [&] {
-    cv::parallel_for_(cv::Range(0, 16), [&](const cv::Range& parts) {
+    parallelFor({0, 16}, [&](const cv::Range& parts) {
       const auto begin = volume.begin() + static_cast<ptrdiff_t>(volume.size() / 16 * parts.start);
       const auto end = volume.begin() + static_cast<ptrdiff_t>(volume.size() / 16 * parts.end);
       std::fill(begin, end, parts.start);
     });
     std::atomic<uint64_t> sum = 0;
-    cv::parallel_for_(cv::Range(0, 16), [&](const cv::Range& parts) {
+    parallelFor({0, 16}, [&](const cv::Range& parts) {
       const auto begin = volume.begin() + static_cast<ptrdiff_t>(volume.size() / 16 * parts.start);
       const auto end = volume.begin() + static_cast<ptrdiff_t>(volume.size() / 16 * parts.end);
       sum += std::accumulate(begin, end, uint64_t{0});

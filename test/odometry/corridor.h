@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "parallel/tasks.h"
 #include "predictive_stereo/stereo_rig.h"
 
 namespace predictive_stereo::testing {
@@ -51,7 +52,7 @@ class Corridor {
     cv::Mat1b image(rig.size);
     const Eigen::Vector3d centre = T_world_cam * Eigen::Vector3d(shift_m, 0, 0);
     const double cx = shift_m == 0 ? rig.cx_left_px : rig.cx_right_px;
-    cv::parallel_for_(cv::Range(0, image.rows), [&](const cv::Range& range) {
+    parallelFor({0, image.rows}, [&](const cv::Range& range) {
       for (int y = range.start; y < range.end; ++y)
         for (int x = 0; x < image.cols; ++x) {
           double sum = 0;

@@ -71,7 +71,7 @@ TEST_P(WorkPoolOn, GivesTheSameForAnyNumberOfThreads) {
 
 TEST_P(WorkPoolOn, WorksInsideAParallelLoop) {
   std::vector<int> sums(6);
-  cv::parallel_for_(cv::Range(0, 6), [&](const cv::Range& range) {
+  parallelFor({0, 6}, [&](const cv::Range& range) {
     for (int k = range.start; k < range.end; ++k) {
       WorkPool<int> pool;
       std::atomic<int> sum{0};
