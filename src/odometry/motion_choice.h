@@ -1,0 +1,50 @@
+/// Chooses the motion of a frame among several candidates.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "odometry/pose_solver.h"
+#include "odometry/reference_frame.h"
+#include "odometry/stereo_features.h"
+
+namespace predictive_stereo {
+
+constexpr double kFirstUsualShare = 0.5;
+
+/// What the last frames say about the next one.
+struct UsualMotion {
+  Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();  ///< the last frame's motion
+  /// Usual share of inliers among the tracked points, of motions that are not doubtful.
+  double inlier_share = kFirstUsualShare;
+};
+
+struct MotionChoice {
+  /// Since the reference. Its covariance does not contain the effect of the disparity offset.
+  PoseSolution solution;
+  std::vector<Correspondence> correspondences;  ///< what the solution is estimated from
+  bool doubtful = false;   ///< whether the first expectation gave fewer inliers than usual
+  double usual_share = 0;  ///< UsualMotion::inlier_share, for the next frame
+};
+
+/// Finds the features of the reference in the current frame, from their expected motion.
+using FollowFeatures = std::function<FollowedFeatures(const Eigen::Isometry3d& T_expected)>;
+
+/// Estimates the motion from a reference to the current frame.
+///
+/// The first expectation is constant velocity. If the share of inliers is lower than usual, the
+/// result is doubtful, and other expectations are tried:
+/// - the rotation of another sensor (R_since). It is also tried if less than kFirstUsualShare of
+///   the points are inliers: after a fast turn few points are tracked, and these agree with many
+///   motions.
+/// - the result itself,
+/// - no motion,
+/// - the motion that the outliers agree with: among vehicles that move with the camera, most static
+///   points are tracked only if they are expected at the right position.
+/// The best motion is used, so that a wrong one does not become the next expectation.
+/// @param offset_jitter_px  as PoseSolverParams::offset_jitter_px.
+MotionChoice chooseMotion(const StereoRig& rig, const ReferenceFrame& reference,
+                          const UsualMotion& usual, double offset_jitter_px,
+                          const FollowFeatures& follow);
+
+}  // namespace predictive_stereo
