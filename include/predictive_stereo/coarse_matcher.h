@@ -17,7 +17,7 @@ class CoarseMatcher {
   /// @param params  of the full-resolution matcher; the disparity range is halved here.
   /// @param min_region_px  smaller regions, in pixels of the full resolution, become invalid; see
   ///   RegionFilter. Steps within a region are at most 1 px of the half resolution. 0: none.
-  /// @throws std::invalid_argument as the constructor of StereoMatcher does, for the halved range.
+  /// @throws std::invalid_argument as the constructor of StereoMatcher does.
   explicit CoarseMatcher(const MatcherParams& params, int min_region_px = 0);
 
   /// @param left, right  rectified 8-bit grey images of one size.

@@ -5,14 +5,17 @@
 #include <stdexcept>
 
 #include "matching/half_image.h"
+#include "matching/matcher_limits.h"
 #include "matching/simd_dispatch.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
 
-/// Parameters of the half resolution. Its range covers the full-resolution range.
+/// Parameters of the half resolution. Its range covers the full-resolution range, which is checked
+/// here: the halved one is always within the limits.
 MatcherParams halved(MatcherParams params) {
+  validateMatcher(params);
   const DisparityRange full = params.range;
   const auto floorOfHalf = [](int value) { return (value - (value & 1)) / 2; };
   params.range.min_disparity = floorOfHalf(full.min_disparity);

@@ -7,6 +7,7 @@
 #include "matching/census_kernel.h"
 #include "matching/full_search.h"
 #include "matching/jump_floors.h"
+#include "matching/matcher_limits.h"
 #include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
@@ -15,16 +16,6 @@
 
 namespace predictive_stereo {
 namespace {
-
-void validateMatcher(const MatcherParams& params) {
-  validate(params);
-  std::ostringstream text;
-  if (params.range.count % 16 != 0)
-    text << "range/count = " << params.range.count << ": must be a multiple of 16";
-  else if (params.p2 <= params.p1)
-    text << "p2 = " << params.p2 << ": must be larger than p1 = " << params.p1;
-  if (!text.str().empty()) throw std::invalid_argument(text.str());
-}
 
 void requireEqualSizes(const cv::Mat1b& left, const cv::Mat1b& right) {
   std::ostringstream text;

@@ -3,11 +3,24 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "matching/matching_scenes.h"
 
 namespace predictive_stereo {
 namespace {
+
+/// What the constructor says against these parameters; empty: nothing.
+template <class Matcher>
+std::string refusal(const MatcherParams& params) {
+  try {
+    const Matcher matcher(params);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
 
 TEST(CoarseMatcher, FindsFullResolutionDisparities) {
   for (const int min_disparity : {-16, 0, 16}) {
@@ -60,6 +73,19 @@ TEST(CoarseMatcher, DoesNotDependOnTheFullResolutionsCensus) {
   const cv::Mat1f expected = match(CensusForm::k5x5);
   for (const CensusForm form : {CensusForm::kCentreSymmetric9x5, CensusForm::kCentreSymmetric9x7})
     EXPECT_EQ(cv::countNonZero(match(form) != expected), 0);
+}
+
+TEST(CoarseMatcher, RefusesTheParametersThatStereoMatcherRefuses) {
+  MatcherParams ragged, no_jumps, wide, unknown_target;
+  ragged.range = {0, 40};
+  no_jumps.p2 = no_jumps.p1;
+  wide.range.count = 272;
+  unknown_target.simd_target = "abacus";
+  for (const MatcherParams& params : {ragged, no_jumps, wide, unknown_target}) {
+    const std::string message = refusal<StereoMatcher>(params);
+    EXPECT_NE(message, "");
+    EXPECT_EQ(refusal<CoarseMatcher>(params), message);
+  }
 }
 
 TEST(CoarseMatcher, RefusesWhatItCannotMatch) {
