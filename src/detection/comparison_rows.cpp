@@ -130,7 +130,7 @@ HWY_NOINLINE void mismatchRow(SurroundingRows deviation, const float* HWY_RESTRI
     sumOfSquares(deviation, u, n, sum);
     for (int i = 0; i < n; ++i) {
       const float mean = sum[i] / std::max(count[u + i], 1.0f);
-      mismatch[u + i] = (count[u + i] >= fewest) & (known[u + i] > 0) ? mean : unknown;
+      mismatch[u + i] = ((count[u + i] >= fewest) & (known[u + i] > 0)) ? mean : unknown;
     }
   }
 }

@@ -55,7 +55,7 @@ HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
   for (int i = 0; i < points.count; ++i) {
     const float residual = expected[i] - measured[i];
     residuals.value[i] = std::min(std::max(residual, -largest), largest);
-    residuals.known[i] = (inside[i] != 0) & (measured[i] >= smallest) ? 1 : 0;
+    residuals.known[i] = ((inside[i] != 0) & (measured[i] >= smallest)) ? 1 : 0;
   }
 }
 
@@ -70,7 +70,7 @@ HWY_INLINE void choosePairs(const LongRow& row, const Points& points, int32_t* H
     for (int i = 0; i < points.count; ++i) {
       const float d = points.d[i];
       const float moved = camera.parallax(static_cast<float>(x0 + kLongStep_px * i), y, d);
-      pair[i] = (moved <= most) & (d >= smallest) ? k : pair[i];
+      pair[i] = ((moved <= most) & (d >= smallest)) ? k : pair[i];
     }
   }
 }
@@ -101,7 +101,7 @@ HWY_NOINLINE void longResidualRow(const LongRow& row, float* HWY_RESTRICT residu
         const float f = far.value[i], n = near.value[i] * scale;
         const float smaller = std::abs(n) < std::abs(f) ? n : f;
         const float both = n * f <= 0 ? 0.0f : smaller;
-        out[i] = (chosen[i] == k) & (far.known[i] != 0) & (near.known[i] != 0) ? both : out[i];
+        out[i] = ((chosen[i] == k) & (far.known[i] != 0) & (near.known[i] != 0)) ? both : out[i];
       }
     }
     for (int i = 0; i < points.count; ++i)
