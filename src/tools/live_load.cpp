@@ -94,9 +94,9 @@ class Listener {
     return objects_.getNumPublishers() > 0 && disparity_.getNumPublishers() > 0 &&
            odometry_.getNumPublishers() > 0;
   }
-  void recordSent(int index, ros::Time stamp) {
+  void recordSent(int index, ros::Time stamp, Clock::time_point time) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    sent_[stamp] = {index, Clock::now()};
+    sent_[stamp] = {index, time};
   }
   /// Waits until the next frame cannot displace another one: the disparity of the last frame and
   /// the moving objects of all earlier frames have arrived.
@@ -116,10 +116,6 @@ class Listener {
     waitUntil([&] { return reports() >= before + 6; });  // two per nodelet
   }
 
-  Clock::time_point lastOutput() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return last_output_;
-  }
   /// Value of `key` in the diagnostics of the nodelet whose status name contains `part`.
   int64_t count(const std::string& part, const std::string& key) const {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -186,6 +182,17 @@ LoadSummary LiveLoadResult::summary(int first, int last) const {
   if (summary.sent > 0)
     summary.resident_bytes = frames[static_cast<size_t>(last - 1)].resident_bytes;
   return summary;
+}
+
+double LiveLoadResult::reachedHz() const {
+  int arrived = 0;
+  double seconds = 0;
+  for (const LoadedFrame& frame : frames) {
+    const bool lost = std::isnan(frame.latency_ms);
+    arrived += lost ? 0 : 1;
+    seconds = std::max(seconds, frame.sent_s + (lost ? 0 : frame.latency_ms / 1000));
+  }
+  return arrived > 0 ? arrived / seconds : 0;
 }
 
 LiveLoad::LiveLoad(const std::string& path, const StereoTopicChoice& choice, int max_pairs) {
@@ -281,15 +288,17 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
     else if (!listener.waitForRoom())
       throw std::runtime_error("the nodelets publish nothing for frame " + std::to_string(i - 1) +
                                "; see the log above");
-    listener.recordSent(i, pair.left->header.stamp);
+    LoadedFrame& frame = result.frames[static_cast<size_t>(i)];
+    const auto now = Clock::now();
+    frame.sent_s = std::chrono::duration<double>(now - begin).count();
+    listener.recordSent(i, pair.left->header.stamp, now);
     left_info.publish(pair.left_info);
     right_info.publish(pair.right_info);
     left.publish(pair.left);
     right.publish(pair.right);
-    result.frames[static_cast<size_t>(i)].resident_bytes = residentBytes();
+    frame.resident_bytes = residentBytes();
   }
   listener.waitForTheLast();
-  result.seconds = std::chrono::duration<double>(listener.lastOutput() - begin).count();
   result.reported_losses = listener.count("/disparity", "dropped pairs") +
                            listener.count("/disparity", "unmatched left images") +
                            listener.count("/moving_objects", "dropped frames") +

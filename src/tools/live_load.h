@@ -13,6 +13,7 @@ namespace predictive_stereo {
 
 /// Result of one frame.
 struct LoadedFrame {
+  double sent_s = 0;  ///< when it was sent, since the begin of the run
   double latency_ms = std::numeric_limits<double>::quiet_NaN();  ///< NaN: lost
   int64_t resident_bytes = 0;  ///< resident memory of the process after sending the frame
 };
@@ -28,13 +29,14 @@ struct LoadSummary {
 /// Results of a run.
 struct LiveLoadResult {
   std::vector<LoadedFrame> frames;  ///< all frames that were sent
-  double seconds = 0;               ///< from the first frame sent to the last output
   /// Lost frames according to the nodelets' diagnostics, which should count every loss.
   int64_t reported_losses = 0;
 
   /// Statistics of the frames [first, last).
   LoadSummary summary(int first, int last) const;
   LoadSummary summary() const { return summary(0, static_cast<int>(frames.size())); }
+  /// Frames per second that were not lost, until the last frame was sent and the last output came.
+  double reachedHz() const;
 };
 
 /// Load test of the three nodelets. They run in this process, so they get images without a copy, as

@@ -117,9 +117,8 @@ int run(const CommandLine& line) {
     char asked[32];
     std::snprintf(asked, sizeof(asked), rate_hz > 0 ? "%.1f" : "max", rate_hz);
     std::printf("%8s %8d %8d %8ld %10.1f %8.1f %8.1f %8.1f %8.1f %10.1f\n", asked, all.sent,
-                all.lost, static_cast<long>(result.reported_losses),
-                (all.sent - all.lost) / result.seconds, warm.p50_ms, warm.p95_ms, warm.p99_ms,
-                warm.max_ms, megabytes(all));
+                all.lost, static_cast<long>(result.reported_losses), result.reachedHz(),
+                warm.p50_ms, warm.p95_ms, warm.p99_ms, warm.max_ms, megabytes(all));
     printWindows(result, window);
     std::fflush(stdout);
   }

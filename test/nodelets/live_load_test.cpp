@@ -37,6 +37,22 @@ TEST(LiveLoadResultTest, a_part_of_a_run_is_summed_up_without_the_rest) {
   EXPECT_EQ(result.summary(0, 0).p99_ms, 0);
 }
 
+TEST(LiveLoadResultTest, the_rate_counts_only_what_came_out) {
+  LiveLoadResult result;
+  EXPECT_EQ(result.reachedHz(), 0);
+  for (int i = 0; i < 10; ++i) {  // ten a second
+    LoadedFrame frame;
+    frame.sent_s = 0.1 * i;
+    result.frames.push_back(frame);
+  }
+  EXPECT_EQ(result.reachedHz(), 0) << "all are lost";
+  // The first one comes at once. The other nine need 0.9 s to be sent.
+  result.frames.front().latency_ms = 20;
+  EXPECT_NEAR(result.reachedHz(), 1 / 0.9, 1e-9);
+  for (LoadedFrame& frame : result.frames) frame.latency_ms = 100;
+  EXPECT_NEAR(result.reachedHz(), 10, 1e-9);
+}
+
 class LiveLoadTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
