@@ -87,7 +87,8 @@ struct PipelineOutput {
   Detections detections;
 };
 
-/// Duration of the stages of one frame, by part.
+/// Duration of the stages of one frame, by part. Some run at the same time, so their sum is larger
+/// than the time of the frame.
 struct PipelineTimes {
   StageTimes ego_motion, disparity, detection;
   /// All of them, in that order.
