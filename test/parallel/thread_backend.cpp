@@ -7,6 +7,7 @@
 #include <opencv2/core/parallel/parallel_backend.hpp>
 #include <opencv2/core/utility.hpp>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "parallel/tasks.h"
