@@ -8,6 +8,7 @@ predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/ego_motion_processor.cpp
   src/nodelets/image_messages.cpp
   src/nodelets/imu_rotation.cpp
+  src/nodelets/message_checks.cpp
   src/nodelets/motion_source.cpp
   src/nodelets/moving_objects_processor.cpp
   src/nodelets/moving_objects_views.cpp
@@ -15,6 +16,7 @@ predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/rectifier.cpp
   src/nodelets/stamp_matcher.cpp
   src/nodelets/stereo_messages.cpp
+  src/nodelets/tf_history.cpp
   src/nodelets/tf_rivals.cpp
   src/nodelets/transforms.cpp
 )
@@ -31,6 +33,7 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/health.cpp
   src/nodelets/image_subscriber.cpp
   src/nodelets/live_params.cpp
+  src/nodelets/mask_input.cpp
   src/nodelets/moving_objects_nodelet.cpp
   src/nodelets/rectify_nodelet.cpp
   src/nodelets/ros_params.cpp

@@ -25,8 +25,8 @@ foreach(name street_to_bag replay evaluate_detection evaluate_odometry)
 endforeach()
 
 # Message processing, and parts of the nodelets.
-foreach(name disparity_views imu_rotation message_pool motion_source moving_objects_views stamp_matcher
-    stereo_messages tf_rivals transforms)
+foreach(name arrivals disparity_views imu_rotation message_checks message_pool motion_source
+    moving_objects_views stamp_matcher stereo_messages tf_history tf_rivals transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()
 predictive_stereo_unit_test(nodelets thread_limit_test predictive_stereo_nodelets)
@@ -62,6 +62,10 @@ predictive_stereo_rostest(live_faults_test
   nodelets/live_faults.test nodelets/live_faults_test.cpp ${live_faults_args}
 )
 add_rostest(nodelets/live_faults_no_clock.test DEPENDENCIES predictive_stereo_live_faults_test)
+predictive_stereo_rostest(hostile_messages_test
+  nodelets/hostile_messages.test nodelets/hostile_messages_test.cpp
+)
+target_link_libraries(predictive_stereo_hostile_messages_test predictive_stereo_nodelets)
 predictive_stereo_rostest(neighbours_test nodelets/neighbours.test nodelets/neighbours_test.cpp)
 target_link_libraries(predictive_stereo_neighbours_test ${CMAKE_DL_LIBS})
 predictive_stereo_rostest(on_demand_test nodelets/on_demand.test nodelets/on_demand_test.cpp)
@@ -79,7 +83,8 @@ add_rostest(nodelets/all_outputs_nodes.test DEPENDENCIES
   predictive_stereo_ego_motion_node predictive_stereo_moving_objects_node
 )
 add_custom_target(predictive_stereo_nodelet_tests)
-foreach(name diagnosis ego_motion_scenarios live_faults live_params scenarios stereo_input)
+foreach(name diagnosis ego_motion_scenarios hostile_messages live_faults live_params scenarios
+    stereo_input)
   add_dependencies(predictive_stereo_nodelet_tests predictive_stereo_${name}_test)
 endforeach()
 # Load: what is lost is counted, and memory does not grow.

@@ -39,6 +39,7 @@ namespace predictive_stereo {
 class DisparityNodelet : public nodelet::Nodelet {
  public:
   ~DisparityNodelet() override {
+    arrivals_.stop();
     if (health_) health_->stop();
     demand_.stop();
     sleep();
@@ -56,11 +57,9 @@ class DisparityNodelet : public nodelet::Nodelet {
   void onInit() override {
     health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
                                        "Disparity", [this] { return describeMissingInput(); });
-    try {
-      start(getNodeHandle(), getPrivateNodeHandle());
-    } catch (const std::exception& e) {
-      health_->problem("parameters", Health::Severity::kBroken, e.what());
-    }
+    health_->guard(
+        "parameters", [this] { start(getNodeHandle(), getPrivateNodeHandle()); },
+        Health::Severity::kBroken);
     health_->start();
   }
 
@@ -73,16 +72,17 @@ class DisparityNodelet : public nodelet::Nodelet {
     limitThreads(params_.threads);
     processor_ = std::make_unique<DisparityProcessor>(params_.processor);
     reportSimdTarget();
-    tf_ = std::make_unique<TfInput>(node);
+    tf_ = std::make_unique<TfInput>(node, *health_, arrivals_);
     loop_ = std::make_unique<Loop>(
         private_node, *health_, *processor_, params_.processor.disparity,
         Loop::Hooks{[this](const Loop::Job& job) { process(job); },
                     [](const DisparityParams& params) { DisparityEstimator{params}; },
                     {"use_moving_mask"}});
     masks_ = std::make_unique<MaskInput>(
-        node, [this](const sensor_msgs::ImageConstPtr& mask) { finishClouds(mask); });
+        node, *health_, arrivals_,
+        [this](const sensor_msgs::ImageConstPtr& mask) { finishClouds(mask); });
     input_ = std::make_unique<StereoInput>(
-        node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
+        node, *health_, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) {
           tf_->goBackTo(stamp);
           odometry_.goBackTo(stamp);
@@ -99,32 +99,33 @@ class DisparityNodelet : public nodelet::Nodelet {
       missing_masks_ = 0;
     }
     // Before the images, so that no motion is missed.
-    const ros::Subscriber odometry = getNodeHandle().subscribe<nav_msgs::Odometry>(
-        "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
+    ros::NodeHandle& node = getNodeHandle();
+    odometry_subscription_.replace(subscribe<nav_msgs::Odometry>(
+        node, *health_, "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
+          requireOdometry(*odometry);
           odometry_.add(odometry);
           odometry_silent_ = false;
-        });
-    {
-      const std::lock_guard<std::mutex> lock(odometry_mutex_);
-      odometry_subscriber_ = odometry;
-    }
-    columns_subscriber_ = getNodeHandle().subscribe<RowAlignment>(
-        "odometry/row_alignment", 5,
-        [this](const RowAlignmentConstPtr& columns) { columns_.add(columns); });
+          arrivals_.notify();
+        }));
+    columns_subscription_.replace(subscribe<RowAlignment>(
+        node, *health_, "odometry/row_alignment", 5, [this](const RowAlignmentConstPtr& columns) {
+          requireRowAlignment(*columns);
+          columns_.add(columns);
+        }));
     loop_->setAwake(true);
     input_->start();
   }
 
-  void reportFailure(const std::exception& e) {
-    health_->problem("subscriptions", Health::Severity::kBroken, e.what());
+  void guardSubscriptions(const std::function<void()>& work) {
+    health_->guard("subscriptions", work, Health::Severity::kBroken);
   }
 
   void sleep() {
     if (input_) input_->stop();
     if (loop_) loop_->setAwake(false);
     if (masks_) masks_->stop();
-    columns_subscriber_.shutdown();
-    odometry_subscriber_.shutdown();
+    columns_subscription_.shutdown();
+    odometry_subscription_.shutdown();
     columns_.clear();
     odometry_.clear();
     odometry_silent_ = false;
@@ -184,7 +185,7 @@ class DisparityNodelet : public nodelet::Nodelet {
       Stopwatch watch;
       mask = masks_->waitForMask(before, params_.transform_timeout);
       watch.lap("waiting for moving objects", waiting);
-      return mask ? checkedMask(*mask, *job.frame.left) : cv::Mat1b();
+      return masks_->usable(mask, *job.frame.left);
     };
     sources.measured = [&](const DisparityMessages& messages) { publishForDetection(messages); };
     if (const RowAlignmentConstPtr told = columns_.before(job.frame.left->header.stamp))
@@ -196,28 +197,12 @@ class DisparityNodelet : public nodelet::Nodelet {
     report(job, messages, times);
   }
 
-  cv::Mat1b checkedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {
-    try {
-      const cv::Mat1b mask = movedMask(message, left);
-      health_->solved("moving_objects/mask");
-      return mask;
-    } catch (const std::exception& e) {
-      health_->problem("moving_objects/mask", Health::Severity::kDegraded, e.what());
-      return {};
-    }
-  }
-
-  bool odometryIsPublished() {
-    const std::lock_guard<std::mutex> lock(odometry_mutex_);
-    return odometry_subscriber_.getNumPublishers() > 0;
-  }
-
   std::optional<CameraMotion> motion(std::optional<ros::Time> previous,
                                      const std_msgs::Header& now) {
     if (!previous) return std::nullopt;
     MotionAnswer answer;
-    const bool complete = waitFor(params_.transform_timeout, [&] {
-      const bool listen = odometryIsPublished() && !odometry_silent_;
+    const bool complete = arrivals_.waitFor(params_.transform_timeout, [&] {
+      const bool listen = odometry_subscription_.isPublished() && !odometry_silent_;
       answer = cameraMotion(tf_->buffer, listen ? &odometry_ : nullptr, now.frame_id, *previous,
                             now.stamp, params_.odom_frame);
       return answer.complete;
@@ -234,6 +219,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   }
 
   std::string describeMissingMotion(const std::string& camera, const MotionAnswer& answer) const {
+    if (camera.empty()) return std::string(kNoFrame) + ": matched without prediction";
     if (answer.complete) return answer.reason + ": matched without prediction";
     // Not the text of tf, which contains stamps: a text that changes is logged every time.
     std::ostringstream text;
@@ -351,8 +337,9 @@ class DisparityNodelet : public nodelet::Nodelet {
   DisparityNodeletParams params_;
   Demand demand_{{[this] { return wanted(); }, [this] { wake(); }, [this] { sleep(); },
                   [this] { followMasks(); },
-                  [this](const std::exception& e) { reportFailure(e); }}};
+                  [this](const auto& work) { guardSubscriptions(work); }}};
   std::unique_ptr<Health> health_;
+  Arrivals arrivals_;
   std::unique_ptr<TfInput> tf_;
   OdometryHistory odometry_;
   MessageHistory<RowAlignment> columns_;
@@ -371,8 +358,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   int missing_masks_ = 0;  // consecutive clouds without a mask
   std::unique_ptr<MaskInput> masks_;
 
-  std::mutex odometry_mutex_;  // of odometry_subscriber_
-  ros::Subscriber odometry_subscriber_, columns_subscriber_;
+  Subscription odometry_subscription_, columns_subscription_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;
 };

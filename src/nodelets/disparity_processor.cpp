@@ -141,14 +141,4 @@ stereo_msgs::DisparityImagePtr DisparityProcessor::disparityImage() {
   return message;
 }
 
-cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {
-  if (message.width != left.width || message.height != left.height)
-    throw std::invalid_argument("mask of moving objects is " + std::to_string(message.width) + "x" +
-                                std::to_string(message.height) + " but the image is " +
-                                std::to_string(left.width) + "x" + std::to_string(left.height) +
-                                "; do the topics belong to one camera?");
-  cv::Mat1b unused;
-  return greyImage(message, "moving_objects/mask", unused);
-}
-
 }  // namespace predictive_stereo

@@ -76,11 +76,4 @@ class DisparityProcessor {
   StereoRig rig_;
 };
 
-/// View of the mask of moving objects of the previous frame, as input of the core; it shares the
-/// message's memory.
-/// @param left  an image of the sequence.
-/// @throws std::invalid_argument for a mask with another encoding than mono8, or another size than
-///   `left`.
-cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left);
-
 }  // namespace predictive_stereo

@@ -43,6 +43,7 @@ namespace predictive_stereo {
 class EgoMotionNodelet : public nodelet::Nodelet {
  public:
   ~EgoMotionNodelet() override {
+    arrivals_.stop();
     if (health_) health_->stop();
     demand_.stop();
     sleep();
@@ -55,11 +56,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   void onInit() override {
     health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
                                        "EgoMotion", [this] { return describeMissingInput(); });
-    try {
-      start(getNodeHandle(), getPrivateNodeHandle());
-    } catch (const std::exception& e) {
-      health_->problem("parameters", Health::Severity::kBroken, e.what());
-    }
+    health_->guard(
+        "parameters", [this] { start(getNodeHandle(), getPrivateNodeHandle()); },
+        Health::Severity::kBroken);
     health_->start();
   }
 
@@ -70,8 +69,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     limitThreads(params_.threads);
     processor_ = std::make_unique<EgoMotionProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(
-        node, [this](const geometry_msgs::TransformStamped& transform, const std::string& publisher,
-                     bool is_static) { rivals_.addTransform(transform, publisher, is_static); });
+        node, *health_, arrivals_,
+        [this](const geometry_msgs::TransformStamped& transform, const std::string& publisher,
+               bool is_static) { rivals_.addTransform(transform, publisher, is_static); });
     listening_since_ = std::chrono::steady_clock::now();
     if (params_.publish_tf) tf_publisher_ = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
     loop_ =
@@ -79,9 +79,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
                                Loop::Hooks{[this](const Loop::Job& job) { process(job); },
                                            [](const EgoMotionParams& params) { EgoMotion{params}; },
                                            {}});
-    masks_ = std::make_unique<MaskInput>(node);
+    masks_ = std::make_unique<MaskInput>(node, *health_, arrivals_);
     input_ = std::make_unique<StereoInput>(
-        node, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
+        node, *health_, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) { tf_->goBackTo(stamp); });
     odometry_publisher_ = outputs_.advertise<nav_msgs::Odometry>(node, "odometry", 10);
     alignment_publisher_ = outputs_.advertise<RowAlignment>(node, "odometry/row_alignment", 10);
@@ -99,25 +99,30 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     if (params_.use_moving_mask)
       masks_->listenTo(mustNotSleep() ? MaskInput::kTopic : MaskInput::kPassiveTopic);
     if (params_.use_imu)
-      imu_subscriber_ = getNodeHandle().subscribe<sensor_msgs::Imu>(
-          "imu", 500, [this](const sensor_msgs::ImuConstPtr& imu) { imu_.add(imu); });
+      imu_subscription_.replace(subscribe<sensor_msgs::Imu>(
+          getNodeHandle(), *health_, "imu", 500, [this](const sensor_msgs::ImuConstPtr& imu) {
+            requireImu(*imu);
+            imu_.add(imu);
+            arrivals_.notify();
+          }));
     input_->start();
   }
 
-  void reportFailure(const std::exception& e) {
-    health_->problem("subscriptions", Health::Severity::kBroken, e.what());
+  void guardSubscriptions(const std::function<void()>& work) {
+    health_->guard("subscriptions", work, Health::Severity::kBroken);
   }
 
   void sleep() {
     if (input_) input_->stop();
     if (masks_) masks_->stop();
-    imu_subscriber_.shutdown();
+    imu_subscription_.shutdown();
     if (loop_) loop_->setAwake(false);
   }
 
   std::string describeMissingInput() const { return input_ ? input_->describeMissingInput() : ""; }
 
   void process(const Loop::Job& job) {
+    requireFrame(*job.frame.left);
     const std::optional<Eigen::Isometry3d> T_base_cam = extrinsic(job.frame);
     if (!T_base_cam) return;
 
@@ -125,9 +130,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     Stopwatch watch;
     const std::optional<Eigen::Matrix3d> R_cam_prev = rotationPrior(job.frame.left->header);
     watch.lap("waiting for the rotation", times);
-    sensor_msgs::ImageConstPtr mask_message;
-    const EgoMotionProcessor::Output output =
-        processor_->process(job.frame, *T_base_cam, takeMask(mask_message), R_cam_prev);
+    const sensor_msgs::ImageConstPtr mask = masks_->at(last_stamp_);
+    const EgoMotionProcessor::Output output = processor_->process(
+        job.frame, *T_base_cam, masks_->usable(mask, *job.frame.left), R_cam_prev);
     watch.lap("ego-motion", times);
     if (params_.use_imu) learnGyroBias(job.frame.left->header.stamp, output);
     if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
@@ -141,7 +146,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     const std::string base = processor_->baseFrame(pair);
     const std::string& camera = pair.left->header.frame_id;
     std::string error;
-    const auto T_base_cam = waitFor(params_.transform_timeout, [&] {
+    const auto T_base_cam = arrivals_.waitFor(params_.transform_timeout, [&] {
       return lookUpTransform(tf_->buffer, base, camera, pair.left->header.stamp, error);
     });
     if (T_base_cam)
@@ -172,10 +177,10 @@ class EgoMotionNodelet : public nodelet::Nodelet {
       return std::nullopt;
     };
     const std::string topic = getNodeHandle().resolveName("imu"), frame = imu_.frame();
-    if (frame.empty() && imu_subscriber_.getNumPublishers() == 0)
+    if (frame.empty() && !imu_subscription_.isPublished())
       return fail("use_imu: nobody publishes " + topic + " (launch argument imu:=<topic>)");
     ImuRotation::Answer answer;
-    waitFor(rotation_is_late_ ? 0 : kRotationWithin_s, [&] {
+    arrivals_.waitFor(rotation_is_late_ ? 0 : kRotationWithin_s, [&] {
       answer = imu_.between(last_stamp_, now.stamp);
       return answer.complete;
     });
@@ -195,7 +200,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
 
   std::optional<Eigen::Matrix3d> rotationFromTf(const std_msgs::Header& now) {
     std::string error;
-    const auto T_cam_prev = waitFor(rotation_is_late_ ? 0 : kRotationWithin_s, [&] {
+    const auto T_cam_prev = arrivals_.waitFor(rotation_is_late_ ? 0 : kRotationWithin_s, [&] {
       return lookUpCameraMotion(tf_->buffer, now.frame_id, last_stamp_, now.stamp,
                                 params_.guess_frame, error);
     });
@@ -228,13 +233,6 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     health_->figure("gyro bias [deg/s]", imu_.bias_radps().norm() * 180 / M_PI, "%.3f");
   }
 
-  cv::Mat1b takeMask(sensor_msgs::ImageConstPtr& message) {
-    message = masks_->at(last_stamp_);
-    cv::Mat1b unused;
-    if (!message) return {};
-    return greyImage(*message, "moving_objects/mask", unused);
-  }
-
   // The alignment is first: a node that waits for the motion then has it for its next frame.
   void publish(const EgoMotionMessages& messages) {
     alignment_publisher_.publish(messages.row_alignment);
@@ -254,8 +252,8 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     if (!std::exchange(asked_, true) && othersPublish(tf_publisher_.getTopic())) {
       const std::chrono::duration<double> listened =
           std::chrono::steady_clock::now() - listening_since_;
-      waitFor(kFirstTfWithin_s - listened.count(),
-              [&] { return rivals_.rivalOf(frame).has_value(); });
+      arrivals_.waitFor(kFirstTfWithin_s - listened.count(),
+                        [&] { return rivals_.rivalOf(frame).has_value(); });
     }
     const std::string objection = rivals_.reasonNotToMove(frame);
     if (objection.empty()) return true;
@@ -267,13 +265,8 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   // Whether another node publishes on the topic.
   static bool othersPublish(const std::string& topic) {
     XmlRpc::XmlRpcValue request(ros::this_node::getName()), response, state;
-    if (!ros::master::execute("getSystemState", request, response, state, false)) return false;
-    for (int i = 0; i < state[0].size(); ++i) {
-      if (static_cast<std::string>(state[0][i][0]) != topic) continue;
-      for (int j = 0; j < state[0][i][1].size(); ++j)
-        if (static_cast<std::string>(state[0][i][1][j]) != ros::this_node::getName()) return true;
-    }
-    return false;
+    return ros::master::execute("getSystemState", request, response, state, false) &&
+           hasOtherPublisher(state, topic, ros::this_node::getName());
   }
 
   void report(const Loop::Job& job, const EgoMotionProcessor::Output& output,
@@ -338,8 +331,9 @@ class EgoMotionNodelet : public nodelet::Nodelet {
                   [this] { wake(); },
                   [this] { sleep(); },
                   {},
-                  [this](const std::exception& e) { reportFailure(e); }}};
+                  [this](const auto& work) { guardSubscriptions(work); }}};
   std::unique_ptr<Health> health_;
+  Arrivals arrivals_;
   TfRivals rivals_;
   std::chrono::steady_clock::time_point listening_since_;
   bool asked_ = false;    // this nodelet has waited for transforms of rivals
@@ -350,7 +344,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   ros::Publisher odometry_publisher_, pose_publisher_, alignment_publisher_, tf_publisher_;
   std::unique_ptr<MaskInput> masks_;
   ImuRotation imu_;
-  ros::Subscriber imu_subscriber_;
+  Subscription imu_subscription_;
   bool rotation_is_late_ = false;  // do not wait for it again until it has arrived
   ros::Time last_stamp_;
   std::unique_ptr<Loop> loop_;

@@ -5,12 +5,12 @@
 
 #include <atomic>
 #include <chrono>
-#include <exception>
 #include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "nodelets/callbacks.h"
 #include "nodelets/health.h"
 #include "nodelets/latest_worker.h"
 #include "nodelets/live_params.h"
@@ -19,8 +19,7 @@ namespace predictive_stereo {
 
 /// Processing loop of a nodelet, in its own thread: it processes one frame at a time, always the
 /// newest one. Changed parameters and ~reset take effect between two frames. The loop starts
-/// asleep. When it wakes up, the processor has been reset. Exceptions of a frame are reported as a
-/// diagnostic.
+/// asleep. When it wakes up, the processor has been reset. Frames run within Health::guard.
 ///
 /// Processor has setParams(Params) and reset().
 template <class Frame, class Processor, class Params>
@@ -48,8 +47,13 @@ class FrameLoop {
       : health_(health),
         processor_(processor),
         hooks_(hooks),
-        live_params_(private_node, params, hooks.check, hooks.fixed),
-        reset_service_(private_node.advertiseService("reset", &FrameLoop::onReset, this)) {
+        live_params_(private_node, health, params, hooks.check, hooks.fixed),
+        reset_service_(advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
+            private_node, health, "reset",
+            [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
+              reset_requested_ = true;
+              return true;
+            })) {
     health_.setAsleep(true);
   }
 
@@ -69,19 +73,11 @@ class FrameLoop {
   void stop() { worker_.stop(); }
 
  private:
-  bool onReset(std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
-    reset_requested_ = true;
-    return true;
-  }
-
   void processJob(const Job& job) {
-    try {
-      if (!applyRequests()) return;
-      hooks_.process(job);
-      health_.solved("input");
-    } catch (const std::exception& e) {
-      health_.problem("input", Health::Severity::kBroken, e.what());
-    }
+    const auto process = [&] {
+      if (applyRequests()) hooks_.process(job);
+    };
+    health_.guard("input", process, Health::Severity::kBroken);
   }
 
   bool applyRequests() {

@@ -1,9 +1,12 @@
 #include "nodelets/health.h"
 
 #include <ros/console.h>
+#include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <exception>
 #include <utility>
 
 namespace predictive_stereo {
@@ -11,7 +14,8 @@ namespace {
 
 constexpr auto kRateWindow = std::chrono::seconds(5);
 constexpr auto kSilence =
-    std::chrono::seconds(3);  // time without output after which it is reported
+    std::chrono::seconds(3);                      // time without output after which it is reported
+constexpr auto kShown = std::chrono::seconds(3);  // a problem that ended at once
 
 std::string formatted(const char* format, double value) {
   char text[64];
@@ -19,7 +23,25 @@ std::string formatted(const char* format, double value) {
   return text;
 }
 
+std::string withoutNumbers(std::string text) {
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  text.erase(std::remove_if(text.begin(), text.end(), is_digit), text.end());
+  return text;
+}
+
 }  // namespace
+
+std::string whatWasThrown() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (const XmlRpc::XmlRpcException& error) {  // is no std::exception
+    return error.getMessage();
+  } catch (...) {
+    return "an exception of unknown type";
+  }
+}
 
 Health::Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
                const std::string& name, const std::string& title,
@@ -29,18 +51,52 @@ Health::Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
   updater_.add(title, this, &Health::report);
   // Wall time, because a paused simulation or bag must be reported as well.
   timer_ = node.createWallTimer(
-      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onTimer(); }, false, false);
+      ros::WallDuration(1.0),
+      [this](const ros::WallTimerEvent&) { guard("timer", [this] { onTimer(); }); }, false, false);
+}
+
+void Health::failed(const std::string& source, Severity severity, const std::string& what) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++refused_[source];
+  Problem& problem = tell(source, severity, source + ": " + what);
+  problem.shown_until = Clock::now() + kShown;
+  problem.works_again = false;
+}
+
+void Health::worked(const std::string& source) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto known = problems_.find(source);
+  if (known != problems_.end()) known->second.works_again = true;
+}
+
+void Health::endOldProblems() {
+  for (auto problem = problems_.begin(); problem != problems_.end();) {
+    if (!problem->second.works_again || Clock::now() < problem->second.shown_until) {
+      ++problem;
+      continue;
+    }
+    ROS_INFO_STREAM(name_ << ": " << problem->first << ": problem solved");
+    problem = problems_.erase(problem);
+  }
 }
 
 void Health::problem(const std::string& cause, Severity severity, const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  tell(cause, severity, text);
+}
+
+Health::Problem& Health::tell(const std::string& cause, Severity severity,
+                              const std::string& text) {
   Problem& known = problems_[cause];
-  if (known.text == text) return;
-  known = {severity, text};
+  const bool is_known = withoutNumbers(known.text) == withoutNumbers(text);
+  known.severity = severity;
+  known.text = text;
+  if (is_known) return known;
   if (severity == Severity::kBroken)
     ROS_ERROR_STREAM(name_ << ": " << text);
   else
     ROS_WARN_STREAM(name_ << ": " << text);
+  return known;
 }
 
 void Health::solved(const std::string& cause) {
@@ -111,6 +167,7 @@ void Health::onTimer() {
 void Health::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using diagnostic_msgs::DiagnosticStatus;
   const std::lock_guard<std::mutex> lock(mutex_);
+  endOldProblems();
   const auto now = Clock::now();
   while (!outputs_.empty() && now - outputs_.front() > kRateWindow) outputs_.pop_front();
   const double rate_hz =
@@ -137,6 +194,7 @@ void Health::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   for (const auto& stage : stages_)
     status.addf(stage.first + " [ms]", "%.2f", stage.second.value());
   for (const auto& figure : figures_) status.add(figure.first, figure.second);
+  for (const auto& source : refused_) status.add("refused: " + source.first, source.second);
 }
 
 }  // namespace predictive_stereo

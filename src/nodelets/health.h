@@ -17,8 +17,11 @@
 
 namespace predictive_stereo {
 
+/// Text of the exception that is being handled, of whatever type: call it within a catch block.
+std::string whatWasThrown();
+
 /// Reports of a nodelet to its user: diagnostics at 1 Hz, each problem once in the log, and the
-/// reason why there is no output.
+/// reason why there is no output. It is also the guard of all that ROS calls.
 ///
 /// Thread-safe.
 class Health {
@@ -37,7 +40,26 @@ class Health {
   /// After this has returned, `silence` is not called.
   void stop() { timer_.stop(); }
 
-  /// Reports a problem. It is logged if `text` differs from the last text of this cause.
+  /// Runs a callback. roscpp catches next to nothing, so an exception that leaves a callback ends
+  /// the manager with all its nodelets. Here it ends, whatever it is: it is counted, and is a
+  /// problem of `source` until this works again, but for three seconds at least, so that the
+  /// diagnostics show it.
+  /// @param source  name of the topic, service, ...
+  /// @returns false if something was thrown.
+  template <class Work>
+  bool guard(const std::string& source, const Work& work, Severity severity = Severity::kDegraded) {
+    try {
+      work();
+    } catch (...) {
+      failed(source, severity, whatWasThrown());
+      return false;
+    }
+    worked(source);
+    return true;
+  }
+
+  /// Reports a problem. It is logged if `text` differs from the last text of this cause by more
+  /// than its numbers.
   void problem(const std::string& cause, Severity severity, const std::string& text);
   /// Ends the problem of this cause.
   void solved(const std::string& cause);
@@ -57,6 +79,8 @@ class Health {
   struct Problem {
     Severity severity;
     std::string text;
+    Clock::time_point shown_until;
+    bool works_again = false;
   };
   // Exponential mean over about the last ten frames.
   class Mean {
@@ -71,6 +95,10 @@ class Health {
     double value_ = 0, weight_ = 0;
   };
 
+  void failed(const std::string& source, Severity severity, const std::string& what);
+  void worked(const std::string& source);
+  Problem& tell(const std::string& cause, Severity severity, const std::string& text);
+  void endOldProblems();
   void onTimer();
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
@@ -79,7 +107,8 @@ class Health {
 
   std::mutex mutex_;
   std::map<std::string, Problem> problems_;
-  std::string silence_text_;  // as last logged
+  std::map<std::string, uint64_t> refused_;  // calls of each source that threw
+  std::string silence_text_;                 // as last logged
   bool asleep_ = false;
   Clock::time_point last_output_ = Clock::now();
   std::deque<Clock::time_point> outputs_;  // of the last seconds

@@ -8,8 +8,9 @@
 
 namespace predictive_stereo {
 
-ImageSubscriber::ImageSubscriber(ros::NodeHandle node, const std::string& topic, uint32_t queue,
-                                 const std::string& transport, const Callback& callback)
+ImageSubscriber::ImageSubscriber(ros::NodeHandle node, Health& health, const std::string& topic,
+                                 uint32_t queue, const std::string& transport,
+                                 const Callback& callback)
     : error_(std::make_shared<Error>()) {
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   if (transport == "compressed") {
@@ -28,13 +29,15 @@ ImageSubscriber::ImageSubscriber(ros::NodeHandle node, const std::string& topic,
       }
       if (image) callback(image);
     };
-    compressed_ = node.subscribe<sensor_msgs::CompressedImage>(
-        node.resolveName(topic) + kCompressedTopic, queue, unpack, ros::VoidConstPtr(), hints);
+    compressed_ = subscribe<sensor_msgs::CompressedImage>(
+        node, health, node.resolveName(topic) + kCompressedTopic, queue, unpack,
+        ZeroStamp::kRefused, hints);
     return;
   }
   try {
     image_ = image_transport::ImageTransport(node).subscribe(
-        topic, queue, callback, ros::VoidPtr(), image_transport::TransportHints(transport, hints));
+        topic, queue, guarded<sensor_msgs::Image>(health, node.resolveName(topic), callback),
+        ros::VoidPtr(), image_transport::TransportHints(transport, hints));
   } catch (const image_transport::TransportLoadException& e) {
     throw std::runtime_error("image_transport = " + transport + ": cannot be used (" + e.what() +
                              "); set it to raw or compressed, or install its plugin package");

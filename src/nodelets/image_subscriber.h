@@ -4,10 +4,11 @@
 #include <ros/node_handle.h>
 #include <sensor_msgs/Image.h>
 
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+
+#include "nodelets/callbacks.h"
 
 namespace predictive_stereo {
 
@@ -16,14 +17,14 @@ namespace predictive_stereo {
 /// "compressed" (JPEG, PNG) is decoded here and needs no plugin, because Debian 12 has none.
 class ImageSubscriber {
  public:
-  using Callback = std::function<void(const sensor_msgs::ImageConstPtr&)>;
+  using Callback = Receiver<sensor_msgs::Image>;
 
   /// Makes an object without a subscription.
   ImageSubscriber() = default;
 
   /// @param transport  "raw", "compressed", or one that a plugin of image_transport provides.
   /// @throws std::runtime_error if there is no such plugin.
-  ImageSubscriber(ros::NodeHandle node, const std::string& topic, uint32_t queue,
+  ImageSubscriber(ros::NodeHandle node, Health& health, const std::string& topic, uint32_t queue,
                   const std::string& transport, const Callback& callback);
 
   /// After this has returned, the callback is not called.

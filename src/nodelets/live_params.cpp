@@ -160,15 +160,21 @@ ReconfigureServer::Assignments assignmentsOf(const Config& config) {
 
 }  // namespace
 
-ReconfigureServer::ReconfigureServer(const ros::NodeHandle& node, const ParamTable& values,
-                                     const ParamTable& defaults,
+ReconfigureServer::ReconfigureServer(const ros::NodeHandle& node, Health& health,
+                                     const ParamTable& values, const ParamTable& defaults,
                                      std::function<void(const Assignments&)> set)
     : node_(node), values_(values), set_(std::move(set)) {
   description_ = node_.advertise<ConfigDescription>("parameter_descriptions", 1, true);
   description_.publish(descriptionOf(defaults));
   updates_ = node_.advertise<Config>("parameter_updates", 1, true);
   updates_.publish(configOf(values_));
-  service_ = node_.advertiseService("set_parameters", &ReconfigureServer::onRequest, this);
+  using dynamic_reconfigure::ReconfigureRequest;
+  using dynamic_reconfigure::ReconfigureResponse;
+  service_ = advertiseService<ReconfigureRequest, ReconfigureResponse>(
+      node_, health, "set_parameters",
+      [this](ReconfigureRequest& request, ReconfigureResponse& response) {
+        return onRequest(request, response);
+      });
 }
 
 bool ReconfigureServer::onRequest(dynamic_reconfigure::Reconfigure::Request& request,

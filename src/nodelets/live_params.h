@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "nodelets/callbacks.h"
 #include "params/param_table.h"
 
 namespace predictive_stereo {
@@ -29,7 +30,7 @@ class ReconfigureServer {
   /// @param values  the current values; must outlive this object.
   /// @param defaults  default values of the same names, for the description.
   /// @param set  sets all values, or none and throws std::invalid_argument.
-  ReconfigureServer(const ros::NodeHandle& node, const ParamTable& values,
+  ReconfigureServer(const ros::NodeHandle& node, Health& health, const ParamTable& values,
                     const ParamTable& defaults, std::function<void(const Assignments&)> set);
 
  private:
@@ -51,14 +52,14 @@ class LiveParams {
  public:
   /// @param check  throws std::invalid_argument for values that exclude each other.
   /// @param fixed  name prefixes of the parameters that cannot change.
-  LiveParams(const ros::NodeHandle& node, const Params& params,
+  LiveParams(const ros::NodeHandle& node, Health& health, const Params& params,
              std::function<void(const Params&)> check, const std::vector<std::string>& fixed = {})
       : params_(params),
         trial_(params),
         check_(std::move(check)),
         table_(without(fixed, ParamTable(params_))),
         trial_table_(without(fixed, ParamTable(trial_))),
-        server_(node, table_, without(fixed, ParamTable(defaults_)),
+        server_(node, health, table_, without(fixed, ParamTable(defaults_)),
                 [this](const ReconfigureServer::Assignments& values) { set(values); }) {}
 
   LiveParams(const LiveParams&) = delete;

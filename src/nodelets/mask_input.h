@@ -4,12 +4,12 @@
 #include <sensor_msgs/Image.h>
 
 #include <atomic>
-#include <functional>
 #include <mutex>
+#include <opencv2/core.hpp>
 #include <string>
-#include <utility>
 
-#include "nodelets/tf_input.h"
+#include "nodelets/arrivals.h"
+#include "nodelets/callbacks.h"
 
 namespace predictive_stereo {
 
@@ -22,74 +22,46 @@ class MaskInput {
   /// topic does not. Without it, two nodelets that need each other would never sleep.
   static constexpr const char* kPassiveTopic = "moving_objects/passive_mask";
 
-  using Callback = std::function<void(const sensor_msgs::ImageConstPtr&)>;
+  using Callback = Receiver<sensor_msgs::Image>;
 
   /// @param on_mask  called with each mask, from the node handle's callback queue.
-  explicit MaskInput(const ros::NodeHandle& node, Callback on_mask = {})
-      : node_(node), on_mask_(std::move(on_mask)) {}
+  MaskInput(const ros::NodeHandle& node, Health& health, Arrivals& arrivals, Callback on_mask = {});
 
   /// Subscribes to this topic instead of the previous one; empty: to none. Not thread-safe.
-  void listenTo(const std::string& topic) {
-    if (topic == topic_) return;
-    topic_ = topic;
-    silent_ = false;
-    ros::Subscriber subscriber;
-    if (!topic.empty())
-      subscriber = node_.subscribe<sensor_msgs::Image>(
-          topic, 2, [this](const sensor_msgs::ImageConstPtr& mask) { add(mask); });
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      std::swap(subscriber, subscriber_);
-    }
-    subscriber.shutdown();  // without the lock: it waits for callbacks, and these take the lock
-    if (topic.empty()) forget();
-  }
+  void listenTo(const std::string& topic);
   /// After this has returned, the callback is not called.
   void stop() { listenTo(""); }
 
   /// Drops the mask, because stamps went back: its stamp may occur again in the new pass of a bag.
-  void forget() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    mask_.reset();
-  }
+  void forget();
 
-  bool isPublished() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return subscriber_.getNumPublishers() > 0;
-  }
+  bool isPublished() const { return subscription_.isPublished(); }
 
   /// The mask of the frame; nullptr: not received.
-  sensor_msgs::ImageConstPtr at(ros::Time stamp) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return mask_ && mask_->header.stamp == stamp ? mask_ : nullptr;
-  }
+  sensor_msgs::ImageConstPtr at(ros::Time stamp) const;
 
   /// Waits for the mask of the frame. After a timeout it does not wait again until another mask has
   /// arrived.
-  sensor_msgs::ImageConstPtr waitForMask(ros::Time stamp, double timeout_s) {
-    const bool expected = isPublished() && !silent_;
-    auto mask = waitFor(expected ? timeout_s : 0.0, [&] { return at(stamp); });
-    if (expected && !mask) silent_ = true;
-    return mask;
-  }
+  sensor_msgs::ImageConstPtr waitForMask(ros::Time stamp, double timeout_s);
+
+  /// A view of the mask as input of the core; it shares the message's memory. Empty, and a problem,
+  /// if the mask cannot be used: the frame goes on without it.
+  /// @param mask  may be nullptr.
+  /// @param left  an image of the sequence.
+  cv::Mat1b usable(const sensor_msgs::ImageConstPtr& mask, const sensor_msgs::Image& left);
 
  private:
-  void add(const sensor_msgs::ImageConstPtr& mask) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      mask_ = mask;
-    }
-    silent_ = false;
-    if (on_mask_) on_mask_(mask);
-  }
+  void add(const sensor_msgs::ImageConstPtr& mask);
 
   ros::NodeHandle node_;
+  Health& health_;
+  Arrivals& arrivals_;
   Callback on_mask_;
   std::string topic_;
   mutable std::mutex mutex_;
   sensor_msgs::ImageConstPtr mask_;
   std::atomic<bool> silent_{false};
-  ros::Subscriber subscriber_;
+  Subscription subscription_;
 };
 
 }  // namespace predictive_stereo

@@ -26,6 +26,7 @@
 #include "nodelets/outputs.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stamp_matcher.h"
+#include "nodelets/stereo_messages.h"
 #include "nodelets/tf_input.h"
 #include "nodelets/thread_limit.h"
 #include "nodelets/topic_state.h"
@@ -47,6 +48,7 @@ namespace predictive_stereo {
 class MovingObjectsNodelet : public nodelet::Nodelet {
  public:
   ~MovingObjectsNodelet() override {
+    arrivals_.stop();
     if (health_) health_->stop();
     demand_.stop();
     sleep();
@@ -63,11 +65,9 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   void onInit() override {
     health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
                                        "MovingObjects", [this] { return describeMissingInput(); });
-    try {
-      start(getNodeHandle(), getPrivateNodeHandle());
-    } catch (const std::exception& e) {
-      health_->problem("parameters", Health::Severity::kBroken, e.what());
-    }
+    health_->guard(
+        "parameters", [this] { start(getNodeHandle(), getPrivateNodeHandle()); },
+        Health::Severity::kBroken);
     health_->start();
   }
 
@@ -77,7 +77,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
       health_->event(warning);
     limitThreads(params_.threads);
     processor_ = std::make_unique<MovingObjectsProcessor>(params_.processor);
-    tf_ = std::make_unique<TfInput>(node);
+    tf_ = std::make_unique<TfInput>(node, *health_, arrivals_);
     loop_ = std::make_unique<Loop>(
         private_node, *health_, *processor_, params_.processor.detection,
         Loop::Hooks{[this](const Loop::Job& job) { process(job); },
@@ -112,27 +112,30 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     const uint32_t queue = std::max(kRoscppQueue, static_cast<uint32_t>(params_.queue_size));
     const auto subscribeTo = [&](Slot slot, auto type) {
       using Message = typename decltype(type)::element_type;
-      subscribers.others[slot] = node.subscribe<Message>(
-          names_[slot], queue,
-          [this, slot](const boost::shared_ptr<const Message>& message) { add(slot, message); });
+      subscribers.others[slot] = subscribe<Message>(
+          node, *health_, names_[slot], queue,
+          [this, slot](const boost::shared_ptr<const Message>& message) { add(slot, message); },
+          slot == kLeftInfo ? ZeroStamp::kLegal : ZeroStamp::kRefused);
     };
     subscribeTo(kLeftInfo, boost::shared_ptr<sensor_msgs::CameraInfo>());
     subscribeTo(kMeasured, boost::shared_ptr<stereo_msgs::DisparityImage>());
     subscribeTo(kMeasuredVariance, boost::shared_ptr<sensor_msgs::Image>());
     subscribeTo(kPredicted, boost::shared_ptr<stereo_msgs::DisparityImage>());
     subscribeTo(kPredictedVariance, boost::shared_ptr<sensor_msgs::Image>());
-    subscribers.columns = node.subscribe<RowAlignment>(
-        "row_alignment", queue,
-        [this](const RowAlignmentConstPtr& columns) { columns_.add(columns); });
+    subscribers.columns = subscribe<RowAlignment>(node, *health_, "row_alignment", queue,
+                                                  [this](const RowAlignmentConstPtr& columns) {
+                                                    requireRowAlignment(*columns);
+                                                    columns_.add(columns);
+                                                  });
     subscribers.left =
-        ImageSubscriber(node, names_[kLeft], queue, params_.image_transport,
+        ImageSubscriber(node, *health_, names_[kLeft], queue, params_.image_transport,
                         [this](const sensor_msgs::ImageConstPtr& image) { add(kLeft, image); });
     const std::lock_guard<std::mutex> lock(mutex_);
     subscribers_ = subscribers;
   }
 
-  void reportFailure(const std::exception& e) {
-    health_->problem("subscriptions", Health::Severity::kBroken, e.what());
+  void guardSubscriptions(const std::function<void()>& work) {
+    health_->guard("subscriptions", work, Health::Severity::kBroken);
   }
 
   void sleep() {
@@ -252,17 +255,19 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
 
   std::optional<Eigen::Isometry3d> pose(const std_msgs::Header& now) {
     std::string error;
-    const auto T_odom_cam = waitFor(params_.transform_timeout, [&] {
+    const auto T_odom_cam = arrivals_.waitFor(params_.transform_timeout, [&] {
       return lookUpTransform(tf_->buffer, params_.odom_frame, now.frame_id, now.stamp, error);
     });
     if (T_odom_cam)
       health_->solved("pose");
     else
-      health_->problem("pose", Health::Severity::kDegraded,
-                       "tf has no pose of '" + now.frame_id + "' in odom_frame '" +
-                           params_.odom_frame +
-                           "' at the image's stamp: no velocities. Run the EgoMotion nodelet with "
-                           "publish_tf, or set odom_frame to the fixed frame of your odometry");
+      health_->problem(
+          "pose", Health::Severity::kDegraded,
+          now.frame_id.empty()
+              ? std::string(kNoFrame) + ": no velocities"
+              : "tf has no pose of '" + now.frame_id + "' in odom_frame '" + params_.odom_frame +
+                    "' at the image's stamp: no velocities. Run the EgoMotion nodelet with "
+                    "publish_tf, or set odom_frame to the fixed frame of your odometry");
     return T_odom_cam;
   }
 
@@ -277,8 +282,9 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
                   [this] { wake(); },
                   [this] { sleep(); },
                   {},
-                  [this](const std::exception& e) { reportFailure(e); }}};
+                  [this](const auto& work) { guardSubscriptions(work); }}};
   std::unique_ptr<Health> health_;
+  Arrivals arrivals_;
   std::unique_ptr<TfInput> tf_;
   std::unique_ptr<MovingObjectsProcessor> processor_;
   Outputs outputs_{[this] { demand_.update(); }};

@@ -4,7 +4,6 @@
 #include <ros/node_handle.h>
 
 #include <algorithm>
-#include <exception>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -53,7 +52,8 @@ class Demand {
     std::function<bool()> wanted;
     std::function<void()> wake, sleep;
     std::function<void()> follow;  ///< called whenever demand may have changed; may be empty
-    std::function<void(const std::exception&)> on_failure;  ///< called if a hook above threw
+    /// Runs what calls the hooks above. What they throw must end there.
+    std::function<void(const std::function<void()>&)> guard;
   };
 
   explicit Demand(Hooks hooks) : hooks_(std::move(hooks)) {}
@@ -71,14 +71,16 @@ class Demand {
   void update() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!running_) return;
-    try {
+    hooks_.guard([this] {
       const bool wanted = hooks_.wanted(), was_awake = std::exchange(awake_, wanted);
-      if (wanted && !was_awake) hooks_.wake();
       if (!wanted && was_awake) hooks_.sleep();
+      if (wanted && (!was_awake || failed_)) {
+        failed_ = true;
+        hooks_.wake();
+        failed_ = false;
+      }
       if (hooks_.follow) hooks_.follow();
-    } catch (const std::exception& e) {
-      hooks_.on_failure(e);
-    }
+    });
   }
 
   /// After this has returned, no hook is called.
@@ -91,6 +93,7 @@ class Demand {
   const Hooks hooks_;
   std::mutex mutex_;
   bool running_ = false, awake_ = false;
+  bool failed_ = false;  // to wake it: the next update tries again
 };
 
 }  // namespace predictive_stereo

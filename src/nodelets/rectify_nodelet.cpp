@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "nodelets/callbacks.h"
 #include "nodelets/health.h"
 #include "nodelets/image_subscriber.h"
 #include "nodelets/rectifier.h"
@@ -59,22 +60,23 @@ class RectifyNodelet : public nodelet::Nodelet {
     const std::lock_guard<std::mutex> lock(mutex_);
     const bool wanted = rectified_.getNumSubscribers() > 0;
     health_->setAsleep(!wanted);
-    try {
+    const auto follow = [&] {
       if (!wanted)
         unsubscribe();
       else if (!raw_)
-        subscribe();
-    } catch (const std::exception& error) {
-      health_->problem("subscriptions", Health::Severity::kBroken, error.what());
-    }
+        subscribeBoth();
+    };
+    health_->guard("subscriptions", follow, Health::Severity::kBroken);
   }
 
-  void subscribe() {
-    info_ = getNodeHandle().subscribe<sensor_msgs::CameraInfo>(
-        info_topic_, kQueue, [this](const sensor_msgs::CameraInfoConstPtr& info) {
+  void subscribeBoth() {
+    info_ = subscribe<sensor_msgs::CameraInfo>(
+        getNodeHandle(), *health_, info_topic_, kQueue,
+        [this](const sensor_msgs::CameraInfoConstPtr& info) {
           add(kInfo, info->header.stamp, info, info->header.stamp.isZero());
-        });
-    raw_ = ImageSubscriber(getNodeHandle(), image_topic_, kQueue, transport_,
+        },
+        ZeroStamp::kLegal);
+    raw_ = ImageSubscriber(getNodeHandle(), *health_, image_topic_, kQueue, transport_,
                            [this](const sensor_msgs::ImageConstPtr& image) {
                              add(kImage, image->header.stamp, image, false);
                            });
@@ -111,16 +113,14 @@ class RectifyNodelet : public nodelet::Nodelet {
   }
 
   void rectify(const sensor_msgs::ImageConstPtr& raw, const sensor_msgs::CameraInfoConstPtr& info) {
-    try {
+    const auto process = [&] {
       Stopwatch watch;
       StageTimes times;
       rectified_.publish(rectifier_.rectify(*raw, *info));
       watch.lap("rectification", times);
-      health_->solved("input");
       health_->frame(raw->header.stamp, times.front().ms, times);
-    } catch (const std::exception& error) {
-      health_->problem("input", Health::Severity::kBroken, error.what());
-    }
+    };
+    health_->guard("input", process, Health::Severity::kBroken);
   }
 
   std::unique_ptr<Health> health_;

@@ -14,10 +14,11 @@ enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
 
 }  // namespace
 
-StereoInput::StereoInput(const ros::NodeHandle& node, const SyncParams& params,
+StereoInput::StereoInput(const ros::NodeHandle& node, Health& health, const SyncParams& params,
                          std::function<void(const StereoPair&)> on_pair,
                          std::function<void(ros::Time)> on_backward)
     : node_(node),
+      health_(health),
       transport_(params.image_transport),
       queue_(std::max(kRoscppQueue, static_cast<uint32_t>(params.queue_size))),
       on_pair_(std::move(on_pair)),
@@ -27,17 +28,22 @@ StereoInput::StereoInput(const ros::NodeHandle& node, const SyncParams& params,
                params) {}
 
 void StereoInput::start() {
-  using InfoPtr = sensor_msgs::CameraInfoConstPtr;
-  using ImagePtr = sensor_msgs::ImageConstPtr;
+  const auto infos = [&](const char* topic, Slot slot) {
+    return subscribe<sensor_msgs::CameraInfo>(
+        node_, health_, topic, queue_,
+        [this, slot](const sensor_msgs::CameraInfoConstPtr& info) { add(slot, info, true); },
+        ZeroStamp::kLegal);
+  };
+  const auto images = [&](const char* topic, Slot slot) {
+    return ImageSubscriber(
+        node_, health_, topic, queue_, transport_,
+        [this, slot](const sensor_msgs::ImageConstPtr& image) { add(slot, image, false); });
+  };
   Subscribers subscribers;
-  subscribers.left_info = node_.subscribe<sensor_msgs::CameraInfo>(
-      "left/camera_info", queue_, [this](const InfoPtr& info) { add(kLeftInfo, info, true); });
-  subscribers.right_info = node_.subscribe<sensor_msgs::CameraInfo>(
-      "right/camera_info", queue_, [this](const InfoPtr& info) { add(kRightInfo, info, true); });
-  subscribers.left = ImageSubscriber(node_, "left/image_rect", queue_, transport_,
-                                     [this](const ImagePtr& image) { add(kLeft, image, false); });
-  subscribers.right = ImageSubscriber(node_, "right/image_rect", queue_, transport_,
-                                      [this](const ImagePtr& image) { add(kRight, image, false); });
+  subscribers.left_info = infos("left/camera_info", kLeftInfo);
+  subscribers.right_info = infos("right/camera_info", kRightInfo);
+  subscribers.left = images("left/image_rect", kLeft);
+  subscribers.right = images("right/image_rect", kRight);
   const std::lock_guard<std::mutex> lock(mutex_);
   subscribers_ = subscribers;
 }

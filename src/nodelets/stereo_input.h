@@ -18,10 +18,11 @@ namespace predictive_stereo {
 /// stop(). It can be started and stopped repeatedly.
 class StereoInput {
  public:
+  /// @param health  gets what is refused of each topic.
   /// @param on_pair  called with each pair, from the node handle's callback queue.
   /// @param on_backward  called when stamps went back, with the stamp of the next pair, before that
   ///   pair.
-  StereoInput(const ros::NodeHandle& node, const SyncParams& params,
+  StereoInput(const ros::NodeHandle& node, Health& health, const SyncParams& params,
               std::function<void(const StereoPair&)> on_pair,
               std::function<void(ros::Time)> on_backward);
 
@@ -45,6 +46,7 @@ class StereoInput {
   void add(size_t slot, const boost::shared_ptr<const Message>& message, bool may_be_constant);
 
   ros::NodeHandle node_;
+  Health& health_;
   const std::string transport_;
   const uint32_t queue_;
   std::function<void(const StereoPair&)> on_pair_;

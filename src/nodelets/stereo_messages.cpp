@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "nodelets/message_checks.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -133,12 +135,27 @@ StereoRig stereoRig(const StereoPair& pair) {
 }
 
 StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1b& right_buffer) {
+  requireStamp(pair.left->header.stamp, ZeroStamp::kLegal);
   StereoFrame frame;
   frame.rig = stereoRig(pair);
   frame.left = greyImage(*pair.left, "left", left_buffer);
   frame.right = greyImage(*pair.right, "right", right_buffer);
   frame.stamp = stampOf(pair.left->header.stamp);
   return frame;
+}
+
+cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {
+  if (message.width != left.width || message.height != left.height)
+    throw std::invalid_argument("mask of moving objects is " + std::to_string(message.width) + "x" +
+                                std::to_string(message.height) + " but the image is " +
+                                std::to_string(left.width) + "x" + std::to_string(left.height) +
+                                "; do the topics belong to one camera?");
+  cv::Mat1b unused;
+  return greyImage(message, "moving_objects/mask", unused);
+}
+
+void requireFrame(const sensor_msgs::Image& left) {
+  if (left.header.frame_id.empty()) throw std::invalid_argument(kNoFrame);
 }
 
 Stamp stampOf(ros::Time time) {

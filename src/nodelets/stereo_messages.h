@@ -37,8 +37,21 @@ StereoRig stereoRig(const StereoPair& pair);
 
 /// The pair as a frame. Its images share the memory of the messages or of the buffers, see
 /// greyImage.
-/// @throws std::invalid_argument  as stereoRig and greyImage.
+/// @throws std::invalid_argument  as stereoRig, greyImage and requireStamp.
 StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1b& right_buffer);
+
+/// View of the mask of moving objects of the previous frame, as input of the core; it shares the
+/// message's memory.
+/// @param left  an image of the sequence.
+/// @throws std::invalid_argument for a mask with another encoding than mono8, or another size than
+///   `left`.
+cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left);
+
+/// What is wrong with an image without frame_id: tf cannot be asked for its frame.
+constexpr char kNoFrame[] = "left/image_rect has an empty frame_id: set it in the camera driver";
+
+/// @throws std::invalid_argument for an image without frame_id.
+void requireFrame(const sensor_msgs::Image& left);
 
 Stamp stampOf(ros::Time time);
 ros::Time rosTime(Stamp stamp);

@@ -1,17 +1,21 @@
 #include "nodelets/tf_input.h"
 
-#include <algorithm>
 #include <utility>
+
+#include "nodelets/message_checks.h"
 
 namespace predictive_stereo {
 
-TfInput::TfInput(ros::NodeHandle node, Listener listener) : listener_(std::move(listener)) {
+TfInput::TfInput(ros::NodeHandle node, Health& health, Arrivals& arrivals, Listener listener)
+    : health_(health), arrivals_(arrivals), listener_(std::move(listener)) {
   node.setCallbackQueue(&queue_);
-  const auto subscribe = [&](const char* topic, bool is_static) {
+  const auto subscribe = [&](const char* name, bool is_static) {
     return node.subscribe<tf2_msgs::TFMessage>(
-        topic, 100, boost::function<void(const Event&)>([this, is_static](const Event& event) {
-          add(event, is_static);
-        }));
+        name, 100,
+        boost::function<void(const Event&)>(
+            [this, topic = node.resolveName(name), is_static](const Event& event) {
+              add(event, topic, is_static);
+            }));
   };
   moving_ = subscribe("/tf", false);
   static_ = subscribe("/tf_static", true);
@@ -20,32 +24,24 @@ TfInput::TfInput(ros::NodeHandle node, Listener listener) : listener_(std::move(
 
 void TfInput::goBackTo(ros::Time stamp) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const bool has_later = std::any_of(newest_.begin(), newest_.end(), [&](const auto& newest) {
-    return newest.second > stamp + kLeastJump;
-  });
-  if (has_later) forget();
+  history_.goBackTo(stamp);
 }
 
-void TfInput::add(const Event& event, bool is_static) {
-  const tf2_msgs::TFMessage& message = *event.getConstMessage();
-  if (listener_)
-    for (const geometry_msgs::TransformStamped& transform : message.transforms)
-      listener_(transform, event.getPublisherName(), is_static);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  for (const geometry_msgs::TransformStamped& transform : message.transforms) {
-    if (!is_static) {
-      ros::Time& newest = newest_[transform.child_frame_id];
-      if (transform.header.stamp + kLeastJump < newest) forget();
-      newest_[transform.child_frame_id] = transform.header.stamp;
-    }
-    // tf2 logs transforms that it refuses.
-    buffer.setTransform(transform, "tf", is_static);
-  }
-}
-
-void TfInput::forget() {
-  buffer.clear();
-  newest_.clear();
+void TfInput::add(const Event& event, const std::string& topic, bool is_static) {
+  const tf2_msgs::TFMessage::ConstPtr message = event.getConstMessage();
+  // Each for itself, because the others of its message may be good.
+  for (const geometry_msgs::TransformStamped& transform : message->transforms)
+    health_.guard(topic, [&] {
+      const std::string& publisher = event.getPublisherName();
+      requireTransform(transform, is_static ? ZeroStamp::kLegal : ZeroStamp::kRefused, publisher);
+      if (listener_) listener_(transform, publisher, is_static);
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (is_static)
+        buffer.setTransform(transform, "tf", true);
+      else
+        history_.add(TfHistory::Transform(message, &transform));  // shares the message's memory
+    });
+  arrivals_.notify();
 }
 
 }  // namespace predictive_stereo

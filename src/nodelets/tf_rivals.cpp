@@ -1,5 +1,7 @@
 #include "nodelets/tf_rivals.h"
 
+#include <xmlrpcpp/XmlRpcException.h>
+
 #include <algorithm>
 #include <set>
 
@@ -12,6 +14,19 @@ std::string withoutSlash(const std::string& frame) {
 }
 
 }  // namespace
+
+bool hasOtherPublisher(XmlRpc::XmlRpcValue system_state, const std::string& topic,
+                       const std::string& node) try {
+  XmlRpc::XmlRpcValue& publishers = system_state[0];
+  for (int i = 0; i < publishers.size(); ++i) {
+    if (static_cast<std::string>(publishers[i][0]) != topic) continue;
+    for (int j = 0; j < publishers[i][1].size(); ++j)
+      if (static_cast<std::string>(publishers[i][1][j]) != node) return true;
+  }
+  return false;
+} catch (const XmlRpc::XmlRpcException&) {  // is no std::exception
+  return true;
+}
 
 void TfRivals::addOwnTransform(const geometry_msgs::TransformStamped& transform) {
   const std::lock_guard<std::mutex> lock(mutex_);

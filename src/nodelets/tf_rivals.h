@@ -1,6 +1,7 @@
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
+#include <xmlrpcpp/XmlRpcValue.h>
 
 #include <deque>
 #include <map>
@@ -9,6 +10,12 @@
 #include <string>
 
 namespace predictive_stereo {
+
+/// Whether the master knows a publisher of the topic other than `node`. True, too, if its answer
+/// cannot be read: to look for rivals in vain only takes some time.
+/// @param system_state  the answer to getSystemState.
+bool hasOtherPublisher(XmlRpc::XmlRpcValue system_state, const std::string& topic,
+                       const std::string& node);
 
 /// Finds other publishers of a frame in tf. A frame must have one parent and one publisher: with
 /// two, readers of tf get their transforms alternately.

@@ -161,6 +161,7 @@ TEST_F(Diagnosis, images_that_cannot_be_unpacked_are_told) {
   DisparityRecorder disparity(node_, "disparity");
   ASSERT_TRUE(eventually([&] { return left.getNumSubscribers() > 0; }));
   sensor_msgs::CompressedImage broken;
+  broken.header.stamp = street().stamp(0);
   broken.format = "mono8; jpeg compressed ";
   broken.data = {1, 2, 3};
   left.publish(broken);

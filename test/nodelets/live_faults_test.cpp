@@ -20,6 +20,7 @@
 #include <limits>
 #include <thread>
 
+#include "changed_pairs.h"
 #include "nodelet_fixture.h"
 
 namespace predictive_stereo {
@@ -92,28 +93,6 @@ class Meanwhile {
   std::atomic<bool> done_{false};
   std::thread thread_;
 };
-
-sensor_msgs::ImagePtr copyOf(const sensor_msgs::ImageConstPtr& image) {
-  return boost::make_shared<sensor_msgs::Image>(*image);
-}
-
-void changeInfos(StereoPair& pair, const std::function<void(sensor_msgs::CameraInfo&)>& change) {
-  for (auto* info : {&pair.left_info, &pair.right_info}) {
-    const auto changed = boost::make_shared<sensor_msgs::CameraInfo>(**info);
-    change(*changed);
-    *info = changed;
-  }
-}
-
-StereoPair withStamp(StereoPair pair, ros::Time stamp) {
-  for (auto* image : {&pair.left, &pair.right}) {
-    const auto stamped = copyOf(*image);
-    stamped->header.stamp = stamp;
-    *image = stamped;
-  }
-  changeInfos(pair, [&](sensor_msgs::CameraInfo& info) { info.header.stamp = stamp; });
-  return pair;
-}
 
 StereoPair halfAsHigh(StereoPair pair) {
   for (auto* image : {&pair.left, &pair.right}) {

@@ -28,7 +28,7 @@ class StereoInputTest : public testing::Test {
   StereoInputTest() {
     waiting_.setCallbackQueue(&queue_);
     input_ = std::make_unique<StereoInput>(
-        waiting_, SyncParams(), [this](const StereoPair& pair) { pairs_.push_back(pair); },
+        waiting_, health_, SyncParams(), [this](const StereoPair& pair) { pairs_.push_back(pair); },
         [](ros::Time) {});
     input_->start();
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -52,6 +52,7 @@ class StereoInputTest : public testing::Test {
                  right_ = node_.advertise<sensor_msgs::Image>("right/image_rect", 5),
                  left_info_ = node_.advertise<sensor_msgs::CameraInfo>("left/camera_info", 5),
                  right_info_ = node_.advertise<sensor_msgs::CameraInfo>("right/camera_info", 5);
+  Health health_{node_, ros::NodeHandle("~"), "/test", "StereoInput", [] { return std::string(); }};
   std::vector<StereoPair> pairs_;
   int lost_right_ = -1;
   std::unique_ptr<StereoInput> input_;

@@ -1,0 +1,83 @@
+/// Where ROS calls a nodelet: each subscription and service goes through Health::guard.
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "nodelets/health.h"
+#include "nodelets/message_checks.h"
+
+namespace predictive_stereo {
+
+/// May throw: see Health::guard.
+template <class Message>
+using Receiver = std::function<void(const boost::shared_ptr<const Message>&)>;
+
+/// A callback for a topic, which refuses stamps (see objectionTo).
+/// @param topic  resolved name.
+template <class Message>
+boost::function<void(const boost::shared_ptr<const Message>&)> guarded(
+    Health& health, const std::string& topic, Receiver<Message> use,
+    ZeroStamp zero = ZeroStamp::kRefused) {
+  return [&health, topic, use = std::move(use),
+          zero](const boost::shared_ptr<const Message>& message) {
+    health.guard(topic, [&] {
+      requireStamp(message->header.stamp, zero);
+      use(message);
+    });
+  };
+}
+
+template <class Message>
+ros::Subscriber subscribe(ros::NodeHandle& node, Health& health, const std::string& topic,
+                          uint32_t queue, Receiver<Message> use,
+                          ZeroStamp zero = ZeroStamp::kRefused,
+                          const ros::TransportHints& hints = ros::TransportHints()) {
+  return node.subscribe<Message>(
+      topic, queue, guarded<Message>(health, node.resolveName(topic), std::move(use), zero),
+      ros::VoidConstPtr(), hints);
+}
+
+/// @param serve  returns whether the service has done what was asked; may throw.
+template <class Request, class Response>
+ros::ServiceServer advertiseService(ros::NodeHandle& node, Health& health, const std::string& name,
+                                    std::function<bool(Request&, Response&)> serve) {
+  return node.advertiseService<Request, Response>(
+      name, boost::function<bool(Request&, Response&)>(
+                [&health, service = node.resolveName(name), serve = std::move(serve)](
+                    Request& request, Response& response) {
+                  bool done = false;
+                  health.guard(service, [&] { done = serve(request, response); });
+                  return done;
+                }));
+}
+
+/// A subscriber that one thread replaces while others ask for its publishers.
+class Subscription {
+ public:
+  /// After this has returned, the callback of the previous subscriber is not called.
+  void replace(ros::Subscriber next) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      std::swap(next, subscriber_);
+    }
+    next.shutdown();  // without the lock: it waits for callbacks, and these may take the lock
+  }
+  void shutdown() { replace(ros::Subscriber()); }
+
+  bool isPublished() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return subscriber_.getNumPublishers() > 0;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  ros::Subscriber subscriber_;
+};
+
+}  // namespace predictive_stereo

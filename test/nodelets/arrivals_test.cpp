@@ -1,0 +1,92 @@
+#include "nodelets/arrivals.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+namespace predictive_stereo {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// roscpp counts as running only between init and shutdown.
+class ArrivalsTest : public testing::Test {
+ protected:
+  ArrivalsTest() {
+    ros::init(ros::M_string(), "arrivals_test", ros::init_options::NoSigintHandler);
+  }
+
+  Arrivals arrivals_;
+};
+
+TEST_F(ArrivalsTest, what_is_there_is_not_waited_for) {
+  const auto begin = Clock::now();
+  EXPECT_EQ(arrivals_.waitFor(60, [] { return 5; }), 5);
+  EXPECT_LT(secondsSince(begin), 10);
+}
+
+TEST_F(ArrivalsTest, each_arrival_asks_again_and_nothing_else_does) {
+  std::atomic<int> asked{0}, arrived{0};
+  std::thread waiter([&] {
+    EXPECT_TRUE(arrivals_.waitFor(60, [&] {
+      ++asked;
+      return arrived == 3;
+    }));
+  });
+  for (int i = 0; i < 3; ++i) {
+    while (asked <= i) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_EQ(asked, i + 1) << "asked without an arrival";
+    ++arrived;
+    arrivals_.notify();
+  }
+  waiter.join();
+  EXPECT_EQ(asked, 4);
+}
+
+TEST_F(ArrivalsTest, an_arrival_while_asking_is_not_lost) {
+  int asked = 0;
+  const auto begin = Clock::now();
+  EXPECT_TRUE(arrivals_.waitFor(60, [&] {
+    if (++asked == 1) arrivals_.notify();
+    return asked == 2;
+  }));
+  EXPECT_LT(secondsSince(begin), 10);
+}
+
+TEST_F(ArrivalsTest, it_ends_at_the_deadline) {
+  const auto begin = Clock::now();
+  EXPECT_FALSE(arrivals_.waitFor(0.05, [] { return false; }));
+  EXPECT_GE(secondsSince(begin), 0.05);
+  for (const double timeout_s : {0.0, -1.0}) {
+    int asked = 0;
+    EXPECT_FALSE(arrivals_.waitFor(timeout_s, [&] {
+      ++asked;
+      arrivals_.notify();
+      return false;
+    }));
+    EXPECT_EQ(asked, 1);
+  }
+}
+
+TEST_F(ArrivalsTest, stop_ends_waits_and_later_ones) {
+  std::atomic<bool> asked{false};
+  std::thread waiter([&] {
+    EXPECT_FALSE(arrivals_.waitFor(3600, [&] {
+      asked = true;
+      return false;
+    }));
+  });
+  while (!asked) std::this_thread::yield();
+  arrivals_.stop();
+  waiter.join();
+  EXPECT_FALSE(arrivals_.waitFor(3600, [] { return false; }));
+}
+
+}  // namespace
+}  // namespace predictive_stereo
