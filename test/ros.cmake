@@ -29,6 +29,9 @@ foreach(name arrivals disparity_views imu_rotation message_checks message_pool m
     moving_objects_views stamp_matcher stereo_messages tf_history tf_rivals transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()
+foreach(name moving_objects_processor pipeline_processor)
+  predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros predictive_stereo_simulation)
+endforeach()
 predictive_stereo_unit_test(nodelets thread_limit_test predictive_stereo_nodelets)
 
 # Nodelets; each .test file starts the nodelets under test.

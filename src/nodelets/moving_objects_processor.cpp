@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "nodelets/image_messages.h"
+#include "nodelets/message_checks.h"
 #include "nodelets/stereo_messages.h"
 
 namespace predictive_stereo {
@@ -86,11 +87,21 @@ void MovingObjectsProcessor::setParams(const DetectionParams& params) {
   params_.detection = changed;
 }
 
+// Before the frame begins, because the pipeline may refuse the range.
+void MovingObjectsProcessor::setRange(const DisparityRange& range) {
+  if (range == params_.detection.range) return;
+  DetectionParams changed = params_.detection;
+  changed.range = range;
+  pipeline_.setParams(changed);
+  params_.detection = changed;
+}
+
 void MovingObjectsProcessor::reset() { pipeline_.reset(); }
 
 // A frame and its maps as views of the messages' memory.
 StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
   StereoFrame frame;
+  requireStamp(input.left->header.stamp, ZeroStamp::kLegal);
   frame.stamp = stampOf(input.left->header.stamp);
   frame.left = greyImage(*input.left, "left", left_buffer_);
   const cv::Size size = frame.left.size();
@@ -115,14 +126,10 @@ StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
 MovingObjectsProcessor::Output MovingObjectsProcessor::process(
     const MovingObjectsInput& input, const std::optional<Eigen::Isometry3d>& T_odom_cam) {
   const StereoFrame frame = makeFrame(input);
+  setRange(rangeOf(*input.measured_disparity));
   Output output;
   output.sequence = pipeline_.begin(frame);
   if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
-  const DisparityRange range = rangeOf(*input.measured_disparity);
-  if (range != params_.detection.range) {
-    params_.detection.range = range;
-    pipeline_.setParams(params_.detection);
-  }
 
   MovingObjectsMessages result;
   result.mask = images_.take();

@@ -49,6 +49,7 @@ class MovingObjectsProcessor {
   void reset();
 
  private:
+  void setRange(const DisparityRange& range);
   StereoFrame makeFrame(const MovingObjectsInput& input);
 
   MovingObjectsProcessorParams params_;

@@ -22,11 +22,31 @@ PipelineProcessor::PipelineProcessor(const AllNodeletParams& params)
 }
 
 std::optional<PipelineProcessor::Output> PipelineProcessor::process(const StereoPair& pair) {
+  const SequenceGuard::Result sequence = disparity_.begin(pair);
+  if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return std::nullopt;
+  try {
+    return processBegun(pair, sequence);
+  } catch (...) {
+    // Some processors have this frame, others do not: only a new start makes them agree.
+    reset();
+    throw;
+  }
+}
+
+void PipelineProcessor::reset() {
+  ego_motion_.reset();
+  disparity_.reset();
+  moving_objects_.reset();
+  odometry_.clear();
+  column_offset_ = ColumnOffset();
+  moving_mask_.reset();
+}
+
+PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair,
+                                                          const SequenceGuard::Result& sequence) {
   const std_msgs::Header& header = pair.left->header;
   Output output;
   Stopwatch total;
-  const SequenceGuard::Result sequence = disparity_.begin(pair);
-  if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return std::nullopt;
   if (sequence.startsAnew()) output.event = sequence.reason;
 
   output.disparity = disparity_.process(

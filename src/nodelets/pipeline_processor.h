@@ -38,11 +38,13 @@ class PipelineProcessor {
   std::string slowTargetWarning() const { return disparity_.slowTargetWarning(); }
 
   /// @returns none if the pair has the stamp of the previous one.
-  /// @throws std::invalid_argument for a pair that cannot be used, or if tf lacks
-  ///   base_frame -> camera.
+  /// @throws std::invalid_argument for a pair that cannot be used: the state stays as it was; or if
+  ///   tf lacks base_frame -> camera: the next pair is the first one then.
   std::optional<Output> process(const StereoPair& pair);
 
  private:
+  Output processBegun(const StereoPair& pair, const SequenceGuard::Result& sequence);
+  void reset();
   Eigen::Isometry3d extrinsic(const StereoPair& pair) const;
   std::optional<CameraMotion> followCamera(const StereoPair& pair, std::optional<ros::Time> past,
                                            Output& output);

@@ -1,0 +1,54 @@
+#include "nodelets/moving_objects_processor.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "nodelets/disparity_processor.h"
+#include "street_camera.h"
+
+namespace predictive_stereo {
+namespace {
+
+const StreetCamera& street() {
+  static const StreetCamera street(2);
+  return street;
+}
+
+MovingObjectsInput inputAt(int index) {
+  DisparityProcessor disparity{DisparityProcessorParams()};
+  const StereoPair pair = street().pair(index);
+  disparity.begin(pair);
+  const DisparityMessages maps = disparity.process({});
+  MovingObjectsInput input;
+  input.left = pair.left;
+  input.left_info = pair.left_info;
+  input.measured_disparity = maps.measured_disparity;
+  input.predicted_disparity = maps.predicted_disparity;
+  input.measured_variance = maps.measured_variance;
+  input.predicted_variance = maps.predicted_variance;
+  return input;
+}
+
+MovingObjectsInput withLargestDisparity(MovingObjectsInput input, float max_px) {
+  for (auto* disparity : {&input.measured_disparity, &input.predicted_disparity}) {
+    const auto changed = boost::make_shared<stereo_msgs::DisparityImage>(**disparity);
+    changed->max_disparity = max_px;
+    *disparity = changed;
+  }
+  return input;
+}
+
+TEST(MovingObjectsProcessor, a_range_that_is_refused_is_refused_each_time_and_changes_nothing) {
+  MovingObjectsProcessor processor{MovingObjectsProcessorParams()};
+  ASSERT_TRUE(processor.process(inputAt(0), {}).messages);
+  const MovingObjectsInput next = inputAt(1), refused = withLargestDisparity(next, 299);
+  EXPECT_THROW(processor.process(refused, {}), std::invalid_argument);
+  EXPECT_THROW(processor.process(refused, {}), std::invalid_argument);
+  const MovingObjectsProcessor::Output output = processor.process(next, {});
+  EXPECT_EQ(output.sequence.verdict, SequenceGuard::Verdict::kContinues);
+  EXPECT_TRUE(output.messages);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
