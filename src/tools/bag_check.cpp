@@ -18,6 +18,7 @@
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "tools/bag_layouts.h"
+#include "tools/refused_messages.h"
 
 namespace predictive_stereo {
 namespace {
@@ -121,13 +122,17 @@ class Checker {
     return false;
   }
 
+  void addStamp(ros::Time stamp, Stream& stream) {
+    if (!refused_.has(stream.topic, stamp, ZeroStamp::kLegal)) stream.stamps.push_back(stamp);
+  }
+
   void readMessages() {
     const StereoTopics& topics = camera_.topics;
     for (const std::string& topic :
          {topics.left, topics.right, topics.left_info, topics.right_info})
       streams_.push_back({topic, {}});
     rosbag::View all(bag_);
-    const ros::Time end = all.getBeginTime() + ros::Duration(kLookedAt_s);
+    const ros::Time end = timeAfter(all.getBeginTime(), kLookedAt_s);
     rosbag::View view(bag_,
                       rosbag::TopicQuery(std::vector<std::string>{
                           topics.left, topics.right, topics.left_info, topics.right_info}),
@@ -135,16 +140,16 @@ class Checker {
     for (const rosbag::MessageInstance& message : view) {
       const bool left_image = message.getTopic() == topics.left;
       auto& first_image = left_image ? pair_.left : pair_.right;
-      std::vector<ros::Time>& stamps = streams_[left_image ? 0 : 1].stamps;
+      Stream& images = streams_[left_image ? 0 : 1];
       if (const auto image = message.instantiate<sensor_msgs::Image>()) {
-        stamps.push_back(image->header.stamp);
+        addStamp(image->header.stamp, images);
         if (!first_image) first_image = image;
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
-        stamps.push_back(packed->header.stamp);
+        addStamp(packed->header.stamp, images);
         if (!first_image) first_image = decodedImage(*packed);
       } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
         const bool left = message.getTopic() == topics.left_info;
-        streams_[left ? 2 : 3].stamps.push_back(info->header.stamp);
+        addStamp(info->header.stamp, streams_[left ? 2 : 3]);
         auto& first = left ? pair_.left_info : pair_.right_info;
         if (!first) first = info;
       }
@@ -156,6 +161,7 @@ class Checker {
       if (const auto tf = message.instantiate<tf2_msgs::TFMessage>())
         for (const auto& transform : tf->transforms) {
           const bool is_static = message.getTopic().find("static") != std::string::npos;
+          if (refused_.has(message.getTopic(), transform, is_static)) continue;
           tf_.setTransform(transform, "bag", is_static);
           if (is_static) fixed_parents_[transform.child_frame_id] = transform.header.frame_id;
           if (!is_static) moving_parents_[transform.child_frame_id] = transform.header.frame_id;
@@ -370,6 +376,7 @@ class Checker {
   CameraLayout camera_;
   StereoPair pair_;              // first message of each topic
   std::vector<Stream> streams_;  // left, right, left_info, right_info
+  RefusedMessages refused_{[this](const std::string& text) { advice(text); }};
   tf2::BufferCore tf_{ros::Duration(2 * kLookedAt_s)};
   std::map<std::string, std::string> fixed_parents_, moving_parents_;  // by child
 };

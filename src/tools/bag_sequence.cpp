@@ -17,6 +17,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "nodelets/message_checks.h"
 #include "nodelets/stamp_matcher.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
@@ -116,6 +117,10 @@ class BagSequence : public Sequence {
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
         stamp = packed->header.stamp;
       }
+      const ZeroStamp zero =
+          slot == kLeftInfo || slot == kRightInfo ? ZeroStamp::kLegal : ZeroStamp::kRefused;
+      if (const std::string objection = objectionTo(stamp, zero); !objection.empty())
+        throw std::runtime_error(path + ": " + names[slot] + ": " + objection);
       const auto place = boost::make_shared<rosbag::MessageInstance>(message);
       for (const StampMatcher::Set& set : matcher.add(slot, stamp, place, constant))
         pairs_.push_back(set);

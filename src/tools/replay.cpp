@@ -25,6 +25,7 @@
 #include "tools/interruption.h"
 #include "tools/output_file.h"
 #include "tools/progress.h"
+#include "tools/refused_messages.h"
 #include "tools/replay_figures.h"
 #include "tools/stage_table.h"
 #include "tools/stereo_topics.h"
@@ -223,8 +224,8 @@ class Replay {
     }
     topics_ = findStereoTopics(in_, options.topics);
     rosbag::View everything(in_);
-    begin_ = everything.getBeginTime() + ros::Duration(options.start_s);
-    end_ = options.duration_s ? begin_ + ros::Duration(*options.duration_s) : ros::TIME_MAX;
+    begin_ = timeAfter(everything.getBeginTime(), options.start_s);
+    end_ = options.duration_s ? timeAfter(begin_, *options.duration_s) : ros::TIME_MAX;
   }
 
   void run() {
@@ -273,7 +274,8 @@ class Replay {
       if (!tf) continue;
       const bool is_static = message.getTopic() == "/tf_static";
       for (const geometry_msgs::TransformStamped& transform : tf->transforms)
-        transforms_.emplace_back(transform, is_static);
+        if (!refused_.has(message.getTopic(), transform, is_static))
+          transforms_.emplace_back(transform, is_static);
     }
   }
 
@@ -314,12 +316,16 @@ class Replay {
 
   std::vector<StampMatcher::Set> add(const rosbag::MessageInstance& message,
                                      StampMatcher& matcher) {
-    if (const auto image = imageOf(message))
-      return matcher.add(message.getTopic() == topics_.left ? kLeft : kRight, image->header.stamp,
-                         image);
-    if (const auto info = message.instantiate<sensor_msgs::CameraInfo>())
-      return matcher.add(message.getTopic() == topics_.left_info ? kLeftInfo : kRightInfo,
-                         info->header.stamp, info, info->header.stamp.isZero());
+    const std::string& topic = message.getTopic();
+    if (const auto image = imageOf(message)) {
+      if (refused_.has(topic, image->header.stamp, ZeroStamp::kRefused)) return {};
+      return matcher.add(topic == topics_.left ? kLeft : kRight, image->header.stamp, image);
+    }
+    if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
+      if (refused_.has(topic, info->header.stamp, ZeroStamp::kLegal)) return {};
+      return matcher.add(topic == topics_.left_info ? kLeftInfo : kRightInfo, info->header.stamp,
+                         info, info->header.stamp.isZero());
+    }
     return {};
   }
 
@@ -369,6 +375,8 @@ class Replay {
     std::cout << figures_.pairs() << " pairs";
     if (matcher.unmatched()) std::cout << ", " << matcher.unmatched() << " left images unmatched";
     if (duplicates_) std::cout << ", " << duplicates_ << " duplicates ignored";
+    for (const auto& [topic, count] : refused_.counts())
+      std::cout << ", " << count << " of " << topic << " refused";
     std::cout << "; " << cv::getNumThreads() << " threads\n";
     table_.print(std::cout);
   }
@@ -385,6 +393,8 @@ class Replay {
   ReplayFigures figures_;
   int lefts_ = 0;
   size_t duplicates_ = 0;
+  RefusedMessages refused_{
+      [](const std::string& text) { std::cerr << "\nwarning: " << text << "\n"; }};
 };
 
 int run(const CommandLine& line) {

@@ -114,6 +114,12 @@ sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
   return compressed ? decodedImage(*compressed) : nullptr;
 }
 
+ros::Time timeAfter(ros::Time begin, double seconds) {
+  const bool in_range =
+      seconds < ros::DURATION_MAX.toSec() && begin.toSec() + seconds < ros::TIME_MAX.toSec();
+  return in_range ? begin + ros::Duration(seconds) : ros::TIME_MAX;
+}
+
 StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice) {
   const BagTopics known(bag);
   StereoTopics topics;

@@ -35,4 +35,8 @@ sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message);
 ///   one such camera; it lists the bag's image topics.
 StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice);
 
+/// The time `seconds` after `begin`, or the last one that ros::Time has: recorded times may be
+/// anything, and ros::Time throws beyond.
+ros::Time timeAfter(ros::Time begin, double seconds);
+
 }  // namespace predictive_stereo

@@ -13,6 +13,7 @@
 
 #include "bytes.h"
 #include "nodelets/disparity_views.h"
+#include "nodelets/message_checks.h"
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/pipeline_processor.h"
 #include "nodelets/rectifier.h"
@@ -59,6 +60,12 @@ std::string anyEncoding(Bytes& bytes) {
 }
 
 void changeStamp(Bytes& bytes, ros::Time& stamp) {
+  static const uint32_t extremes[] = {0, 1, 0x7fffffffu, 0x80000000u, 4200000000u, 0xffffffffu};
+  if (bytes.byte() % 2) {
+    stamp.sec = extremes[bytes.byte() % std::size(extremes)];
+    stamp.nsec = bytes.byte() % 2 ? 999999999 : bytes.raw<uint32_t>();
+    return;
+  }
   stamp.sec = bytes.byte() % 2 ? stamp.sec + bytes.byte() : bytes.raw<uint32_t>();
   stamp.nsec = bytes.byte() % 2 ? bytes.raw<uint32_t>() % 1000000000 : 0;
 }
@@ -147,7 +154,10 @@ void changeTransform(Bytes& bytes, geometry_msgs::TransformStamped& message) {
                              &message.transform.translation.z, &message.transform.rotation.x,
                              &message.transform.rotation.y,    &message.transform.rotation.z,
                              &message.transform.rotation.w};
-  if (bytes.byte() % 8 == 0) message.header.frame_id = message.child_frame_id;
+  const uint8_t kind = bytes.byte() % 8;
+  if (kind == 0) message.header.frame_id = message.child_frame_id;
+  if (kind == 1) message.child_frame_id.clear();
+  if (kind < 4) return changeStamp(bytes, message.header.stamp);
   *numbers[bytes.byte() % std::size(numbers)] = bytes.number(1);
 }
 
@@ -251,7 +261,10 @@ void processPairs(Bytes& bytes) {
   Rectifier rectifiers[2];
   geometry_msgs::TransformStamped transform = extrinsic(1000);
   if (bytes.byte() % 4 == 0) changeTransform(bytes, transform);
-  mayRefuse([&] { processor.tf().setTransform(transform, "fuzz", true); });
+  mayRefuse([&] {
+    requireTransform(transform, ZeroStamp::kLegal, "fuzz");
+    processor.tf().setTransform(transform, "fuzz", bytes.byte() % 2);
+  });
   const int pairs = 1 + bytes.byte() % 3;
   for (int i = 0; i < pairs; ++i) {
     Camera camera(bytes, i);

@@ -323,6 +323,40 @@ TEST_F(CheckBag, RefusesStampsOfZero) {
   EXPECT_SAYS(faults(check(unstamped)), "stamps of zero");
 }
 
+// Nodelets go on without these messages, so the bag can be used.
+TEST_F(CheckBag, NamesMessagesThatTheNodeletsRefuse) {
+  const Recording recording;
+  const BagCheck good = check(recording);
+  const ros::Time hostile(4200000000u, 0), now(1000.5);
+  {
+    rosbag::Bag bag(path_.string(), rosbag::bagmode::Append);
+    sensor_msgs::Image left = image(recording, 0, hostile);
+    bag.write("/stereo/left/image_rect", now, left);
+    sensor_msgs::CameraInfo info;
+    info.header.stamp = hostile;
+    bag.write("/stereo/right/camera_info", now, info);
+    bag.write("/tf", now, transform("base_link", "wheel", hostile));
+  }
+  const BagCheck result = checkBag(rosbag::Bag(path_.string()), {});
+  EXPECT_TRUE(result.isUsable()) << faults(result);
+  EXPECT_EQ(result.arguments, good.arguments);
+  for (const char* text :
+       {"/stereo/left/image_rect: stamp 4200000000.000000000 s",
+        "/stereo/right/camera_info: stamp 4200000000.000000000 s",
+        "/tf: transform of 'wheel' in 'base_link' from the bag: stamp 4200000000.000000000 s"})
+    EXPECT_SAYS(advice(result), text);
+}
+
+TEST_F(CheckBag, LooksAtBagsThatWereRecordedAtTheEndOfTime) {
+  {
+    rosbag::Bag bag(path_.string(), rosbag::bagmode::Write);
+    const ros::Time end(4294967290u, 0);
+    bag.write("/stereo/left/image_rect", end, image(Recording(), 0, end));
+  }
+  EXPECT_SAYS(advice(checkBag(rosbag::Bag(path_.string()), {"/stereo", "", ""})),
+              "stamp 4294967290.000000000 s");
+}
+
 TEST_F(CheckBag, NoticesGapsAndStampsThatGoBack) {
   Recording uneven;
   uneven.stamps_s = {0, 0.1, 0.2, 2.5, 2.6, 2.7, 0.3, 0.4};

@@ -1,8 +1,10 @@
 /// Runs the tool on small streets, and with wrong inputs.
+#include <nav_msgs/Odometry.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <stereo_msgs/DisparityImage.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
 #include <cstring>
@@ -182,9 +184,53 @@ TEST_F(Replay, WarnsWhereNoSimdInstructionsAreUsed) {
   EXPECT_NE(slow.errors.find("warning: simd_target is scalar"), std::string::npos) << slow.errors;
 }
 
+TEST_F(Replay, GoesOnWithoutMessagesThatTheNodeletsRefuse) {
+  const std::string path = files_.path("hostile.bag"), out = files_.path("out.bag");
+  const std::string options =
+      " --camera street --topics disparity,odometry --output " + out + " --bag ";
+  ASSERT_EQ(replay(options + street()).status, 0);
+  const auto expected = messagesIn<nav_msgs::Odometry>(out).at("/street/odometry");
+  std::filesystem::copy_file(street(), path);
+  {
+    rosbag::Bag bag(path, rosbag::bagmode::Append);
+    const ros::Time now = expected[0]->header.stamp + ros::Duration(0.05);
+    sensor_msgs::CameraInfo info;
+    sensor_msgs::Image image;
+    tf2_msgs::TFMessage tf;
+    tf.transforms.resize(2);
+    tf.transforms[0].child_frame_id = "wheel";
+    tf.transforms[0].header.frame_id = "base_link";
+    tf.transforms[0].transform.rotation.w = 1;
+    for (const uint32_t sec : {2147483648u, 4200000000u, 4294967295u}) {
+      info.header.stamp = image.header.stamp = tf.transforms[0].header.stamp =
+          ros::Time(sec, 999999999);
+      bag.write("/street/left/camera_info", now, info);
+      bag.write("/street/right/image_rect", now, image);
+      bag.write("/tf", now, tf);
+    }
+    image.header.stamp = ros::Time();
+    bag.write("/street/right/image_rect", now, image);
+  }
+  const Result result = replay(options + path);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  for (const char* text :
+       {"warning: /street/left/camera_info: stamp 2147483648.999999999 s",
+        "warning: /street/right/image_rect: stamp ",
+        "warning: /tf: transform of 'wheel' in 'base_link' from the bag: stamp 2147483648"})
+    EXPECT_NE(result.errors.find(text), std::string::npos) << text << "\n" << result.errors;
+  EXPECT_NE(result.out.find("3 of /street/left/camera_info refused"), std::string::npos)
+      << result.out;
+  EXPECT_NE(result.out.find("4 of /street/right/image_rect refused"), std::string::npos)
+      << result.out;
+  const auto odometry = messagesIn<nav_msgs::Odometry>(out).at("/street/odometry");
+  ASSERT_EQ(odometry.size(), expected.size());
+  for (size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(*odometry[i], *expected[i]) << i;
+}
+
 TEST_F(Replay, MistakesAreNamedAndLeaveNothingBehind) {
   expectRefused("--bag " + files_.path("none.bag"), "none.bag");
   expectRefused("--bag " + street() + " --topics depth", "there is no output 'depth'");
+  expectRefused("--bag " + street() + " --start 1e15", "has no left image between --start");
   expectRefused("--bag " + street() + " --camera /front", "/front/left/image_rect");
   expectRefused("--bag " + street() + " --rectify --camera /street", "/street/left/image_raw");
   expectRefused("--bag " + street() + " --set disparity/matcher/p1=500", "p1");
