@@ -15,9 +15,12 @@ FetchContent_Declare(highway
   URL https://github.com/google/highway/archive/refs/tags/1.2.0.tar.gz
   URL_HASH SHA256=7e0be78b8318e8bdbf6fa545d2ecb4c90f947df03f7aadc42c1967f019e63343
 )
-foreach(part CONTRIB EXAMPLES INSTALL TESTS)
+foreach(part CONTRIB EXAMPLES TESTS)
   set(HWY_ENABLE_${part} OFF CACHE BOOL "" FORCE)
 endforeach()
+# Debian's 1.0.3 exports what it installs, also if it installs nothing, which is an error. So its rules
+# stay. EXCLUDE_FROM_ALL below keeps them out of our installation.
+set(HWY_ENABLE_INSTALL ON CACHE BOOL "" FORCE)
 set(HWY_FORCE_STATIC_LIBS ON CACHE BOOL "" FORCE)
 message(STATUS "Highway: no version from 1.0 on is installed; downloads 1.2.0. Without a network use "
   "-DFETCHCONTENT_SOURCE_DIR_HIGHWAY=<folder of the unpacked release>")

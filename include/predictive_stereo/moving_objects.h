@@ -139,7 +139,7 @@ struct MotionDetectionParams {
 /// Tracking of objects over frames.
 struct TrackingParams {
   int confirm_frames = 2;     ///< an object is reported after detections in this many ...
-  int confirm_within = 3;     ///< ... of this many successive frames
+  int confirm_within = 3;     ///< ... of this many successive frames, at least confirm_frames
   int max_missed_frames = 2;  ///< a confirmed object is dropped after more frames without detection
   double min_iou = 0.2;       ///< of predicted and observed box, to associate them
   double min_overlap_of_smaller = 0.6;  ///< or the overlap as a share of the smaller box
@@ -182,8 +182,9 @@ struct DetectionParams {
 /// Detects moving objects and tracks them over frames.
 class MovingObjectDetector {
  public:
-  /// @throws std::invalid_argument if a parameter is outside its limits, or if width or height of
-  ///   paper/largest_window is below that of paper/smallest_window.
+  /// @throws std::invalid_argument if a parameter is outside its limits, if width or height of
+  ///   paper/largest_window is below that of paper/smallest_window, or if tracking/confirm_frames
+  ///   is above tracking/confirm_within.
   explicit MovingObjectDetector(const DetectionParams& params);
   ~MovingObjectDetector();
   MovingObjectDetector(MovingObjectDetector&&) noexcept;

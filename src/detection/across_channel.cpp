@@ -14,8 +14,9 @@ void AcrossChannel::compare(const FrameView& frame, const PastFrame& past,
   compareFrames(frame.current.pyramid, frame.input.measured_disparity_px, frame.range,
                 past.frame->pyramid, frame.staticSource(past),
                 cv::Rect(cv::Point(), frame.lattice()), static_world_);
-  suspects_px_ = suspicion_.find(frame.current.pyramid.level(1), static_world_.mismatch,
-                                 frame.input.measured_disparity_px, ground, frame.params);
+  suspects_px_ =
+      suspicion_.find(frame.current.pyramid.level(1), static_world_.mismatch,
+                      frame.input.measured_disparity_px, frame.range, ground, frame.params);
 }
 
 void AcrossChannel::find(const FrameView& frame, Verification& verification) {

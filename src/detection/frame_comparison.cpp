@@ -53,9 +53,11 @@ LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
 }  // namespace
 
 Uncovered::Uncovered(const StereoRig& rig, const SourceOf& static_source,
-                     const cv::Mat1f& previous_disparity_px, double seconds)
+                     const cv::Mat1f& previous_disparity_px, const DisparityRange& range,
+                     double seconds)
     : static_source_(static_source),
       previous_px_(previous_disparity_px),
+      range_(range),
       disparity_times_depth_(static_cast<float>(rig.disparityTimesDepth())),
       nearer_m_(static_cast<float>(kFastestAway_mps * seconds)) {}
 
@@ -67,7 +69,8 @@ bool Uncovered::operator()(cv::Point pixel, float disparity_px) const {
     return false;
   const float before = previous_px_(y, x);
   const float hiding_m = disparity_times_depth_ / from.z() - nearer_m_;
-  return before > from.z() + kHidingMargin_px && before * hiding_m > disparity_times_depth_;
+  return range_.isValid(before) && before > from.z() + kHidingMargin_px &&
+         before * hiding_m > disparity_times_depth_;
 }
 
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,

@@ -34,12 +34,13 @@ class SourceOf {
 class Uncovered {
  public:
   Uncovered(const StereoRig& rig, const SourceOf& static_source,
-            const cv::Mat1f& previous_disparity_px, double seconds);
+            const cv::Mat1f& previous_disparity_px, const DisparityRange& range, double seconds);
   bool operator()(cv::Point pixel, float disparity_px) const;
 
  private:
   const SourceOf& static_source_;
   const cv::Mat1f& previous_px_;
+  const DisparityRange& range_;
   float disparity_times_depth_, nearer_m_;
 };
 

@@ -21,7 +21,8 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
   const auto margin_m = static_cast<float>(frame.params.layer_margin_m);
   constexpr float kNoise_px = 1.0f;
   hypothesis.nearest_px = fB / std::max(fB / quantile(0.9) - margin_m, 0.5f) + kNoise_px;
-  hypothesis.farthest_px = fB / (fB / quantile(0.1) + margin_m) - kNoise_px;
+  hypothesis.farthest_px = std::max(fB / (fB / quantile(0.1) + margin_m) - kNoise_px,
+                                    static_cast<float>(frame.range.min_disparity));
 }
 
 std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
@@ -74,9 +75,11 @@ std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& 
   hypothesis.moved_m = past.frame->T_odom_cam.linear().transpose() * velocity_mps * past.seconds;
   const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
   for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)
-    for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2)
-      if (std::abs(input.measured_disparity_px(2 * v, 2 * u) - hypothesis.disparity_px) < tolerance)
+    for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2) {
+      const float d = input.measured_disparity_px(2 * v, 2 * u);
+      if (frame.range.isValid(d) && std::abs(d - hypothesis.disparity_px) < tolerance)
         hypothesis.seeds.emplace_back(u, v);
+    }
   if (hypothesis.seeds.size() < kFewestSeeds) return std::nullopt;
   setLayer(frame, hypothesis);
   return hypothesis;

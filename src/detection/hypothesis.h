@@ -19,7 +19,7 @@ struct Hypothesis {
   Source source = Source::kAcross;
   std::vector<cv::Point> seeds;                          ///< lattice points that belong to it
   float disparity_px = 0;                                ///< median of the seeds
-  float nearest_px = 0, farthest_px = 0;                 ///< disparities of its layer
+  float nearest_px = 0, farthest_px = 0;                 ///< known disparities of its layer
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();     ///< in the previous camera's frame
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of moved_m; not set for kKnown
 };

@@ -36,6 +36,22 @@ void requireSizes(const DetectionInput& input) {
   requireSize("predicted variance", input.predicted_variance_px2, input.rig.size);
 }
 
+void validateDetection(const DetectionParams& params) {
+  validate(params);
+  const PaperDetectionParams& paper = params.paper;
+  const cv::Size smallest(paper.smallest_window_width_px, paper.smallest_window_height_px);
+  const cv::Size largest(paper.largest_window_width_px, paper.largest_window_height_px);
+  if (largest.width < smallest.width || largest.height < smallest.height)
+    throw std::invalid_argument("paper/largest_window = " + text(largest) +
+                                " px: must not be below paper/smallest_window = " + text(smallest) +
+                                " px");
+  const TrackingParams& tracking = params.tracking;
+  if (tracking.confirm_frames > tracking.confirm_within)
+    throw std::invalid_argument(
+        "tracking/confirm_frames = " + std::to_string(tracking.confirm_frames) +
+        ": must not be above tracking/confirm_within = " + std::to_string(tracking.confirm_within));
+}
+
 TrackingParams trackingOf(const DetectionParams& params) {
   TrackingParams tracking = params.tracking;
   if (params.scheme == DetectionScheme::kPaper)
@@ -104,14 +120,7 @@ void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
 }
 
 MovingObjectDetector::MovingObjectDetector(const DetectionParams& params) {
-  validate(params);
-  const PaperDetectionParams& paper = params.paper;
-  const cv::Size smallest(paper.smallest_window_width_px, paper.smallest_window_height_px);
-  const cv::Size largest(paper.largest_window_width_px, paper.largest_window_height_px);
-  if (largest.width < smallest.width || largest.height < smallest.height)
-    throw std::invalid_argument("paper/largest_window = " + text(largest) +
-                                " px: must not be below paper/smallest_window = " + text(smallest) +
-                                " px");
+  validateDetection(params);
   state_ = std::make_unique<State>(params);
 }
 MovingObjectDetector::~MovingObjectDetector() = default;

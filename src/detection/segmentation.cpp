@@ -80,12 +80,10 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   const cv::Rect reachable = reachOf(view.rig, params, hypothesis, view.residual_px.size());
   const float lowest_m = view.ground.lowestIn(reachable, work.heights);
   cv::Mat1b whole_layer = work.layer.map(reachable.size());
-  const float farthest =
-      std::max(hypothesis.farthest_px, static_cast<float>(view.range.min_disparity));
   for (int v = 0; v < reachable.height; ++v)
     layerRow(view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x,
-             view.ground.below_m(reachable.y + v) + reachable.x, reachable.width, farthest,
-             hypothesis.nearest_px, lowest_m, whole_layer[v]);
+             view.ground.below_m(reachable.y + v) + reachable.x, reachable.width,
+             hypothesis.farthest_px, hypothesis.nearest_px, lowest_m, whole_layer[v]);
   // Only parts that are connected to a seed matter, and their surroundings.
   const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
   const int gap = std::clamp(static_cast<int>(params.gap_m * lattice_per_m), 1, 20);

@@ -56,7 +56,8 @@ std::vector<cv::Point> surroundings(const TrackingView& view, const MotionDetect
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx) {
         const cv::Point at = p / 2 + cv::Point(dx, dy);
-        if (std::abs(view.disparity_px(2 * at) - d) <= link_px) lattice.push_back(at);
+        const float other = view.disparity_px(2 * at);
+        if (view.range.isValid(other) && std::abs(other - d) <= link_px) lattice.push_back(at);
       }
   return lattice;
 }

@@ -23,14 +23,16 @@ auto rowsAround(const Map& map, int v) {
 }
 
 // Whether most pixels around a pixel have a similar disparity.
-bool isWithinSurface(const cv::Mat1f& disparity_px, cv::Point p) {
+bool isWithinSurface(const cv::Mat1f& disparity_px, const DisparityRange& range, cv::Point p) {
   constexpr int kReach_px = 4;
   const int kFewestAlike = 6;  // of nine
   const float d = disparity_px(p);
   int alike = 0;
   for (int dy = -kReach_px; dy <= kReach_px; dy += kReach_px)
-    for (int dx = -kReach_px; dx <= kReach_px; dx += kReach_px)
-      alike += std::abs(disparity_px(p.y + dy, p.x + dx) - d) <= 1 + 0.05f * d;
+    for (int dx = -kReach_px; dx <= kReach_px; dx += kReach_px) {
+      const float other = disparity_px(p.y + dy, p.x + dx);
+      alike += range.isValid(other) && std::abs(other - d) <= 1 + 0.05f * d;
+    }
   return alike >= kFewestAlike;
 }
 
@@ -38,6 +40,7 @@ bool isWithinSurface(const cv::Mat1f& disparity_px, cv::Point p) {
 
 const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
                                               const cv::Mat1f& disparity_px,
+                                              const DisparityRange& range,
                                               const LevelGround& ground,
                                               const MotionDetectionParams& params) {
   const int rows = std::max(grey.rows - 2 * kMargin, 0) / kCell;
@@ -50,9 +53,9 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
   suspects_of_row_.resize(cells_of_row_.size());
   const auto least = static_cast<float>(params.min_mismatch);
   const int rows_of_cells = static_cast<int>(cells_of_row_.size());
-  parallelFor(cv::Range(0, (rows_of_cells + kBand - 1) / kBand), [&](const cv::Range& range) {
+  parallelFor(cv::Range(0, (rows_of_cells + kBand - 1) / kBand), [&](const cv::Range& bands) {
     cv::Mat1w deviation(kBand * kCell + 2 * kTextureReach, grey.cols);
-    for (int band = range.start; band < range.end; ++band) {
+    for (int band = bands.start; band < bands.end; ++band) {
       const int end = std::min(kBand * (band + 1), rows_of_cells);
       const int above = kMargin + kBand * band * kCell - kTextureReach;  // the band's first row
       for (int v = above; v < kMargin + end * kCell + kTextureReach; ++v)
@@ -73,7 +76,7 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::M
           const int place = worst_(r, k);
           const cv::Point worst(kMargin + cells_(r, k) * kCell + place % kCell,
                                 kMargin + r * kCell + place / kCell);
-          if (!ground.isLevel(worst) && isWithinSurface(disparity_px, 2 * worst))
+          if (!ground.isLevel(worst) && isWithinSurface(disparity_px, range, 2 * worst))
             kept.push_back(2 * worst);
         }
       }

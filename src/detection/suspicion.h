@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "detection/ground.h"
+#include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/moving_objects.h"
 
 namespace predictive_stereo {
@@ -24,7 +25,8 @@ class Suspicion {
   /// @returns pixels, at most one per cell of 4x4 lattice points, row by row. Valid until the next
   ///   call.
   const std::vector<cv::Point>& find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
-                                     const cv::Mat1f& disparity_px, const LevelGround& ground,
+                                     const cv::Mat1f& disparity_px, const DisparityRange& range,
+                                     const LevelGround& ground,
                                      const MotionDetectionParams& params);
 
   /// Share of the image's cells that were suspicious in the last call, including those whose points

@@ -75,7 +75,8 @@ void unexplainedPoints(const TrackingView& view, const MotionDetectionParams& pa
                        std::vector<cv::Point>& kept) {
   const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
   const auto min_mismatch = static_cast<float>(params.min_mismatch);
-  const Uncovered uncovered(view.rig, static_source, view.previous.disparity_px, seconds);
+  const Uncovered uncovered(view.rig, static_source, view.previous.disparity_px, view.range,
+                            seconds);
   const size_t step = (points_px.size() + kMostSuspects - 1) / kMostSuspects;
   std::vector<uint8_t> unexplained(step ? (points_px.size() + step - 1) / step : 0);
   const cv::Range all(0, static_cast<int>(unexplained.size()));

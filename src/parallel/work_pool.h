@@ -27,25 +27,33 @@ class WorkPool {
     parallelFor(cv::Range(0, count), share, tasks);
   }
 
-  /// Calls body(work), from any thread.
+  /// Calls body(work), from any thread. If body throws, the work is kept, too.
   template <class Body>
   void withWork(const Body& body) {
-    Work& work = take();
-    body(work);
-    giveBack(work);
+    Taken taken{*this, take()};
+    body(taken.work);
   }
 
  private:
+  struct Taken {
+    WorkPool& pool;
+    Work& work;
+    ~Taken() { pool.giveBack(work); }
+  };
+
   Work& take() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (free_.empty()) return works_.emplace_back();
+    if (free_.empty()) {
+      free_.reserve(works_.size() + 1);
+      return works_.emplace_back();
+    }
     Work* const work = free_.back();
     free_.pop_back();
     return *work;
   }
   void giveBack(Work& work) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    free_.push_back(&work);
+    free_.push_back(&work);  // has room
   }
 
   std::mutex mutex_;

@@ -2,6 +2,7 @@
 /// recall and precision are the reached values: make them only stricter.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <tuple>
@@ -92,18 +93,42 @@ TEST(DetectionScenes, FindsWhatMovesInTheStreet) {
   EXPECT_LE(score.idSwitches(), 0.04 * score.all().found);
 }
 
-class NoGhosts : public testing::TestWithParam<Drive> {};
+/// One ghost in two frames. Hardly any is reached, but compilers and versions of OpenCV may round
+/// differently.
+constexpr int kOneGhost = 2;
+
+/// What moves is found, and nothing else: a detector that finds nothing brings no ghosts either.
+/// @param recall  of the movers, a lower bound: up to 0.1 below the reached value.
+/// @param ghosts  false boxes in all frames, an upper bound.
+void expectNoGhosts(const DetectionScore& score, double recall, int ghosts) {
+  EXPECT_GE(score.all().recall(), recall) << describe(score);
+  EXPECT_LE(score.all().false_boxes, ghosts) << describe(score);
+}
+
+struct Quiet {
+  Drive drive;
+  double recall;
+};
+
+class NoGhosts : public testing::TestWithParam<Quiet> {};
 
 TEST_P(NoGhosts, Appear) {
-  const DetectionScore score = scoreOf({GetParam()});
-  EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+  const Quiet& quiet = GetParam();
+  expectNoGhosts(scoreOf({quiet.drive}), quiet.recall, kOneGhost);
 }
 
 INSTANTIATE_TEST_SUITE_P(DetectionScenes, NoGhosts,
-                         testing::Values(Drive{"static", 0, 12}, Drive{"standstill", 10, 16},
-                                         Drive{"rotation", 10, 16}, Drive{"brake", 20, 20},
-                                         Drive{"near_half_moves", 10, 16}, Drive{"rain", 10, 16}),
-                         [](const auto& info) { return info.param.scene; });
+                         testing::Values(Quiet{{"standstill", 10, 16}, 0.9},
+                                         Quiet{{"rotation", 10, 16}, 0.9},
+                                         Quiet{{"brake", 20, 20}, 0.85},
+                                         Quiet{{"near_half_moves", 10, 16}, 0.85},
+                                         Quiet{{"rain", 10, 16}, 0.55}),
+                         [](const auto& info) { return info.param.drive.scene; });
+
+TEST(DetectionScenes, WhereNothingMovesNothingAppears) {
+  const Drive nothing_moves{"static", 0, 12};
+  expectNoGhosts(scoreOf({nothing_moves, {"street", 20, 20}}), 0.8, kOneGhost);
+}
 
 const Drive kFailing{"leader", 10, 20};  // every fifth frame of it fails
 bool fails(int k) { return k % 5 == 4; }
@@ -114,7 +139,7 @@ TEST(DetectionScenes, ABlindFrameBringsNoGhosts) {
     left.setTo(255);
     right.setTo(255);
   });
-  EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+  expectNoGhosts(score, 0.25, kOneGhost);
 }
 
 /// Score with poses from another source that fails in single frames.
@@ -151,7 +176,7 @@ TEST(DetectionScenes, AFrameWithoutPoseBringsNoGhosts) {
   const DetectionScore score = scoreWithPoses(kFailing, [](int k) {
     return fails(k) ? std::nullopt : std::optional(Eigen::Isometry3d::Identity());
   });
-  EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+  expectNoGhosts(score, 0.25, kOneGhost);
 }
 
 Eigen::Isometry3d error(double yaw_rad, const Eigen::Vector3d& translation_m) {
@@ -163,14 +188,15 @@ Eigen::Isometry3d error(double yaw_rad, const Eigen::Vector3d& translation_m) {
 
 TEST(DetectionScenes, AJumpOfThePosesBringsNoGhosts) {
   // A failure of dead reckoning: one wrong motion, which then affects all poses.
-  for (const Eigen::Isometry3d& off : {error(0.02, {0, 0, 0}), error(0, {0.2, 0, 0.5})}) {
+  const auto scoreAfterJumps = [](const Eigen::Isometry3d& off) {
     Eigen::Isometry3d all = Eigen::Isometry3d::Identity();
-    const DetectionScore score = scoreWithPoses(kFailing, [&](int k) {
+    return scoreWithPoses(kFailing, [&](int k) {
       if (fails(k)) all = all * off;
       return std::optional(all);
     });
-    EXPECT_LE(score.falsePerFrame(), 0.35) << describe(score);
-  }
+  };
+  expectNoGhosts(scoreAfterJumps(error(0.02, {0, 0, 0})), 0.55, 7);  // 7 are reached
+  expectNoGhosts(scoreAfterJumps(error(0, {0.2, 0, 0.5})), 0.55, kOneGhost);
 }
 
 TEST(DetectionScenes, AWrongPoseBringsNoGhosts) {
@@ -180,7 +206,7 @@ TEST(DetectionScenes, AWrongPoseBringsNoGhosts) {
     const DetectionScore score = scoreWithPoses(kFailing, [&](int k) {
       return std::optional(fails(k) ? off : Eigen::Isometry3d::Identity());
     });
-    EXPECT_LE(score.falsePerFrame(), 0.3) << describe(score);
+    expectNoGhosts(score, 0.35, kOneGhost);
   }
 }
 
@@ -213,12 +239,12 @@ TEST(DetectionScenes, ThreadsDoNotMatter) {
   cv::setNumThreads(before);
 }
 
-/// Score of frames of a KITTI drive with its hand-made labels.
-DetectionScore kittiScore(const std::string& kitti, const std::string& date,
-                          const std::string& drive, int frames) {
+/// A KITTI drive with its hand-made labels.
+DetectionEvaluation kittiDrive(const std::string& kitti, const std::string& date,
+                               const std::string& drive) {
   const auto sequence = kittiDriveSequence(kitti + "/" + date, drive);
   const auto labels = readObjectLabels(kitti + "/labels/" + drive + ".csv");
-  return evaluateDetection(*sequence, labels, pipelineDetector(PipelineParams()), frames, {}).score;
+  return evaluateDetection(*sequence, labels, pipelineDetector(PipelineParams()), 0, {});
 }
 
 class KittiDetection : public testing::Test {
@@ -232,30 +258,38 @@ class KittiDetection : public testing::Test {
 };
 
 TEST_F(KittiDetection, TwoCyclists) {
-  const DetectionScore score = kittiScore(kitti_, "2011_09_26", "2011_09_26_drive_0002_sync", 0);
+  const DetectionScore score = kittiDrive(kitti_, "2011_09_26", "2011_09_26_drive_0002_sync").score;
   EXPECT_GE(score.all().recall(), 0.9) << describe(score);
   EXPECT_GE(score.all().precision(), 0.9) << describe(score);
 }
 
 TEST_F(KittiDetection, OncomingCar) {
-  const DetectionScore score = kittiScore(kitti_, "2011_09_30", "2011_09_30_drive_0020_sync", 0);
+  const DetectionScore score = kittiDrive(kitti_, "2011_09_30", "2011_09_30_drive_0020_sync").score;
   EXPECT_GE(score.all().recall(), 0.85) << describe(score);
   EXPECT_GE(score.all().precision(), 0.85) << describe(score);
   EXPECT_LE(score.falsePerFrame(), 0.02) << describe(score);
 }
 
-TEST_F(KittiDetection, ACarCrossesBehindHedges) {
-  const DetectionScore score = kittiScore(kitti_, "2011_09_26", "2011_09_26_drive_0009_sync", 0);
+TEST_F(KittiDetection, ParkedCarsThenACarThatCrossesBehindHedges) {
+  const DetectionEvaluation drive = kittiDrive(kitti_, "2011_09_26", "2011_09_26_drive_0009_sync");
+  const DetectionScore& score = drive.score;
   EXPECT_GE(score.all().recall(), 0.5) << describe(score);
   EXPECT_GE(score.all().precision(), 0.75) << describe(score);
-}
-
-TEST_F(KittiDetection, ParkedCars) {
-  const DetectionScore score = kittiScore(kitti_, "2011_09_26", "2011_09_26_drive_0009_sync", 35);
-  EXPECT_LE(score.falsePerFrame(), 0.03) << describe(score);
+  constexpr size_t kOnlyParked = 35;
+  ASSERT_GE(drive.frames.size(), kOnlyParked);
+  std::ptrdiff_t ghosts = 0;
+  for (size_t k = 0; k < kOnlyParked; ++k) {
+    const auto& boxes = drive.frames[k].verdict.boxes;
+    ghosts += std::count(boxes.begin(), boxes.end(), FrameVerdict::kFalse);
+  }
+  EXPECT_LE(ghosts, 1);
 }
 
 TEST_F(KittiDetection, StaticScenesOf2012) {
+  // Nothing moves in them: what the detector can find, the cyclists show.
+  const DetectionEvaluation cyclists =
+      kittiDrive(kitti_, "2011_09_26", "2011_09_26_drive_0002_sync");
+  EXPECT_GE(cyclists.score.all().recall(), 0.9) << describe(cyclists.score);
   DetectionScore score;
   const std::string training = kitti_ + "/stereo_flow_2012/training";
   for (const std::string& scene : KittiScene2012::list(training)) {
@@ -267,7 +301,7 @@ TEST_F(KittiDetection, StaticScenesOf2012) {
       score.add(frame.labels, frame.objects);
   }
   EXPECT_GT(score.frames(), 0);
-  EXPECT_LE(score.falsePerFrame(), 0.2) << describe(score);
+  EXPECT_LE(score.all().false_boxes, 1) << describe(score);
 }
 
 }  // namespace

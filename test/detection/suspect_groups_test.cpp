@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "detection/frame_comparison.h"
 #include "detection/unexplained_points.h"
 #include "passing_scene.h"
 
@@ -47,6 +48,18 @@ TEST(UnexplainedPoints, LeavesWhatWasJustUncoveredOut) {
       << "it may have been that near itself";
 }
 
+TEST(Uncovered, UnknownDisparitiesHideNothing) {
+  Passing scene;
+  Eigen::Isometry3d ahead = Eigen::Isometry3d::Identity();
+  ahead.translation().z() = 5;
+  const SourceOf source(disparityMotion(scene.rig, ahead));  // 15 m ahead, 20 m then
+  const DisparityRange all{0, 64}, range{static_cast<int>(kWall_px), 64};
+  const cv::Mat1f before(kHeight, kWidth, range.invalid());
+  const cv::Point middle(kWidth / 2, kHeight / 2);
+  EXPECT_TRUE(Uncovered(scene.rig, source, before, all, Passing::kSeconds)(middle, kWall_px));
+  EXPECT_FALSE(Uncovered(scene.rig, source, before, range, Passing::kSeconds)(middle, kWall_px));
+}
+
 TEST(UnexplainedPoints, LooksAtAnEvenSample) {
   Passing scene;
   scene.move(kMover, 14);
@@ -69,6 +82,24 @@ TEST(SuspectGroups, AreFoundAsAWhole) {
   EXPECT_EQ(groups[0].points_px, points);
   EXPECT_EQ(groups[0].shift_px, cv::Point2f(22, 0));
   EXPECT_GT(groups[0].gain, 3);
+}
+
+TEST(SuspectGroups, UnknownDisparitiesDoNotBelongToThem) {
+  const std::vector<cv::Point> points = pointsIn({200, 56, 40, 32});
+  const auto groupsWith = [&](const DisparityRange& range) {
+    Passing scene;
+    scene.range = range;
+    scene.disparity.setTo(range.invalid());
+    for (cv::Point p : points) scene.disparity(p) = kWall_px;
+    scene.move(kMover, 22);
+    return groupSuspects(scene.view(), scene.params, points, Passing::kSeconds);
+  };
+  const auto far_from_unknown = groupsWith({0, 64});
+  const auto near_to_unknown = groupsWith({static_cast<int>(kWall_px), 64});
+  ASSERT_EQ(far_from_unknown.size(), 1u);
+  ASSERT_EQ(near_to_unknown.size(), 1u);
+  EXPECT_EQ(near_to_unknown[0].shift_px, far_from_unknown[0].shift_px);
+  EXPECT_EQ(near_to_unknown[0].gain, far_from_unknown[0].gain);
 }
 
 TEST(SuspectGroups, WhatStandsIsNone) {

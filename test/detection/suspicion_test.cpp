@@ -70,7 +70,9 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
       }
       forEveryTarget([&] {
         Suspicion suspicion;
-        EXPECT_EQ(suspicion.find(grey, mismatch, disparity, LevelGround(), params), expected)
+        EXPECT_EQ(
+            suspicion.find(grey, mismatch, disparity, DisparityRange(), LevelGround(), params),
+            expected)
             << least;
       });
     }
@@ -81,17 +83,29 @@ TEST(Suspicion, LeavesEdgesOfDisparityOut) {
   const cv::Mat1b grey(100, 200, uchar{50});
   const cv::Mat1f mismatch(grey.size(), 20.0f);
   cv::Mat1f disparity(200, 400, 10.0f);
-  disparity.colRange(100, 106).setTo(30.0f);  // a pole
+  disparity.colRange(104, 109).setTo(30.0f);  // a pole; of each cell, column 10 + 8 k is tried
   disparity.colRange(200, 300).setTo(30.0f);  // a car
   MotionDetectionParams params;
   Suspicion suspicion;
   int on_pole = 0, on_car = 0;
-  for (cv::Point p : suspicion.find(grey, mismatch, disparity, LevelGround(), params)) {
-    on_pole += p.x >= 100 && p.x < 106;
+  for (cv::Point p :
+       suspicion.find(grey, mismatch, disparity, DisparityRange(), LevelGround(), params)) {
+    on_pole += p.x >= 104 && p.x < 109;
     on_car += p.x >= 200 && p.x < 300;
   }
   EXPECT_EQ(on_pole, 0);
   EXPECT_GT(on_car, 200);
+}
+
+TEST(Suspicion, UnknownDisparitiesAreNoSurface) {
+  const cv::Mat1b grey(100, 200, uchar{50});
+  const cv::Mat1f mismatch(grey.size(), 20.0f);
+  const DisparityRange range{10, 64};
+  cv::Mat1f disparity(200, 400, range.invalid());
+  disparity.colRange(104, 109).setTo(10.0f);
+  MotionDetectionParams params;
+  Suspicion suspicion;
+  EXPECT_TRUE(suspicion.find(grey, mismatch, disparity, range, LevelGround(), params).empty());
 }
 
 TEST(Suspicion, LeavesTheRoadOut) {
@@ -110,7 +124,7 @@ TEST(Suspicion, LeavesTheRoadOut) {
   MotionDetectionParams params;
   Suspicion suspicion;
   int upright = 0;
-  for (cv::Point p : suspicion.find(grey, mismatch, disparity, ground, params)) {
+  for (cv::Point p : suspicion.find(grey, mismatch, disparity, DisparityRange(), ground, params)) {
     EXPECT_LT(p.y, 115);
     ++upright;
   }

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <numeric>
 #include <set>
+#include <stdexcept>
 #include <vector>
 
 namespace predictive_stereo {
@@ -57,6 +58,21 @@ TEST_P(WorkPoolOn, KeepsMemoryFromUseToUse) {
   size_t done = 0;
   for (const Memory* memory : memories) done += memory->done.size();
   EXPECT_EQ(done, 20u * 12u);
+}
+
+TEST_P(WorkPoolOn, KeepsMemoryIfAPieceThrows) {
+  WorkPool<Memory> pool;
+  std::set<const Memory*> memories;
+  std::mutex mutex;
+  for (int round = 0; round < 20; ++round)
+    EXPECT_THROW(pool.forEach(12,
+                              [&](int i, Memory& memory) {
+                                const std::lock_guard<std::mutex> lock(mutex);
+                                memories.insert(&memory);
+                                if (i % 4 == 0) throw std::runtime_error("a piece");
+                              }),
+                 std::runtime_error);
+  EXPECT_LE(memories.size(), static_cast<size_t>(std::max(cv::getNumThreads(), 1)));
 }
 
 TEST_P(WorkPoolOn, GivesTheSameForAnyNumberOfThreads) {
