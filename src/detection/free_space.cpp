@@ -110,8 +110,7 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
         const Cell cell{static_cast<float>(kCellSide_px * u + kCellCentre_px),
                         static_cast<float>(kCellSide_px * v + kCellCentre_px),
                         cells.disparity_px(v, u), cells.variance_px2(v, u), width_px(v, u)};
-        if (!(cell.width_px > 0) || cell.disparity_px * kFarthest_m < disparity_times_depth)
-          continue;
+        if (!(cell.disparity_px * kFarthest_m >= disparity_times_depth)) continue;
         int through = 0, same = 0, came_back = 0;
         const Lag* last_through = nullptr;
         for (const Lag& lag : lags) {

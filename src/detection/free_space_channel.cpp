@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kFewestCells = 15;
 constexpr double kLeastMoved = 0.2;    // share of the obstacle's cells
-constexpr double kLeastFixed = 0.2;    // share of the compared cells of all obstacles
+constexpr double kLeastFixed = 0.2;    // share of the compared cells, ground included
 constexpr double kSlope = 0.03;        // of the ground, against the plane
 constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
 constexpr int kBelow = 3;  // rows of cells in which something nearer hides the lower end

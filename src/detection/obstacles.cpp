@@ -12,6 +12,7 @@ namespace {
 // the difference of two disparities.
 constexpr float kStep_m = 0.3f, kStep_px = 1, kStepSigmas = 1;
 constexpr float kFarthest_m = 60;
+constexpr float kWide_px = 1e6f;
 
 // Sets of cells; the root of a set is its first cell.
 class JoinedCells {
@@ -112,7 +113,7 @@ cv::Mat1f obstacleWidths(const std::vector<Obstacle>& obstacles, const DepthCell
           at_end |= number(t, s) != number(v, u) && disparity(t, s) < disparity(v, u);
       inner(v, u) = at_end ? 0 : 255;
     }
-  cv::Mat1f from_end, width_px(disparity.size(), 0.0f);
+  cv::Mat1f from_end, width_px(disparity.size(), kWide_px);
   cv::distanceTransform(inner, from_end, cv::DIST_C, 3);
   for (const Obstacle& obstacle : obstacles) {
     float most = 0;

@@ -23,9 +23,9 @@ std::vector<Obstacle> findObstacles(const StereoRig& rig, const DepthCells& cell
                                     const std::optional<GroundPlane>& ground);
 constexpr double kGroundMargin_m = 0.25;
 
-/// For each cell the width [px] of its obstacle at its thickest place: the largest square in it. 0
-/// for cells of no obstacle. An obstacle ends where a farther surface begins, not where a nearer
-/// one hides it.
+/// For each cell the width [px] of its obstacle at its thickest place: the largest square in it.
+/// Large for cells of no obstacle, such as the ground. An obstacle ends where a farther surface
+/// begins, not where a nearer one hides it.
 cv::Mat1f obstacleWidths(const std::vector<Obstacle>& obstacles, const DepthCells& cells);
 
 }  // namespace predictive_stereo
