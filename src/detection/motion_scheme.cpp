@@ -1,5 +1,9 @@
 #include "detection/motion_scheme.h"
 
+#include <algorithm>
+
+#include "detection/same_object.h"
+
 namespace predictive_stereo {
 
 const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& input,
@@ -7,13 +11,23 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   frames_.remember(input, {[&] { verification_.findGround(input, range_); },
                            [&] { verification_.findRoad(input, range_); }});
   verification_.forgetObjects();
+  objects_.clear();
+  if (!input.has_pose) return objects_;
   const std::vector<PastFrame> past = frames_.past();
-  if (past.empty()) return verification_.objects();
   const FrameView frame{input, range_, params_, frames_.current()};
-  since_last_.compare(frame, past[0], verification_.ground());
-  frames_.setFollows(pose_check_.agreesWithMotion(since_last_.contradictingShare()));
-  if (!frames_.current().follows) return verification_.objects();
+  if (!past.empty()) {
+    since_last_.compare(frame, past[0], verification_.ground());
+    frames_.setFollows(pose_check_.agreesWithMotion(since_last_.contradictingShare()));
+  }
+  const cv::Mat1b& half_image = frames_.current().pyramid.level(1);
+  objects_ = free_space_.find(input, range_, params_, half_image);
+  if (!past.empty() && frames_.current().follows) findByMotion(frame, past, known);
+  return objects_;
+}
 
+// The objects of the other channels, unless the free space has shown them whole.
+void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
+                                const ObjectTracker& known) {
   along_.compare(frame, past);
   verification_.setFrame(frame, along_.residual_px());
   since_last_.find(frame, verification_);
@@ -25,13 +39,20 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   }
   along_.find(frame, verification_);
   findKnown(frame, known);
-  return verification_.objects();
+  const size_t whole = objects_.size();
+  for (const ObservedObject& object : verification_.objects())
+    if (std::none_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(whole),
+                     [&](const ObservedObject& other) {
+                       return overlaps(params_, object.observation, other.observation);
+                     }))
+      objects_.push_back(object);
 }
 
 void MotionScheme::reset() {
   frames_.reset();
   pose_check_.reset();
   verification_.reset();
+  free_space_.reset();
 }
 
 // Verifies the known objects at their predicted positions.

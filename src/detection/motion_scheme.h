@@ -7,6 +7,7 @@
 #include "detection/along_channel.h"
 #include "detection/frame_history.h"
 #include "detection/frame_view.h"
+#include "detection/free_space_channel.h"
 #include "detection/pose_check.h"
 #include "detection/tracker.h"
 #include "detection/verification.h"
@@ -25,10 +26,15 @@ class MotionScheme {
   const std::vector<ObservedObject>& observe(const DetectionInput& input,
                                              const ObjectTracker& known);
   /// See FrameHistory.
-  void addToDisparities(double step_px) { frames_.addToDisparities(range_, step_px); }
+  void addToDisparities(double step_px) {
+    frames_.addToDisparities(range_, step_px);
+    free_space_.addToDisparities(step_px);
+  }
   void reset();
 
  private:
+  void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
+                    const ObjectTracker& known);
   void findKnown(const FrameView& frame, const ObjectTracker& known);
 
   DisparityRange range_;
@@ -39,7 +45,9 @@ class MotionScheme {
   // Of the current frame.
   AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame
   AlongChannel along_;
+  FreeSpaceChannel free_space_;
   Verification verification_;
+  std::vector<ObservedObject> objects_;
 };
 
 }  // namespace predictive_stereo

@@ -53,4 +53,10 @@ std::optional<ObjectShape> shapeOf(const StereoRig& rig, const DisparityRange& r
   return shape;
 }
 
+Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px) {
+  const double depth_m = rig.disparityTimesDepth() / disparity_px;
+  const double sigma_z_m = 0.3 + 0.3 * depth_m / disparity_px;
+  return Eigen::Vector3d(0.04, 0.04, sigma_z_m * sigma_z_m).asDiagonal();
+}
+
 }  // namespace predictive_stereo

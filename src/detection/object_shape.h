@@ -23,4 +23,7 @@ std::optional<ObjectShape> shapeOf(const StereoRig& rig, const DisparityRange& r
                                    const cv::Mat1f& disparity_px, const cv::Rect& area,
                                    const cv::Mat1b& mask);
 
+/// Covariance [m^2] of the centre of an object with this disparity, in the camera's frame.
+Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px);
+
 }  // namespace predictive_stereo

@@ -97,6 +97,17 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
   tracks_ = std::move(kept);
 }
 
+// How well an observation fits to an expected box and distance; 0: not at all.
+double ObjectTracker::agreementOf(const Observation& seen, const cv::Rect& box_px,
+                                  double distance_m) const {
+  const double ratio = seen.distance_m / std::max(distance_m, 0.1);
+  if (ratio < 1 / params_.max_depth_ratio || ratio > params_.max_depth_ratio) return 0;
+  const double iou = overlap(seen.box_px, box_px);
+  const double smaller = overlapOfSmaller(seen.box_px, box_px);
+  if (iou < params_.min_iou && smaller < params_.min_overlap_of_smaller) return 0;
+  return iou + 0.1 * smaller;
+}
+
 void ObjectTracker::update(const std::vector<Observation>& observations) {
   // The best pair is assigned first: the result does not depend on the order of objects.
   std::vector<std::tuple<double, size_t, size_t>> pairs;
@@ -104,12 +115,12 @@ void ObjectTracker::update(const std::vector<Observation>& observations) {
     for (size_t o = 0; o < observations.size(); ++o) {
       const Observation& seen = observations[o];
       const Observation& last = tracks_[t].last;
-      const double ratio = seen.distance_m / std::max(last.distance_m, 0.1);
-      if (ratio < 1 / params_.max_depth_ratio || ratio > params_.max_depth_ratio) continue;
-      const double iou = overlap(seen.box_px, last.box_px);
-      const double smaller = overlapOfSmaller(seen.box_px, last.box_px);
-      if (iou < params_.min_iou && smaller < params_.min_overlap_of_smaller) continue;
-      pairs.emplace_back(-(iou + 0.1 * smaller + (tracks_[t].confirmed ? 0.2 : 0.0)), t, o);
+      // Until its velocity is known, an object may as well move with the camera.
+      double best = agreementOf(seen, last.box_px, last.distance_m);
+      if (!tracks_[t].confirmed)
+        best =
+            std::max(best, agreementOf(seen, tracks_[t].seen_box_px, tracks_[t].seen_distance_m));
+      if (best > 0) pairs.emplace_back(-(best + (tracks_[t].confirmed ? 0.2 : 0.0)), t, o);
     }
   std::sort(pairs.begin(), pairs.end());
   std::vector<bool> taken(observations.size(), false);
@@ -146,6 +157,8 @@ void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) 
     kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
                  track.state, track.covariance);
   track.last = observation;
+  track.seen_box_px = observation.box_px;
+  track.seen_distance_m = observation.distance_m;
   track.history |= 1;
 }
 
@@ -156,6 +169,8 @@ ObjectTrack ObjectTracker::start(const Observation& observation) {
   track.age = 1;
   track.confirmed = params_.confirm_frames <= 1;
   track.last = observation;
+  track.seen_box_px = observation.box_px;
+  track.seen_distance_m = observation.distance_m;
   const Eigen::Matrix3d R = T_odom_cam_.linear();
   const double speed = params_.largest_speed_mps;
   track.state << T_odom_cam_ * observation.centre_m, Eigen::Vector3d::Zero();

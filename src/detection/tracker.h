@@ -36,6 +36,8 @@ struct ObjectTrack {
   bool confirmed = false;
   int observation = -1;               ///< index in the current frame; -1: not observed
   Observation last;                   ///< the last one; its box is predicted if not observed
+  cv::Rect seen_box_px;               ///< of the last observation, not predicted ...
+  double seen_distance_m = 0;         ///< ... and its distance
   Eigen::Matrix<double, 6, 1> state;  ///< position [m], velocity [m/s] in the odom frame
   Eigen::Matrix<double, 6, 6> covariance;
 };
@@ -60,6 +62,7 @@ class ObjectTracker {
   void reset();
 
  private:
+  double agreementOf(const Observation& seen, const cv::Rect& box_px, double distance_m) const;
   void correct(const Observation& observation, ObjectTrack& track) const;
   ObjectTrack start(const Observation& observation);
 

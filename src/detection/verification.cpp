@@ -109,9 +109,7 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
   seen.centre_m = shape->centre_m;
   seen.size_m = shape->size_m;
   seen.distance_m = shape->distance_m;
-  const double depth = input.rig.disparityTimesDepth() / hypothesis.disparity_px;
-  const double sigma_z = 0.3 + 0.3 * depth / hypothesis.disparity_px;
-  seen.centre_covariance = Eigen::Vector3d(0.04, 0.04, sigma_z * sigma_z).asDiagonal();
+  seen.centre_covariance = centreCovariance(input.rig, hypothesis.disparity_px);
   if (hypothesis.source != Source::kKnown) {
     const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
     seen.has_velocity = true;

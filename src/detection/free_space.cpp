@@ -1,0 +1,159 @@
+#include "detection/free_space.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "detection/patch_difference.h"
+#include "parallel/tasks.h"
+#include "predictive_stereo/rigid_motion.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kLeastApart_s = 0.08;     // between remembered frames
+constexpr double kLongestGap_s = 1;        // a longer one ends the past
+constexpr int kLags[] = {2, 3, 5, 8, 13};  // remembered frames that are compared
+constexpr float kFarthest_m = 40;          // of cells that are compared
+// Looking through: the past disparity is smaller by this many standard deviations of the
+// difference, which has these parts.
+constexpr float kSigmas = 2;
+constexpr float kMapSigma_px = 0.5f;  // of the past disparity, and of errors of both maps
+constexpr float kScaleSigma = 0.02f;  // calibration, relative to the disparity
+constexpr float kStandingSigma_m = 0.003f, kPathSigma = 0.01f;  // motion: fixed part, per metre
+constexpr int kFewestThrough = 2;                               // past frames that looked through
+// The matcher misses surfaces that are thinner than its windows.
+constexpr float kThinnest_px = 16;
+// Mean squared difference of patches, relative to its variance, up to which they are the same.
+constexpr float kMostDifference = 5;
+constexpr int kBackgroundSteps = 3;
+
+cv::Point latticePoint(const Eigen::Vector3f& at_px) {
+  return {cvRound(at_px.x() / kLatticeStep_px), cvRound(at_px.y() / kLatticeStep_px)};
+}
+
+bool isInside(const cv::Mat1f& map, cv::Point p) {
+  return p.x >= 0 && p.y >= 0 && p.x < map.cols && p.y < map.rows;
+}
+
+}  // namespace
+
+std::vector<FreeSpace::Lag> FreeSpace::lagsOf(const DetectionInput& input) const {
+  std::vector<Lag> lags;
+  for (int k : kLags) {
+    if (k > count_) break;
+    const Remembered& past = frames_[static_cast<size_t>(k - 1)];
+    const Eigen::Isometry3d T_past_cam = relative(past.T_odom_cam, input.T_odom_cam);
+    const auto moved_m = static_cast<float>(T_past_cam.translation().norm());
+    lags.push_back({SourceOf(disparityMotion(input.rig, T_past_cam)),
+                    SourceOf(disparityMotion(input.rig, T_past_cam.inverse())),
+                    kStandingSigma_m + kPathSigma * moved_m, past});
+  }
+  return lags;
+}
+
+FreeSpace::Sight FreeSpace::sightOf(const Lag& lag, const Cell& cell, float disparity_times_depth) {
+  const Eigen::Vector3f then = lag.into_past(cell.x, cell.y, cell.disparity_px);
+  const float expected = then.z();
+  if (!(expected > 0)) return Sight::kUnknown;
+  const cv::Point p = latticePoint(then);
+  if (!isInside(lag.past.nearest_px, p)) return Sight::kUnknown;
+  const float nearest = lag.past.nearest_px(p), farthest = lag.past.farthest_px(p);
+  if (!(nearest > 0)) return Sight::kUnknown;
+  const float by_motion = expected * expected * lag.sigma_m / disparity_times_depth;
+  const float by_scale = kScaleSigma * expected;
+  const float threshold = kSigmas * std::sqrt(cell.variance_px2 + kMapSigma_px * kMapSigma_px +
+                                              by_motion * by_motion + by_scale * by_scale);
+  if (nearest < expected - threshold)
+    return cell.width_px * expected < kThinnest_px * cell.disparity_px ? Sight::kUnknown
+                                                                       : Sight::kThrough;
+  return farthest < expected + threshold ? Sight::kSame : Sight::kHidden;
+}
+
+// Whether a past image contradicts that the surface has come since then.
+bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cell& cell) {
+  const GreyPatchOf now(half_image, cell.x / kLatticeStep_px, cell.y / kLatticeStep_px);
+  const auto looksLike = [&](const Eigen::Vector3f& at_px, float scale) {
+    return now.differenceFrom(lag.past.half_image, at_px.x() / kLatticeStep_px,
+                              at_px.y() / kLatticeStep_px, scale) < kMostDifference;
+  };
+  // The surface was there, and its disparity was not measured.
+  Eigen::Vector3f at = lag.into_past(cell.x, cell.y, cell.disparity_px);
+  if (looksLike(at, at.z() / cell.disparity_px)) return true;
+  // The background is still there, and the current disparity is wrong. Its place in the past image
+  // depends on its own disparity.
+  float scale = 1;
+  for (int step = 0; step < kBackgroundSteps; ++step) {
+    const cv::Point p = latticePoint(at);
+    if (!isInside(lag.past.farthest_px, p) || !(lag.past.farthest_px(p) > 0)) return false;
+    const float background = lag.past.farthest_px(p);
+    const Eigen::Vector3f seen_now = lag.into_now(at.x(), at.y(), background);
+    if (!(seen_now.z() > 0)) return false;
+    at.x() += cell.x - seen_now.x();
+    at.y() += cell.y - seen_now.y();
+    scale = background / seen_now.z();
+  }
+  return looksLike(at, scale);
+}
+
+void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
+                        const cv::Mat1b& half_image, const cv::Mat1f& width_px) {
+  evidence_.moved.create(cells.disparity_px.size());
+  evidence_.fixed.create(cells.disparity_px.size());
+  evidence_.moved.setTo(0);
+  evidence_.fixed.setTo(0);
+  const std::vector<Lag> lags = lagsOf(input);
+  if (static_cast<int>(lags.size()) < kFewestThrough) return;
+  const auto disparity_times_depth = static_cast<float>(input.rig.disparityTimesDepth());
+  parallelFor(cv::Range(0, cells.disparity_px.rows), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v)
+      for (int u = 0; u < cells.disparity_px.cols; ++u) {
+        const Cell cell{static_cast<float>(kCellSide_px * u + kCellCentre_px),
+                        static_cast<float>(kCellSide_px * v + kCellCentre_px),
+                        cells.disparity_px(v, u), cells.variance_px2(v, u), width_px(v, u)};
+        if (!(cell.disparity_px * kFarthest_m >= disparity_times_depth)) continue;
+        int through = 0, same = 0, came_back = 0;
+        const Lag* last_through = nullptr;
+        for (const Lag& lag : lags) {
+          const Sight sight = sightOf(lag, cell, disparity_times_depth);
+          if (sight == Sight::kThrough && through++ == 0) last_through = &lag;
+          if (sight != Sight::kSame) continue;
+          ++same;
+          came_back += through > 0;
+        }
+        if (through >= kFewestThrough && through > came_back &&
+            !isRefuted(*last_through, half_image, cell))
+          evidence_.moved(v, u) = 255;
+        else if (same > 0)
+          evidence_.fixed(v, u) = 255;
+      }
+  });
+}
+
+void FreeSpace::remember(const DetectionInput& input, const DepthCells& cells,
+                         const cv::Mat1b& half_image) {
+  if (count_ > 0) {
+    const double apart_s = input.stamp_s - frames_[0].stamp_s;
+    if (apart_s > kLongestGap_s || apart_s <= 0)
+      reset();
+    else if (apart_s < kLeastApart_s)
+      return;
+  }
+  std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
+  count_ = std::min(count_ + 1, kRemembered);
+  Remembered& newest = frames_[0];
+  newest.stamp_s = input.stamp_s;
+  newest.T_odom_cam = input.T_odom_cam;
+  cells.nearest_px.copyTo(newest.nearest_px);
+  cells.farthest_px.copyTo(newest.farthest_px);
+  half_image.copyTo(newest.half_image);
+}
+
+void FreeSpace::addToDisparities(float step_px) {
+  for (int k = 0; k < count_; ++k)
+    for (cv::Mat1f* map : {&frames_[static_cast<size_t>(k)].nearest_px,
+                           &frames_[static_cast<size_t>(k)].farthest_px})
+      for (float& d : *map)
+        if (d > 0) d = std::max(d + step_px, 0.0f);
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,72 @@
+/// Free space violated: surfaces that stand where the camera has looked through before.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "detection/depth_cells.h"
+#include "detection/frame_comparison.h"
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+/// Evidence of each cell, 255 or 0. Cells with neither were hidden, outside the image or unknown.
+struct FreeSpaceEvidence {
+  cv::Mat1b moved;  ///< past frames looked through the place of its surface
+  cv::Mat1b fixed;  ///< a past frame saw its surface there
+};
+
+/// Remembers where the camera has looked through, for 14 frames that are at least 80 ms apart.
+///
+/// A point that is measured now with disparity d has the disparity d' in a past frame, if it is
+/// static. If that frame measured clearly less there, it looked through: something stands now where
+/// nothing was. If it measured more, the point was hidden. This needs neither tracks nor small
+/// motion, and texture only to refute it: where the past image shows the surface itself, or the
+/// background explains the current image, one of the two disparities is wrong.
+class FreeSpace {
+ public:
+  /// Compares a frame with the remembered ones.
+  /// @param half_image  the left image on the lattice of DepthCells.
+  /// @param width_px  of the obstacle that each cell belongs to, see obstacleWidths: a past frame
+  ///   in which it was too thin for the matcher is no evidence.
+  void compare(const DetectionInput& input, const DepthCells& cells, const cv::Mat1b& half_image,
+               const cv::Mat1f& width_px);
+  const FreeSpaceEvidence& evidence() const { return evidence_; }
+  /// Remembers the frame. Its pose must be known.
+  void remember(const DetectionInput& input, const DepthCells& cells, const cv::Mat1b& half_image);
+  /// Adds `step_px` to the disparities of the past, after a change of the column correction.
+  void addToDisparities(float step_px);
+  void reset() { count_ = 0; }
+
+ private:
+  static constexpr int kRemembered = 14;
+  struct Remembered {
+    double stamp_s = 0;
+    Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+    cv::Mat1f nearest_px, farthest_px;  // see DepthCells
+    cv::Mat1b half_image;
+  };
+  // A remembered frame that is compared with the current one.
+  struct Lag {
+    SourceOf into_past, into_now;
+    float sigma_m;  // of the camera's motion since then
+    const Remembered& past;
+  };
+  // A cell of the current frame.
+  struct Cell {
+    float x, y, disparity_px, variance_px2, width_px;
+  };
+  enum class Sight { kUnknown, kHidden, kThrough, kSame };
+
+  std::vector<Lag> lagsOf(const DetectionInput& input) const;
+  static Sight sightOf(const Lag& lag, const Cell& cell, float disparity_times_depth);
+  static bool isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cell& cell);
+
+  std::array<Remembered, kRemembered> frames_;  // the last one first
+  int count_ = 0;
+  FreeSpaceEvidence evidence_;
+};
+
+}  // namespace predictive_stereo

@@ -1,0 +1,142 @@
+#include "detection/free_space_channel.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "detection/object_shape.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kFewestCells = 15;
+constexpr double kLeastMoved = 0.2;    // share of the obstacle's cells
+constexpr double kLeastFixed = 0.2;    // share of the compared cells, ground included
+constexpr double kSlope = 0.03;        // of the ground, against the plane
+constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
+constexpr int kBelow = 3;  // rows of cells in which something nearer hides the lower end
+constexpr float kNearer_px = 2;
+
+// Pixels of the obstacle's cells.
+ObservedObject objectOf(const Obstacle& obstacle, cv::Size image) {
+  ObservedObject object;
+  const cv::Rect box =
+      cv::Rect(kCellSide_px * obstacle.area.tl(), obstacle.area.size() * kCellSide_px) &
+      cv::Rect(cv::Point(), image);
+  object.observation.box_px = box;
+  object.mask.create(box.size());
+  object.mask.setTo(0);
+  const cv::Size cell(kCellSide_px, kCellSide_px);
+  for (const cv::Point p : obstacle.cells)
+    object.mask(cv::Rect(kCellSide_px * p - box.tl(), cell)).setTo(255);
+  return object;
+}
+
+struct CellCounts {
+  int moved = 0, fixed = 0;
+};
+
+CellCounts countCells(const Obstacle& obstacle, const FreeSpaceEvidence& evidence) {
+  CellCounts counts;
+  for (const cv::Point p : obstacle.cells) {
+    counts.moved += evidence.moved(p) != 0;
+    counts.fixed += evidence.fixed(p) != 0;
+  }
+  return counts;
+}
+
+// Whether enough of what can be compared is where it was. A near person may fill most of the view.
+bool poseFits(const FreeSpaceEvidence& evidence) {
+  const int moved = cv::countNonZero(evidence.moved), fixed = cv::countNonZero(evidence.fixed);
+  return fixed >= kLeastFixed * (moved + fixed);
+}
+
+bool hasMoved(const Obstacle& obstacle, const CellCounts& counts) {
+  const auto cells = static_cast<int>(obstacle.cells.size());
+  return cells >= kFewestCells && counts.moved >= kLeastMoved * cells &&
+         counts.moved >= counts.fixed;
+}
+
+}  // namespace
+
+std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
+                                                   const DisparityRange& range,
+                                                   const MotionDetectionParams& params,
+                                                   const cv::Mat1b& half_image) {
+  cells_.setFrame(range, input.measured_disparity_px, input.measured_variance_px2);
+  ground_ = findGroundPlane(input.rig, cells_, ground_);
+  const std::vector<Obstacle> obstacles = findObstacles(input.rig, cells_, ground_);
+  free_space_.compare(input, cells_, half_image, obstacleWidths(obstacles, cells_));
+  std::vector<ObservedObject> objects;
+  if (!poseFits(free_space_.evidence())) {
+    free_space_.reset();
+    return objects;
+  }
+  free_space_.remember(input, cells_, half_image);
+  for (const Obstacle& obstacle : obstacles) {
+    const CellCounts counts = countCells(obstacle, free_space_.evidence());
+    if (!hasMoved(obstacle, counts)) continue;
+    ObservedObject object = objectOf(obstacle, input.rig.size);
+    Observation& seen = object.observation;
+    const auto shape =
+        shapeOf(input.rig, range, input.measured_disparity_px, seen.box_px, object.mask);
+    if (!shape || !isPlausible(input, params, obstacle, shape->distance_m)) continue;
+    seen.centre_m = shape->centre_m;
+    seen.size_m = shape->size_m;
+    seen.distance_m = shape->distance_m;
+    seen.centre_covariance =
+        centreCovariance(input.rig, input.rig.disparityTimesDepth() / shape->centre_m.z());
+    seen.score = static_cast<double>(counts.moved) / (counts.moved + counts.fixed);
+    objects.push_back(std::move(object));
+  }
+  return objects;
+}
+
+void FreeSpaceChannel::reset() {
+  free_space_.reset();
+  ground_.reset();
+}
+
+// Whether size and height above the ground are plausible for an object.
+bool FreeSpaceChannel::isPlausible(const DetectionInput& input, const MotionDetectionParams& params,
+                                   const Obstacle& obstacle, double distance_m) const {
+  const StereoRig& rig = input.rig;
+  const double cell_m = kCellSide_px * distance_m;
+  const double width_m = obstacle.area.width * cell_m / rig.fx_px;
+  double height_m = obstacle.area.height * cell_m / rig.fy_px;
+  if (width_m < params.min_width_m || width_m > params.max_width_m ||
+      height_m > params.max_height_m)
+    return false;
+  if (obstacle.area.br().y >= cells_.disparity_px.rows) return true;  // cut by the image
+  if (ground_) {
+    double foot_m = std::numeric_limits<double>::infinity();
+    for (const cv::Point p : obstacle.cells) {
+      const double above_m = ground_->heightOf(p, cells_.disparity_px(p));
+      foot_m = std::min(foot_m, above_m);
+      height_m = std::max(height_m, above_m);  // a camera that looks down sees no height
+    }
+    const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
+    const double hidden_m =
+        isHiddenBelow(obstacle, disparity_px) ? (1 - kLeastVisible) * params.max_height_m : 0;
+    if (foot_m > hidden_m + params.max_foot_m + kSlope * distance_m) return false;
+  }
+  return height_m >= params.min_height_m;
+}
+
+// Whether in most columns a nearer obstacle is below.
+bool FreeSpaceChannel::isHiddenBelow(const Obstacle& obstacle, float disparity_px) const {
+  const cv::Rect below =
+      cv::Rect(obstacle.area.x, obstacle.area.br().y, obstacle.area.width, kBelow) &
+      cv::Rect(cv::Point(), cells_.disparity_px.size());
+  int hidden = 0;
+  for (int u = below.x; u < below.br().x; ++u)
+    for (int v = below.y; v < below.br().y; ++v) {
+      const float d = cells_.disparity_px(v, u);
+      if (d <= disparity_px + kNearer_px || ground_->heightOf({u, v}, d) <= kGroundMargin_m)
+        continue;
+      ++hidden;
+      break;
+    }
+  return 2 * hidden > obstacle.area.width;
+}
+
+}  // namespace predictive_stereo

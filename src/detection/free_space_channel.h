@@ -1,0 +1,43 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "detection/depth_cells.h"
+#include "detection/free_space.h"
+#include "detection/ground_plane.h"
+#include "detection/obstacles.h"
+#include "detection/tracker.h"
+
+namespace predictive_stereo {
+
+/// Finds whole obstacles that have moved to where the camera has looked through before. Needs
+/// neither texture nor tracks; motion may be large. An obstacle that has grown together with static
+/// ones is left to the other channels.
+class FreeSpaceChannel {
+ public:
+  /// Finds the objects of a frame, and remembers it. If most obstacles contradict the past, its
+  /// pose is taken for wrong: the past is forgotten, and nothing is found.
+  /// @param input  with a pose.
+  /// @param half_image  the left image on the lattice.
+  std::vector<ObservedObject> find(const DetectionInput& input, const DisparityRange& range,
+                                   const MotionDetectionParams& params,
+                                   const cv::Mat1b& half_image);
+  /// See FreeSpace.
+  void addToDisparities(double step_px) {
+    free_space_.addToDisparities(static_cast<float>(step_px));
+  }
+  void reset();
+
+ private:
+  bool isPlausible(const DetectionInput& input, const MotionDetectionParams& params,
+                   const Obstacle& obstacle, double distance_m) const;
+  bool isHiddenBelow(const Obstacle& obstacle, float disparity_px) const;
+
+  DepthCells cells_;
+  FreeSpace free_space_;
+  std::optional<GroundPlane> ground_;  // of this frame, and the first trial of the next one
+};
+
+}  // namespace predictive_stereo

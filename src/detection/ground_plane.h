@@ -1,0 +1,34 @@
+/// The ground as a plane in disparity space.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "detection/depth_cells.h"
+#include "predictive_stereo/stereo_rig.h"
+
+namespace predictive_stereo {
+
+/// A plane in space: points (x, y) [px] on it have the disparity a x + b y + c [px].
+struct GroundPlane {
+  double a = 0, b = 0, c = 0;
+  double camera_height_m = 0;  ///< distance of the camera from the plane
+
+  double disparityAt(double x_px, double y_px) const { return a * x_px + b * y_px + c; }
+  /// Distance of a cell's surface from the plane [m], positive on the camera's side.
+  /// @param disparity_px  positive.
+  double heightOf(cv::Point cell, double disparity_px) const {
+    const double expected_px =
+        disparityAt(kCellSide_px * cell.x + kCellCentre_px, kCellSide_px * cell.y + kCellCentre_px);
+    return camera_height_m * (1 - expected_px / disparity_px);
+  }
+};
+
+/// The plane below the camera that most cells lie on and none shows through. The camera may look
+/// down by up to 75 degrees and roll by up to 30.
+/// @param last  of the previous frame: tried, too.
+/// @returns none if too few cells lie on one plane: no ground is in view.
+std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCells& cells,
+                                           const std::optional<GroundPlane>& last);
+
+}  // namespace predictive_stereo
