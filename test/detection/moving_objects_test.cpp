@@ -17,7 +17,7 @@ DetectionInput emptyFrame() {
   input.predicted_disparity_px = cv::Mat1f(input.rig.size, 10.0f);
   input.measured_variance_px2 = cv::Mat1f(input.rig.size, 0.25f);
   input.predicted_variance_px2 = cv::Mat1f(input.rig.size, 0.25f);
-  input.has_pose = true;
+  input.pose_state = PoseState::kKnown;
   return input;
 }
 
