@@ -142,7 +142,10 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
 
   EgoMotionEstimate estimate;
   estimate.swapped = (choice.doubtful || !choice.solution.found) && features.lookSwapped();
-  if (estimate.swapped) choice.solution = PoseSolution();
+  if (estimate.swapped)
+    choice.solution = PoseSolution();
+  else if (choice.rows)
+    features.keepRows(*choice.rows);
   estimate.features = static_cast<int>(choice.correspondences.size());
   estimate.inliers = choice.solution.inliers;
   estimate.residual_px = choice.solution.residual_px;
