@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
 
     const cv::Mat1f& disparity_px = output.disparity.disparity_px;
     const int known = cv::countNonZero(disparity_px >= 0);  // unknown: -1, variance 0
-    const Eigen::Vector3d camera_m = output.T_odom_cam.translation();
+    const Eigen::Vector3d camera_m = output.pose.T_odom_cam.translation();
     std::printf("frame %d: disparity at %.1f %% of the pixels, camera at %.2f %.2f %.2f m\n", i,
                 100.0 * known / disparity_px.total(), camera_m.x(), camera_m.y(), camera_m.z());
     for (const DetectedObject& object : output.detections.objects)

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "parallel/tasks.h"
-#include "predictive_stereo/rigid_motion.h"
 #include "predictive_stereo/simd_target.h"
 
 namespace predictive_stereo {
@@ -94,36 +93,27 @@ void Pipeline::correctColumns(const FrameSources& sources, PipelineOutput& outpu
 void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output) {
   output.motion_start.reset();
   if (!ego_motion_ && !sources.ego_motion) {
-    output.pose_known = sources.T_odom_cam.has_value();
-    output.T_odom_cam = sources.T_odom_cam.value_or(Eigen::Isometry3d::Identity());
+    output.pose = PoseEstimate();
+    if (!sources.T_odom_cam) return;
+    output.pose.state = PoseState::kKnown;
+    output.pose.T_odom_cam = output.pose.T_odom_body = *sources.T_odom_cam;
     return;
   }
   Stopwatch watch;
   if (sources.ego_motion) {
     output.ego_motion = *sources.ego_motion;
   } else {
-    const bool fits = sources.ignored.size() == frame_.rig.size && !since_tracked_.empty();
+    const bool fits = sources.ignored.size() == frame_.rig.size && has_previous_;
     output.ego_motion =
         ego_motion_->estimate(frame_.left, frame_.right, frame_.rig,
                               fits ? sources.ignored : cv::Mat1b(), sources.R_cam_prev);
     watch.lap("ego-motion", times_.ego_motion);
   }
   column_offset_ = output.ego_motion.column_offset;
-  output.motion_start = motionStart(output.ego_motion);
-  output.T_odom_cam = T_odom_cam_.value_or(Eigen::Isometry3d::Identity());
-  if (output.motion_start)
-    output.T_odom_cam = compose(output.T_odom_cam, output.ego_motion.motion.T_cam_prev.inverse());
-  T_odom_cam_ = output.T_odom_cam;
-  // The pose of the first frame is known too: it is the origin.
-  output.pose_known = output.ego_motion.status != EgoMotionStatus::kLost;
-  if (output.pose_known) since_tracked_.clear();
-  since_tracked_.push_back(frame_.stamp);
-}
-
-std::optional<Stamp> Pipeline::motionStart(const EgoMotionEstimate& estimate) const {
-  const auto frames = static_cast<size_t>(estimate.frames);
-  if (estimate.status != EgoMotionStatus::kTracked || frames > since_tracked_.size()) return {};
-  return since_tracked_[since_tracked_.size() - frames];
+  path_.add(output.ego_motion, frame_.stamp, sources.T_body_cam);
+  output.motion_start = path_.motionStart();
+  output.pose = path_.pose();
+  has_previous_ = true;
 }
 
 std::optional<CameraMotion> Pipeline::motionFromPast(const FrameSources& sources,
@@ -150,7 +140,7 @@ void Pipeline::detect(PipelineOutput& output) {
   const DisparityOutput& maps = output.disparity;
   detector_->detect({toSeconds(frame_.stamp), rig_, frame_.left, maps.measured_disparity_px,
                      maps.measured_variance_px2, maps.predicted_disparity_px,
-                     maps.predicted_variance_px2, output.pose_known, output.T_odom_cam},
+                     maps.predicted_variance_px2, output.pose.state, output.pose.T_odom_cam},
                     output.detections);
   watch.lap("detection", times_.detection);
 }
@@ -201,14 +191,15 @@ void Pipeline::reset() {
 void Pipeline::startAnew() {
   if (ego_motion_) ego_motion_.emplace(params_.ego_motion);
   column_offset_ = ColumnOffset();
-  T_odom_cam_.reset();
+  path_.reset();
 }
 
 void Pipeline::forgetFrames() {
   if (ego_motion_) ego_motion_->reset();
   if (disparity_) disparity_->reset();
   if (detector_) detector_->reset();
-  since_tracked_.clear();
+  path_.breakOff();
+  has_previous_ = false;
   forgetPast();
 }
 

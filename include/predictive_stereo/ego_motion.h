@@ -10,6 +10,7 @@
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/params.h"
 #include "predictive_stereo/path_covariance.h"
+#include "predictive_stereo/pose_state.h"
 #include "predictive_stereo/row_alignment.h"
 #include "predictive_stereo/stereo_rig.h"
 
@@ -66,21 +67,20 @@ struct ColumnOffset {
   double correction_px = 0;
 };
 
-enum class EgoMotionStatus {
-  kFirstFrame,  ///< no reference frame: after construction, a reset or another rig
-  kTracked,
-  kLost,  ///< too few inliers; the motion is identity and its covariance 9999 times identity
-};
-
 struct EgoMotionEstimate {
-  EgoMotionStatus status = EgoMotionStatus::kFirstFrame;
+  static constexpr int kMostFrames = 10;
+  /// kKnown: `motion` was seen. kHeld: it was not, but frames before this one are kept to compare
+  /// later ones with. kLost: none is kept, or there was none: after construction, a reset, another
+  /// rig, or kMostFrames frames that were lost one after the other.
+  PoseState state = PoseState::kLost;
   /// From the frame that is `frames` back to this one. That frame is the last one that was tracked,
-  /// or a later one if the two have no view in common.
+  /// or a later one if the two have no view in common. Not seen: identity, with a covariance of
+  /// 9999 times identity.
   CameraMotion motion;
   /// The part of the motion's covariance that is the same in all frames; see PathCovariance.
   CommonErrors common_errors = CommonErrors::Zero();
-  bool swapped = false;          ///< kLost, as the left image is the right camera's
-  int frames = 1;                ///< where `motion` starts: 1 is the previous frame
+  bool swapped = false;          ///< not seen, as the left image is the right camera's
+  int frames = 1;                ///< where `motion` starts: 1 is the previous frame; <= kMostFrames
   int features = 0;              ///< corners tracked from there and matched in both images
   int inliers = 0;               ///< those that agree with the motion
   double residual_px = 0;        ///< root mean square reprojection error of the inliers

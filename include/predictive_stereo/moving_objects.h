@@ -8,6 +8,7 @@
 
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/params.h"
+#include "predictive_stereo/pose_state.h"
 #include "predictive_stereo/stereo_rig.h"
 
 namespace predictive_stereo {
@@ -21,7 +22,7 @@ struct DetectedObject {
   Eigen::Vector3d size_m =
       Eigen::Vector3d::Zero();  ///< of its 3-D box along the axes of that frame
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();         ///< in the odom frame
-  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< [m^2/s^2]
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< [m^2/s^2]; zero: not known
   double score = 0;                                               ///< confidence, 0..1
   int age = 0;            ///< frames since the first detection
   double distance_m = 0;  ///< from the left camera to the nearest part of the object
@@ -35,7 +36,8 @@ struct DetectionInput {
   cv::Mat1b left;
   cv::Mat1f measured_disparity_px, measured_variance_px2;
   cv::Mat1f predicted_disparity_px, predicted_variance_px2;
-  bool has_pose = false;  ///< whether T_odom_cam is known in this frame
+  /// Without a known pose nothing is measured in the odom frame; tracks and their velocities stay.
+  PoseState pose_state = PoseState::kLost;
   /// Pose of the left camera's optical frame in the odom frame.
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
 };

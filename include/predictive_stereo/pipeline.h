@@ -2,11 +2,11 @@
 /// Keeps the state that the next frame needs.
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 
+#include "predictive_stereo/camera_path.h"
 #include "predictive_stereo/disparity_estimator.h"
 #include "predictive_stereo/ego_motion.h"
 #include "predictive_stereo/moving_objects.h"
@@ -55,6 +55,9 @@ struct FrameSources {
   /// For ego-motion: rotation since the previous frame from another sensor, see
   /// EgoMotion::estimate.
   std::optional<Eigen::Matrix3d> R_cam_prev;
+  /// Pose of the left camera's optical frame in the body whose path PoseEstimate describes, e.g. a
+  /// robot's base.
+  Eigen::Isometry3d T_body_cam = Eigen::Isometry3d::Identity();
   /// Ego-motion that another pipeline estimated on the same frames.
   std::optional<EgoMotionEstimate> ego_motion;
   /// Column offset that an ego-motion elsewhere had estimated after the previous frame.
@@ -73,15 +76,14 @@ struct FrameSources {
 
 struct PipelineOutput {
   EgoMotionEstimate ego_motion;
-  /// The frame that ego_motion.motion starts from; nullopt: ego-motion was not tracked.
+  /// The frame that ego_motion.motion starts from; nullopt: it was not seen.
   std::optional<Stamp> motion_start;
-  bool pose_known = false;  ///< whether T_odom_cam is the pose in this frame, not one that is held
   /// The column offset that this frame was matched with; correction_px was added to its
   /// disparities.
   ColumnOffset column_offset;
-  /// Pose of the left camera's optical frame in the odom frame. It starts at the origin, and is
-  /// held while ego-motion is lost.
-  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+  /// The pose of this frame; without ego-motion that of FrameSources::T_odom_cam, with a covariance
+  /// of zero.
+  PoseEstimate pose;
   /// If disparities are estimated elsewhere, the caller sets the maps that detection needs.
   DisparityOutput disparity;
   Detections detections;
@@ -116,8 +118,8 @@ class Pipeline {
   ~Pipeline();
 
   /// Takes a frame. If it does not continue the previous one (time went back, a gap, another
-  /// calibration), all earlier frames are forgotten. The pose is held over a gap, and starts at the
-  /// origin again if time went back.
+  /// calibration), all earlier frames are forgotten. The pose goes on over a gap, see CameraPath.
+  /// If time went back, it starts at the origin again.
   /// @returns kDuplicate if the frame must be ignored: process() must not be called then.
   /// @throws std::invalid_argument if an image does not have rig.size; the state is then unchanged.
   SequenceGuard::Result begin(const StereoFrame& frame);
@@ -137,9 +139,9 @@ class Pipeline {
   }
 
   /// Whether the poses start with the frame that begin() took.
-  bool isOrigin() const { return !T_odom_cam_; }
-  /// Pose of the frame that the poses start with; without this call it is identity.
-  void setOrigin(const Eigen::Isometry3d& T_odom_cam) { T_odom_cam_ = T_odom_cam; }
+  bool isOrigin() const { return path_.empty(); }
+  /// Pose of the body in the frame that the poses start with; without this call it is identity.
+  void setOrigin(const Eigen::Isometry3d& T_odom_body) { path_.setOrigin(T_odom_body); }
   /// Forgets everything: the poses start with the next frame.
   void reset();
 
@@ -163,7 +165,6 @@ class Pipeline {
  private:
   void correctColumns(const FrameSources& sources, PipelineOutput& output);
   void followCamera(const FrameSources& sources, PipelineOutput& output);
-  std::optional<Stamp> motionStart(const EgoMotionEstimate& estimate) const;
   std::optional<CameraMotion> motionFromPast(const FrameSources& sources,
                                              const PipelineOutput& output);
   DisparityState& linkToPast(bool motion_known);
@@ -184,10 +185,10 @@ class Pipeline {
   PipelineTimes times_;
 
   // State for the next frame, in addition to the state of the parts.
-  std::optional<Eigen::Isometry3d> T_odom_cam_;
+  CameraPath path_;
   ColumnOffset column_offset_;
-  std::deque<Stamp> since_tracked_;  // the last frame that was tracked, and all after it
-  DisparityState past_;              // the filters of the frame with past_stamp_
+  bool has_previous_ = false;  // whether the frame follows another one
+  DisparityState past_;        // the filters of the frame with past_stamp_
   std::optional<Stamp> past_stamp_;
   int unlinked_frames_ = 0;  // since then
   DisparityState unlinked_;  // the filters of an unlinked frame, which are discarded

@@ -27,4 +27,11 @@ Eigen::Matrix<double, 6, 6> adjoint(const Eigen::Isometry3d& T_a_b);
 /// The cross-product matrix [v]x: v.cross(w) = skew(v) w.
 Eigen::Matrix3d skew(const Eigen::Vector3d& v);
 
+/// The constant twist (linear [m/s], angular [rad/s]) that gives this motion in dt_s, in the moving
+/// frame.
+Eigen::Matrix<double, 6, 1> constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s);
+
+/// T_prev_now after dt_s with this constant twist: the inverse of constantTwist().
+Eigen::Isometry3d motionOf(const Eigen::Matrix<double, 6, 1>& twist, double dt_s);
+
 }  // namespace predictive_stereo

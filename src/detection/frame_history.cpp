@@ -17,7 +17,7 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
   RememberedFrame& current = frames_[0];
   current.stamp_s = input.stamp_s;
-  current.has_pose = input.has_pose;
+  current.pose_state = input.pose_state;
   current.follows = true;
   current.T_odom_cam = input.T_odom_cam;
   // The longest task first.
@@ -39,7 +39,8 @@ std::vector<PastFrame> FrameHistory::past() const {
   const RememberedFrame& current = frames_[0];
   for (size_t k = 1; k < frames_.size(); ++k) {
     const RememberedFrame& frame = frames_[k];
-    if (frame.empty() || !current.has_pose || !frame.has_pose || !frames_[k - 1].follows ||
+    if (frame.empty() || current.pose_state != PoseState::kKnown ||
+        frame.pose_state != PoseState::kKnown || !frames_[k - 1].follows ||
         !(frame.stamp_s < frames_[k - 1].stamp_s))
       break;
     past.push_back(

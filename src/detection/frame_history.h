@@ -14,7 +14,7 @@ namespace predictive_stereo {
 
 struct RememberedFrame {
   double stamp_s = 0;
-  bool has_pose = false;
+  PoseState pose_state = PoseState::kLost;
   bool follows = true;  ///< whether its pose is consistent with that of the previous frame
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
   ImagePyramid pyramid;

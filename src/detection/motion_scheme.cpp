@@ -12,7 +12,7 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
                            [&] { verification_.findRoad(input, range_); }});
   verification_.forgetObjects();
   objects_.clear();
-  if (!input.has_pose) return objects_;
+  if (input.pose_state != PoseState::kKnown) return objects_;
   const std::vector<PastFrame> past = frames_.past();
   const FrameView frame{input, range_, params_, frames_.current()};
   if (!past.empty()) {

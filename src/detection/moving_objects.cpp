@@ -132,7 +132,9 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
   State& state = *state_;
   state.setRig(input.rig);
   state.observed.clear();
-  state.tracker.predict(input.stamp_s, input.rig, input.T_odom_cam);
+  state.tracker.predict(
+      input.stamp_s, input.rig,
+      input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
   if (state.params.scheme == DetectionScheme::kPaper)
     state.observeAsPaper(input);
   else

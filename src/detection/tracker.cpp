@@ -61,16 +61,22 @@ cv::Rect movedBox(const StereoRig& rig, const cv::Rect& box, const Eigen::Vector
 }  // namespace
 
 Eigen::Vector3d ObjectTracker::centreInCamera(const ObjectTrack& track) const {
-  return T_odom_cam_.inverse() * track.state.head<3>();
+  return T_odom_cam_->inverse() * track.state.head<3>();
 }
 
 void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
-                            const Eigen::Isometry3d& T_odom_cam) {
+                            const std::optional<Eigen::Isometry3d>& T_odom_cam) {
+  rig_ = rig;
+  T_odom_cam_ = T_odom_cam;
+  for (ObjectTrack& track : tracks_) {
+    track.history <<= 1;
+    track.observation = -1;
+    ++track.age;
+  }
+  if (!T_odom_cam) return;
   const double dt = has_stamp_ ? stamp_s - stamp_s_ : 0;
   has_stamp_ = true;
   stamp_s_ = stamp_s;
-  rig_ = rig;
-  T_odom_cam_ = T_odom_cam;
   Matrix6 transition = Matrix6::Identity();
   transition.topRightCorner<3, 3>() = dt * Eigen::Matrix3d::Identity();
   // White-noise acceleration.
@@ -82,11 +88,12 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
   noise.bottomRightCorner<3, 3>().diagonal().setConstant(q * dt * dt);
   std::vector<ObjectTrack> kept;
   for (ObjectTrack& track : tracks_) {
+    if (!track.located) {
+      kept.push_back(track);
+      continue;
+    }
     track.state = transition * track.state;
     track.covariance = transition * track.covariance * transition.transpose() + noise;
-    track.history <<= 1;
-    track.observation = -1;
-    ++track.age;
     const Eigen::Vector3d centre = centreInCamera(track);
     if (!(centre.z() > 0.5)) continue;
     track.last.box_px = movedBox(rig, track.last.box_px, track.last.centre_m, centre);
@@ -149,17 +156,33 @@ void ObjectTracker::update(const std::vector<Observation>& observations) {
 }
 
 void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) const {
-  const Eigen::Matrix3d R = T_odom_cam_.linear();
-  kalmanUpdate(positionOf(), Eigen::Vector3d(T_odom_cam_ * observation.centre_m),
+  track.last = observation;
+  track.seen_box_px = observation.box_px;
+  track.seen_distance_m = observation.distance_m;
+  track.history |= 1;
+  if (!T_odom_cam_) return;
+  if (!track.located) return locate(observation, track);
+  const Eigen::Matrix3d R = T_odom_cam_->linear();
+  kalmanUpdate(positionOf(), Eigen::Vector3d(*T_odom_cam_ * observation.centre_m),
                Eigen::Matrix3d(R * observation.centre_covariance * R.transpose()), track.state,
                track.covariance);
   if (observation.has_velocity)
     kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
                  track.state, track.covariance);
-  track.last = observation;
-  track.seen_box_px = observation.box_px;
-  track.seen_distance_m = observation.distance_m;
-  track.history |= 1;
+}
+
+// Its first position and velocity in the odom frame.
+void ObjectTracker::locate(const Observation& observation, ObjectTrack& track) const {
+  track.located = true;
+  const Eigen::Matrix3d R = T_odom_cam_->linear();
+  const double speed = params_.largest_speed_mps;
+  track.state << *T_odom_cam_ * observation.centre_m, Eigen::Vector3d::Zero();
+  track.covariance.setZero();
+  track.covariance.topLeftCorner<3, 3>() = R * observation.centre_covariance * R.transpose();
+  track.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(speed * speed / 9);
+  if (observation.has_velocity)
+    kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
+                 track.state, track.covariance);
 }
 
 ObjectTrack ObjectTracker::start(const Observation& observation) {
@@ -171,15 +194,9 @@ ObjectTrack ObjectTracker::start(const Observation& observation) {
   track.last = observation;
   track.seen_box_px = observation.box_px;
   track.seen_distance_m = observation.distance_m;
-  const Eigen::Matrix3d R = T_odom_cam_.linear();
-  const double speed = params_.largest_speed_mps;
-  track.state << T_odom_cam_ * observation.centre_m, Eigen::Vector3d::Zero();
+  track.state.setZero();
   track.covariance.setZero();
-  track.covariance.topLeftCorner<3, 3>() = R * observation.centre_covariance * R.transpose();
-  track.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(speed * speed / 9);
-  if (observation.has_velocity)
-    kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
-                 track.state, track.covariance);
+  if (T_odom_cam_) locate(observation, track);
   return track;
 }
 

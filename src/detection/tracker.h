@@ -38,6 +38,7 @@ struct ObjectTrack {
   Observation last;                   ///< the last one; its box is predicted if not observed
   cv::Rect seen_box_px;               ///< of the last observation, not predicted ...
   double seen_distance_m = 0;         ///< ... and its distance
+  bool located = false;               ///< whether it was observed in a frame with a pose
   Eigen::Matrix<double, 6, 1> state;  ///< position [m], velocity [m/s] in the odom frame
   Eigen::Matrix<double, 6, 6> covariance;
 };
@@ -51,12 +52,15 @@ class ObjectTracker {
   void setParams(const TrackingParams& params) { params_ = params; }
 
   /// Predicts all tracks to this frame.
-  void predict(double stamp_s, const StereoRig& rig, const Eigen::Isometry3d& T_odom_cam);
+  /// @param T_odom_cam  none: not known. Boxes and positions in the odom frame then stay as they
+  ///   are until the next pose, and nothing is measured in the odom frame.
+  void predict(double stamp_s, const StereoRig& rig,
+               const std::optional<Eigen::Isometry3d>& T_odom_cam);
   /// Assigns each observation to a track, or starts a new one.
   void update(const std::vector<Observation>& observations);
 
   const std::vector<ObjectTrack>& tracks() const { return tracks_; }
-  /// Position [m] of a track's centre in the left camera's optical frame.
+  /// Position [m] of a track's centre in the left camera's optical frame, in a frame with a pose.
   Eigen::Vector3d centreInCamera(const ObjectTrack& track) const;
   DetectedObject describe(const ObjectTrack& track) const;
   void reset();
@@ -64,6 +68,7 @@ class ObjectTracker {
  private:
   double agreementOf(const Observation& seen, const cv::Rect& box_px, double distance_m) const;
   void correct(const Observation& observation, ObjectTrack& track) const;
+  void locate(const Observation& observation, ObjectTrack& track) const;
   ObjectTrack start(const Observation& observation);
 
   TrackingParams params_;
@@ -72,7 +77,7 @@ class ObjectTracker {
   bool has_stamp_ = false;
   double stamp_s_ = 0;
   StereoRig rig_;
-  Eigen::Isometry3d T_odom_cam_ = Eigen::Isometry3d::Identity();
+  std::optional<Eigen::Isometry3d> T_odom_cam_;
 };
 
 }  // namespace predictive_stereo

@@ -73,8 +73,7 @@ std::vector<WindowError> windowErrors(const std::vector<EgoMotionEstimate>& esti
     PathCovariance path;
     bool tracked = true;
     for (size_t i = first + 1; i <= last; ++i) {
-      tracked =
-          tracked && estimates[i].status == EgoMotionStatus::kTracked && estimates[i].frames == 1;
+      tracked = tracked && estimates[i].state == PoseState::kKnown && estimates[i].frames == 1;
       path.add(estimates[i].motion, estimates[i].common_errors);
     }
     if (!tracked) continue;
@@ -134,7 +133,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     e.truth.push_back((*poses)[static_cast<size_t>(k * input.every)]);
   RotationPriorSource prior(input.rotation_prior);
   e.estimated = {e.truth.front()};
-  size_t last_good = 0;  // last frame that was tracked; the pose is held after it
+  size_t last_good = 0;  // last frame whose pose was known
   PipelineParams pipeline_params;
   pipeline_params.parts = {true, false, false};
   pipeline_params.ego_motion = params;
@@ -160,11 +159,13 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     const Eigen::Isometry3d truth = relative(e.truth[i], e.truth[start]);
     const double normalized = tracked ? normalizedErrorSquared(estimate.motion, truth) / 6
                                       : std::numeric_limits<double>::quiet_NaN();
-    e.motions.push_back({index, tracked, motionError(estimate.motion.T_cam_prev, truth), normalized,
-                         estimate.features, estimate.inliers, estimate.residual_px,
+    e.estimated.push_back(compose(e.truth.front(), output.pose.T_odom_cam));
+    const Eigen::Isometry3d found =
+        tracked ? estimate.motion.T_cam_prev : relative(e.estimated[i], e.estimated[start]);
+    e.motions.push_back({index, tracked, motionError(found, truth), normalized, estimate.features,
+                         estimate.inliers, estimate.residual_px,
                          pipeline.times().ego_motion.front().ms});
-    e.estimated.push_back(compose(e.truth.front(), output.T_odom_cam));
-    if (output.pose_known) last_good = i;
+    if (output.pose.state == PoseState::kKnown) last_good = i;
   }
   summarize(e);
   if (e.truth.size() > 5) evaluateWindows(estimates, e);

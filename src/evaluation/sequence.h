@@ -47,6 +47,8 @@ class Sequence {
   }
   /// True poses T_world_cam of the left camera's optical frame, if they are known.
   virtual std::optional<std::vector<Eigen::Isometry3d>> poses() const { return std::nullopt; }
+  /// Whether they are those of a simulation; others have errors and jitter of their own.
+  virtual bool hasExactPoses() const { return false; }
 };
 
 /// A pair of the sequence as input of the pipeline.

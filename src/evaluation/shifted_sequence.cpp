@@ -29,6 +29,7 @@ class ShiftedRightSequence : public Sequence {
   std::optional<std::vector<ObjectLabel>> objects(int index) const override {
     return sequence_->objects(index);
   }
+  bool hasExactPoses() const override { return sequence_->hasExactPoses(); }
   std::optional<std::vector<Eigen::Isometry3d>> poses() const override {
     return sequence_->poses();
   }

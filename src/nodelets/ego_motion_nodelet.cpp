@@ -222,7 +222,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
   void learnGyroBias(ros::Time stamp, const EgoMotionProcessor::Output& output) {
     const double dt_s = (stamp - last_stamp_).toSec();
     const EgoMotionEstimate& estimate = output.estimate;
-    if (last_stamp_.isZero() || dt_s <= 0 || estimate.status != EgoMotionStatus::kTracked ||
+    if (last_stamp_.isZero() || dt_s <= 0 || estimate.state != PoseState::kKnown ||
         estimate.frames != 1)
       return;
     const Eigen::Isometry3d& T = estimate.motion.T_cam_prev;
@@ -278,6 +278,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
       health_->solved("tracking");
     else
       health_->problem("tracking", Health::Severity::kDegraded, "lost: " + why);
+    health_->figure("pose", std::string(nameOf(output.pose_state)));
     health_->figure("features", estimate.features, "%.0f");
     health_->figure("inliers", estimate.inliers, "%.0f");
     health_->figure("residual [px]", estimate.residual_px, "%.3f");
@@ -292,14 +293,15 @@ class EgoMotionNodelet : public nodelet::Nodelet {
     if (output.frozen) {
       std::ostringstream text;
       text << "both images have been the same for more than max_gap = " << params_.processor.max_gap
-           << " s; the pose is held. Does the camera driver hang? (A simulator needs image noise.)";
+           << " s. Does the camera driver hang? (A simulator needs image noise.)";
       return text.str();
     }
     if (output.estimate.swapped)
-      return "the left image shows what the right camera sees; the pose is held. Are the topics of "
-             "left and right swapped?";
-    if (output.estimate.status == EgoMotionStatus::kLost)
-      return "too few features agree on a motion; the pose is held";
+      return "the left image shows what the right camera sees. Are the topics of left and right "
+             "swapped? (The pose goes on with the last velocity.)";
+    const bool goes_on = output.sequence.verdict == SequenceGuard::Verdict::kContinues;
+    if (goes_on && output.pose_state != PoseState::kKnown)
+      return "too few features agree on a motion; the pose goes on with the last velocity";
     return "";
   }
 

@@ -25,11 +25,13 @@ struct EgoMotionMessages {
 ///
 /// The pose starts at the origin, with the axes of the base frame. If the camera is the base, these
 /// are the camera's axes in the convention of REP 103: x ahead, z up. While the ego-motion is lost,
-/// the pose keeps its last value.
+/// the pose goes on with the last velocity, and its covariance grows (see CameraPath); the twist is
+/// zero, with a covariance of kUnknownCovariance.
 class EgoMotionProcessor {
  public:
   struct Output {
     std::optional<EgoMotionMessages> messages;  ///< none for a duplicate
+    PoseState pose_state = PoseState::kLost;    ///< kLost if frozen
     EgoMotionEstimate estimate;
     SequenceGuard::Result sequence;
     bool frozen = false;  ///< both images have not changed for more than max_gap
@@ -57,8 +59,6 @@ class EgoMotionProcessor {
 
  private:
   bool isFrozen(const StereoPair& pair);
-  void setOrigin(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam);
-  void applyMotion(const Eigen::Isometry3d& T_base_cam, Stamp stamp);
   EgoMotionMessages messages(const StereoPair& pair) const;
 
   EgoMotionProcessorParams params_;
@@ -69,11 +69,6 @@ class EgoMotionProcessor {
   sensor_msgs::ImageConstPtr last_left_, last_right_;
   ros::Time last_change_;  // of the images
   bool frozen_ = false;
-
-  Eigen::Isometry3d T_odom_base_;
-  PathCovariance pose_covariance_;  // of T_odom_base, perturbed in the base frame
-  Vector6d twist_;
-  Matrix6d twist_covariance_;
 };
 
 }  // namespace predictive_stereo

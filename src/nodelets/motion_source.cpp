@@ -1,6 +1,7 @@
 #include "nodelets/motion_source.h"
 
 #include "nodelets/transforms.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {
@@ -8,6 +9,28 @@ namespace {
 // Odometry this much later than a frame does not belong to it.
 bool isTooNew(const nav_msgs::Odometry& odometry, ros::Time frame) {
   return odometry.header.stamp - frame > ros::Duration(0.1);
+}
+
+// Whether the odometry did not see the motion to one of the frames from `previous` until before
+// `now`. (To the first frame of a path there is none.)
+bool wasUnseen(const OdometryHistory& odometry, ros::Time previous, ros::Time now) {
+  for (auto message = odometry.before(now); message && message->header.stamp >= previous;
+       message = odometry.before(message->header.stamp))
+    if (twistIsUnknown(*message)) return true;
+  return false;
+}
+
+// Whether the twist explains a motion in tf. After a loss it is the mean since the frame that the
+// camera was compared with: a motion that begins before this one has a part that was not seen.
+bool explains(const nav_msgs::Odometry& odometry, const Eigen::Isometry3d& T_prev_now,
+              double dt_s) {
+  constexpr double kRounding = 1e-6;
+  const auto &v = odometry.twist.twist.linear, &w = odometry.twist.twist.angular;
+  Vector6d twist;
+  twist << v.x, v.y, v.z, w.x, w.y, w.z;
+  const Vector6d off = dt_s * (constantTwist(T_prev_now, dt_s) - twist);
+  const Vector6d sigma = dt_s * fromMsg(odometry.twist.covariance).diagonal().cwiseSqrt();
+  return (off.cwiseAbs().array() <= 3 * sigma.array() + kRounding).all();
 }
 
 }  // namespace
@@ -23,21 +46,24 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
   if (!odometry) return answer;
 
   const nav_msgs::OdometryConstPtr odometry_now = odometry->at(now);
-  const nav_msgs::OdometryConstPtr odometry_previous = odometry->at(previous);
   if (!odometry_now) return answer;
   answer.complete = true;
   if (isTooNew(*odometry_now, now)) return answer;
-  const bool was_lost = odometry_previous && !isTooNew(*odometry_previous, previous) &&
-                        poseIsUnknown(*odometry_previous);
-  if (twistIsUnknown(*odometry_now) || was_lost) {
+  const double dt_s = (now - previous).toSec();
+  bool seen = !twistIsUnknown(*odometry_now);
+  if (seen && wasUnseen(*odometry, previous, now)) {
+    const auto T_now_prev = lookUpCameraMotion(tf, odometry_now->child_frame_id, previous, now,
+                                               fixed_frame, answer.reason);
+    seen = T_now_prev && explains(*odometry_now, T_now_prev->inverse(), dt_s);
+  }
+  if (!seen) {
     answer.motion.reset();
     answer.reason = "the odometry is lost";
     return answer;
   }
   if (const auto T_cam_child =
           lookUpTransform(tf, camera, odometry_now->child_frame_id, now, answer.reason))
-    answer.motion->covariance =
-        motionCovariance(*odometry_now, (now - previous).toSec(), *T_cam_child);
+    answer.motion->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
   return answer;
 }
 

@@ -22,8 +22,8 @@ struct MotionAnswer {
 
 /// The motion from tf, and its covariance from odometry of any source.
 /// @param odometry  nullptr: no odometry; the covariance is then zero (unknown).
-/// @returns no motion, too, if the odometry was lost at one of the two frames: the pose in tf is
-///   then invalid.
+/// @returns no motion, too, if the odometry did not see a part of it: the poses in tf are then
+///   partly a guess. It is lost where its twist is unknown (twistIsUnknown).
 MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                           const std::string& camera, ros::Time previous, ros::Time now,
                           const std::string& fixed_frame);

@@ -85,6 +85,7 @@ std::optional<CameraMotion> PipelineProcessor::followCamera(const StereoPair& pa
   const EgoMotionProcessor::Output ego_motion = ego_motion_.process(pair, extrinsic(pair));
   watch.lap("ego-motion", output.times);
   output.ego_motion = *ego_motion.messages;
+  output.pose_state = ego_motion.pose_state;
   output.estimate = ego_motion.estimate;
   if (params_.ego_motion.publish_tf) tf_.setTransform(output.ego_motion.transform, "ego_motion");
   odometry_.add(output.ego_motion.odometry);

@@ -20,6 +20,7 @@ class PipelineProcessor {
  public:
   struct Output {
     EgoMotionMessages ego_motion;
+    PoseState pose_state = PoseState::kLost;
     EgoMotionEstimate estimate;
     DisparityMessages disparity;
     MovingObjectsMessages moving_objects;

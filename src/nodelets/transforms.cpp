@@ -75,21 +75,6 @@ boost::array<double, 36> covarianceMsg(const Matrix6d& covariance) {
   return message;
 }
 
-Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s) {
-  const Eigen::AngleAxisd rotation(T_prev_now.linear());
-  const Eigen::Vector3d w = rotation.angle() * rotation.axis();
-  const double angle = w.norm();
-  // Inverse of the left Jacobian of SE(3)'s exponential; a series for small angles.
-  const double c =
-      angle > 1e-3 ? (1 - angle * std::sin(angle) / (2 * (1 - std::cos(angle)))) / (angle * angle)
-                   : 1.0 / 12;
-  const Eigen::Matrix3d W = skew(w);
-  const Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Identity() - 0.5 * W + c * W * W;
-  Vector6d twist;
-  twist << V_inverse * T_prev_now.translation(), w;
-  return twist / dt_s;
-}
-
 std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
                                                  const std::string& target,
                                                  const std::string& source, ros::Time stamp,
@@ -113,10 +98,6 @@ std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
     error = e.what();
     return std::nullopt;
   }
-}
-
-bool poseIsUnknown(const nav_msgs::Odometry& odometry) {
-  return fromMsg(odometry.pose.covariance).diagonal().minCoeff() >= kUnknownCovariance;
 }
 
 bool twistIsUnknown(const nav_msgs::Odometry& odometry) {

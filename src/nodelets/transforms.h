@@ -24,10 +24,6 @@ geometry_msgs::Pose poseMsg(const Eigen::Isometry3d& T);
 Matrix6d fromMsg(const boost::array<double, 36>& covariance);
 boost::array<double, 36> covarianceMsg(const Matrix6d& covariance);
 
-/// The constant twist (linear [m/s], angular [rad/s]) that gives this motion in dt_s, in the moving
-/// frame.
-Vector6d constantTwist(const Eigen::Isometry3d& T_prev_now, double dt_s);
-
 /// T_target_source at one instant; none if tf does not have it (yet): `error` then says why.
 ///
 /// The interpolation of tf has rounding errors that depend on the other poses in the buffer. So the
@@ -44,9 +40,8 @@ std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
                                                     ros::Time now, const std::string& fixed_frame,
                                                     std::string& error);
 
-/// Whether every variance is kUnknownCovariance or more: the odometry is lost (pose), or there is
-/// no previous frame (twist).
-bool poseIsUnknown(const nav_msgs::Odometry& odometry);
+/// Whether every variance of the twist is kUnknownCovariance or more: the odometry is lost, or
+/// there is no previous frame.
 bool twistIsUnknown(const nav_msgs::Odometry& odometry);
 
 /// CameraMotion::covariance over dt_s, from the twist of an odometry; zero (unknown) if the

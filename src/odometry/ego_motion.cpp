@@ -22,9 +22,8 @@ constexpr double kLostCovariance = 9999;
 constexpr double kHoldFlowPx = 1.5;
 constexpr double kHoldInliers = 0.6;  // share of the reference's features that must be in view
 // A frame with fewer features cannot be a reference. The last reference is then kept, for at most
-// kLongestWait frames.
+// EgoMotionEstimate::kMostFrames frames.
 constexpr int kBlindFeatures = 30;
-constexpr int kLongestWait = 10;
 
 void requireSize(const char* name, const cv::Mat1b& image, cv::Size size) {
   const auto text = [](cv::Size s) {
@@ -109,7 +108,7 @@ struct EgoMotion::State {
                       EgoMotionEstimate& estimate) const;
   void describeOffset(EgoMotionEstimate& estimate) const;
   void chooseReference(const MotionChoice& choice, size_t used);
-  void chooseReferencesAfterLoss(bool swapped);
+  PoseState chooseReferencesAfterLoss(bool swapped);
   ReferenceFrame makeReference(const MotionChoice& choice);
 
   EgoMotionParams params;
@@ -142,23 +141,24 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   }
 
   EgoMotionEstimate estimate;
-  estimate.swapped =
-      !references.empty() && (choice.doubtful || !choice.solution.found) && features.lookSwapped();
-  if (estimate.swapped) choice.solution = PoseSolution();
+  estimate.swapped = (choice.doubtful || !choice.solution.found) && features.lookSwapped();
+  if (estimate.swapped)
+    choice.solution = PoseSolution();
+  else if (choice.rows)
+    features.keepRows(*choice.rows);
   estimate.features = static_cast<int>(choice.correspondences.size());
   estimate.inliers = choice.solution.inliers;
   estimate.residual_px = choice.solution.residual_px;
   if (choice.solution.found) {
-    estimate.status = EgoMotionStatus::kTracked;
+    estimate.state = PoseState::kKnown;
     describeMotion(choice.solution, references[used], estimate);
     usual = {estimate.motion.T_cam_prev, choice.usual_share};
     offset = choice.solution.offset;
     steady_offset.update(offset);
     chooseReference(choice, used);
   } else {
-    estimate.status = references.empty() ? EgoMotionStatus::kFirstFrame : EgoMotionStatus::kLost;
-    if (!references.empty()) estimate.motion.covariance = Matrix6d::Identity() * kLostCovariance;
-    chooseReferencesAfterLoss(estimate.swapped);
+    estimate.motion.covariance = Matrix6d::Identity() * kLostCovariance;
+    estimate.state = chooseReferencesAfterLoss(estimate.swapped);
   }
   estimate.row_alignment = features.rowAlignment();
   if (params.estimate_disparity_offset) describeOffset(estimate);
@@ -209,13 +209,16 @@ void EgoMotion::State::chooseReference(const MotionChoice& choice, size_t used) 
   }
 }
 
-// The pose is held. References for the next frame: the last good one, then this one.
-void EgoMotion::State::chooseReferencesAfterLoss(bool swapped) {
+// References for the next frame: the last good one, then this one.
+PoseState EgoMotion::State::chooseReferencesAfterLoss(bool swapped) {
   ReferenceFrame here = makeReference(MotionChoice());
-  if (!references.empty() && references.front().age >= kLongestWait) references.clear();
-  if (static_cast<int>(here.features.size()) < kBlindFeatures || swapped) return;
+  if (!references.empty() && references.front().age >= EgoMotionEstimate::kMostFrames)
+    references.clear();
+  const PoseState state = references.empty() ? PoseState::kLost : PoseState::kHeld;
+  if (static_cast<int>(here.features.size()) < kBlindFeatures || swapped) return state;
   references.resize(std::min<size_t>(references.size(), 1));
   references.push_back(std::move(here));
+  return state;
 }
 
 // Makes the current frame a reference, with what its motion says about its features.

@@ -67,6 +67,7 @@ class MotionTrials {
     if (!is_first && !isBetter(solution, points.correspondences)) return;
     best_ = std::move(solution);
     correspondences_ = std::move(points.correspondences);
+    rows_ = std::move(points.rows);
     searched_ = std::max(points.searched, 1);
   }
   void tryFromBest() {
@@ -95,6 +96,7 @@ class MotionTrials {
     if (best_.found) choice.usual_share = std::max(doubtful ? 0 : usual_share_, inlierShare());
     choice.solution = std::move(best_);
     choice.correspondences = std::move(correspondences_);
+    choice.rows = std::move(rows_);
     return choice;
   }
 
@@ -117,6 +119,7 @@ class MotionTrials {
   std::vector<Eigen::Isometry3d> tried_;
   PoseSolution best_;
   std::vector<Correspondence> correspondences_;  // of the best
+  std::optional<FeatureRows> rows_;              // likewise
   double searched_ = 1;                          // features, the same in all trials
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "odometry/pose_solver.h"
@@ -23,8 +24,9 @@ struct MotionChoice {
   /// Since the reference. Its covariance does not contain the effect of the disparity offset.
   PoseSolution solution;
   std::vector<Correspondence> correspondences;  ///< what the solution is estimated from
-  bool doubtful = false;   ///< whether the first expectation gave fewer inliers than usual
-  double usual_share = 0;  ///< UsualMotion::inlier_share, for the next frame
+  std::optional<FeatureRows> rows;  ///< FollowedFeatures::rows; without a solution of the first try
+  bool doubtful = false;            ///< whether the first expectation gave fewer inliers than usual
+  double usual_share = 0;           ///< UsualMotion::inlier_share, for the next frame
 };
 
 /// Finds the features of the reference in the current frame, from their expected motion.

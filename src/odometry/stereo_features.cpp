@@ -68,17 +68,17 @@ ExpectedFeatures expectFeatures(const ReferenceFrame& reference, const StereoRig
 }  // namespace
 
 StereoFeatures::StereoFeatures(const EgoMotionParams& params)
-    : params_(params), row_offsets_(params.row_alignment) {}
+    : params_(params), rows_{RowOffsetFilter(params.row_alignment), {}} {}
 
 void StereoFeatures::setParams(const EgoMotionParams& params) {
   params_ = params;
-  row_offsets_.setParams(params.row_alignment);
-  if (!params.row_alignment.enabled) alignment_ = RowOffsetModel();
+  rows_.filter.setParams(params.row_alignment);
+  if (!params.row_alignment.enabled) rows_.model = RowOffsetModel();
 }
 
 void StereoFeatures::reset() {
-  row_offsets_.reset();
-  alignment_ = RowOffsetModel();
+  rows_.filter.reset();
+  rows_.model = RowOffsetModel();
 }
 
 void StereoFeatures::setPair(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig) {
@@ -89,7 +89,7 @@ void StereoFeatures::setPair(const cv::Mat1b& left, const cv::Mat1b& right, cons
 
 FollowedFeatures StereoFeatures::follow(const ReferenceFrame& reference,
                                         const Eigen::Isometry3d& T_expected,
-                                        const cv::Mat1b& moving_mask) {
+                                        const cv::Mat1b& moving_mask) const {
   auto [tracks, expected_px] =
       expectFeatures(reference, rig_, T_expected, moving_mask, params_.max_disparity_px);
   trackPoints(reference.left, left_, tracks);
@@ -104,16 +104,17 @@ FollowedFeatures StereoFeatures::follow(const ReferenceFrame& reference,
     matches.push_back(match);
   }
   findInRightImage(matches);
-  updateRowAlignment(matches);
 
   FollowedFeatures followed;
+  followed.rows = rows_;
+  updateRows(matches, *followed.rows);
   followed.searched = static_cast<int>(tracks.size());
   for (const StereoMatch& match : matches) {
     const Track& track = tracks[match.id];
     const Feature& feature = reference.features[track.id];
     Correspondence c;
     c.previous << feature.position.x, feature.position.y, feature.disparity_px;
-    c.current << match.point.x, match.point.y, disparity(match);
+    c.current << match.point.x, match.point.y, disparity(match, followed.rows->model);
     c.track_variance = relativeVariance(track);
     c.previous_disparity_variance = feature.disparity_variance;
     c.current_disparity_variance = relativeVariance(match);
@@ -153,9 +154,10 @@ ReferenceFrame StereoFeatures::makeReference(const std::vector<Correspondence>& 
   }
   std::vector<StereoMatch> corners = findCorners(taken);
   findInRightImage(corners);
-  if (alignment_.isIdentity()) updateRowAlignment(corners);
+  if (rows_.model.isIdentity()) updateRows(corners, rows_);
   for (const StereoMatch& match : corners)
-    here.features.push_back({match.point, disparity(match), relativeVariance(match), kNewTrust});
+    here.features.push_back(
+        {match.point, disparity(match, rows_.model), relativeVariance(match), kNewTrust});
   std::swap(here.left, left_);
   return here;
 }
@@ -180,26 +182,26 @@ StereoSearch StereoFeatures::stereoSearch() const {
 // Removes the points that are not found.
 void StereoFeatures::findInRightImage(std::vector<StereoMatch>& matches) const {
   StereoSearch search = stereoSearch();
-  if (!alignment_.isIdentity()) search.row_radius_px = 0;
-  matchStereo(left_, right_, alignment_, search, matches);
+  if (!rows_.model.isIdentity()) search.row_radius_px = 0;
+  matchStereo(left_, right_, rows_.model, search, matches);
   matches.erase(std::remove_if(matches.begin(), matches.end(),
                                [](const StereoMatch& match) { return !match.found; }),
                 matches.end());
 }
 
-void StereoFeatures::updateRowAlignment(const std::vector<StereoMatch>& matches) {
+void StereoFeatures::updateRows(const std::vector<StereoMatch>& matches, FeatureRows& rows) const {
   if (!params_.row_alignment.enabled) return;
   std::vector<RowOffsetMeasurement> samples;
   for (const StereoMatch& match : matches)
     samples.push_back({match.point.x - match.shift_px, match.point.y, match.row_offset_px});
-  alignment_ = row_offsets_.update(samples, rig_.size);
+  rows.model = rows.filter.update(samples, rig_.size);
 }
 
-float StereoFeatures::disparity(const StereoMatch& match) const {
+float StereoFeatures::disparity(const StereoMatch& match, const RowOffsetModel& alignment) const {
   float shift_px = match.shift_px;
-  if (!alignment_.isIdentity()) {
+  if (!alignment.isIdentity()) {
     const auto row_offset = static_cast<float>(
-        alignment_.offset(match.point.x - match.shift_px, match.point.y, rig_.size));
+        alignment.offset(match.point.x - match.shift_px, match.point.y, rig_.size));
     shift_px += match.shift_by_row * (match.row_offset_px - row_offset);
   }
   return shift_px - static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);

@@ -1,6 +1,7 @@
 /// Features of the current stereo pair: those of a reference frame, followed, and new corners.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "odometry/features.h"
@@ -12,10 +13,17 @@
 
 namespace predictive_stereo {
 
+/// Row alignment of the features, with its memory of past frames.
+struct FeatureRows {
+  RowOffsetFilter filter;
+  RowOffsetModel model;
+};
+
 /// Features of a reference frame in the current stereo pair.
 struct FollowedFeatures {
   int searched = 0;                             ///< all but those on the mask
   std::vector<Correspondence> correspondences;  ///< those that are found in both images
+  std::optional<FeatureRows> rows;              ///< fitted to these features too
 };
 
 /// Finds features in stereo pairs, with their disparities. Fits the row alignment to them.
@@ -31,13 +39,15 @@ class StereoFeatures {
   /// pair is in use.
   void setPair(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
   const StereoRig& rig() const { return rig_; }
-  const RowOffsetModel& rowAlignment() const { return alignment_; }
+  const RowOffsetModel& rowAlignment() const { return rows_.model; }
 
-  /// Finds the features of a reference in the current pair.
+  /// Finds the features of a reference in the current pair. Changes nothing: several motions may be
+  /// tried, and keepRows() then takes the row alignment of the chosen one.
   /// @param T_expected  the motion since the reference.
   /// @param moving_mask  empty, or not 0 where features of the reference are ignored.
   FollowedFeatures follow(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
-                          const cv::Mat1b& moving_mask);
+                          const cv::Mat1b& moving_mask) const;
+  void keepRows(const FeatureRows& rows) { rows_ = rows; }
 
   /// Whether far more corners match with negative disparities than with positive ones.
   bool lookSwapped();
@@ -53,14 +63,13 @@ class StereoFeatures {
   std::vector<StereoMatch> findCorners(const std::vector<cv::Point2f>& taken);
   StereoSearch stereoSearch() const;
   void findInRightImage(std::vector<StereoMatch>& matches) const;
-  void updateRowAlignment(const std::vector<StereoMatch>& matches);
-  float disparity(const StereoMatch& match) const;
+  void updateRows(const std::vector<StereoMatch>& matches, FeatureRows& rows) const;
+  float disparity(const StereoMatch& match, const RowOffsetModel& alignment) const;
 
   EgoMotionParams params_;
   StereoRig rig_;
   ImagePyramid left_, right_;
-  RowOffsetFilter row_offsets_;
-  RowOffsetModel alignment_;
+  FeatureRows rows_;
   CornerDetector detector_;
 };
 

@@ -38,20 +38,21 @@ class TbbRunner : public TaskRunner {
   void together(const std::function<void()>& here, const std::function<void()>& beside) override {
     const int threads = cv::getNumThreads();
     std::exception_ptr thrown;
-    const auto runHere = [&] {
+    const auto catching = [&](const std::function<void()>& task) {
       try {
-        here();
+        task();
       } catch (...) {
         thrown = std::current_exception();
       }
     };
     if (threads <= 1) {
-      runHere();
-      beside();
+      // `here` may wait for what others do: the later it begins, the more of that is done.
+      catching(beside);
+      here();
     } else {
       tbb::task_group group;
       arenaOf(threads).execute([&] { group.run(std::cref(beside)); });
-      runHere();  // outside of the arena: TBB may let another thread execute what is inside
+      catching(here);  // outside of the arena: TBB may let another thread execute what is inside
       arenaOf(threads).execute([&] { group.wait(); });
     }
     if (thrown) std::rethrow_exception(thrown);

@@ -19,7 +19,7 @@ void parallelFor(const cv::Range& range, const std::function<void(const cv::Rang
                  int most_parts = 0);
 
 /// Calls both, and returns when both have returned. `here` runs in the calling thread and may wait;
-/// `beside` runs in another thread at the same time if one is free, otherwise after `here`.
+/// `beside` runs in another thread at the same time, or after `here`; on one thread, before it.
 /// @throws what one of them threw, after both have ended.
 void runTogether(const std::function<void()>& here, const std::function<void()>& beside);
 

@@ -16,7 +16,7 @@ class ReplayFigures {
  public:
   void add(const PipelineProcessor::Output& frame) {
     ++pairs_;
-    lost_ += frame.estimate.status == EgoMotionStatus::kLost;
+    lost_ += frame.pose_state != PoseState::kKnown;
     unpredicted_ += !frame.disparity.predicted;
     objects_ += frame.moving_objects.objects->objects.size();
     const stereo_msgs::DisparityImage& disparity = *frame.disparity.disparity;

@@ -235,7 +235,7 @@ void disparityLoop(benchmark::State& state) {
   PipelineOutput output;
   FrameSources sources;
   sources.ego_motion.emplace();
-  sources.ego_motion->status = EgoMotionStatus::kTracked;
+  sources.ego_motion->state = PoseState::kKnown;
   // The cost of the loop: the same frame repeatedly, with the motion of a standing camera.
   Stamp stamp{};
   measure(state, [&] {
@@ -294,7 +294,7 @@ void movingObjects(benchmark::State& state) {
         detector.detect(
             {0.1 * static_cast<double>(i), in.rig, in.frames[i].left, maps.measured_disparity_px,
              maps.measured_variance_px2, maps.predicted_disparity_px, maps.predicted_variance_px2,
-             i > 0, frame.T_odom_cam},
+             frame.pose.state, frame.pose.T_odom_cam},
             detections);
       },
       [&] { detector.reset(); });

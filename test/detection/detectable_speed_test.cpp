@@ -90,7 +90,7 @@ class Board {
     Detections detections;
     DetectionInput input;
     input.rig = rig_;
-    input.has_pose = true;
+    input.pose_state = PoseState::kKnown;
     size_t most = 0;
     cv::Mat1f before_px;
     for (int k = 0; k < 5; ++k) {

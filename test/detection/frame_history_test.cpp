@@ -17,7 +17,7 @@ DetectionInput frameOf(int k) {
   input.rig.size = {40, 24};
   input.left = cv::Mat1b(input.rig.size, static_cast<uchar>(10 + k));
   input.measured_disparity_px = cv::Mat1f(input.rig.size, static_cast<float>(k) + 0.25f);
-  input.has_pose = true;
+  input.pose_state = PoseState::kKnown;
   input.T_odom_cam = Eigen::Translation3d(0.1 * k, 0.02 * k, 1.5 * k) *
                      Eigen::AngleAxisd(0.03 * k, Eigen::Vector3d(0.1, 1, 0.2).normalized());
   return input;
@@ -81,7 +81,7 @@ TEST(FrameHistory, EndsWhereAPoseIsUnknown) {
   FrameHistory history;
   for (int k = 0; k < 3; ++k) history.remember(frameOf(k));
   DetectionInput lost = frameOf(3);
-  lost.has_pose = false;
+  lost.pose_state = PoseState::kLost;
   history.remember(lost);
   EXPECT_TRUE(history.past().empty());
   history.remember(frameOf(4));

@@ -17,7 +17,7 @@ DetectionInput emptyFrame() {
   input.predicted_disparity_px = cv::Mat1f(input.rig.size, 10.0f);
   input.measured_variance_px2 = cv::Mat1f(input.rig.size, 0.25f);
   input.predicted_variance_px2 = cv::Mat1f(input.rig.size, 0.25f);
-  input.has_pose = true;
+  input.pose_state = PoseState::kKnown;
   return input;
 }
 
@@ -44,6 +44,52 @@ TEST(MovingObjectDetector, PaperFindsWhatChangesDisparity) {
   ASSERT_EQ(found.objects.size(), 1u);
   EXPECT_EQ(found.objects[0].id, id);
   EXPECT_EQ(found.objects[0].age, 2);
+}
+
+// The odom frame has z up: seen in it, what is ahead of the camera is not ahead of its origin.
+TEST(MovingObjectDetector, AFrameWithoutPoseLeavesTracksAsTheyAre) {
+  DetectionParams params;
+  params.scheme = DetectionScheme::kPaper;
+  MovingObjectDetector detector(params);
+  DetectionInput input = emptyFrame();
+  const cv::Rect car(200, 130, 80, 60);
+  input.measured_disparity_px(car) = 20.0f;
+  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+  T_odom_cam.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  T_odom_cam.translation() = Eigen::Vector3d(100, 50, 2);
+  Detections first, found;
+  for (int k = 0; k < 9; ++k) {
+    const bool has_pose = k < 3 || k > 4;
+    input.stamp_s = 0.1 * k;
+    input.pose_state = has_pose ? PoseState::kKnown : PoseState::kLost;
+    input.T_odom_cam = has_pose ? T_odom_cam : Eigen::Isometry3d::Identity();
+    detector.detect(input, k == 0 ? first : found);
+    if (k == 0) continue;
+    ASSERT_EQ(found.objects.size(), 1u) << k;
+    const DetectedObject &before = first.objects.at(0), &object = found.objects[0];
+    EXPECT_EQ(object.id, before.id) << k;
+    EXPECT_EQ(object.box_px, before.box_px) << k;
+    EXPECT_TRUE(object.centre_m.isApprox(before.centre_m)) << k;
+    EXPECT_LT(object.velocity_mps.norm(), 1e-6) << k;
+  }
+}
+
+// It is found, but its place in the odom frame is not known before the first pose.
+TEST(MovingObjectDetector, WithoutAnyPoseThereIsNoVelocity) {
+  DetectionParams params;
+  params.scheme = DetectionScheme::kPaper;
+  MovingObjectDetector detector(params);
+  DetectionInput input = emptyFrame();
+  input.measured_disparity_px(cv::Rect(200, 130, 80, 60)) = 20.0f;
+  Detections found;
+  for (int k = 0; k < 3; ++k) {
+    input.stamp_s = 0.1 * k;
+    input.pose_state = k < 2 ? PoseState::kLost : PoseState::kKnown;
+    detector.detect(input, found);
+    ASSERT_EQ(found.objects.size(), 1u) << k;
+    EXPECT_EQ(found.objects[0].age, k + 1);
+    EXPECT_EQ(found.objects[0].velocity_covariance.isZero(), k < 2) << "zero: not known";
+  }
 }
 
 TEST(MovingObjectDetector, NothingPredictedNothingFound) {

@@ -31,7 +31,7 @@ std::vector<double> found(const DisparityRange& range, int nearest_unknown_px) {
   MovingObjectDetector detector(params);
   DetectionInput input;
   input.rig = Street{StreetParams()}.rig();
-  input.has_pose = true;
+  input.pose_state = PoseState::kKnown;
   input.measured_variance_px2 = cv::Mat1f(input.rig.size, 0.1f);
   input.predicted_disparity_px = cv::Mat1f(input.rig.size, range.invalid());
   input.predicted_variance_px2 = cv::Mat1f(input.rig.size, 0.0f);

@@ -86,7 +86,8 @@ void check(const PipelineOutput& output, const DisparityRange& range) {
   checkMap("disparity", maps.disparity_px, maps.disparity_variance_px2);
   checkMap("measured disparity", maps.measured_disparity_px, maps.measured_variance_px2);
   checkMap("predicted disparity", maps.predicted_disparity_px, maps.predicted_variance_px2);
-  if (!output.T_odom_cam.matrix().allFinite()) finding("a pose that is not finite");
+  if (!output.pose.T_odom_cam.matrix().allFinite()) finding("a pose that is not finite");
+  if (!output.pose.covariance.allFinite()) finding("a covariance that is not finite");
   for (const DetectedObject& object : output.detections.objects)
     if (!object.centre_m.allFinite() || !object.velocity_mps.allFinite() ||
         !std::isfinite(object.distance_m))

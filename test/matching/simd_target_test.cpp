@@ -143,7 +143,7 @@ TEST_F(SimdTarget, ChangesNoResult) {
   EXPECT_TRUE(scalar.disparity.predicted);
   EXPECT_GT(cv::countNonZero(scalar.detections.mask), 0) << "something moves";
   for (const PipelineOutput& output : outputs) {
-    EXPECT_TRUE(output.T_odom_cam.isApprox(scalar.T_odom_cam, 0));
+    EXPECT_TRUE(output.pose.T_odom_cam.isApprox(scalar.pose.T_odom_cam, 0));
     for (const auto& [a, b] :
          {std::pair<cv::Mat, cv::Mat>{output.disparity.disparity_px, scalar.disparity.disparity_px},
           {output.disparity.disparity_variance_px2, scalar.disparity.disparity_variance_px2},

@@ -6,6 +6,8 @@
 #include <boost/weak_ptr.hpp>
 #include <vector>
 
+#include "nodelets/transforms.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -75,6 +77,57 @@ TEST(OdometryHistory, forgets_a_later_pass) {
   history.add(odometryAt(20));
   history.add(odometryAt(10));
   EXPECT_EQ(history.at(ros::Time(15)), nullptr) << "of the pass before";
+}
+
+// A path along x: the odometry of each frame, and its pose in tf.
+class MotionFromOdometry : public testing::Test {
+ protected:
+  // @param unseen  whether the motion to this frame was not seen.
+  void add(double stamp_s, double x_m, double twist_mps, bool unseen = false) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.frame_id = "odom";
+    transform.header.stamp = ros::Time(stamp_s);
+    transform.child_frame_id = "camera";
+    transform.transform.translation.x = x_m;
+    transform.transform.rotation.w = 1;
+    tf_.setTransform(transform, "test");
+    const nav_msgs::OdometryPtr odometry = odometryAt(stamp_s);
+    odometry->child_frame_id = "camera";
+    odometry->twist.twist.linear.x = unseen ? 0 : twist_mps;
+    odometry->twist.covariance =
+        covarianceMsg((unseen ? kUnknownCovariance : 1e-4) * Matrix6d::Identity());
+    odometry_.add(odometry);
+  }
+  MotionAnswer motion(double previous_s, double now_s) const {
+    return cameraMotion(tf_, &odometry_, "camera", ros::Time(previous_s), ros::Time(now_s), "odom");
+  }
+
+  tf2::BufferCore tf_;
+  OdometryHistory odometry_;
+};
+
+TEST_F(MotionFromOdometry, is_known_over_a_lost_frame_that_later_ones_reach_across) {
+  add(10.0, 0, 0, true);  // the first frame of the path
+  add(10.1, 1, 10);
+  add(10.2, 2, 0, true);
+  add(10.3, 3.3, 11.5);  // from 10.1
+  EXPECT_TRUE(motion(10.0, 10.1).motion);
+  EXPECT_FALSE(motion(10.1, 10.2).motion);
+  ASSERT_TRUE(motion(10.1, 10.3).motion);
+  EXPECT_NEAR(motion(10.1, 10.3).motion->T_cam_prev.translation().x(), -2.3, 1e-6);
+  EXPECT_FALSE(motion(10.2, 10.3).motion) << "it leads from 10.1, not from the lost frame";
+}
+
+TEST_F(MotionFromOdometry, is_unknown_if_a_part_of_it_was_not_seen) {
+  add(10.0, 0, 0, true);
+  add(10.1, 1, 10);
+  add(10.2, 1.5, 0, true);
+  add(10.3, 2.5, 10);  // from 10.2
+  EXPECT_TRUE(motion(10.2, 10.3).motion);
+  const MotionAnswer answer = motion(10.1, 10.3);
+  EXPECT_FALSE(answer.motion);
+  EXPECT_TRUE(answer.complete);
+  EXPECT_EQ(answer.reason, "the odometry is lost");
 }
 
 }  // namespace

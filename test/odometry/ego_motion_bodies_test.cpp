@@ -26,7 +26,7 @@ void follow(const std::string& scene, int first, int last, const Limits& limits,
     const StreetFrame frame = street.render(k);
     const EgoMotionEstimate estimate = ego_motion.estimate(frame.left, frame.right, street.rig());
     if (k == first) continue;
-    if (estimate.status != EgoMotionStatus::kTracked) {
+    if (estimate.state != PoseState::kKnown) {
       ++lost;
       continue;
     }

@@ -43,7 +43,7 @@ Driven drive(const std::string& scene, int first, int frames, const Spoil& spoil
     const EgoMotionEstimate estimate = ego_motion.estimate(frame.left, frame.right, street.rig());
     if (k == first) continue;
     T_start_cam = T_start_cam * estimate.motion.T_cam_prev.inverse();
-    if (estimate.status != EgoMotionStatus::kTracked) {
+    if (estimate.state != PoseState::kKnown) {
       ++driven.lost;
       EXPECT_TRUE(estimate.motion.T_cam_prev.matrix().isIdentity());
       EXPECT_EQ(estimate.motion.covariance(0, 0), 9999);
@@ -199,7 +199,7 @@ TEST(EgoMotionScenes, KittiDrive0020InLargeSteps) {
       const EgoMotionEstimate estimate =
           ego_motion.estimate(frame.left, frame.right, sequence->rig());
       if (k == 0) continue;
-      EXPECT_EQ(estimate.status, EgoMotionStatus::kTracked) << k << " in steps of " << step;
+      EXPECT_EQ(estimate.state, PoseState::kKnown) << k << " in steps of " << step;
       const auto i = static_cast<size_t>(k);
       const Eigen::Isometry3d T_true =
           (*poses)[i].inverse() * (*poses)[i - static_cast<size_t>(step)];

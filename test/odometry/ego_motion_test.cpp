@@ -57,9 +57,9 @@ TEST(EgoMotion, DrivesThroughACorridor) {
     const Pair pair = renderPair(corridor, rig, current, k);
     const EgoMotionEstimate estimate = ego_motion.estimate(pair.left, pair.right, rig);
     if (k == 0) {
-      EXPECT_EQ(estimate.status, EgoMotionStatus::kFirstFrame);
+      EXPECT_EQ(estimate.state, PoseState::kLost);
     } else {
-      ASSERT_EQ(estimate.status, EgoMotionStatus::kTracked);
+      ASSERT_EQ(estimate.state, PoseState::kKnown);
       const Error error = errorOf(estimate, previous, current);
       EXPECT_LT(error.translation_m, 0.012);
       EXPECT_LT(error.rotation_rad, 0.001);

@@ -49,7 +49,7 @@ std::vector<Eigen::Vector3d> positions(const Sequence& sequence, const Perturbat
       perturbation.spoil(k, frame.right);
     }
     const auto estimate = ego_motion.estimate(frame.left, frame.right, sequence.rig());
-    lost += estimate.status == EgoMotionStatus::kLost;
+    lost += k > 0 && estimate.state != PoseState::kKnown;
     T_first_cam = compose(T_first_cam, estimate.motion.T_cam_prev.inverse());
     positions.push_back(T_first_cam.translation());
   }

@@ -43,7 +43,7 @@ class Clip {
       const EgoMotionEstimate estimate =
           ego_motion.estimate(frame.left, frame.right, street_.rig(), {},
                               prior.next(T_true(i - 1), frame.stamp_s - frames_[i - 1].stamp_s));
-      if (estimate.status != EgoMotionStatus::kTracked) {
+      if (estimate.state != PoseState::kKnown) {
         ++errors.lost;
         continue;
       }

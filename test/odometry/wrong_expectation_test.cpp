@@ -49,7 +49,7 @@ void inject(const Sequence& sequence, int first, int frames, int seed, Differenc
     const auto found = disturbed.estimate(frame.left, frame.right, sequence.rig());
     if (k == 0) continue;
     Differences& differences = faulty ? within : after;
-    differences.lost += found.status != EgoMotionStatus::kTracked;
+    differences.lost += found.state != PoseState::kKnown;
     const Eigen::Isometry3d off = relative(expected.motion.T_cam_prev, found.motion.T_cam_prev);
     const double way_m = expected.motion.T_cam_prev.translation().norm();
     differences.largest_m =

@@ -104,6 +104,16 @@ TEST(Tasks, RunAtTheSameTime) {
   runTogether([&] { meet(from_here, from_beside); }, [&] { meet(from_beside, from_here); });
 }
 
+// `here` may wait for another process: what it does not need is done meanwhile.
+TEST(Tasks, OnOneThreadTheOneThatMayWaitIsTheLast) {
+  const int threads_before = cv::getNumThreads();
+  cv::setNumThreads(1);
+  std::string order;
+  runTogether([&] { order += "here"; }, [&] { order += "beside "; });
+  cv::setNumThreads(threads_before);
+  EXPECT_EQ(order, "beside here");
+}
+
 // Like the nodelets of a manager.
 TEST(Tasks, MayBeUsedByManyThreads) {
   std::atomic<int> sum{0};

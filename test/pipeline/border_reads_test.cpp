@@ -43,7 +43,8 @@ Outputs outputsOf(const StereoRig& rig, const std::vector<StreetFrame>& frames) 
          {cv::Mat(output.disparity.disparity_px), cv::Mat(output.disparity.disparity_variance_px2),
           cv::Mat(output.detections.mask)})
       all.maps.push_back(map.clone());
-    for (int i = 0; i < 12; ++i) all.numbers.push_back(output.T_odom_cam.matrix()(i / 4, i % 4));
+    for (int i = 0; i < 12; ++i)
+      all.numbers.push_back(output.pose.T_odom_cam.matrix()(i / 4, i % 4));
     all.numbers.push_back(static_cast<double>(output.detections.objects.size()));
   }
   return all;

@@ -270,7 +270,7 @@ TEST_F(DisparityLoop, GivenEgoMotionIsAsGoodAsOneThatIsAskedFor) {
     FrameSources sources;
     sources.ego_motion.emplace();
     if (i > 0) {
-      sources.ego_motion->status = EgoMotionStatus::kTracked;
+      sources.ego_motion->state = PoseState::kKnown;
       sources.ego_motion->motion = trueMotion(past, frame);
     }
     given.process(stereoFrame(frame, street_.rig(), i), output, sources);
@@ -304,14 +304,14 @@ TEST_F(DisparityLoop, HalfResolutionIsMatchedOnlyWhereItIsUsed) {
 // The pipeline must use the motion that starts from the past frame.
 class EgoMotionLink : public DisparityLoop {
  protected:
-  /// Processes the next frame with an ego-motion of this status, from `frames` frames back.
-  void next(EgoMotionStatus status, int frames = 1) {
+  /// Processes the next frame with an ego-motion of this state, from `frames` frames back.
+  void next(PoseState state, int frames = 1) {
     const StreetFrame frame = street_.render(number_);
     FrameSources sources;
     sources.ego_motion.emplace();
-    sources.ego_motion->status = status;
+    sources.ego_motion->state = state;
     sources.ego_motion->frames = frames;
-    if (status == EgoMotionStatus::kTracked)
+    if (state == PoseState::kKnown)
       sources.ego_motion->motion = trueMotion(shown_.at(shown_.size() - frames), frame);
     ASSERT_TRUE(pipeline_.process(stereoFrame(frame, street_.rig(), number_++), output_, sources));
     shown_.push_back(frame);
@@ -323,13 +323,13 @@ class EgoMotionLink : public DisparityLoop {
 };
 
 TEST_F(EgoMotionLink, AMotionOverALostFrameLeadsFromThePast) {
-  next(EgoMotionStatus::kFirstFrame);
-  next(EgoMotionStatus::kTracked);
-  next(EgoMotionStatus::kLost);
-  EXPECT_FALSE(output_.pose_known);
+  next(PoseState::kLost);
+  next(PoseState::kKnown);
+  next(PoseState::kHeld);
+  EXPECT_EQ(output_.pose.state, PoseState::kHeld);
   EXPECT_FALSE(maps_.predicted);
   EXPECT_EQ(pipeline_.past(), stampOf(1)) << "the lost frame is no past";
-  next(EgoMotionStatus::kTracked, 2);
+  next(PoseState::kKnown, 2);
   EXPECT_EQ(output_.motion_start, stampOf(1));
   EXPECT_TRUE(maps_.predicted);
   EXPECT_EQ(pipeline_.past(), stampOf(3));
@@ -337,29 +337,30 @@ TEST_F(EgoMotionLink, AMotionOverALostFrameLeadsFromThePast) {
 }
 
 TEST_F(EgoMotionLink, AMotionFromTheLostFrameIsNoneFromThePast) {
-  next(EgoMotionStatus::kFirstFrame);
-  next(EgoMotionStatus::kTracked);
-  next(EgoMotionStatus::kLost);
-  next(EgoMotionStatus::kTracked, 1);
+  next(PoseState::kLost);
+  next(PoseState::kKnown);
+  next(PoseState::kHeld);
+  next(PoseState::kKnown, 1);
   EXPECT_EQ(output_.motion_start, stampOf(2));
   EXPECT_FALSE(maps_.predicted) << "it would miss the motion from frame 1 to 2";
   EXPECT_EQ(pipeline_.past(), stampOf(3)) << "frame 1 is out of reach for good";
-  next(EgoMotionStatus::kTracked);
+  next(PoseState::kKnown);
   EXPECT_TRUE(maps_.predicted);
 }
 
 TEST_F(EgoMotionLink, NothingGoesOnOverAGapOrBackInTime) {
-  next(EgoMotionStatus::kFirstFrame);
-  next(EgoMotionStatus::kTracked);
+  next(PoseState::kLost);
+  next(PoseState::kKnown);
   number_ += 11;  // more than max_gap
-  next(EgoMotionStatus::kTracked);
+  next(PoseState::kKnown);
   EXPECT_FALSE(output_.motion_start) << "its start is forgotten";
   EXPECT_FALSE(maps_.predicted);
   EXPECT_EQ(pipeline_.past(), stampOf(13));
   number_ = 1;
-  next(EgoMotionStatus::kTracked);
+  next(PoseState::kKnown);
   EXPECT_FALSE(maps_.predicted);
-  EXPECT_TRUE(output_.T_odom_cam.isApprox(Eigen::Isometry3d::Identity())) << "the pose starts anew";
+  EXPECT_TRUE(output_.pose.T_odom_cam.isApprox(Eigen::Isometry3d::Identity()))
+      << "the pose starts anew";
   const StreetFrame frame = street_.render(1);
   EXPECT_FALSE(pipeline_.process(stereoFrame(frame, street_.rig(), 1), output_)) << "a duplicate";
 }
@@ -425,7 +426,7 @@ TEST(Pipeline, FollowsTheStreetEndToEnd) {
   const Eigen::Isometry3d T_first_cam = first.T_world_cam.inverse() * frame.T_world_cam;
   const double distance_m = T_first_cam.translation().norm();
   EXPECT_GT(distance_m, 1.0);
-  EXPECT_LT((output.T_odom_cam.translation() - T_first_cam.translation()).norm(),
+  EXPECT_LT((output.pose.T_odom_cam.translation() - T_first_cam.translation()).norm(),
             0.05 * distance_m);
   EXPECT_LT(wrong, 0.15);
   EXPECT_EQ(output.detections.mask.size(), frame.left.size());

@@ -66,7 +66,7 @@ void expectEqual(const cv::Mat& a, const cv::Mat& b, const char* name) {
 
 TEST_F(SetParams, the_same_parameters_change_nothing) {
   const PipelineOutput plain = run(params_, false), set = run(params_, true);
-  EXPECT_TRUE(set.T_odom_cam.isApprox(plain.T_odom_cam, 0));
+  EXPECT_TRUE(set.pose.T_odom_cam.isApprox(plain.pose.T_odom_cam, 0));
   expectEqual(set.disparity.disparity_px, plain.disparity.disparity_px, "disparity");
   expectEqual(set.disparity.disparity_variance_px2, plain.disparity.disparity_variance_px2,
               "variance");
@@ -86,7 +86,7 @@ TEST_F(SetParams, other_parameters_hold_from_the_next_frame_on) {
   const PipelineOutput output = run(changed, true);
   EXPECT_EQ(cv::countNonZero(output.disparity.search_width_px != 64), 0);
   EXPECT_TRUE(output.disparity.predicted) << "the past is lost";
-  EXPECT_EQ(output.ego_motion.status, EgoMotionStatus::kTracked);
+  EXPECT_EQ(output.ego_motion.state, PoseState::kKnown);
 }
 
 TEST_F(SetParams, another_range_forgets_the_past) {
@@ -108,8 +108,8 @@ TEST_F(SetParams, switching_the_disparity_offset_starts_it_anew) {
   for (int i = 0; i < kFrames; ++i) {
     if (i == kChange) driven.setParams(changed);
     driven.process(frames_[i], street_.rig(), street_.stampOf(i));
-    EXPECT_EQ(driven.output.ego_motion.status,
-              i == 0 || i == kChange ? EgoMotionStatus::kFirstFrame : EgoMotionStatus::kTracked)
+    EXPECT_EQ(driven.output.ego_motion.state,
+              i == 0 || i == kChange ? PoseState::kLost : PoseState::kKnown)
         << i;
   }
 }
@@ -130,7 +130,7 @@ TEST_F(SetParams, what_is_refused_changes_nothing) {
     driven.process(frames_[i], street_.rig(), street_.stampOf(i));
   }
   const PipelineOutput plain = run(params_, false);
-  EXPECT_TRUE(driven.output.T_odom_cam.isApprox(plain.T_odom_cam, 0));
+  EXPECT_TRUE(driven.output.pose.T_odom_cam.isApprox(plain.pose.T_odom_cam, 0));
   expectEqual(driven.output.disparity.disparity_px, plain.disparity.disparity_px, "disparity");
   expectEqual(driven.output.disparity.measured_disparity_px, plain.disparity.measured_disparity_px,
               "measured");

@@ -57,10 +57,9 @@ struct Drift {
   double largest_sigmas = 0;  ///< drift relative to its standard deviation in the path's covariance
 
   void add(const PipelineOutput& output) {
-    const Eigen::Isometry3d& T = output.T_odom_cam;
+    const Eigen::Isometry3d& T = output.pose.T_odom_cam;
     if (output.motion_start) {
-      path_.add(output.ego_motion.motion, output.ego_motion.common_errors);
-      const double variance_m2 = path_.covariance().topLeftCorner<3, 3>().trace();
+      const double variance_m2 = output.pose.covariance.topLeftCorner<3, 3>().trace();
       largest_sigmas = std::max(largest_sigmas, T.translation().norm() / std::sqrt(variance_m2));
     }
     const double step_m = relative(last_, T).translation().norm();
@@ -69,13 +68,12 @@ struct Drift {
     largest_rad = std::max(largest_rad, Eigen::AngleAxisd(T.linear()).angle());
     largest_step_m = std::max(largest_step_m, step_m);
     path_m += step_m;
-    lost += output.ego_motion.status == EgoMotionStatus::kLost;
+    lost += output.pose.state != PoseState::kKnown;
     boxes += static_cast<int>(output.detections.objects.size());
   }
 
  private:
   Eigen::Isometry3d last_ = Eigen::Isometry3d::Identity();
-  PathCovariance path_;
 };
 
 Drift driftOf(const StereoRig& rig, const Pair& pair) {
