@@ -22,9 +22,9 @@ constexpr float kScaleSigma = 0.02f;  // calibration, relative to the disparity
 constexpr float kStandingSigma_m = 0.003f, kPathSigma = 0.01f;  // motion: fixed part, per metre
 constexpr int kFewestThrough = 2;                               // past frames that looked through
 // The matcher misses surfaces that are thinner than its windows.
-constexpr float kThinnest_px = 16;
+constexpr float kThinnest_px = 20;
 // Mean squared difference of patches, relative to its variance, up to which they are the same.
-constexpr float kMostDifference = 5;
+constexpr float kMostDifference = 6;
 constexpr int kBackgroundSteps = 3;
 
 cv::Point latticePoint(const Eigen::Vector3f& at_px) {
