@@ -80,9 +80,17 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
                                            const std::optional<GroundPlane>& last) {
   const std::vector<Sample> samples = samplesOf(cells);
   if (samples.size() < kFewestSamples) return std::nullopt;
-  std::optional<GroundPlane> best = last;
-  int on_plane = 0, best_on_plane = 0;
-  int best_score = last ? scoreOf(*last, samples, best_on_plane) : 0;
+  std::optional<GroundPlane> best;
+  int on_plane = 0, best_on_plane = 0, best_score = 0;
+  const auto tryPlane = [&](const std::optional<GroundPlane>& plane) {
+    if (!plane) return;
+    const int score = scoreOf(*plane, samples, on_plane);
+    if (score <= best_score) return;
+    best = plane;
+    best_score = score;
+    best_on_plane = on_plane;
+  };
+  tryPlane(last);
   cv::RNG random(kSeed);
   for (int trial = 0; trial < kTrials; ++trial) {
     Eigen::Matrix3d A;
@@ -93,20 +101,13 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
       d[k] = s.d;
     }
     if (std::abs(A.determinant()) < kLeastTriangle_px2) continue;
-    const auto plane = planeOf(rig, A.inverse() * d);
-    if (!plane) continue;
-    const int score = scoreOf(*plane, samples, on_plane);
-    if (score <= best_score) continue;
-    best = plane;
-    best_score = score;
-    best_on_plane = on_plane;
+    tryPlane(planeOf(rig, A.inverse() * d));
   }
   if (!best || best_on_plane < kLeastShare * static_cast<double>(samples.size()))
     return std::nullopt;
-  if (const auto refined = fitTo(rig, samples, *best);
-      refined && scoreOf(*refined, samples, on_plane) > best_score)
-    return refined;
-  return best;
+  // On a wall, a plane with an allowed slope can pass within the tolerance: the fit to the wall has
+  // none.
+  return fitTo(rig, samples, *best);
 }
 
 }  // namespace predictive_stereo
