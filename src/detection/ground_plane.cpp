@@ -8,7 +8,7 @@ namespace predictive_stereo {
 namespace {
 
 constexpr size_t kMostSamples = 1500, kFewestSamples = 30;
-constexpr int kTrials = 150;
+constexpr int kTrials = 150, kFits = 5;
 constexpr uint64_t kSeed = 7;
 constexpr double kLeastShare = 0.06;                      // of the known cells, on the plane
 constexpr double kTolerance_px = 0.6, kTolerance = 0.02;  // of a disparity, and relative to it
@@ -82,7 +82,11 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
   if (samples.size() < kFewestSamples) return std::nullopt;
   std::optional<GroundPlane> best;
   int on_plane = 0, best_on_plane = 0, best_score = 0;
-  const auto tryPlane = [&](const std::optional<GroundPlane>& plane) {
+  const auto tryPlane = [&](std::optional<GroundPlane> plane) {
+    if (!plane || scoreOf(*plane, samples, on_plane) <= best_score) return;
+    // On a wall, a plane with an allowed slope can pass within the tolerance. The fits turn it to
+    // the wall, whose slope is not allowed.
+    for (int k = 0; k < kFits && plane; ++k) plane = fitTo(rig, samples, *plane);
     if (!plane) return;
     const int score = scoreOf(*plane, samples, on_plane);
     if (score <= best_score) return;
@@ -105,9 +109,7 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
   }
   if (!best || best_on_plane < kLeastShare * static_cast<double>(samples.size()))
     return std::nullopt;
-  // On a wall, a plane with an allowed slope can pass within the tolerance: the fit to the wall has
-  // none.
-  return fitTo(rig, samples, *best);
+  return best;
 }
 
 }  // namespace predictive_stereo

@@ -124,6 +124,18 @@ TEST(GroundPlane, GivesTheHeightOfPoints) {
   }
 }
 
+// Most of the image is a wall, which a steep plane passes within the tolerance.
+TEST(GroundPlane, IsFoundBelowAWall) {
+  const StereoRig rig = testRig();
+  for (const double wall_m : {10.0, 20.0, 40.0}) {
+    SCOPED_TRACE(wall_m);
+    cv::Mat1f disparity = planeMap(rig, {0, 1, 0}, 1.6);
+    cv::max(disparity, static_cast<float>(rig.disparityTimesDepth() / wall_m), disparity);
+    addNoise(0.05, disparity);
+    expectPlane(rig, kCameras[0], planeIn(rig, disparity), 0.02, 0.2);
+  }
+}
+
 TEST(GroundPlane, IsNoneWhereNoGroundIs) {
   const StereoRig rig = testRig();
   EXPECT_FALSE(planeIn(rig, cv::Mat1f(rig.size, -1.0f))) << "sky";
