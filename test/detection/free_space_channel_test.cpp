@@ -120,13 +120,12 @@ TEST_F(FreeSpaceChannelTest, LeavesOutWhatFlies) {
   expectBox(objects[0], boxOf(high));
 }
 
-// A static fence hides the lower half.
+// A static fence hides its lowest 0.75 m.
 TEST_F(FreeSpaceChannelTest, FindsWhatSomethingNearerHidesBelow) {
-  const BoardScene fence = sceneWith({standing(-2, 4, 1, 4)});
-  const auto objects = findAfter(fence, {standing(-0.5, 1, 2.4, 6)});
-  ASSERT_EQ(objects.size(), 1u);
-  params_.max_height_m = 0.9;  // then an object cannot reach so far above the fence
-  EXPECT_TRUE(findAfter(fence, {standing(-0.5, 1, 2.4, 6)}).empty());
+  params_.max_foot_m = 0.3;
+  const BoardScene fence = sceneWith({standing(-0.8, 1.6, 1, 4)});
+  EXPECT_EQ(findAfter(fence, {standing(-0.5, 1, 2.4, 6)}).size(), 1u);
+  EXPECT_TRUE(findAfter(sceneWith({}), {standing(-0.5, 1, 1.65, 6, 0.75)}).empty());
 }
 
 TEST_F(FreeSpaceChannelTest, LeavesOutImplausibleSizes) {
