@@ -101,6 +101,7 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
   evidence_.fixed.create(cells.disparity_px.size());
   evidence_.moved.setTo(0);
   evidence_.fixed.setTo(0);
+  endPastBefore(input.stamp_s);
   const std::vector<Lag> lags = lagsOf(input);
   if (static_cast<int>(lags.size()) < kFewestThrough) return;
   const auto disparity_times_depth = static_cast<float>(input.rig.disparityTimesDepth());
@@ -129,15 +130,16 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
   });
 }
 
+// Forgets the past if time has not gone on since, or for too long.
+void FreeSpace::endPastBefore(double stamp_s) {
+  const double apart_s = stamp_s - frames_[0].stamp_s;
+  if (apart_s > kLongestGap_s || apart_s <= 0) reset();
+}
+
 void FreeSpace::remember(const DetectionInput& input, const DepthCells& cells,
                          const cv::Mat1b& half_image) {
-  if (count_ > 0) {
-    const double apart_s = input.stamp_s - frames_[0].stamp_s;
-    if (apart_s > kLongestGap_s || apart_s <= 0)
-      reset();
-    else if (apart_s < kLeastApart_s)
-      return;
-  }
+  endPastBefore(input.stamp_s);
+  if (count_ > 0 && input.stamp_s - frames_[0].stamp_s < kLeastApart_s) return;
   std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
   count_ = std::min(count_ + 1, kRemembered);
   Remembered& newest = frames_[0];

@@ -27,7 +27,7 @@ struct FreeSpaceEvidence {
 /// background explains the current image, one of the two disparities is wrong.
 class FreeSpace {
  public:
-  /// Compares a frame with the remembered ones.
+  /// Compares a frame with the remembered ones, which a gap of more than 1 s ends.
   /// @param half_image  the left image on the lattice of DepthCells.
   /// @param width_px  of the obstacle that each cell belongs to, see obstacleWidths: a past frame
   ///   in which it was too thin for the matcher is no evidence.
@@ -60,6 +60,7 @@ class FreeSpace {
   };
   enum class Sight { kUnknown, kHidden, kThrough, kSame };
 
+  void endPastBefore(double stamp_s);
   std::vector<Lag> lagsOf(const DetectionInput& input) const;
   static Sight sightOf(const Lag& lag, const Cell& cell, float disparity_times_depth);
   static bool isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cell& cell);

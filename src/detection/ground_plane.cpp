@@ -8,7 +8,7 @@ namespace predictive_stereo {
 namespace {
 
 constexpr size_t kMostSamples = 1500, kFewestSamples = 30;
-constexpr int kTrials = 150;
+constexpr int kTrials = 150, kFits = 5;
 constexpr uint64_t kSeed = 7;
 constexpr double kLeastShare = 0.06;                      // of the known cells, on the plane
 constexpr double kTolerance_px = 0.6, kTolerance = 0.02;  // of a disparity, and relative to it
@@ -80,9 +80,21 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
                                            const std::optional<GroundPlane>& last) {
   const std::vector<Sample> samples = samplesOf(cells);
   if (samples.size() < kFewestSamples) return std::nullopt;
-  std::optional<GroundPlane> best = last;
-  int on_plane = 0, best_on_plane = 0;
-  int best_score = last ? scoreOf(*last, samples, best_on_plane) : 0;
+  std::optional<GroundPlane> best;
+  int on_plane = 0, best_on_plane = 0, best_score = 0;
+  const auto tryPlane = [&](std::optional<GroundPlane> plane) {
+    if (!plane || scoreOf(*plane, samples, on_plane) <= best_score) return;
+    // On a wall, a plane with an allowed slope can pass within the tolerance. The fits turn it to
+    // the wall, whose slope is not allowed.
+    for (int k = 0; k < kFits && plane; ++k) plane = fitTo(rig, samples, *plane);
+    if (!plane) return;
+    const int score = scoreOf(*plane, samples, on_plane);
+    if (score <= best_score) return;
+    best = plane;
+    best_score = score;
+    best_on_plane = on_plane;
+  };
+  tryPlane(last);
   cv::RNG random(kSeed);
   for (int trial = 0; trial < kTrials; ++trial) {
     Eigen::Matrix3d A;
@@ -93,19 +105,10 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
       d[k] = s.d;
     }
     if (std::abs(A.determinant()) < kLeastTriangle_px2) continue;
-    const auto plane = planeOf(rig, A.inverse() * d);
-    if (!plane) continue;
-    const int score = scoreOf(*plane, samples, on_plane);
-    if (score <= best_score) continue;
-    best = plane;
-    best_score = score;
-    best_on_plane = on_plane;
+    tryPlane(planeOf(rig, A.inverse() * d));
   }
   if (!best || best_on_plane < kLeastShare * static_cast<double>(samples.size()))
     return std::nullopt;
-  if (const auto refined = fitTo(rig, samples, *best);
-      refined && scoreOf(*refined, samples, on_plane) > best_score)
-    return refined;
   return best;
 }
 

@@ -1,0 +1,232 @@
+/// Boards on a level ground before a wall, with exact disparities.
+#include "detection/free_space_channel.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "detection/board_scene.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr double kCameraHeight_m = 1.5;
+
+// On the ground, unless its foot is higher.
+Board standing(double left_m, double width_m, double height_m, double depth_m, double foot_m = 0) {
+  return {left_m, kCameraHeight_m - foot_m - height_m, width_m, height_m, depth_m};
+}
+
+// Somebody who runs to the right by 0.4 m = 6 cells from frame to frame.
+Board runner(int k) { return standing(-2 + 0.4 * k, 0.6, 1.7, 5); }
+
+BoardScene sceneWith(const std::vector<Board>& boards, double wall_m = 20) {
+  BoardScene scene{{wallAt(wall_m)}, kCameraHeight_m};
+  scene.boards.insert(scene.boards.end(), boards.begin(), boards.end());
+  return scene;
+}
+
+class FreeSpaceChannelTest : public testing::Test {
+ protected:
+  std::vector<ObservedObject> find(
+      const BoardScene& scene, int k,
+      const Eigen::Isometry3d& T_odom_cam = Eigen::Isometry3d::Identity()) {
+    return find(viewOf(scene, 0.1 * k, T_odom_cam));
+  }
+  std::vector<ObservedObject> find(const BoardView& view) {
+    return channel_.find(view.input, DisparityRange(), params_, view.half_image);
+  }
+  // What is found where some boards have come to a scene that was seen for 0.6 s.
+  std::vector<ObservedObject> findAfter(
+      const BoardScene& before, const std::vector<Board>& come,
+      const Eigen::Isometry3d& T_odom_cam = Eigen::Isometry3d::Identity()) {
+    channel_.reset();
+    for (int k = 0; k < 6; ++k) EXPECT_TRUE(find(before, k, T_odom_cam).empty()) << k;
+    BoardScene after = before;
+    after.boards.insert(after.boards.end(), come.begin(), come.end());
+    return find(after, 6, T_odom_cam);
+  }
+  FreeSpaceChannel channel_;
+  MotionDetectionParams params_;
+};
+
+// Pixels of a board, without the lowest 0.25 m if it stands on the ground.
+cv::Rect2d boxOf(const Board& board) {
+  const double px_per_m = 300 / board.depth_m;
+  const double foot_m = board.top_m + board.height_m;
+  const double lowest_m = std::min(foot_m, kCameraHeight_m - kGroundMargin_m);
+  return {160 + board.left_m * px_per_m, 120 + board.top_m * px_per_m, board.width_m * px_per_m,
+          (lowest_m - board.top_m) * px_per_m};
+}
+
+void expectBox(const ObservedObject& object, const cv::Rect2d& expected) {
+  const cv::Rect& box = object.observation.box_px;
+  EXPECT_NEAR(box.x, expected.x, kCellSide_px);
+  EXPECT_NEAR(box.y, expected.y, kCellSide_px);
+  EXPECT_NEAR(box.br().x, expected.br().x, kCellSide_px);
+  EXPECT_NEAR(box.br().y, expected.br().y, kCellSide_px);
+  EXPECT_EQ(object.mask.size(), box.size());
+  EXPECT_EQ(cv::countNonZero(object.mask), box.area()) << "a rectangle";
+}
+
+TEST_F(FreeSpaceChannelTest, FindsAnObjectWhole) {
+  const Board stays = standing(3, 0.6, 1.7, 7);
+  for (int k = 0; k < 9; ++k) {
+    SCOPED_TRACE(k);
+    const auto objects = find(sceneWith({stays, runner(k)}), k);
+    ASSERT_EQ(objects.size(), k < 3 ? 0u : 1u);
+    if (objects.empty()) continue;
+    expectBox(objects[0], boxOf(runner(k)));
+    const Observation& seen = objects[0].observation;
+    EXPECT_NEAR(seen.distance_m, 5, 1e-3);
+    EXPECT_NEAR(seen.centre_m.x(), runner(k).left_m + 0.3, 0.05);
+    EXPECT_NEAR(seen.centre_m.z(), 5, 1e-3);
+    EXPECT_GT(seen.score, 0.9);
+  }
+}
+
+TEST_F(FreeSpaceChannelTest, FindsItWhileTheCameraDrives) {
+  for (int k = 0; k < 7; ++k) {
+    SCOPED_TRACE(k);
+    Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+    T_odom_cam.translation().z() = 0.2 * k;
+    Board ahead = runner(k);
+    ahead.depth_m += 2;
+    const auto objects = find(sceneWith({standing(1.5, 0.6, 1.7, 7), ahead}), k, T_odom_cam);
+    ASSERT_EQ(objects.size(), k < 3 ? 0u : 1u);
+    if (objects.empty()) continue;
+    ahead.depth_m -= 0.2 * k;
+    expectBox(objects[0], boxOf(ahead));
+  }
+}
+
+TEST_F(FreeSpaceChannelTest, LeavesOutWhatHasGrownTogetherWithAStaticWall) {
+  const Board come = standing(-0.6, 0.6, 1.7, 5);
+  EXPECT_TRUE(findAfter(sceneWith({standing(0, 2, 1.7, 5.1)}), {come}).empty());
+  const auto apart = findAfter(sceneWith({standing(0, 2, 1.7, 7)}), {come});
+  ASSERT_EQ(apart.size(), 1u);
+  expectBox(apart[0], boxOf(come));
+}
+
+TEST_F(FreeSpaceChannelTest, LeavesOutWhatFlies) {
+  const BoardScene empty = sceneWith({});
+  // Up to max_foot_m = 1.2, and 3 % of the distance.
+  const Board low = standing(-0.5, 1, 1.2, 5, 1.25), high = standing(-0.5, 1, 1.2, 5, 1.6);
+  EXPECT_EQ(findAfter(empty, {low}).size(), 1u);
+  EXPECT_TRUE(findAfter(empty, {high}).empty());
+  params_.max_foot_m = 1.7;
+  const auto objects = findAfter(empty, {high});
+  ASSERT_EQ(objects.size(), 1u);
+  expectBox(objects[0], boxOf(high));
+}
+
+// A static fence hides its lowest 0.75 m.
+TEST_F(FreeSpaceChannelTest, FindsWhatSomethingNearerHidesBelow) {
+  params_.max_foot_m = 0.3;
+  const BoardScene fence = sceneWith({standing(-0.8, 1.6, 1, 4)});
+  EXPECT_EQ(findAfter(fence, {standing(-0.5, 1, 2.4, 6)}).size(), 1u);
+  EXPECT_TRUE(findAfter(sceneWith({}), {standing(-0.5, 1, 1.65, 6, 0.75)}).empty());
+}
+
+TEST_F(FreeSpaceChannelTest, LeavesOutImplausibleSizes) {
+  const BoardScene empty = sceneWith({});
+  const Board object = standing(-0.5, 1, 1.5, 5);
+  ASSERT_EQ(findAfter(empty, {object}).size(), 1u);
+  const auto isFoundWith = [&](double MotionDetectionParams::*limit, double value) {
+    params_ = MotionDetectionParams();
+    params_.*limit = value;
+    return !findAfter(empty, {object}).empty();
+  };
+  EXPECT_TRUE(isFoundWith(&MotionDetectionParams::min_width_m, 0.9));
+  EXPECT_FALSE(isFoundWith(&MotionDetectionParams::min_width_m, 1.1));
+  EXPECT_TRUE(isFoundWith(&MotionDetectionParams::max_width_m, 1.1));
+  EXPECT_FALSE(isFoundWith(&MotionDetectionParams::max_width_m, 0.9));
+  EXPECT_TRUE(isFoundWith(&MotionDetectionParams::min_height_m, 1.4));
+  EXPECT_FALSE(isFoundWith(&MotionDetectionParams::min_height_m, 1.6));
+  EXPECT_TRUE(isFoundWith(&MotionDetectionParams::max_height_m, 1.4));  // without the lowest 0.25 m
+  EXPECT_FALSE(isFoundWith(&MotionDetectionParams::max_height_m, 1.1));
+}
+
+TEST_F(FreeSpaceChannelTest, APoseThatJumpsEndsThePast) {
+  const std::vector<Board> still = {standing(-1.8, 0.6, 1.7, 5), standing(1.2, 0.8, 1.7, 6)};
+  Eigen::Isometry3d T_jumped = Eigen::Isometry3d::Identity();
+  T_jumped.translation() = Eigen::Vector3d(0.7, 0.5, -2.5);
+  const auto jumpedView = [&](const BoardScene& scene, int k) {
+    BoardView view = viewOf(scene, 0.1 * k);
+    view.input.T_odom_cam = T_jumped;
+    return view;
+  };
+  for (int k = 0; k < 8; ++k) EXPECT_TRUE(find(sceneWith(still, 8), k).empty()) << k;
+  EXPECT_TRUE(find(jumpedView(sceneWith(still, 8), 8)).empty());
+  // Now three frames are remembered first.
+  for (int k = 9; k < 12; ++k) EXPECT_TRUE(find(jumpedView(sceneWith(still, 8), k)).empty()) << k;
+  std::vector<Board> boards = still;
+  boards.push_back(standing(-0.6, 0.6, 1.7, 5));
+  const auto objects = find(jumpedView(sceneWith(boards, 8), 12));
+  ASSERT_EQ(objects.size(), 1u);
+  expectBox(objects[0], boxOf(boards[2]));
+}
+
+// It sees 1.1 m of height as 0.55 m: the height above the ground counts.
+TEST_F(FreeSpaceChannelTest, FindsAPersonFromAbove) {
+  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+  T_odom_cam.linear() =
+      Eigen::AngleAxisd(-50 * M_PI / 180, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const double down_m = 2.7;
+  const BoardScene floor{{wallAt(20)}, down_m};
+  ASSERT_EQ(params_.min_height_m, 0.8);
+  const auto objects = findAfter(floor, {{-0.3, down_m - 1.1, 0.6, 1.1, 2.5}}, T_odom_cam);
+  ASSERT_EQ(objects.size(), 1u);
+  EXPECT_LT(objects[0].observation.box_px.br().y, 236) << "not cut by the image";
+  EXPECT_LT(objects[0].observation.box_px.height * objects[0].observation.distance_m / 300, 0.75);
+  EXPECT_TRUE(findAfter(floor, {{-0.3, down_m - 0.7, 0.6, 0.7, 2.5}}, T_odom_cam).empty());
+}
+
+TEST_F(FreeSpaceChannelTest, ForgetsOnResetAndFollowsTheColumnCorrection) {
+  const std::vector<Board> come = {standing(-0.6, 0.6, 1.7, 5)};
+  for (int k = 0; k < 6; ++k) find(sceneWith({}), k);
+  channel_.reset();
+  EXPECT_TRUE(find(sceneWith(come), 6).empty());
+
+  channel_.reset();
+  for (int k = 0; k < 6; ++k) {
+    BoardView shifted = viewOf(sceneWith({}), 0.1 * k);
+    shifted.input.measured_disparity_px += 2.5f;
+    find(shifted);
+  }
+  channel_.addToDisparities(-2.5);
+  EXPECT_EQ(find(sceneWith(come), 6).size(), 1u);
+}
+
+TEST_F(FreeSpaceChannelTest, IsTheSameOnAnyNumberOfThreads) {
+  const int threads_before = cv::getNumThreads();
+  std::vector<std::vector<ObservedObject>> found;
+  for (const int threads : {1, 2, 3}) {
+    cv::setNumThreads(threads);
+    channel_.reset();
+    found.emplace_back();
+    for (int k = 0; k < 7; ++k) {
+      BoardView view = viewOf(sceneWith({standing(3, 0.6, 1.7, 7), runner(k)}), 0.1 * k);
+      cv::RNG random(20 + k);
+      for (float& d : view.input.measured_disparity_px) d += float(random.gaussian(0.1));
+      for (ObservedObject& object : find(view)) found.back().push_back(std::move(object));
+    }
+  }
+  cv::setNumThreads(threads_before);
+  ASSERT_GE(found[0].size(), 4u);
+  for (size_t i = 1; i < found.size(); ++i) {
+    ASSERT_EQ(found[i].size(), found[0].size());
+    for (size_t k = 0; k < found[0].size(); ++k) {
+      const ObservedObject &one = found[0][k], &other = found[i][k];
+      EXPECT_EQ(other.observation.box_px, one.observation.box_px);
+      EXPECT_EQ(other.observation.centre_m, one.observation.centre_m);
+      EXPECT_EQ(other.observation.size_m, one.observation.size_m);
+      EXPECT_EQ(other.observation.distance_m, one.observation.distance_m);
+      EXPECT_EQ(other.observation.score, one.observation.score);
+      EXPECT_EQ(cv::countNonZero(other.mask != one.mask), 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
