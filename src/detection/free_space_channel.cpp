@@ -1,6 +1,7 @@
 #include "detection/free_space_channel.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "detection/object_shape.h"
@@ -9,25 +10,31 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kFewestCells = 15;
-constexpr double kLeastMoved = 0.2;    // share of the obstacle's cells
-constexpr double kLeastFixed = 0.2;    // share of the compared cells, ground included
+constexpr double kLeastMoved = 0.2;  // share of the obstacle's cells
+// Largest difference of disparities within a cell: fixed part, and relative to them.
+constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
+constexpr double kLeastFixed = 0.4;    // share of the compared cells, ground included
 constexpr double kSlope = 0.03;        // of the ground, against the plane
 constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
 constexpr int kBelow = 3;  // rows of cells in which something nearer hides the lower end
 constexpr float kNearer_px = 2;
 
-// Pixels of the obstacle's cells.
-ObservedObject objectOf(const Obstacle& obstacle, cv::Size image) {
+// The pixels of the obstacle's cells that have their disparity.
+ObservedObject objectOf(const Obstacle& obstacle, const DepthCells& cells,
+                        const cv::Mat1f& disparity_px) {
   ObservedObject object;
-  const cv::Rect box =
-      cv::Rect(kCellSide_px * obstacle.area.tl(), obstacle.area.size() * kCellSide_px) &
-      cv::Rect(cv::Point(), image);
+  const cv::Rect box(kCellSide_px * obstacle.area.tl(), obstacle.area.size() * kCellSide_px);
   object.observation.box_px = box;
   object.mask.create(box.size());
   object.mask.setTo(0);
-  const cv::Size cell(kCellSide_px, kCellSide_px);
-  for (const cv::Point p : obstacle.cells)
-    object.mask(cv::Rect(kCellSide_px * p - box.tl(), cell)).setTo(255);
+  for (const cv::Point cell : obstacle.cells) {
+    const float d = cells.disparity_px(cell);
+    const cv::Point first = kCellSide_px * cell;
+    for (int y = first.y; y < first.y + kCellSide_px; ++y)
+      for (int x = first.x; x < first.x + kCellSide_px; ++x)
+        if (std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
+          object.mask(y - box.y, x - box.x) = 255;
+  }
   return object;
 }
 
@@ -75,7 +82,7 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
   for (const Obstacle& obstacle : obstacles) {
     const CellCounts counts = countCells(obstacle, free_space_.evidence());
     if (!hasMoved(obstacle, counts)) continue;
-    ObservedObject object = objectOf(obstacle, input.rig.size);
+    ObservedObject object = objectOf(obstacle, cells_, input.measured_disparity_px);
     Observation& seen = object.observation;
     const auto shape =
         shapeOf(input.rig, range, input.measured_disparity_px, seen.box_px, object.mask);

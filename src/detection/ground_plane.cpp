@@ -13,7 +13,7 @@ constexpr uint64_t kSeed = 7;
 constexpr double kLeastShare = 0.06;                      // of the known cells, on the plane
 constexpr double kTolerance_px = 0.6, kTolerance = 0.02;  // of a disparity, and relative to it
 constexpr double kLeastTriangle_px2 = 100;                // twice its area
-const double kLeastCos = std::cos(75 * M_PI / 180), kMostSinRoll = std::sin(30 * M_PI / 180);
+const double kLeastCos = std::cos(80 * M_PI / 180), kMostSinRoll = std::sin(30 * M_PI / 180);
 
 struct Sample {
   double x, y, d;
