@@ -99,7 +99,7 @@ inline BoardView viewOf(const BoardScene& scene, double stamp_s,
   DetectionInput& input = view.input;
   input.stamp_s = stamp_s;
   input.rig = boardRig();
-  input.has_pose = true;
+  input.pose_state = PoseState::kKnown;
   input.T_odom_cam = T_odom_cam;
   input.left.create(input.rig.size);
   input.measured_disparity_px.create(input.rig.size);
