@@ -18,7 +18,7 @@ struct FreeSpaceEvidence {
   cv::Mat1b fixed;  ///< a past frame saw its surface there
 };
 
-/// Remembers where the camera has looked through, for 14 frames that are at least 80 ms apart.
+/// Remembers where the camera has looked through, for 13 frames that are at least 80 ms apart.
 ///
 /// A point that is measured now with disparity d has the disparity d' in a past frame, if it is
 /// static. If that frame measured clearly less there, it looked through: something stands now where
@@ -41,7 +41,7 @@ class FreeSpace {
   void reset() { count_ = 0; }
 
  private:
-  static constexpr int kRemembered = 14;
+  static constexpr int kRemembered = 13;
   struct Remembered {
     double stamp_s = 0;
     Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
