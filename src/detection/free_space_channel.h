@@ -28,6 +28,8 @@ class FreeSpaceChannel {
   void addToDisparities(double step_px) {
     free_space_.addToDisparities(static_cast<float>(step_px));
   }
+  /// The past frames, of another pose than this one.
+  void forgetPast() { free_space_.reset(); }
   void reset();
 
  private:

@@ -17,7 +17,9 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   const FrameView frame{input, range_, params_, frames_.current()};
   if (!past.empty()) {
     since_last_.compare(frame, past[0], verification_.ground());
-    frames_.setFollows(pose_check_.agreesWithMotion(since_last_.contradictingShare()));
+    const double contradicting = since_last_.contradictingShare();
+    frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
+    if (PoseCheck::contradictsMost(contradicting)) free_space_.forgetPast();
   }
   const cv::Mat1b& half_image = frames_.current().pyramid.level(1);
   objects_ = free_space_.find(input, range_, params_, half_image);

@@ -8,9 +8,11 @@ constexpr int kMostOddFrames = 2;
 
 }  // namespace
 
+bool PoseCheck::contradictsMost(double contradicting) { return contradicting > kMostOfTheImage; }
+
 bool PoseCheck::agreesWithMotion(double contradicting) {
   const bool odd =
-      contradicting > kMostOfTheImage || (usual_ && contradicting > *usual_ + kSuddenShare);
+      contradictsMost(contradicting) || (usual_ && contradicting > *usual_ + kSuddenShare);
   if (odd && odd_frames_ < kMostOddFrames) {
     ++odd_frames_;
     return false;

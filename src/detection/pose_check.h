@@ -12,6 +12,8 @@ class PoseCheck {
   /// Whether the image agrees with the camera's motion since the previous frame as well as usual.
   /// @param contradicting  share of the image that a static world does not explain.
   bool agreesWithMotion(double contradicting);
+  /// Whether it is so large that no object in view explains it.
+  static bool contradictsMost(double contradicting);
   void reset() { *this = PoseCheck(); }
 
  private:

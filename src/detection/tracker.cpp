@@ -124,7 +124,7 @@ void ObjectTracker::update(const std::vector<Observation>& observations) {
       const Observation& last = tracks_[t].last;
       // Until its velocity is known, an object may as well move with the camera.
       double best = agreementOf(seen, last.box_px, last.distance_m);
-      if (!tracks_[t].confirmed)
+      if (!tracks_[t].confirmed && !last.has_velocity)
         best =
             std::max(best, agreementOf(seen, tracks_[t].seen_box_px, tracks_[t].seen_distance_m));
       if (best > 0) pairs.emplace_back(-(best + (tracks_[t].confirmed ? 0.2 : 0.0)), t, o);
