@@ -94,9 +94,10 @@ void Pipeline::followCamera(const FrameSources& sources, PipelineOutput& output)
   output.motion_start.reset();
   if (!ego_motion_ && !sources.ego_motion) {
     output.pose = PoseEstimate();
-    if (!sources.T_odom_cam) return;
+    if (!sources.pose) return;
     output.pose.state = PoseState::kKnown;
-    output.pose.T_odom_cam = output.pose.T_odom_body = *sources.T_odom_cam;
+    output.pose.T_odom_cam = output.pose.T_odom_body = sources.pose->T_odom_cam;
+    output.pose.motion_covariance = sources.pose->motion_covariance;
     return;
   }
   Stopwatch watch;
@@ -138,10 +139,11 @@ DisparityState& Pipeline::linkToPast(bool motion_known) {
 void Pipeline::detect(PipelineOutput& output) {
   Stopwatch watch;
   const DisparityOutput& maps = output.disparity;
-  detector_->detect({toSeconds(frame_.stamp), rig_, frame_.left, maps.measured_disparity_px,
-                     maps.measured_variance_px2, maps.predicted_disparity_px,
-                     maps.predicted_variance_px2, output.pose.state, output.pose.T_odom_cam},
-                    output.detections);
+  detector_->detect(
+      {toSeconds(frame_.stamp), rig_, frame_.left, maps.measured_disparity_px,
+       maps.measured_variance_px2, maps.predicted_disparity_px, maps.predicted_variance_px2,
+       output.pose.state, output.pose.T_odom_cam, output.pose.motion_covariance},
+      output.detections);
   watch.lap("detection", times_.detection);
 }
 

@@ -24,6 +24,9 @@ struct PoseEstimate {
   /// body's frame, since the first frame. In every state: while the camera does not see its motion,
   /// it grows by what is not seen. With variances of 9999 and more nothing is known.
   Matrix6d covariance = Matrix6d::Zero();
+  /// Of the camera's motion since the previous frame with a known pose, see
+  /// CameraMotion::covariance. unseenCovariance(): a part of that motion was not seen.
+  Matrix6d motion_covariance = Matrix6d::Zero();
   /// Mean velocity of the body since the frame that its motion was seen from; none if it was not
   /// seen.
   std::optional<Velocity> velocity;

@@ -19,6 +19,18 @@ struct CameraMotion {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
+/// The camera's pose, and how well its motion to there is known.
+struct CameraPose {
+  /// Of the left camera's optical frame in the odom frame.
+  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+  /// Of the motion since the previous frame with a known pose, see CameraMotion::covariance.
+  Matrix6d motion_covariance = Matrix6d::Zero();
+};
+
+/// Variance of a motion that nobody has seen [m^2, rad^2].
+constexpr double kUnseenVariance = 9999;
+inline Matrix6d unseenCovariance() { return kUnseenVariance * Matrix6d::Identity(); }
+
 /// H of the paper's eq. 2: maps homogeneous disparity-space points (x, y, d, 1) [px] of the
 /// previous frame to the current one, up to scale. H = M^-1 T_cam_prev M, where M maps (x, y, d, 1)
 /// to homogeneous Euclidean points (Demirdjian and Darrell 2001).

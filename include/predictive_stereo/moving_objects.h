@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/params.h"
 #include "predictive_stereo/pose_state.h"
@@ -40,6 +41,10 @@ struct DetectionInput {
   PoseState pose_state = PoseState::kLost;
   /// Pose of the left camera's optical frame in the odom frame.
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+  /// Covariance of the motion since the previous frame with a known pose, see
+  /// CameraMotion::covariance. What is no covariance (zero, not finite) counts as unknown: 1.5 cm
+  /// and 1 mrad.
+  Matrix6d motion_covariance = Matrix6d::Zero();
 };
 
 struct Detections {
@@ -90,11 +95,10 @@ struct PaperDetectionParams {
 /// disparities, and another rigid motion does.
 struct MotionDetectionParams {
   // Points that are tracked back into a past frame.
-  double min_mismatch = 0.4;   ///< image difference from a static scene, relative to the texture
-  int max_tracks = 500;        ///< points tracked; an even sample if there are more
-  double flow_sigma_px = 0.4;  ///< standard deviation of a point's position
-  double ego_motion_sigma_m = 0.015;  ///< standard deviation of the ego-motion since that frame
-  double min_mahalanobis = 20;        ///< squared distance from a static point, in 3 dimensions
+  double min_mismatch = 0.4;    ///< image difference from a static scene, relative to the texture
+  int max_tracks = 500;         ///< points tracked; an even sample if there are more
+  double flow_sigma_px = 0.4;   ///< standard deviation of a point's position
+  double min_mahalanobis = 20;  ///< squared distance from a static point, in 3 dimensions
   // Groups of these points.
   double link_distance_m = 2.5;  ///< across the line of sight
   double link_depth_m = 1.5;     ///< along it
@@ -118,7 +122,6 @@ struct MotionDetectionParams {
     v("min_mismatch", min_mismatch, 0.01, 10.0);
     v("max_tracks", max_tracks, 10, 10000);
     v("flow_sigma_px", flow_sigma_px, 0.05, 10.0);
-    v("ego_motion_sigma_m", ego_motion_sigma_m, 0.0, 10.0);
     v("min_mahalanobis", min_mahalanobis, 0.0, 1e6);
     v("link_distance_m", link_distance_m, 0.01, 100.0);
     v("link_depth_m", link_depth_m, 0.01, 100.0);

@@ -68,8 +68,8 @@ struct FrameSources {
   /// Returns the mask of moving objects of the previous frame, whose stamp is `previous`: 255 on
   /// them, 0 elsewhere, of rig.size; empty: not known. Called only if it is needed.
   std::function<cv::Mat1b(Stamp previous)> moved;
-  /// Pose of the left camera's optical frame for the detection, if no ego-motion is known here.
-  std::optional<Eigen::Isometry3d> T_odom_cam;
+  /// For the detection, if no ego-motion is known here.
+  std::optional<CameraPose> pose;
   /// Called as soon as the measured and predicted maps are complete, which detection needs.
   std::function<void()> measured;
 };
@@ -81,7 +81,7 @@ struct PipelineOutput {
   /// The column offset that this frame was matched with; correction_px was added to its
   /// disparities.
   ColumnOffset column_offset;
-  /// The pose of this frame; without ego-motion that of FrameSources::T_odom_cam, with a covariance
+  /// The pose of this frame; without ego-motion that of FrameSources::pose, with a covariance
   /// of zero.
   PoseEstimate pose;
   /// If disparities are estimated elsewhere, the caller sets the maps that detection needs.

@@ -18,10 +18,11 @@ bool isSteady(const FrameView& frame, const PastPair& pair, const GroupMotion& m
   const PastFrame &past = pair.past, &halfway = pair.halfway;
   const Displacement& fit = motion.fit;
   const double share = halfway.seconds / past.seconds;
-  const auto tracks = followPoints(frame.trackingInto(halfway), frame.params, motion.sample_px,
+  const TrackingView view = frame.trackingInto(halfway);
+  const auto tracks = followPoints(view, frame.params, motion.sample_px,
                                    static_cast<float>(share) * motion.shift_px);
   if (static_cast<int>(tracks.size()) < frame.params.min_tracks) return false;
-  const Displacement half = fitDisplacement(frame.input.rig, frame.params, tracks);
+  const Displacement half = fitDisplacement(view, frame.params, tracks);
   if (static_cast<int>(half.inliers.size()) < frame.params.min_tracks) return false;
   const Eigen::Matrix3d R = (past.T_past_cam * halfway.T_past_cam.inverse()).linear();
   const Eigen::Vector3d difference = R * half.moved_m - share * fit.moved_m;

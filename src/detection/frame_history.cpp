@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "detection/motion_noise.h"
 #include "parallel/tasks.h"
 #include "predictive_stereo/prediction.h"
 #include "predictive_stereo/rigid_motion.h"
@@ -14,12 +15,14 @@ constexpr int kPyramidLevels = 4;
 }  // namespace
 
 void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>& beside) {
+  continueMotions(input);
   std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
   RememberedFrame& current = frames_[0];
   current.stamp_s = input.stamp_s;
   current.pose_state = input.pose_state;
   current.follows = true;
   current.T_odom_cam = input.T_odom_cam;
+  current.motion_since = PathCovariance();
   // The longest task first.
   std::vector<Task> tasks = {[&] { current.pyramid.build(input.left, kPyramidLevels); },
                              [&] { input.measured_disparity_px.copyTo(current.disparity_px); }};
@@ -27,6 +30,13 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   parallelFor(cv::Range(0, static_cast<int>(tasks.size())), [&](const cv::Range& part) {
     for (int i = part.start; i < part.end; ++i) tasks[static_cast<size_t>(i)]();
   });
+}
+
+// Frames before one without a known pose are not compared any more: see past().
+void FrameHistory::continueMotions(const DetectionInput& input) {
+  const CameraMotion motion{relative(input.T_odom_cam, frames_[0].T_odom_cam),
+                            toldCovariance(input.motion_covariance)};
+  for (RememberedFrame& frame : frames_) frame.motion_since.add(motion, CommonErrors::Zero());
 }
 
 void FrameHistory::addToDisparities(const DisparityRange& range, double step_px) {
@@ -43,8 +53,8 @@ std::vector<PastFrame> FrameHistory::past() const {
         frame.pose_state != PoseState::kKnown || !frames_[k - 1].follows ||
         !(frame.stamp_s < frames_[k - 1].stamp_s))
       break;
-    past.push_back(
-        {&frame, relative(frame.T_odom_cam, current.T_odom_cam), current.stamp_s - frame.stamp_s});
+    past.push_back({&frame, relative(frame.T_odom_cam, current.T_odom_cam),
+                    frame.motion_since.covariance(), current.stamp_s - frame.stamp_s});
   }
   return past;
 }

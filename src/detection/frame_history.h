@@ -9,6 +9,7 @@
 
 #include "odometry/image_pyramid.h"
 #include "predictive_stereo/moving_objects.h"
+#include "predictive_stereo/path_covariance.h"
 
 namespace predictive_stereo {
 
@@ -17,6 +18,7 @@ struct RememberedFrame {
   PoseState pose_state = PoseState::kLost;
   bool follows = true;  ///< whether its pose is consistent with that of the previous frame
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+  PathCovariance motion_since;  ///< of the camera, until the current frame
   ImagePyramid pyramid;
   cv::Mat1f disparity_px;  ///< measured
 
@@ -27,7 +29,8 @@ struct RememberedFrame {
 struct PastFrame {
   const RememberedFrame* frame = nullptr;
   Eigen::Isometry3d T_past_cam = Eigen::Isometry3d::Identity();
-  double seconds = 0;  ///< between that frame and the current one
+  Matrix6d motion_covariance = Matrix6d::Zero();  ///< see CameraMotion::covariance
+  double seconds = 0;                             ///< between that frame and the current one
 };
 
 class FrameHistory {
@@ -49,6 +52,8 @@ class FrameHistory {
   void reset();
 
  private:
+  void continueMotions(const DetectionInput& input);
+
   /// The current frame, then the previous ones, the last one first.
   std::array<RememberedFrame, 1 + kFarthest> frames_;
 };

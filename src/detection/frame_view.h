@@ -26,7 +26,8 @@ struct FrameView {
             input.measured_disparity_px,
             input.measured_variance_px2,
             *past.frame,
-            past.T_past_cam};
+            past.T_past_cam,
+            past.motion_covariance};
   }
 };
 

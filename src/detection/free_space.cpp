@@ -19,8 +19,7 @@ constexpr float kFarthest_m = 40;          // of cells that are compared
 constexpr float kSigmas = 2;
 constexpr float kMapSigma_px = 0.5f;  // of the past disparity, and of errors of both maps
 constexpr float kScaleSigma = 0.02f;  // calibration, relative to the disparity
-constexpr float kStandingSigma_m = 0.003f, kPathSigma = 0.01f;  // motion: fixed part, per metre
-constexpr int kFewestThrough = 2;                               // past frames that looked through
+constexpr int kFewestThrough = 2;     // past frames that looked through
 // The matcher misses surfaces that are thinner than its windows.
 constexpr float kThinnest_px = 20;
 // Mean squared difference of patches, relative to its variance, up to which they are the same.
@@ -43,15 +42,22 @@ std::vector<FreeSpace::Lag> FreeSpace::lagsOf(const DetectionInput& input) const
     if (k > count_) break;
     const Remembered& past = frames_[static_cast<size_t>(k - 1)];
     const Eigen::Isometry3d T_past_cam = relative(past.T_odom_cam, input.T_odom_cam);
-    const auto moved_m = static_cast<float>(T_past_cam.translation().norm());
     lags.push_back({SourceOf(disparityMotion(input.rig, T_past_cam)),
                     SourceOf(disparityMotion(input.rig, T_past_cam.inverse())),
-                    kStandingSigma_m + kPathSigma * moved_m, past});
+                    PastDepthNoise(T_past_cam, past.motion_since.covariance()), past});
   }
   return lags;
 }
 
-FreeSpace::Sight FreeSpace::sightOf(const Lag& lag, const Cell& cell, float disparity_times_depth) {
+// The motion's error since the frame before this one, in this one's coordinates.
+void FreeSpace::continueMotions(const DetectionInput& input) {
+  const CameraMotion motion{relative(input.T_odom_cam, T_odom_last_),
+                            toldCovariance(input.motion_covariance)};
+  for (Remembered& frame : frames_) frame.motion_since.add(motion, CommonErrors::Zero());
+  T_odom_last_ = input.T_odom_cam;
+}
+
+FreeSpace::Sight FreeSpace::sightOf(const StereoRig& rig, const Lag& lag, const Cell& cell) {
   const Eigen::Vector3f then = lag.into_past(cell.x, cell.y, cell.disparity_px);
   const float expected = then.z();
   if (!(expected > 0)) return Sight::kUnknown;
@@ -59,10 +65,16 @@ FreeSpace::Sight FreeSpace::sightOf(const Lag& lag, const Cell& cell, float disp
   if (!isInside(lag.past.nearest_px, p)) return Sight::kUnknown;
   const float nearest = lag.past.nearest_px(p), farthest = lag.past.farthest_px(p);
   if (!(nearest > 0)) return Sight::kUnknown;
-  const float by_motion = expected * expected * lag.sigma_m / disparity_times_depth;
+  const auto disparity_times_depth = static_cast<float>(rig.disparityTimesDepth());
+  const float by_depth = expected * expected / disparity_times_depth;
+  const float depth_variance = lag.noise.variance(
+      (cell.x - static_cast<float>(rig.cx_left_px)) / static_cast<float>(rig.fx_px),
+      (cell.y - static_cast<float>(rig.cy_px)) / static_cast<float>(rig.fy_px),
+      disparity_times_depth / cell.disparity_px);
   const float by_scale = kScaleSigma * expected;
-  const float threshold = kSigmas * std::sqrt(cell.variance_px2 + kMapSigma_px * kMapSigma_px +
-                                              by_motion * by_motion + by_scale * by_scale);
+  const float threshold =
+      kSigmas * std::sqrt(cell.variance_px2 + kMapSigma_px * kMapSigma_px +
+                          by_depth * by_depth * depth_variance + by_scale * by_scale);
   if (nearest < expected - threshold)
     return cell.width_px * expected < kThinnest_px * cell.disparity_px ? Sight::kUnknown
                                                                        : Sight::kThrough;
@@ -102,6 +114,7 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
   evidence_.moved.setTo(0);
   evidence_.fixed.setTo(0);
   endPastBefore(input.stamp_s);
+  continueMotions(input);
   const std::vector<Lag> lags = lagsOf(input);
   if (static_cast<int>(lags.size()) < kFewestThrough) return;
   const auto disparity_times_depth = static_cast<float>(input.rig.disparityTimesDepth());
@@ -115,7 +128,7 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
         int through = 0, same = 0, came_back = 0;
         const Lag* last_through = nullptr;
         for (const Lag& lag : lags) {
-          const Sight sight = sightOf(lag, cell, disparity_times_depth);
+          const Sight sight = sightOf(input.rig, lag, cell);
           if (sight == Sight::kThrough && through++ == 0) last_through = &lag;
           if (sight != Sight::kSame) continue;
           ++same;
@@ -145,6 +158,7 @@ void FreeSpace::remember(const DetectionInput& input, const DepthCells& cells,
   Remembered& newest = frames_[0];
   newest.stamp_s = input.stamp_s;
   newest.T_odom_cam = input.T_odom_cam;
+  newest.motion_since = PathCovariance();
   cells.nearest_px.copyTo(newest.nearest_px);
   cells.farthest_px.copyTo(newest.farthest_px);
   half_image.copyTo(newest.half_image);

@@ -8,7 +8,9 @@
 
 #include "detection/depth_cells.h"
 #include "detection/frame_comparison.h"
+#include "detection/motion_noise.h"
 #include "predictive_stereo/moving_objects.h"
+#include "predictive_stereo/path_covariance.h"
 
 namespace predictive_stereo {
 
@@ -45,13 +47,14 @@ class FreeSpace {
   struct Remembered {
     double stamp_s = 0;
     Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+    PathCovariance motion_since;        // of the camera, until the current frame
     cv::Mat1f nearest_px, farthest_px;  // see DepthCells
     cv::Mat1b half_image;
   };
   // A remembered frame that is compared with the current one.
   struct Lag {
     SourceOf into_past, into_now;
-    float sigma_m;  // of the camera's motion since then
+    PastDepthNoise noise;
     const Remembered& past;
   };
   // A cell of the current frame.
@@ -61,11 +64,13 @@ class FreeSpace {
   enum class Sight { kUnknown, kHidden, kThrough, kSame };
 
   void endPastBefore(double stamp_s);
+  void continueMotions(const DetectionInput& input);
   std::vector<Lag> lagsOf(const DetectionInput& input) const;
-  static Sight sightOf(const Lag& lag, const Cell& cell, float disparity_times_depth);
+  static Sight sightOf(const StereoRig& rig, const Lag& lag, const Cell& cell);
   static bool isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cell& cell);
 
-  std::array<Remembered, kRemembered> frames_;  // the last one first
+  std::array<Remembered, kRemembered> frames_;                     // the last one first
+  Eigen::Isometry3d T_odom_last_ = Eigen::Isometry3d::Identity();  // of the last compared frame
   int count_ = 0;
   FreeSpaceEvidence evidence_;
 };

@@ -50,10 +50,11 @@ std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& pas
   GroupMotion motion;
   motion.shift_px = shift->shift_px;
   motion.sample_px = sampleOf(group.points);
+  const TrackingView view = frame.trackingInto(past);
   const std::vector<PointTrack> followed =
-      followPoints(frame.trackingInto(past), params, motion.sample_px, shift->shift_px);
+      followPoints(view, params, motion.sample_px, shift->shift_px);
   if (static_cast<int>(followed.size()) < params.min_tracks) return std::nullopt;
-  motion.fit = fitDisplacement(frame.input.rig, params, followed);
+  motion.fit = fitDisplacement(view, params, followed);
   if (static_cast<int>(motion.fit.inliers.size()) < params.min_tracks ||
       !motion.fit.isSignificant(params))
     return std::nullopt;

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "detection/frame_comparison.h"
+#include "detection/motion_noise.h"
 #include "odometry/tracking.h"
 
 namespace predictive_stereo {
@@ -45,8 +46,8 @@ void compareWithStatic(const TrackingView& view, const MotionDetectionParams& pa
   // An error that both frames share cancels in the disparity.
   const Vector3d by_bias(by_disparity.x(), by_disparity.y(), 0);
   covariance += by_bias * by_bias.transpose() * kDisparityBias_px2;
-  const double ego = params.ego_motion_sigma_m * params.ego_motion_sigma_m;
-  covariance += ego * j * j.transpose();
+  covariance +=
+      j * pointCovariance(view.T_prev_cam, view.motion_covariance, track.point_m) * j.transpose();
   const double flow = params.flow_sigma_px * params.flow_sigma_px;
   covariance.diagonal() +=
       Vector3d(flow, flow, kPreviousDisparitySigma_px * kPreviousDisparitySigma_px);
@@ -70,7 +71,8 @@ std::vector<PointTrack> expectedTracks(const TrackingView& view,
     track.position = p;
     track.disparity_px = d;
     track.variance_px2 = std::max(view.variance_px2(p), kLeastDisparityVariance_px2);
-    track.static_m = view.T_prev_cam * view.rig.pointFromDisparity(p.x, p.y, d);
+    track.point_m = view.rig.pointFromDisparity(p.x, p.y, d);
+    track.static_m = view.T_prev_cam * track.point_m;
     if (!(track.static_m.z() > 0.5)) continue;
     track.static_px = view.rig.disparityFromPoint(track.static_m);
     tracks.push_back(track);
@@ -112,9 +114,10 @@ bool Displacement::isSignificant(const MotionDetectionParams& params) const {
   return moved_m.dot(covariance.inverse() * moved_m) >= params.min_mahalanobis;
 }
 
-Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
+Displacement fitDisplacement(const TrackingView& view, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members) {
+  const StereoRig& rig = view.rig;
   Displacement fit;
   // Start: the median displacement across the line of sight, which does not need a past disparity.
   for (int k = 0; k < 2; ++k) {
@@ -164,15 +167,17 @@ Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& 
   fit.covariance = scale * information.inverse();
   // Errors of neighbouring points are correlated, and all points share the error of the ego-motion.
   fit.covariance *= 4;
-  fit.covariance.diagonal().array() += params.ego_motion_sigma_m * params.ego_motion_sigma_m;
+  Vector3d centre_m = Vector3d::Zero();
+  for (size_t i : members) centre_m += tracks[i].point_m / static_cast<double>(members.size());
+  fit.covariance += pointCovariance(view.T_prev_cam, view.motion_covariance, centre_m);
   return fit;
 }
 
-Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
+Displacement fitDisplacement(const TrackingView& view, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks) {
   std::vector<size_t> all(tracks.size());
   std::iota(all.begin(), all.end(), size_t{0});
-  return fitDisplacement(rig, params, tracks, all);
+  return fitDisplacement(view, params, tracks, all);
 }
 
 std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,

@@ -18,6 +18,7 @@ struct PointTrack {
   cv::Point2f position;       ///< in the current frame [px]
   float disparity_px = 0;     ///< in the current frame
   float variance_px2 = 0;     ///< of disparity_px
+  Eigen::Vector3d point_m;    ///< current position in the current camera's frame
   Eigen::Vector3d static_m;   ///< current position in the previous camera's frame
   Eigen::Vector3d static_px;  ///< (x, y, d) in the previous frame if the point is static
   Eigen::Vector3d found_px;   ///< (x, y, d) in the previous frame as tracked; d < 0: unknown
@@ -36,6 +37,7 @@ struct TrackingView {
   const cv::Mat1f& variance_px2;
   const RememberedFrame& previous;
   const Eigen::Isometry3d& T_prev_cam;
+  const Matrix6d& motion_covariance;  ///< see CameraMotion::covariance
 };
 
 /// Tracks lattice points into the previous frame by Lucas-Kanade, and classifies them as moving or
@@ -56,11 +58,11 @@ struct Displacement {
 };
 
 /// Robust fit of the translation of these points since the previous frame.
-Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
+Displacement fitDisplacement(const TrackingView& view, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members);
 /// The same for all tracks.
-Displacement fitDisplacement(const StereoRig& rig, const MotionDetectionParams& params,
+Displacement fitDisplacement(const TrackingView& view, const MotionDetectionParams& params,
                              const std::vector<PointTrack>& tracks);
 
 /// Groups moving points that are close in space and move alike.

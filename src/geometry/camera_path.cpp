@@ -11,7 +11,10 @@ void CameraPath::add(const EgoMotionEstimate& estimate, Stamp stamp,
   if (!last_known_) {
     recent_ = {Frame{stamp, compose(origin_, T_body_cam), origin_, PathCovariance()}};
     last_known_ = recent_.back();
-    pose_ = {PoseState::kKnown, recent_.back().T_odom_cam, origin_, Matrix6d::Zero(), {}};
+    pose_ = PoseEstimate();
+    pose_.state = PoseState::kKnown;
+    pose_.T_odom_cam = recent_.back().T_odom_cam;
+    pose_.T_odom_body = origin_;
     return;
   }
   if (const Frame* const start = startOf(estimate)) {
@@ -22,6 +25,8 @@ void CameraPath::add(const EgoMotionEstimate& estimate, Stamp stamp,
     const Matrix6d A = adjoint(T_body_cam);
     const Matrix6d step = A * estimate.motion.covariance * A.transpose();
     pose_.state = PoseState::kKnown;
+    pose_.motion_covariance =
+        from.stamp <= last_known_->stamp ? estimate.motion.covariance : unseenCovariance();
     pose_.velocity = Velocity{constantTwist(relative(from.T_odom_body, pose_.T_odom_body), dt_s),
                               step / (dt_s * dt_s)};
     velocity_ = Velocity::after(estimate.motion, dt_s);

@@ -2,7 +2,6 @@
 #include <nav_msgs/Odometry.h>
 #include <nodelet/nodelet.h>
 
-#include <atomic>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
@@ -13,8 +12,8 @@
 #include "nodelets/frame_loop.h"
 #include "nodelets/health.h"
 #include "nodelets/mask_input.h"
-#include "nodelets/motion_source.h"
 #include "nodelets/nodelet_params.h"
+#include "nodelets/odometry_input.h"
 #include "nodelets/outputs.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stereo_input.h"
@@ -73,6 +72,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     processor_ = std::make_unique<DisparityProcessor>(params_.processor);
     reportSimdTarget();
     tf_ = std::make_unique<TfInput>(node, *health_, arrivals_);
+    odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_);
     loop_ = std::make_unique<Loop>(
         private_node, *health_, *processor_, params_.processor.disparity,
         Loop::Hooks{[this](const Loop::Job& job) { process(job); },
@@ -85,7 +85,7 @@ class DisparityNodelet : public nodelet::Nodelet {
         node, *health_, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) {
           tf_->goBackTo(stamp);
-          odometry_.goBackTo(stamp);
+          odometry_->goBackTo(stamp);
           columns_.goBackTo(stamp);
         });
     advertise(node);
@@ -100,13 +100,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     }
     // Before the images, so that no motion is missed.
     ros::NodeHandle& node = getNodeHandle();
-    odometry_subscription_.replace(subscribe<nav_msgs::Odometry>(
-        node, *health_, "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
-          requireOdometry(*odometry);
-          odometry_.add(odometry);
-          odometry_silent_ = false;
-          arrivals_.notify();
-        }));
+    odometry_->start();
     columns_subscription_.replace(subscribe<RowAlignment>(
         node, *health_, "odometry/row_alignment", 5, [this](const RowAlignmentConstPtr& columns) {
           requireRowAlignment(*columns);
@@ -125,10 +119,8 @@ class DisparityNodelet : public nodelet::Nodelet {
     if (loop_) loop_->setAwake(false);
     if (masks_) masks_->stop();
     columns_subscription_.shutdown();
-    odometry_subscription_.shutdown();
+    if (odometry_) odometry_->stop();
     columns_.clear();
-    odometry_.clear();
-    odometry_silent_ = false;
   }
 
   // If the inputs of MovingObjects are the only outputs with subscribers, this nodelet must not
@@ -200,21 +192,16 @@ class DisparityNodelet : public nodelet::Nodelet {
   std::optional<CameraMotion> motion(std::optional<ros::Time> previous,
                                      const std_msgs::Header& now) {
     if (!previous) return std::nullopt;
-    MotionAnswer answer;
-    const bool complete = arrivals_.waitFor(params_.transform_timeout, [&] {
-      const bool listen = odometry_subscription_.isPublished() && !odometry_silent_;
-      answer = cameraMotion(tf_->buffer, listen ? &odometry_ : nullptr, now.frame_id, *previous,
-                            now.stamp, params_.odom_frame);
-      return answer.complete;
-    });
-    if (answer.motion) {
+    MotionAnswer answer =
+        odometry_->waitFor(params_.transform_timeout, [&](const OdometryHistory* odometry) {
+          return cameraMotion(tf_->buffer, odometry, now.frame_id, *previous, now.stamp,
+                              params_.odom_frame);
+        });
+    if (answer.motion)
       health_->solved("motion");
-      // tf arrived but the odometry did not: do not wait for it again until it does.
-      if (!complete) odometry_silent_ = true;
-    } else {
+    else
       health_->problem("motion", Health::Severity::kDegraded,
                        describeMissingMotion(now.frame_id, answer));
-    }
     return answer.motion;
   }
 
@@ -341,9 +328,8 @@ class DisparityNodelet : public nodelet::Nodelet {
   std::unique_ptr<Health> health_;
   Arrivals arrivals_;
   std::unique_ptr<TfInput> tf_;
-  OdometryHistory odometry_;
+  std::unique_ptr<OdometryInput> odometry_;
   MessageHistory<RowAlignment> columns_;
-  std::atomic<bool> odometry_silent_{false};
   std::unique_ptr<DisparityProcessor> processor_;
 
   Outputs outputs_{[this] { demand_.update(); }};
@@ -358,7 +344,7 @@ class DisparityNodelet : public nodelet::Nodelet {
   int missing_masks_ = 0;  // consecutive clouds without a mask
   std::unique_ptr<MaskInput> masks_;
 
-  Subscription odometry_subscription_, columns_subscription_;
+  Subscription columns_subscription_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;
 };

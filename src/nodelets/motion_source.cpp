@@ -6,6 +6,8 @@
 namespace predictive_stereo {
 namespace {
 
+constexpr char kLost[] = "the odometry is lost";
+
 // Odometry this much later than a frame does not belong to it.
 bool isTooNew(const nav_msgs::Odometry& odometry, ros::Time frame) {
   return odometry.header.stamp - frame > ros::Duration(0.1);
@@ -58,12 +60,38 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
   }
   if (!seen) {
     answer.motion.reset();
-    answer.reason = "the odometry is lost";
+    answer.reason = kLost;
     return answer;
   }
   if (const auto T_cam_child =
           lookUpTransform(tf, camera, odometry_now->child_frame_id, now, answer.reason))
     answer.motion->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
+  return answer;
+}
+
+PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry,
+                      const std::string& camera, std::optional<ros::Time> previous, ros::Time now,
+                      const std::string& fixed_frame) {
+  PoseAnswer answer;
+  const auto T_odom_cam = lookUpTransform(tf, fixed_frame, camera, now, answer.reason);
+  if (!T_odom_cam) return answer;
+  answer.pose = CameraPose{*T_odom_cam, Matrix6d::Zero()};
+  answer.complete = !odometry;
+  if (!odometry) return answer;
+  const nav_msgs::OdometryConstPtr odometry_now = odometry->at(now);
+  if (!odometry_now) return answer;
+  answer.complete = true;
+  if (isTooNew(*odometry_now, now)) return answer;
+  if (twistIsUnknown(*odometry_now)) {
+    // The first pose of a path has no twist.
+    if (!previous) return answer;
+    answer.pose.reset();
+    answer.reason = kLost;
+    return answer;
+  }
+  if (!previous) return answer;
+  const MotionAnswer since = cameraMotion(tf, odometry, camera, *previous, now, fixed_frame);
+  answer.pose->motion_covariance = since.motion ? since.motion->covariance : unseenCovariance();
   return answer;
 }
 

@@ -18,6 +18,8 @@ struct MotionAnswer {
   std::optional<CameraMotion> motion;
   bool complete = false;  ///< waiting longer does not help
   std::string reason;     ///< why there is no motion
+
+  bool known() const { return motion.has_value(); }
 };
 
 /// The motion from tf, and its covariance from odometry of any source.
@@ -27,5 +29,21 @@ struct MotionAnswer {
 MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                           const std::string& camera, ros::Time previous, ros::Time now,
                           const std::string& fixed_frame);
+
+/// The camera's pose in a frame, or the reason why it is unknown.
+struct PoseAnswer {
+  std::optional<CameraPose> pose;
+  bool complete = false;  ///< waiting longer does not help
+  std::string reason;     ///< why there is no pose
+
+  bool known() const { return pose.has_value(); }
+};
+
+/// The pose from tf, and the covariance of the motion since `previous` as cameraMotion gives it.
+/// @param previous  the last frame with a pose; none: there is none.
+/// @returns no pose if the odometry is lost in this frame.
+PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry,
+                      const std::string& camera, std::optional<ros::Time> previous, ros::Time now,
+                      const std::string& fixed_frame);
 
 }  // namespace predictive_stereo

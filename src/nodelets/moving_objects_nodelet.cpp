@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -23,6 +25,7 @@
 #include "nodelets/moving_objects_processor.h"
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/nodelet_params.h"
+#include "nodelets/odometry_input.h"
 #include "nodelets/outputs.h"
 #include "nodelets/ros_params.h"
 #include "nodelets/stamp_matcher.h"
@@ -33,12 +36,25 @@
 #include "nodelets/transforms.h"
 
 namespace predictive_stereo {
+namespace {
+
+// The largest standard deviation of the camera's motion since the previous frame.
+std::string describeSigma(const Matrix6d& covariance) {
+  if (covariance.isZero()) return "odometry does not tell it: 15 mm are taken";
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f mm",
+                1e3 * std::sqrt(covariance.diagonal().head<3>().maxCoeff()));
+  return text;
+}
+
+}  // namespace
 
 /// Moving objects from measured and predicted disparity.
 ///
 /// Subscribes: measured_disparity, measured_variance, predicted_disparity, predicted_variance,
-///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame); row_alignment, if it
-///   is published (the column offset of the disparities).
+///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame); if they are
+///   published, odometry (the covariance of the motion) and row_alignment (the column offset of the
+///   disparities).
 /// Publishes: moving_objects, moving_objects/mask, and on demand moving_objects/residual,
 ///   moving_objects/markers, moving_objects/image, moving_objects/detections3d (if vision_msgs was
 ///   installed at build time); /diagnostics. Without subscribers of its outputs it subscribes only
@@ -78,6 +94,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     limitThreads(params_.threads);
     processor_ = std::make_unique<MovingObjectsProcessor>(params_.processor);
     tf_ = std::make_unique<TfInput>(node, *health_, arrivals_);
+    odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_);
     loop_ = std::make_unique<Loop>(
         private_node, *health_, *processor_, params_.processor.detection,
         Loop::Hooks{[this](const Loop::Job& job) { process(job); },
@@ -108,6 +125,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   void wake() {
     ros::NodeHandle& node = getNodeHandle();
     loop_->setAwake(true);
+    odometry_->start();
     Subscribers subscribers;
     const uint32_t queue = std::max(kRoscppQueue, static_cast<uint32_t>(params_.queue_size));
     const auto subscribeTo = [&](Slot slot, auto type) {
@@ -149,6 +167,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     subscribers.left.shutdown();
     subscribers.columns.shutdown();
     for (ros::Subscriber& subscriber : subscribers.others) subscriber.shutdown();
+    odometry_->stop();
     loop_->setAwake(false);
     columns_.clear();
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -163,6 +182,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     if (slot == kLeft) {
       if (stamp < last_left_) {
         tf_->goBackTo(stamp);
+        odometry_->goBackTo(stamp);
         columns_.goBackTo(stamp);
       }
       last_left_ = stamp;
@@ -224,9 +244,9 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     const std_msgs::Header& header = job.frame.left->header;
     Stopwatch watch;
     StageTimes times;
-    const std::optional<Eigen::Isometry3d> T_odom_cam = pose(header);
+    const std::optional<CameraPose> pose = cameraPoseOf(header);
     watch.lap("waiting for the pose", times);
-    const MovingObjectsProcessor::Output output = processor_->process(job.frame, T_odom_cam);
+    const MovingObjectsProcessor::Output output = processor_->process(job.frame, pose);
     watch.lap("detection", times);
     if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
     if (!output.messages) return;
@@ -242,7 +262,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
                                       *job.frame.predicted_disparity,
                                       *job.frame.predicted_variance));
     if (markers_.getNumSubscribers() > 0)
-      markers_.publish(markers(*output.messages->objects, T_odom_cam));
+      markers_.publish(markers(*output.messages->objects, pose));
     if (image_.getNumSubscribers() > 0)
       image_.publish(overlay(*job.frame.left, *output.messages->objects, *output.messages->mask));
 
@@ -253,22 +273,27 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
     health_->frame(header.stamp, job.ageMs(), times);
   }
 
-  std::optional<Eigen::Isometry3d> pose(const std_msgs::Header& now) {
-    std::string error;
-    const auto T_odom_cam = arrivals_.waitFor(params_.transform_timeout, [&] {
-      return lookUpTransform(tf_->buffer, params_.odom_frame, now.frame_id, now.stamp, error);
-    });
-    if (T_odom_cam)
-      health_->solved("pose");
-    else
-      health_->problem(
-          "pose", Health::Severity::kDegraded,
-          now.frame_id.empty()
-              ? std::string(kNoFrame) + ": no velocities"
-              : "tf has no pose of '" + now.frame_id + "' in odom_frame '" + params_.odom_frame +
-                    "' at the image's stamp: no velocities. Run the EgoMotion nodelet with "
-                    "publish_tf, or set odom_frame to the fixed frame of your odometry");
-    return T_odom_cam;
+  std::optional<CameraPose> cameraPoseOf(const std_msgs::Header& now) {
+    const PoseAnswer answer =
+        odometry_->waitFor(params_.transform_timeout, [&](const OdometryHistory* odometry) {
+          return cameraPose(tf_->buffer, odometry, now.frame_id, processor_->lastWithPose(),
+                            now.stamp, params_.odom_frame);
+        });
+    if (!answer.pose) {
+      health_->problem("pose", Health::Severity::kDegraded, describeMissingPose(now, answer));
+      return std::nullopt;
+    }
+    health_->solved("pose");
+    health_->figure("sigma of the motion", describeSigma(answer.pose->motion_covariance));
+    return answer.pose;
+  }
+
+  std::string describeMissingPose(const std_msgs::Header& now, const PoseAnswer& answer) const {
+    if (now.frame_id.empty()) return std::string(kNoFrame) + ": no velocities";
+    if (answer.complete) return answer.reason + ": no velocities";
+    return "tf has no pose of '" + now.frame_id + "' in odom_frame '" + params_.odom_frame +
+           "' at the image's stamp: no velocities. Run the EgoMotion nodelet with publish_tf, or "
+           "set odom_frame to the fixed frame of your odometry";
   }
 
   struct Subscribers {
@@ -286,6 +311,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
   std::unique_ptr<Health> health_;
   Arrivals arrivals_;
   std::unique_ptr<TfInput> tf_;
+  std::unique_ptr<OdometryInput> odometry_;
   std::unique_ptr<MovingObjectsProcessor> processor_;
   Outputs outputs_{[this] { demand_.update(); }};
   ros::Publisher objects_, detections_, residual_, markers_, passive_mask_;

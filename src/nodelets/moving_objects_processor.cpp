@@ -96,7 +96,10 @@ void MovingObjectsProcessor::setRange(const DisparityRange& range) {
   params_.detection = changed;
 }
 
-void MovingObjectsProcessor::reset() { pipeline_.reset(); }
+void MovingObjectsProcessor::reset() {
+  pipeline_.reset();
+  last_with_pose_.reset();
+}
 
 // A frame and its maps as views of the messages' memory.
 StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
@@ -124,7 +127,7 @@ StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
 }
 
 MovingObjectsProcessor::Output MovingObjectsProcessor::process(
-    const MovingObjectsInput& input, const std::optional<Eigen::Isometry3d>& T_odom_cam) {
+    const MovingObjectsInput& input, const std::optional<CameraPose>& pose) {
   const StereoFrame frame = makeFrame(input);
   setRange(rangeOf(*input.measured_disparity));
   Output output;
@@ -137,10 +140,11 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
   allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::MONO8, *result.mask);
   output_.detections.mask = writableView<uint8_t>(*result.mask);
   FrameSources sources;
-  sources.T_odom_cam = T_odom_cam;
+  sources.pose = pose;
   if (input.row_alignment) sources.column_offset = columnOffset(*input.row_alignment);
   pipeline_.process(sources, output_);
   last_ = input;
+  if (pose) last_with_pose_ = input.left->header.stamp;
 
   result.objects = boost::make_shared<MovingObjectArray>();
   result.objects->header = header;

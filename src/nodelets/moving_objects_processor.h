@@ -38,10 +38,11 @@ class MovingObjectsProcessor {
 
   explicit MovingObjectsProcessor(const MovingObjectsProcessorParams& params);
 
-  /// @param T_odom_cam  of the left camera's optical frame; none: unknown in this frame.
+  /// @param pose  none: unknown in this frame.
   /// @throws std::invalid_argument for messages that cannot be used; the state stays as it was.
-  Output process(const MovingObjectsInput& input,
-                 const std::optional<Eigen::Isometry3d>& T_odom_cam);
+  Output process(const MovingObjectsInput& input, const std::optional<CameraPose>& pose);
+  /// The last frame with a pose; none after a reset.
+  std::optional<ros::Time> lastWithPose() const { return last_with_pose_; }
 
   /// See Pipeline::setParams. The disparity range is always that of the messages.
   void setParams(const DetectionParams& params);
@@ -57,6 +58,7 @@ class MovingObjectsProcessor {
   PipelineOutput output_;
   cv::Mat1b left_buffer_;
   MessagePool<sensor_msgs::Image> images_;
+  std::optional<ros::Time> last_with_pose_;
   MovingObjectsInput last_;  // keeps the memory that the detector may still read
 };
 

@@ -111,7 +111,7 @@ Marker arrow(const MovingObjectArray& objects, const MovingObject& object,
 }  // namespace
 
 visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
-                                           const std::optional<Eigen::Isometry3d>& T_odom_cam) {
+                                           const std::optional<CameraPose>& pose) {
   auto result = boost::make_shared<visualization_msgs::MarkerArray>();
   Marker clear;
   clear.header = objects.header;
@@ -121,8 +121,8 @@ visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
   for (const MovingObject& object : objects.objects) {
     result->markers.push_back(box(objects, object));
     result->markers.push_back(text(objects, object));
-    if (T_odom_cam && hasVelocity(object))
-      result->markers.push_back(arrow(objects, object, *T_odom_cam));
+    if (pose && hasVelocity(object))
+      result->markers.push_back(arrow(objects, object, pose->T_odom_cam));
   }
   return result;
 }

@@ -6,8 +6,9 @@
 #include <stereo_msgs/DisparityImage.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include <Eigen/Geometry>
 #include <optional>
+
+#include "predictive_stereo/disparity_motion.h"
 
 namespace predictive_stereo {
 
@@ -15,7 +16,7 @@ namespace predictive_stereo {
 /// with id, distance and speed, and an arrow for its motion in one second (if its velocity and the
 /// camera's pose are known).
 visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
-                                           const std::optional<Eigen::Isometry3d>& T_odom_cam);
+                                           const std::optional<CameraPose>& pose);
 
 /// The left image (bgr8) with moving pixels tinted red, and the boxes and labels of the objects.
 /// @throws std::invalid_argument for an image that is not 8-bit, or a mask with another size.

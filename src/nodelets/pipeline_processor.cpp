@@ -58,9 +58,10 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
   output.times.insert(output.times.end(), disparity_.times().begin(), disparity_.times().end());
 
   Stopwatch watch;
-  std::string no_pose;
-  output.T_odom_cam = lookUpTransform(tf_, params_.moving_objects.odom_frame, header.frame_id,
-                                      header.stamp, no_pose);
+  const PoseAnswer answer =
+      cameraPose(tf_, &odometry_, header.frame_id, moving_objects_.lastWithPose(), header.stamp,
+                 params_.moving_objects.odom_frame);
+  output.pose = answer.pose;
   MovingObjectsInput input;
   input.left = pair.left;
   input.left_info = pair.left_info;
@@ -69,7 +70,7 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
   input.measured_variance = output.disparity.measured_variance;
   input.predicted_variance = output.disparity.predicted_variance;
   input.row_alignment = output.disparity.row_alignment;
-  output.moving_objects = *moving_objects_.process(input, output.T_odom_cam).messages;
+  output.moving_objects = *moving_objects_.process(input, output.pose).messages;
   moving_mask_ = output.moving_objects.mask;
   watch.lap("detection", output.times);
   total.lap("whole frame", output.times);

@@ -24,7 +24,7 @@ class PipelineProcessor {
     EgoMotionEstimate estimate;
     DisparityMessages disparity;
     MovingObjectsMessages moving_objects;
-    std::optional<Eigen::Isometry3d> T_odom_cam;  ///< from tf
+    std::optional<CameraPose> pose;  ///< see cameraPose
     std::string event;  ///< why this frame starts a new sequence or has no prediction; else empty
     StageTimes times;
   };

@@ -17,7 +17,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr double kLostCovariance = 9999;
 // The reference is kept while the image hardly moves: a camera that stands still does not drift.
 constexpr double kHoldFlowPx = 1.5;
 constexpr double kHoldInliers = 0.6;  // share of the reference's features that must be in view
@@ -157,7 +156,7 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
     steady_offset.update(offset);
     chooseReference(choice, used);
   } else {
-    estimate.motion.covariance = Matrix6d::Identity() * kLostCovariance;
+    estimate.motion.covariance = Matrix6d::Identity() * kUnseenVariance;
     estimate.state = chooseReferencesAfterLoss(estimate.swapped);
   }
   estimate.row_alignment = features.rowAlignment();

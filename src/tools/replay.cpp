@@ -206,7 +206,7 @@ void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, 
               *residualImage(*disparity.measured_disparity, *disparity.measured_variance,
                              *disparity.predicted_disparity, *disparity.predicted_variance));
   if (out.wants("moving_objects/markers"))
-    out.write("moving_objects/markers", time, *markers(*moving.objects, frame.T_odom_cam));
+    out.write("moving_objects/markers", time, *markers(*moving.objects, frame.pose));
   if (out.wants("moving_objects/image"))
     out.write("moving_objects/image", time, *overlay(*pair.left, *moving.objects, *moving.mask));
 }

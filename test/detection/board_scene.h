@@ -101,6 +101,7 @@ inline BoardView viewOf(const BoardScene& scene, double stamp_s,
   input.rig = boardRig();
   input.pose_state = PoseState::kKnown;
   input.T_odom_cam = T_odom_cam;
+  input.motion_covariance = 1e-6 * Matrix6d::Identity();  // 1 mm, 1 mrad
   input.left.create(input.rig.size);
   input.measured_disparity_px.create(input.rig.size);
   input.measured_variance_px2 = cv::Mat1f(input.rig.size, 0.05f);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/motion_noise.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -22,9 +24,8 @@ TEST(DetectableSpeed, AcrossTheLineOfSightIsAFewPixels) {
   const StereoRig rig = kittiRig();
   const MotionDetectionParams params;
   // Noise of the point and of the ego-motion, over two frames.
-  const double at_60_m =
-      std::sqrt(params.min_mahalanobis) *
-      std::hypot(params.flow_sigma_px, params.ego_motion_sigma_m * rig.fx_px / 60);
+  const double at_60_m = std::sqrt(params.min_mahalanobis) *
+                         std::hypot(params.flow_sigma_px, kUntoldMotionSigma_m * rig.fx_px / 60);
   EXPECT_NEAR(detectableSpeed(rig, 60, 0.1).across_mps, at_60_m * 60 / rig.fx_px / 0.2, 1e-9);
 }
 

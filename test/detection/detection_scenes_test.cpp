@@ -147,6 +147,7 @@ TEST(DetectionScenes, ABlindFrameBringsNoGhosts) {
 DetectionScore scoreWithPoses(const Drive& drive,
                               const std::function<std::optional<Eigen::Isometry3d>(int k)>& error) {
   const Film& film = filmOf(drive);
+  const Matrix6d covariance = Matrix6d::Identity() * 1e-6;
   PipelineParams params;
   params.parts.ego_motion = false;
   Pipeline pipeline(params);
@@ -158,12 +159,12 @@ DetectionScore scoreWithPoses(const Drive& drive,
     const StereoFrame frame = stereoFrame(shot, film.rig);
     FrameSources sources;
     if (const auto e = error(static_cast<int>(k)))
-      sources.T_odom_cam = T_world_cam[frame.stamp] = shot.T_world_cam * *e;
+      sources.pose = {T_world_cam[frame.stamp] = shot.T_world_cam * *e, covariance};
     sources.motion = [&](std::optional<Stamp> past) -> std::optional<CameraMotion> {
-      if (!sources.T_odom_cam || !past || !T_world_cam.count(*past)) return {};
+      if (!sources.pose || !past || !T_world_cam.count(*past)) return {};
       CameraMotion motion;
-      motion.T_cam_prev = sources.T_odom_cam->inverse() * T_world_cam[*past];
-      motion.covariance = Matrix6d::Identity() * 1e-6;
+      motion.T_cam_prev = sources.pose->T_odom_cam.inverse() * T_world_cam[*past];
+      motion.covariance = covariance;
       return motion;
     };
     pipeline.process(frame, output, sources);

@@ -5,6 +5,8 @@
 
 #include <vector>
 
+#include "predictive_stereo/rigid_motion.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -51,6 +53,25 @@ TEST(FrameHistory, KeepsTheLastEight) {
     if (expected.size() > FrameHistory::kFarthest) expected.pop_back();
   }
   EXPECT_EQ(expected.size(), 8u);
+}
+
+TEST(FrameHistory, AddsTheMotionsUp) {
+  FrameHistory history;
+  PathCovariance last, second_last;
+  for (int k = 0; k < 6; ++k) {
+    DetectionInput input = frameOf(k);
+    input.motion_covariance = (1 + k) * 1e-4 * Matrix6d::Identity();
+    history.remember(input);
+    const CameraMotion motion{relative(input.T_odom_cam, frameOf(k - 1).T_odom_cam),
+                              input.motion_covariance};
+    if (k < 4) continue;
+    (k == 4 ? second_last : last).add(motion, CommonErrors::Zero());
+    if (k == 5) second_last.add(motion, CommonErrors::Zero());
+  }
+  const std::vector<PastFrame> past = history.past();
+  EXPECT_TRUE(past[0].motion_covariance.isApprox(last.covariance()));
+  EXPECT_TRUE(past[1].motion_covariance.isApprox(second_last.covariance()));
+  EXPECT_GT(past[1].motion_covariance(0, 0), 1.1e-3) << "5 and 6 times 1e-4, and the turn's part";
 }
 
 TEST(FrameHistory, CopiesWhatItKeeps) {

@@ -111,6 +111,26 @@ TEST_F(FreeSpaceChannelTest, FindsItWhileTheCameraDrives) {
   }
 }
 
+// An object comes 2 m before a wall.
+TEST_F(FreeSpaceChannelTest, AsksForMoreWhereTheMotionIsLessCertain) {
+  const auto found = [&](double variance) {
+    channel_.reset();
+    size_t objects = 0;
+    for (int k = 0; k < 7; ++k) {
+      std::vector<Board> boards;
+      if (k == 6) boards.push_back(standing(-0.5, 0.8, 1.7, 5));
+      BoardView view = viewOf(sceneWith(boards, 7), 0.1 * k);
+      view.input.motion_covariance = variance * Matrix6d::Identity();
+      objects = find(view).size();
+    }
+    return objects;
+  };
+  EXPECT_EQ(found(1e-6), 1u);
+  EXPECT_EQ(found(0.25 * 0.25), 0u);
+  EXPECT_EQ(found(kUnseenVariance), 0u);
+  EXPECT_EQ(found(0), 1u) << "not told";
+}
+
 TEST_F(FreeSpaceChannelTest, LeavesOutWhatHasGrownTogetherWithAStaticWall) {
   const Board come = standing(-0.6, 0.6, 1.7, 5);
   EXPECT_TRUE(findAfter(sceneWith({standing(0, 2, 1.7, 5.1)}), {come}).empty());

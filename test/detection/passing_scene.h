@@ -40,12 +40,13 @@ struct Passing {
   TrackingView view() {
     current.build(now, 4);
     previous.pyramid.build(before, 4);
-    return {rig, range, current, disparity, variance, previous, T_prev_cam};
+    return {rig, range, current, disparity, variance, previous, T_prev_cam, motion_covariance};
   }
   static constexpr double kSeconds = 0.1;
   StereoRig rig;
   DisparityRange range{0, 64};
   Eigen::Isometry3d T_prev_cam = Eigen::Isometry3d::Identity();
+  Matrix6d motion_covariance = toldCovariance(Matrix6d::Zero());
   cv::Mat1b now, before;
   cv::Mat1f disparity, variance;
   ImagePyramid current;

@@ -305,7 +305,7 @@ void processPairs(Bytes& bytes) {
       mayRefuse([&] { colourImage(*disparity); });
       mayRefuse([&] { depthImage(*disparity); });
       mayRefuse([&] { standardDeviationImage(*variance); });
-      moving.process(input, frame->T_odom_cam);
+      moving.process(input, frame->pose);
     });
   }
 }

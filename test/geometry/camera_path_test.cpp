@@ -51,6 +51,20 @@ TEST_F(Straight, TheFirstFrameIsTheOrigin) {
   EXPECT_TRUE(path_.pose().covariance.isZero());
 }
 
+// Of the motion since the previous frame with a known pose.
+TEST_F(Straight, SaysWhetherAPartOfTheLastMotionWasNotSeen) {
+  see();
+  EXPECT_EQ(path_.pose().motion_covariance, 1e-6 * Matrix6d::Identity());
+  miss(2);
+  see(3);  // from the last known frame
+  EXPECT_EQ(path_.pose().motion_covariance, 1e-6 * Matrix6d::Identity());
+  miss(2);
+  see(1);  // from a lost frame
+  EXPECT_EQ(path_.pose().motion_covariance, unseenCovariance());
+  see();
+  EXPECT_EQ(path_.pose().motion_covariance, 1e-6 * Matrix6d::Identity());
+}
+
 TEST_F(Straight, ALostFrameGoesOnWithTheLastVelocity) {
   see();
   miss();

@@ -118,6 +118,32 @@ TEST_F(MotionFromOdometry, is_known_over_a_lost_frame_that_later_ones_reach_acro
   EXPECT_FALSE(motion(10.2, 10.3).motion) << "it leads from 10.1, not from the lost frame";
 }
 
+TEST_F(MotionFromOdometry, makes_the_pose_as_certain_as_it_was_seen) {
+  add(10.0, 0, 0, true);
+  add(10.1, 1, 10);
+  add(10.2, 1.5, 0, true);
+  add(10.3, 2.5, 10);  // from 10.2
+  const auto pose = [&](std::optional<double> previous_s, double now_s) {
+    return cameraPose(tf_, &odometry_, "camera",
+                      previous_s ? std::optional(ros::Time(*previous_s)) : std::nullopt,
+                      ros::Time(now_s), "odom");
+  };
+  EXPECT_TRUE(pose({}, 10.0).pose) << "the first frame of the path";
+  ASSERT_TRUE(pose(10.0, 10.1).pose);
+  EXPECT_NEAR(pose(10.0, 10.1).pose->T_odom_cam.translation().x(), 1, 1e-6);
+  EXPECT_TRUE(pose(10.0, 10.1).pose->motion_covariance.isApprox(1e-6 * Matrix6d::Identity()));
+  EXPECT_FALSE(pose(10.1, 10.2).pose);
+  EXPECT_EQ(pose(10.1, 10.2).reason, "the odometry is lost");
+  ASSERT_TRUE(pose(10.1, 10.3).pose);
+  EXPECT_EQ(pose(10.1, 10.3).pose->motion_covariance, unseenCovariance());
+  const PoseAnswer by_tf_alone =
+      cameraPose(tf_, nullptr, "camera", ros::Time(10.0), ros::Time(10.1), "odom");
+  ASSERT_TRUE(by_tf_alone.pose);
+  EXPECT_TRUE(by_tf_alone.pose->motion_covariance.isZero());
+  EXPECT_FALSE(pose(10.1, 10.4).pose) << "not yet in tf";
+  EXPECT_FALSE(pose(10.1, 10.4).complete);
+}
+
 TEST_F(MotionFromOdometry, is_unknown_if_a_part_of_it_was_not_seen) {
   add(10.0, 0, 0, true);
   add(10.1, 1, 10);

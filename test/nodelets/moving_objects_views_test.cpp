@@ -84,10 +84,10 @@ TEST(Detections3d, HaveBoxScoreAndTrack) {
 
 TEST(MovingObjectMarkers, ShowBoxLabelAndVelocity) {
   const MovingObjectArray objects = someObjects();
-  Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
-  T_odom_cam.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // odom: x ahead, y left, z up
-  T_odom_cam.translation() = Eigen::Vector3d(100, 50, 2);
-  const auto array = markers(objects, T_odom_cam);
+  CameraPose pose;
+  pose.T_odom_cam.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // odom: x ahead, y left, z up
+  pose.T_odom_cam.translation() = Eigen::Vector3d(100, 50, 2);
+  const auto array = markers(objects, pose);
   ASSERT_EQ(array->markers.size(), 6u);
   EXPECT_EQ(array->markers[0].action, Marker::DELETEALL);
   std::set<std::pair<std::string, int>> names;
