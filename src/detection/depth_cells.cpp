@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 
 #include "parallel/tasks.h"
 
@@ -13,6 +14,22 @@ constexpr float kNone = std::numeric_limits<float>::max();
 // Where a cell is measured: at its centre; if that is unknown, at another lattice point of it.
 const cv::Point kPlaces[] = {{2, 2}, {0, 2}, {2, 0}, {0, 0}};
 
+// Every second pixel and row of a map; `unknown` where it is unknown.
+cv::Mat1f latticeOf(const DisparityRange& range, const cv::Mat1f& map_px, float unknown) {
+  cv::Mat1f lattice((map_px.rows + 1) / kLatticeStep_px, (map_px.cols + 1) / kLatticeStep_px);
+  const float least =
+      std::max(static_cast<float>(range.min_disparity), std::numeric_limits<float>::denorm_min());
+  for (int v = 0; v < lattice.rows; ++v) {
+    const float* const from = map_px[kLatticeStep_px * v];
+    float* const to = lattice[v];
+    for (int u = 0; u < lattice.cols; ++u) {
+      const float d = from[kLatticeStep_px * u];
+      to[u] = d >= least ? d : unknown;
+    }
+  }
+  return lattice;
+}
+
 }  // namespace
 
 void DepthCells::setFrame(const DisparityRange& range, const cv::Mat1f& map_px,
@@ -20,44 +37,22 @@ void DepthCells::setFrame(const DisparityRange& range, const cv::Mat1f& map_px,
   const cv::Size cells(map_px.cols / kCellSide_px, map_px.rows / kCellSide_px);
   disparity_px.create(cells);
   variance_px2.create(cells);
-  const auto isKnown = [&](float d) { return range.isValid(d) && d > 0; };
   parallelFor(cv::Range(0, cells.height), [&](const cv::Range& rows) {
     for (int v = rows.start; v < rows.end; ++v)
       for (int u = 0; u < cells.width; ++u) {
         disparity_px(v, u) = variance_px2(v, u) = 0;
         for (const cv::Point place : kPlaces) {
           const cv::Point at(kCellSide_px * u + place.x, kCellSide_px * v + place.y);
-          if (!isKnown(map_px(at))) continue;
+          if (!range.isValid(map_px(at)) || !(map_px(at) > 0)) continue;
           disparity_px(v, u) = map_px(at);
           variance_px2(v, u) = map_px2(at);
           break;
         }
       }
   });
-
-  const cv::Size lattice((map_px.cols + 1) / kLatticeStep_px, (map_px.rows + 1) / kLatticeStep_px);
-  nearest_px.create(lattice);
-  farthest_px.create(lattice);
-  parallelFor(cv::Range(0, lattice.height), [&](const cv::Range& rows) {
-    cv::Mat1f largest(1, lattice.width + 2, 0.0f), smallest(1, lattice.width + 2, kNone);
-    for (int v = rows.start; v < rows.end; ++v) {
-      largest.setTo(0);
-      smallest.setTo(kNone);
-      for (int row = std::max(v - 1, 0); row <= std::min(v + 1, lattice.height - 1); ++row) {
-        const float* const of_row = map_px[kLatticeStep_px * row];
-        for (int u = 0; u < lattice.width; ++u) {
-          const float d = of_row[kLatticeStep_px * u];
-          largest(u + 1) = std::max(largest(u + 1), isKnown(d) ? d : 0.0f);
-          smallest(u + 1) = std::min(smallest(u + 1), isKnown(d) ? d : kNone);
-        }
-      }
-      for (int u = 0; u < lattice.width; ++u) {
-        nearest_px(v, u) = std::max({largest(u), largest(u + 1), largest(u + 2)});
-        const float least = std::min({smallest(u), smallest(u + 1), smallest(u + 2)});
-        farthest_px(v, u) = least == kNone ? 0 : least;
-      }
-    }
-  });
+  runTogether([&] { cv::dilate(latticeOf(range, map_px, 0), nearest_px, cv::Mat()); },
+              [&] { cv::erode(latticeOf(range, map_px, kNone), farthest_px, cv::Mat()); });
+  farthest_px.setTo(0, farthest_px == kNone);
 }
 
 }  // namespace predictive_stereo

@@ -65,6 +65,7 @@ FreeSpace::Sight FreeSpace::sightOf(const StereoRig& rig, const Lag& lag, const 
   if (!isInside(lag.past.nearest_px, p)) return Sight::kUnknown;
   const float nearest = lag.past.nearest_px(p), farthest = lag.past.farthest_px(p);
   if (!(nearest > 0)) return Sight::kUnknown;
+  if (farthest <= expected && expected <= nearest) return Sight::kSame;  // whatever the noise
   const auto disparity_times_depth = static_cast<float>(rig.disparityTimesDepth());
   const float by_depth = expected * expected / disparity_times_depth;
   const float depth_variance = lag.noise.variance(
@@ -128,6 +129,8 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
         int through = 0, same = 0, came_back = 0;
         const Lag* last_through = nullptr;
         for (const Lag& lag : lags) {
+          // Nothing changes any more: it is fixed, and too few frames are left.
+          if (same > 0 && through + (&lags.back() - &lag) + 1 < kFewestThrough) break;
           const Sight sight = sightOf(input.rig, lag, cell);
           if (sight == Sight::kThrough && through++ == 0) last_through = &lag;
           if (sight != Sight::kSame) continue;

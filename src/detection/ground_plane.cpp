@@ -8,7 +8,8 @@ namespace predictive_stereo {
 namespace {
 
 constexpr size_t kMostSamples = 1500, kFewestSamples = 30;
-constexpr int kTrials = 150, kFits = 5;
+constexpr int kMostTrials = 150, kFits = 5;
+constexpr double kMayMiss = 1e-3;  // probability that no trial has three samples of the plane
 constexpr uint64_t kSeed = 7;
 constexpr double kLeastShare = 0.06;                      // of the known cells, on the plane
 constexpr double kTolerance_px = 0.6, kTolerance = 0.02;  // of a disparity, and relative to it
@@ -60,6 +61,13 @@ int scoreOf(const GroundPlane& plane, const std::vector<Sample>& samples, int& o
   return on_plane - below;
 }
 
+// Trials until a plane with so many of the samples is found, but for kMayMiss.
+int trialsFor(int on_plane, size_t samples) {
+  const double share = on_plane / static_cast<double>(samples);
+  const double trials = std::log(kMayMiss) / std::log1p(-share * share * share);
+  return trials < kMostTrials ? static_cast<int>(trials) + 1 : kMostTrials;
+}
+
 std::optional<GroundPlane> fitTo(const StereoRig& rig, const std::vector<Sample>& samples,
                                  const GroundPlane& near) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
@@ -96,7 +104,7 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
   };
   tryPlane(last);
   cv::RNG random(kSeed);
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < trialsFor(best_on_plane, samples.size()); ++trial) {
     Eigen::Matrix3d A;
     Eigen::Vector3d d;
     for (int k = 0; k < 3; ++k) {

@@ -33,9 +33,7 @@ class PastDepthNoise {
   /// @returns [m^2].
   float variance(float x, float y, float depth_m) const {
     const Eigen::Vector3f q(x, y, 1);
-    return translation_ +
-           depth_m * (2 * coupling_.dot(q) +
-                      depth_m * q.dot(rotation_.selfadjointView<Eigen::Upper>() * q));
+    return translation_ + depth_m * (2 * coupling_.dot(q) + depth_m * q.dot(rotation_ * q));
   }
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "detection/same_object.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 
@@ -21,13 +22,17 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
     if (PoseCheck::contradictsMost(contradicting)) free_space_.forgetPast();
   }
-  const cv::Mat1b& half_image = frames_.current().pyramid.level(1);
-  objects_ = free_space_.find(input, range_, params_, half_image);
-  if (!past.empty() && frames_.current().follows) findByMotion(frame, past, known);
+  runTogether(
+      [&] {
+        objects_ = free_space_.find(input, range_, params_, frames_.current().pyramid.level(1));
+      },
+      [&] {
+        if (!past.empty() && frames_.current().follows) findByMotion(frame, past, known);
+      });
+  addMissing(verification_.objects());
   return objects_;
 }
 
-// The objects of the other channels, unless the free space has shown them whole.
 void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
                                 const ObjectTracker& known) {
   along_.compare(frame, past);
@@ -41,12 +46,15 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   }
   along_.find(frame, verification_);
   findKnown(frame, known);
-  const size_t whole = objects_.size();
-  for (const ObservedObject& object : verification_.objects())
-    if (std::none_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(whole),
-                     [&](const ObservedObject& other) {
-                       return overlaps(params_, object.observation, other.observation);
-                     }))
+}
+
+// The objects of the other channels, unless the free space has shown them whole.
+void MotionScheme::addMissing(const std::vector<ObservedObject>& others) {
+  const auto whole = static_cast<std::ptrdiff_t>(objects_.size());
+  for (const ObservedObject& object : others)
+    if (std::none_of(objects_.begin(), objects_.begin() + whole, [&](const ObservedObject& found) {
+          return overlaps(params_, object.observation, found.observation);
+        }))
       objects_.push_back(object);
 }
 

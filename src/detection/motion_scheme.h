@@ -35,6 +35,7 @@ class MotionScheme {
  private:
   void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
                     const ObjectTracker& known);
+  void addMissing(const std::vector<ObservedObject>& others);
   void findKnown(const FrameView& frame, const ObjectTracker& known);
 
   DisparityRange range_;
