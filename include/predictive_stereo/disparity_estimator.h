@@ -27,7 +27,7 @@ struct DisparityParams {
   SearchRangeParams search;
   CorrectionParams correction;
   VarianceParams variance;
-  int min_support = 10;  ///< see filterBySupport; applied to the match and to the filters; 0: off
+  int min_support = 10;     ///< pixels of 5x5 within 1 px of the centre; with fewer unknown; 0: off
   int min_region_px = 100;  ///< smaller regions of the match become invalid, at full and at half
                             ///< resolution, see RegionFilter; 0: none
   int max_hole_px = 40;  ///< holes up to this width are filled in the published disparity, if both
