@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "detection/motion_noise.h"
 #include "detection/point_tracks.h"
 
 namespace predictive_stereo {

@@ -81,7 +81,7 @@ TEST(UnknownDisparity, ShowsNoKnownObject) {
   known.state.setZero();
   known.last.box_px = {600, 150, 80, 60};
   known.last.centre_m = {0, 0, input.rig.disparityTimesDepth() / 10};
-  const PastFrame past{&before, Eigen::Isometry3d::Identity(), 0.1};
+  const PastFrame past{&before, Eigen::Isometry3d::Identity(), Matrix6d::Zero(), 0.1};
   EXPECT_FALSE(hypothesisOf(frame, past, known));
   input.measured_disparity_px.setTo(10);
   EXPECT_TRUE(hypothesisOf(frame, past, known));
