@@ -43,7 +43,7 @@ struct DetectionInput {
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
   /// Covariance of the motion since the previous frame with a known pose, see
   /// CameraMotion::covariance. What is no covariance (zero, not finite) counts as unknown: 1.5 cm
-  /// and 1 mrad.
+  /// and 0.2 mrad.
   Matrix6d motion_covariance = Matrix6d::Zero();
 };
 

@@ -31,14 +31,17 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
   const double disparity_px = fB / depth_m;
   const double sigmas = std::sqrt(detection.min_mahalanobis);
 
-  const double ego_flow_px = rig.fx_px * kUntoldMotionSigma_m / depth_m;
+  // The noise of the ego-motion adds up from frame to frame.
+  const double turn_m = depth_m * kUntoldMotionSigma_rad;
+  const double ego_m = std::sqrt(kFramesBack) * std::hypot(kUntoldMotionSigma_m, turn_m);
+  const double ego_flow_px = rig.fx_px * ego_m / depth_m;
   const double flow_px = sigmas * std::hypot(detection.flow_sigma_px, ego_flow_px);
   const double across_m = flow_px * depth_m / rig.fx_px;
 
   const double match_px2 = std::max<double>(variance.sigma_floor_px * variance.sigma_floor_px,
                                             kLeastDisparityVariance_px2);
   const double previous_px2 = kPreviousDisparitySigma_px * kPreviousDisparitySigma_px;
-  const double ego_px = disparity_px * kUntoldMotionSigma_m / depth_m;
+  const double ego_px = disparity_px * ego_m / depth_m;
   const double point_px = sigmas * std::sqrt(match_px2 + previous_px2 + ego_px * ego_px);
   const double change_px = std::min(point_px, detection.dense_min_residual_px);
   const double along_m = change_px < disparity_px ? fB / (disparity_px - change_px) - depth_m

@@ -25,7 +25,9 @@ TEST(DetectableSpeed, AcrossTheLineOfSightIsAFewPixels) {
   const MotionDetectionParams params;
   // Noise of the point and of the ego-motion, over two frames.
   const double at_60_m = std::sqrt(params.min_mahalanobis) *
-                         std::hypot(params.flow_sigma_px, kUntoldMotionSigma_m * rig.fx_px / 60);
+                         std::hypot(params.flow_sigma_px, std::sqrt(2) * rig.fx_px *
+                                                              std::hypot(kUntoldMotionSigma_m / 60,
+                                                                         kUntoldMotionSigma_rad));
   EXPECT_NEAR(detectableSpeed(rig, 60, 0.1).across_mps, at_60_m * 60 / rig.fx_px / 0.2, 1e-9);
 }
 

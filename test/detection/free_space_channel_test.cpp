@@ -126,7 +126,7 @@ TEST_F(FreeSpaceChannelTest, AsksForMoreWhereTheMotionIsLessCertain) {
     return objects;
   };
   EXPECT_EQ(found(1e-6), 1u);
-  EXPECT_EQ(found(0.25 * 0.25), 0u);
+  EXPECT_EQ(found(1), 0u);
   EXPECT_EQ(found(kUnseenVariance), 0u);
   EXPECT_EQ(found(0), 1u) << "not told";
 }
