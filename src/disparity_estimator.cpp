@@ -1,11 +1,27 @@
 #include "predictive_stereo/disparity_estimator.h"
 
+#include <sstream>
+#include <stdexcept>
 #include <utility>
 
 namespace predictive_stereo {
 namespace {
 
 constexpr float kHoleTolerancePx = 3.0f;
+
+void requirePartners(const DisparityRange& range, const StereoRig& rig) {
+  const double offset_px = rig.principalOffset();
+  const int columns = rig.size.width;
+  const bool left_of_image = range.min_disparity + offset_px >= columns;
+  const bool right_of_image = range.max_disparity() + offset_px <= -columns;
+  if (offset_px == 0 || !(left_of_image || right_of_image)) return;
+  std::ostringstream text;
+  text << "cx_left - cx_right is " << offset_px << " px: at disparities of " << range.min_disparity
+       << " to " << range.max_disparity()
+       << " px no pixel of the left image is in the right one, which has " << columns
+       << " columns; calibrate both cameras together, or set matcher/range";
+  throw std::invalid_argument(text.str());
+}
 
 }  // namespace
 
@@ -20,8 +36,11 @@ DisparityEstimator::DisparityEstimator(const DisparityParams& params)
 }
 
 void DisparityEstimator::begin(const cv::Mat1b& left, const cv::Mat1b& right,
-                               const StereoRig& rig) {
+                               const StereoRig& calibration, const StereoRig& rig) {
+  requirePartners(params_.matcher.range, calibration);
   rig_ = rig;
+  principal_offset_px_ = calibration.principalOffset();
+  right_shift_px_ = rig.principalOffset() - principal_offset_px_;
   left_ = left;
   right_ = right;
 }
@@ -30,17 +49,17 @@ void DisparityEstimator::matchCoarsely() {
   coarse_times_.clear();
   Stopwatch watch;
 
-  alignRightImage(right_, RowOffsetModel(), rig_.cx_left_px - rig_.cx_right_px, shifted_right_);
+  alignRightImage(right_, RowOffsetModel(), right_shift_px_, shifted_right_);
   const bool align = params_.row_alignment.enabled;
   if (align || params_.search.scheme == SearchScheme::kPredictive) {
-    coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_);
+    coarse_matcher_.match(left_, shifted_right_, coarse_disparity_px_, principal_offset_px_);
     watch.lap("half-resolution match", coarse_times_);
   }
 
   row_alignment_ = RowOffsetModel();
   if (align)
-    row_alignment_ =
-        row_aligner_.estimate(left_, shifted_right_, coarse_disparity_px_, params_.matcher.range);
+    row_alignment_ = row_aligner_.estimate(left_, shifted_right_, coarse_disparity_px_,
+                                           params_.matcher.range, principal_offset_px_);
   alignRightImage(shifted_right_, row_alignment_, 0.0, aligned_right_);
   if (align) watch.lap("row alignment", coarse_times_);
 }
@@ -77,7 +96,7 @@ void DisparityEstimator::match(DisparityOutput& output) {
   match_.ambiguity = output.ambiguity;
   Stopwatch watch;
 
-  matcher_.match(left_, aligned_right_, ranges_, match_);
+  matcher_.match(left_, aligned_right_, ranges_, match_, principal_offset_px_);
   watch.lap("matching", times_);
 
   filterBySupport(range, params_.min_support, match_.disparity_px, output.measured_disparity_px);
@@ -92,7 +111,7 @@ void DisparityEstimator::correct(const DisparityOutput& output, DisparityState& 
   const DisparityRange& range = params_.matcher.range;
   Stopwatch watch;
   predictive_stereo::correct(prediction_, output.measured_disparity_px, range, params_.correction,
-                             filters);
+                             filters, principal_offset_px_);
   std::swap(filters.disparity_px, corrected_disparity_px_);
   filterBySupport(range, params_.min_support, corrected_disparity_px_, filters.disparity_px);
   watch.lap("correction", times_);

@@ -56,7 +56,7 @@ void Pipeline::process(const FrameSources& sources, PipelineOutput& output) {
   }
   DisparityOutput& maps = output.disparity;
   DisparityState* filters = &past_;
-  disparity_->begin(frame_.left, frame_.right, rig_);
+  disparity_->begin(frame_.left, frame_.right, frame_.rig, rig_);
   const auto moveThePast = [&] {
     followCamera(sources, output);
     const std::optional<CameraMotion> motion = motionFromPast(sources, output);

@@ -24,8 +24,10 @@ class CoarseMatcher {
   /// @param disparity_px  output of size (width / 2, height / 2), in pixels of the **full**
   ///   resolution; params.range.invalid() where unknown. Pixel (x, y) covers the full-resolution
   ///   pixels (2x, 2y) to (2x + 1, 2y + 1).
+  /// @param principal_offset_px  of the full resolution, see StereoMatcher.
   /// @throws std::invalid_argument if the images differ in size or are smaller than 2x2 pixels.
-  void match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px);
+  void match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px,
+             double principal_offset_px = 0);
 
  private:
   MatcherParams full_params_;

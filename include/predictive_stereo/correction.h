@@ -41,7 +41,10 @@ struct CorrectionParams {
 /// @param measured_disparity_px  this frame's match; range.invalid() where nothing was measured.
 ///   It must have the size of the prediction; this is not checked.
 /// @param state  output of that size, overwritten.
+/// @param principal_offset_px  see StereoRig::principalOffset: the right camera sees only the
+///   columns of its image.
 void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-             const DisparityRange& range, const CorrectionParams& params, DisparityState& state);
+             const DisparityRange& range, const CorrectionParams& params, DisparityState& state,
+             double principal_offset_px = 0);
 
 }  // namespace predictive_stereo

@@ -56,9 +56,10 @@ struct DisparityParams {
   }
 };
 
-/// The maps of one frame, as published, all of rig.size. Callers may provide the memory: buffers of
-/// the right size and type are written in place. Unknown disparities are DisparityRange::invalid(),
-/// and their variances 0.
+/// The maps of one frame, as published, all of rig.size. Disparities are those of StereoRig,
+/// without the offset of the principal points. Callers may provide the memory: buffers of the right
+/// size and type are written in place. Unknown disparities are DisparityRange::invalid(), and their
+/// variances 0.
 struct DisparityOutput {
   cv::Mat1f disparity_px;  ///< filtered, narrow holes filled, 3x3 median
   cv::Mat1f disparity_variance_px2;
@@ -83,8 +84,14 @@ class DisparityEstimator {
   explicit DisparityEstimator(const DisparityParams& params);
 
   /// Starts a frame.
-  /// @param left, right  rectified 8-bit grey images of rig.size.
-  void begin(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig);
+  /// @param left, right  rectified 8-bit grey images of calibration.size.
+  /// @param calibration  its principal points are those of the images, see StereoMatcher.
+  /// @param rig  of the disparities: the calibration, or with a corrected cx_right. The right image
+  ///   is moved by the correction, see ColumnOffset.
+  /// @throws std::invalid_argument if cx_left - cx_right of the calibration leaves no pixel a
+  ///   disparity to search; the message has both.
+  void begin(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& calibration,
+             const StereoRig& rig);
   /// Half-resolution match and row alignment, which do not depend on the past. Each runs only if
   /// the parameters need it.
   /// @throws std::invalid_argument if the images differ in size or are smaller than 2x2 pixels.
@@ -131,6 +138,8 @@ class DisparityEstimator {
   RegionFilter region_filter_;
 
   StereoRig rig_;
+  double principal_offset_px_ = 0;  // of the calibration
+  double right_shift_px_ = 0;       // of the correction
   cv::Mat1b left_, right_, shifted_right_, aligned_right_;
   cv::Mat1f coarse_disparity_px_;
   RowOffsetModel row_alignment_;

@@ -70,6 +70,13 @@ struct Match {
 };
 
 /// Matches stereo pairs. Keeps its buffers between calls: pairs of equal size allocate nothing.
+///
+/// Disparities are x_left - x_right - principal_offset_px, where principal_offset_px is
+/// StereoRig::principalOffset(). Its whole pixels choose the columns of the right image, its
+/// fraction is subtracted from the result: no image is moved, and the range is that of disparities.
+/// With a fraction the nearest pixel of the range is not searched completely. If the offset leaves
+/// no pixel a partner in the right image, or is not finite, nothing is searched and all disparities
+/// are unknown.
 class StereoMatcher {
  public:
   /// @throws std::invalid_argument if a parameter is outside its limits, range.count is not a
@@ -88,7 +95,8 @@ class StereoMatcher {
   /// @param left, right  rectified 8-bit grey images of one size, also views into larger images.
   /// @param match  output of the images' size; buffers of that size are reused.
   /// @throws std::invalid_argument if the images are empty or differ in size.
-  void match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match);
+  void match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match,
+             double principal_offset_px = 0);
 
   /// Reduced search: only `ranges` (section 2.2). They are cut to `range`, and widened to the
   /// windows that the kernels use, unless params().exact_ranges. Ranges that all cover the whole
@@ -96,7 +104,7 @@ class StereoMatcher {
   /// @param ranges  maps of the images' size.
   /// @throws std::invalid_argument if the images are empty, or images or ranges differ in size.
   void match(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
-             Match& match);
+             Match& match, double principal_offset_px = 0);
 
  private:
   struct Workspace;

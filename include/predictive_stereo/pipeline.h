@@ -125,8 +125,9 @@ class Pipeline {
   SequenceGuard::Result begin(const StereoFrame& frame);
   /// Runs all parts on the frame that begin() took. Buffers of `output` are reused.
   /// @throws std::invalid_argument if the mask that sources.moved returns or a map that the caller
-  ///   set in output.disparity does not have rig.size, or if images to match are smaller than 2x2
-  ///   pixels; and whatever the functions of `sources` throw.
+  ///   set in output.disparity does not have rig.size, if images to match are smaller than 2x2
+  ///   pixels, or for what DisparityEstimator::begin refuses; and whatever the functions of
+  ///   `sources` throw.
   void process(const FrameSources& sources, PipelineOutput& output);
 
   /// begin() and process() in one call.

@@ -112,11 +112,13 @@ class RowAligner {
   /// @param coarse_disparity_px  the half-resolution match of this pair (CoarseMatcher), of size
   ///   (width / 2, height / 2).
   /// @param range  of that match, in pixels of the full resolution.
+  /// @param principal_offset_px  see StereoRig::principalOffset.
   /// @returns identity if not params.enabled, or as RowOffsetFilter::update does.
   /// @throws std::invalid_argument if the images are empty or differ in size, or if
   ///   coarse_disparity_px does not have half their size.
   RowOffsetModel estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                          const cv::Mat1f& coarse_disparity_px, const DisparityRange& range);
+                          const cv::Mat1f& coarse_disparity_px, const DisparityRange& range,
+                          double principal_offset_px = 0);
   /// Forgets the past frames.
   void reset();
 
@@ -133,9 +135,11 @@ class RowAligner {
 };
 
 /// Warps the right image: vertically, so that its rows are those of the left image, and by
-/// `column_shift_px` to the right, so that later stages need not know that the principal points
-/// differ. Linear interpolation to 1/128 px; border pixels are replicated.
+/// `column_shift_px` to the right, which loses as many columns. Linear interpolation to 1/128 px;
+/// border pixels are replicated.
 /// @param alignment  its columns are those after the shift.
+/// @param column_shift_px  for small errors of the calibration; see StereoMatcher for principal
+///   points that differ.
 /// @param aligned  output of the size of `right`. Without any motion it shares the pixels of
 ///   `right`. Otherwise its memory is reused if no other cv::Mat shares it.
 void alignRightImage(const cv::Mat1b& right, const RowOffsetModel& alignment,

@@ -32,6 +32,9 @@ struct StereoRig {
   static StereoRig fromProjections(const Matrix34d& P_left, const Matrix34d& P_right,
                                    cv::Size size);
 
+  /// cx_left - cx_right [px]: x_left - x_right of points at infinity, whose disparity is 0.
+  double principalOffset() const { return cx_left_px - cx_right_px; }
+
   /// fx * baseline [px m]: disparity times depth.
   double disparityTimesDepth() const { return fx_px * baseline_m; }
 

@@ -105,13 +105,14 @@ class OpencvMethod : public DisparityMethod {
     const StereoFrame& frame = input.frame;
     if (cache_.load(input.index, frame.left.size(), disparity_px, output.ms)) return;
     if (aligned_) {
-      aligner_.begin(frame.left, frame.right, frame.rig);
+      aligner_.begin(frame.left, frame.right, frame.rig, frame.rig);
       aligner_.matchCoarsely();
     }
     const cv::Mat1b& right = aligned_ ? aligner_.alignedRight() : frame.right;
     StageTimes times;
     Stopwatch watch;
-    opencvDisparity(frame.left, right, params_.matcher.range, mode_, disparity_px);
+    opencvDisparity(frame.left, right, params_.matcher.range, mode_, disparity_px,
+                    frame.rig.principalOffset());
     watch.lap("OpenCV", times);
     output.ms = sum(times);
     cache_.save(input.index, disparity_px, output.ms);

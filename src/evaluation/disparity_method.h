@@ -36,8 +36,7 @@ class DisparityMethod {
 std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params);
 
 /// OpenCV.
-/// @param aligned  whether rows and principal points of the images are aligned first, as in this
-///   package.
+/// @param aligned  whether the rows of the images are aligned first, as in this package.
 /// @param cache_dir  folder that keeps disparities and times for the next run on the same images;
 ///   empty: none. Its files are named by sequence, mode and frame.
 std::unique_ptr<DisparityMethod> opencvMethod(OpencvMode mode, const DisparityParams& params,

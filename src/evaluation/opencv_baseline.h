@@ -14,7 +14,8 @@ enum class OpencvMode {
 /// OpenCV's semi-global matching with the paper's parameters (P1 26, P2 470, block 3; OpenCV's
 /// defaults for all others).
 /// @param disparity_px  range.invalid() where OpenCV finds nothing.
+/// @param principal_offset_px  is subtracted, as in this package; see StereoRig::principalOffset.
 void opencvDisparity(const cv::Mat1b& left, const cv::Mat1b& right, const DisparityRange& range,
-                     OpencvMode mode, cv::Mat1f& disparity_px);
+                     OpencvMode mode, cv::Mat1f& disparity_px, double principal_offset_px = 0);
 
 }  // namespace predictive_stereo

@@ -8,7 +8,8 @@
 namespace predictive_stereo {
 
 void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-             const DisparityRange& range, const CorrectionParams& params, DisparityState& state) {
+             const DisparityRange& range, const CorrectionParams& params, DisparityState& state,
+             double principal_offset_px) {
   const cv::Size size = measured_disparity_px.size();
   state.disparity_px.create(size);
   state.variance_px2.create(size);
@@ -21,6 +22,7 @@ void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_p
                                       : std::numeric_limits<float>::infinity();
   limits.max_missed_frames = params.max_missed_frames;
   limits.moving = kMovesByItself;
+  limits.principal_offset_px = static_cast<float>(principal_offset_px);
   parallelFor(cv::Range(0, size.height), [&](const cv::Range& part) {
     cv::AutoBuffer<float, 4096> nearest(static_cast<size_t>(size.width + kBesideNearest));
     for (int y = part.start; y < part.end; ++y) {

@@ -72,8 +72,10 @@ void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& lim
 
 // Right image columns of the pixels from x on with these disparities.
 template <class D>
-HWY_INLINE hn::Vec<hn::RebindToSigned<D>> rightColumns(D d, int x, hn::Vec<D> disparity) {
-  const auto position = hn::Sub(hn::Iota(d, static_cast<float>(x)), disparity);
+HWY_INLINE hn::Vec<hn::RebindToSigned<D>> rightColumns(D d, int x, float principal_offset_px,
+                                                       hn::Vec<D> disparity) {
+  const float at_infinity = static_cast<float>(x) - principal_offset_px;
+  const auto position = hn::Sub(hn::Iota(d, at_infinity), disparity);
   return hn::ConvertTo(hn::RebindToSigned<D>(), hn::Add(position, hn::Set(d, 0.5f)));
 }
 
@@ -81,16 +83,16 @@ HWY_INLINE hn::Vec<hn::RebindToSigned<D>> rightColumns(D d, int x, hn::Vec<D> di
 // returns the first pixel that is left over. Of two pixels in one right column, the one with the
 // larger x is nearer and overwrites the other.
 template <class D>
-HWY_INLINE int rightView(D d, const float* measured, int width, float smallest_valid, int x,
-                         float* nearest) {
+HWY_INLINE int rightView(D d, const float* measured, int width, const CorrectionLimits& limits,
+                         int x, float* nearest) {
   const hn::RebindToSigned<D> di;
-  const auto smallest = hn::Set(d, smallest_valid);
+  const auto smallest = hn::Set(d, limits.smallest_valid);
   const auto outside = hn::Set(di, width);
   const int lanes = static_cast<int>(hn::Lanes(d));
   HWY_ALIGN int32_t columns[hn::MaxLanes(D())];
   for (; x + lanes <= width; x += lanes) {
     const auto disparity = hn::LoadU(d, measured + x);
-    const auto column = rightColumns(d, x, disparity);
+    const auto column = rightColumns(d, x, limits.principal_offset_px, disparity);
     const auto in_row = hn::And(hn::Gt(column, hn::Set(di, -1)), hn::Lt(column, outside));
     const auto valid = hn::RebindMask(di, hn::Ge(disparity, smallest));
     hn::Store(hn::IfThenElse(hn::And(valid, in_row), column, outside), di, columns);
@@ -112,10 +114,10 @@ HWY_INLINE int largestOfThree(D d, int width, int x, float* nearest) {
 
 // @param nearest  largest disparity in each right column and its two neighbours.
 template <class D>
-HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width, float smallest_valid,
-                                 float invalid, int x, const float* nearest) {
+HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width,
+                                 const CorrectionLimits& limits, int x, const float* nearest) {
   const hn::RebindToSigned<D> di;
-  const auto smallest = hn::Set(d, smallest_valid), step = hn::Set(d, kRefutingStep_px);
+  const auto smallest = hn::Set(d, limits.smallest_valid), step = hn::Set(d, kRefutingStep_px);
   const auto one = hn::Set(di, 1), last = hn::Set(di, width - 1);
   const int lanes = static_cast<int>(hn::Lanes(d));
   HWY_ALIGN int32_t is_refuted[hn::MaxLanes(D())];
@@ -124,7 +126,7 @@ HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width, float
     const auto unmeasured = hn::Lt(hn::LoadU(d, row.measured_px + x), smallest);
     const auto unfounded = hn::And(unmeasured, hn::Ge(kept, smallest));
     if (hn::AllFalse(d, unfounded)) continue;
-    const auto column = rightColumns(d, x, kept);
+    const auto column = rightColumns(d, x, limits.principal_offset_px, kept);
     const auto in_row = hn::And(hn::Gt(column, hn::Zero(di)), hn::Lt(column, last));
     const auto doubted = hn::And(unfounded, hn::RebindMask(d, in_row));
     const auto at = hn::IfThenElseZero(hn::RebindMask(di, doubted), hn::Sub(column, one));
@@ -133,7 +135,7 @@ HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width, float
     const auto refuted = hn::And(doubted, farther);
     if (hn::AllFalse(d, refuted)) continue;
     const auto variance = hn::LoadU(d, row.variance_px2 + x);
-    hn::StoreU(hn::IfThenElse(refuted, hn::Set(d, invalid), kept), d, row.disparity_px + x);
+    hn::StoreU(hn::IfThenElse(refuted, hn::Set(d, limits.invalid), kept), d, row.disparity_px + x);
     hn::StoreU(hn::IfThenZeroElse(refuted, variance), d, row.variance_px2 + x);
     hn::Store(hn::VecFromMask(di, hn::RebindMask(di, refuted)), di, is_refuted);
     for (int i = 0; i < lanes; ++i)
@@ -146,14 +148,13 @@ void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& li
                  float* nearest) {
   const hn::ScalableTag<float> vectors;
   const hn::FixedTag<float, 1> pixels;
-  const float smallest = limits.smallest_valid, invalid = limits.invalid;
-  std::fill_n(nearest, width + kBesideNearest, invalid);
-  int x = rightView(vectors, row.measured_px, width, smallest, 0, nearest);
-  rightView(pixels, row.measured_px, width, smallest, x, nearest);
+  std::fill_n(nearest, width + kBesideNearest, limits.invalid);
+  int x = rightView(vectors, row.measured_px, width, limits, 0, nearest);
+  rightView(pixels, row.measured_px, width, limits, x, nearest);
   x = largestOfThree(vectors, width, 0, nearest);
   largestOfThree(pixels, width, x, nearest);
-  x = dropRefutedPixels(vectors, row, width, smallest, invalid, 0, nearest);
-  dropRefutedPixels(pixels, row, width, smallest, invalid, x, nearest);
+  x = dropRefutedPixels(vectors, row, width, limits, 0, nearest);
+  dropRefutedPixels(pixels, row, width, limits, x, nearest);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -20,6 +20,7 @@ struct CorrectionLimits {
   float gate;   ///< squared, in standard deviations
   int max_missed_frames;
   uint8_t moving;  ///< see kMovesByItself
+  float principal_offset_px;
 };
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits);
 

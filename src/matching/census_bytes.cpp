@@ -65,15 +65,15 @@ HWY_EXPORT(SplitReversed);
 
 int censusBytes(CensusForm form) { return form == CensusForm::kCentreSymmetric9x7 ? 4 : 3; }
 
-void CensusBytes::build(const cv::Mat1i& right_words, const DisparityRange& range) {
+void CensusBytes::build(const cv::Mat1i& right_words, const DisparityRange& shifts) {
   constexpr int kLargestVector = 64;
   const auto split = PREDICTIVE_STEREO_DISPATCH(SplitReversed, simd_target_);
   const int width = right_words.cols;
-  // The last image column is entry -min_disparity.
-  const int before = std::max(-range.min_disparity, 0);
-  const int behind = std::max(range.max_disparity(), 0) + kLargestVector;
+  // The last image column is entry -shifts.min_disparity.
+  const int before = std::max(-shifts.min_disparity, 0);
+  const int behind = std::max(shifts.max_disparity(), 0) + kLargestVector;
   plane_stride_ = before + width + behind;
-  row_offset_ = before + range.min_disparity;
+  row_offset_ = before + shifts.min_disparity;
   planes_.create(right_words.rows, static_cast<int>(plane_stride_) * bytes_);
   parallelFor(cv::Range(0, right_words.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {

@@ -18,10 +18,11 @@ class CensusBytes {
   CensusBytes(CensusForm form, int64_t simd_target)
       : bytes_(censusBytes(form)), simd_target_(simd_target) {}
 
-  void build(const cv::Mat1i& right_words, const DisparityRange& range);
+  /// @param shifts  of columns, see PrincipalOffset.
+  void build(const cv::Mat1i& right_words, const DisparityRange& shifts);
 
   /// Byte 0 of the words of row y. For a left pixel x, entry width - 1 - x + i is its right partner
-  /// at disparity index i; columns outside the image repeat its border. One vector may be read
+  /// at index i of the shifts; columns outside the image repeat its border. One vector may be read
   /// behind the last entry.
   const uint8_t* row(int y) const { return planes_[y] + row_offset_; }
   /// Distance between the planes of two successive bytes.

@@ -107,10 +107,10 @@ void CensusPlanes::buildLeft(const cv::Mat1i& words) {
   });
 }
 
-void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& range, int phases) {
+void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& shifts, int phases) {
   const auto split = PREDICTIVE_STEREO_DISPATCH(SplitIntoIndices, simd_target_);
   const int width = words.cols;
-  const int entries = width - 1 + range.count;
+  const int entries = width - 1 + shifts.count;
   const int per_phase = (entries + phases - 1) / phases;
   const size_t phase_stride = paddedStride(per_phase);
   plane_stride_ = phase_stride * phases;
@@ -123,7 +123,7 @@ void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& rang
     for (int y = rows.start; y < rows.end; ++y) {
       const int* const source = words[y];
       for (int phase = 0; phase < phases; ++phase)
-        orderPhase(source, width, width - 1 - range.min_disparity - phase, phases, per_phase,
+        orderPhase(source, width, width - 1 - shifts.min_disparity - phase, phases, per_phase,
                    ordered_[y] + phase * phase_stride);
       split(ordered_[y], static_cast<int>(plane_stride_) - 64, nibbles_, plane_stride_, planes_[y]);
     }

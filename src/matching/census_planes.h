@@ -24,9 +24,9 @@ class CensusPlanes {
   void buildLeft(const cv::Mat1i& words);
 
   /// Of the right image, in the order of entries: for a left pixel x, entry width - 1 - x + i is
-  /// its right partner at disparity index i. Columns outside the image repeat the border. Entries
-  /// are interleaved: entries e and e + phases are neighbours in memory.
-  void buildRight(const cv::Mat1i& words, const DisparityRange& range, int phases);
+  /// its right partner at index i of `shifts` (PrincipalOffset). Columns outside the image repeat
+  /// the border. Entries are interleaved: entries e and e + phases are neighbours in memory.
+  void buildRight(const cv::Mat1i& words, const DisparityRange& shifts, int phases);
 
   const uint8_t* row(int y) const { return planes_[y]; }
   size_t plane_stride() const { return plane_stride_; }

@@ -31,7 +31,8 @@ MatcherParams halved(MatcherParams params) {
 CoarseMatcher::CoarseMatcher(const MatcherParams& params, int min_region_px)
     : full_params_(params), min_region_px_(min_region_px), matcher_(halved(params)) {}
 
-void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px) {
+void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat1f& disparity_px,
+                          double principal_offset_px) {
   if (left.cols < 2 || left.rows < 2) {
     std::ostringstream text;
     text << "the left image is " << left.cols << "x" << left.rows
@@ -47,7 +48,7 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
   const int64_t simd_target = simdTargetBit(matcher_.simdTarget());
   halveImage(left, simd_target, left_half_);
   halveImage(right, simd_target, right_half_);
-  matcher_.match(left_half_, right_half_, match_);
+  matcher_.match(left_half_, right_half_, match_, principal_offset_px / 2);
   constexpr int kPixelsOfHalf = 4;
   region_filter_.filter(matcher_.params().range, min_region_px_ / kPixelsOfHalf,
                         match_.disparity_px);

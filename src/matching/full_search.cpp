@@ -22,18 +22,20 @@ FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
 }
 
 void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
-                       const JumpFloors& floors, AlignedBuffer& volume, Match& match) {
+                       const PrincipalOffset& offset, const JumpFloors& floors,
+                       AlignedBuffer& volume, Match& match) {
   const int width = left_words.cols, height = left_words.rows;
   const size_t row_bytes = static_cast<size_t>(width) * layout_.size();
   left_planes_.buildLeft(left_words);
-  right_planes_.buildRight(right_words, {params_.range.min_disparity, layout_.size()},
+  right_planes_.buildRight(right_words,
+                           {offset.columnShifts(params_.range).min_disparity, layout_.size()},
                            layout_.vectors);
   uint8_t* const all_sums = volume.reserve(row_bytes * height);
   start(downward_, width);
   start(upward_, width);
 
   const int strips = params_.paths == PathSet::kStraight4 ? stripsOfSearch() : 0;
-  if (strips > 0) return matchByStrips(floors, strips, all_sums, match);
+  if (strips > 0) return matchByStrips(offset, floors, strips, all_sums, match);
   visitRowsTwice(height, height / 2, [&](const RowVisit& visit) {
     row_works_.withWork([&](RowWork& work) {
       uint8_t* const sums = all_sums + visit.y * row_bytes;
@@ -41,13 +43,13 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
       fullSearchRow(simd_target_)(rowOf(visit, RowPart::kWhole, floors, width,
                                         visit.is_first ? nullptr : sums,
                                         visit.is_first ? sums : row_sums));
-      if (!visit.is_first) chooseWinners(visit.y, row_sums, work.winners, match);
+      if (!visit.is_first) chooseWinners(offset, visit.y, row_sums, work.winners, match);
     });
   });
 }
 
-void FullSearch::matchByStrips(const JumpFloors& floors, int strips, uint8_t* all_sums,
-                               Match& match) {
+void FullSearch::matchByStrips(const PrincipalOffset& offset, const JumpFloors& floors, int strips,
+                               uint8_t* all_sums, Match& match) {
   const int width = match.disparity_px.cols, height = match.disparity_px.rows;
   const size_t row_bytes = static_cast<size_t>(width) * layout_.size();
   uint8_t* const chunk_costs = chunk_costs_.reserve(row_bytes * kChunkSlots);
@@ -68,17 +70,19 @@ void FullSearch::matchByStrips(const JumpFloors& floors, int strips, uint8_t* al
   };
   const auto finish = [&](const RowVisit& visit) {
     const uint8_t* const sums = all_sums + visit.y * row_bytes;
-    row_works_.withWork([&](RowWork& work) { chooseWinners(visit.y, sums, work.winners, match); });
+    row_works_.withWork(
+        [&](RowWork& work) { chooseWinners(offset, visit.y, sums, work.winners, match); });
   };
   visitRowsByStrips(height, height / 2, strips, across, down, finish);
 }
 
-void FullSearch::chooseWinners(int y, const uint8_t* sums, RowWinners& winners,
-                               Match& match) const {
+void FullSearch::chooseWinners(const PrincipalOffset& offset, int y, const uint8_t* sums,
+                               RowWinners& winners, Match& match) const {
   const int width = match.disparity_px.cols;
-  winners.resize(width, params_.range);
-  stripedWinners(simd_target_)({width, params_.range, layout_, sums}, winners);
-  describeRow(winners, params_, simd_target_, y, nullptr, nullptr, match);
+  const DisparityRange shifts = offset.columnShifts(params_.range);
+  winners.resize(width, shifts);
+  stripedWinners(simd_target_)({width, shifts, layout_, sums}, winners);
+  describeRow(winners, params_, offset, simd_target_, y, nullptr, nullptr, match);
 }
 
 void FullSearch::start(Pass& pass, int width) const {

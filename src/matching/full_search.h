@@ -8,6 +8,7 @@
 #include "matching/cost_tables.h"
 #include "matching/full_kernel.h"
 #include "matching/jump_floors.h"
+#include "matching/principal_offset.h"
 #include "matching/row_visits.h"
 #include "matching/row_winners.h"
 #include "parallel/work_pool.h"
@@ -24,8 +25,9 @@ class FullSearch {
 
   /// Fills every member of `match` except search_width; all must have the images' size.
   /// @param volume  memory for the sums of all disparities; may be shared with other searches.
-  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, const JumpFloors& floors,
-             AlignedBuffer& volume, Match& match);
+  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
+             const PrincipalOffset& offset, const JumpFloors& floors, AlignedBuffer& volume,
+             Match& match);
 
  private:
   struct Pass {
@@ -38,11 +40,13 @@ class FullSearch {
     RowWinners winners;
   };
 
-  void matchByStrips(const JumpFloors& floors, int strips, uint8_t* sums, Match& match);
+  void matchByStrips(const PrincipalOffset& offset, const JumpFloors& floors, int strips,
+                     uint8_t* sums, Match& match);
   void start(Pass& pass, int width) const;
   FullSearchRow rowOf(const RowVisit& visit, RowPart part, const JumpFloors& floors, int width,
                       const uint8_t* sums_before, uint8_t* sums) const;
-  void chooseWinners(int y, const uint8_t* sums, RowWinners& winners, Match& match) const;
+  void chooseWinners(const PrincipalOffset& offset, int y, const uint8_t* sums, RowWinners& winners,
+                     Match& match) const;
 
   const MatcherParams params_;
   const int64_t simd_target_;

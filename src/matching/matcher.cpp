@@ -8,6 +8,7 @@
 #include "matching/full_search.h"
 #include "matching/jump_floors.h"
 #include "matching/matcher_limits.h"
+#include "matching/principal_offset.h"
 #include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
@@ -44,37 +45,46 @@ struct StereoMatcher::Workspace {
     match.search_width.create(size);
   }
 
-  void matchFully(const cv::Mat1b& left, const cv::Mat1b& right, Match& match) {
+  void matchNothing(cv::Size size, Match& match) const {
+    prepare(size, match);
+    match.disparity_px.setTo(params.range.invalid());
+    match.ambiguity.setTo(255);
+    match.search_width.setTo(0);
+  }
+
+  void matchFully(const cv::Mat1b& left, const cv::Mat1b& right, const PrincipalOffset& offset,
+                  Match& match) {
     prepare(left.size(), match);
     if (target_bit == kScalarTarget) {
       planFullSearch(params.range, left.size(), windows);
-      matchReference(left, right, params, windows, match);
+      matchReference(left, right, params, offset, windows, match);
     } else {
       census.transform(left, left_words);
       census.transform(right, right_words);
       floors.build(left, params);
-      full_search.match(left_words, right_words, floors, volume, match);
+      full_search.match(left_words, right_words, offset, floors, volume, match);
     }
     for (int y = 0; y < left.rows; ++y)  // cv::Mat::setTo would allocate
       std::fill_n(match.search_width[y], left.cols, static_cast<uint16_t>(params.range.count));
   }
 
-  void matchReduced(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
-                    Match& match) {
+  void matchReduced(const cv::Mat1b& left, const cv::Mat1b& right, const PrincipalOffset& offset,
+                    const SearchRanges& ranges, Match& match) {
     prepare(left.size(), match);
+    const bool between = offset.fraction_px > 0;
     windows.width = match.search_width;
     if (params.exact_ranges)
-      planExactWindows(ranges, params.range, left.size(), windows);
+      planExactWindows(ranges, params.range, between, left.size(), windows);
     else
-      planSearchWindows(ranges, params.range, left.size(), target_bit, windows);
-    if (isFullSearch(windows, params.range)) return matchFully(left, right, match);
+      planSearchWindows(ranges, params.range, between, left.size(), target_bit, windows);
+    if (isFullSearch(windows, params.range)) return matchFully(left, right, offset, match);
     if (params.exact_ranges || target_bit == kScalarTarget) {
-      matchReference(left, right, params, windows, match);
+      matchReference(left, right, params, offset, windows, match);
     } else {
       census.transform(left, left_words);
       census.transform(right, right_words);
       floors.build(left, params);
-      reduced_search.match(left_words, right_words, floors, windows, volume, match);
+      reduced_search.match(left_words, right_words, offset, floors, windows, volume, match);
     }
   }
 
@@ -102,15 +112,20 @@ const MatcherParams& StereoMatcher::params() const { return workspace_->params; 
 
 const std::string& StereoMatcher::simdTarget() const { return workspace_->simd_target; }
 
-void StereoMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match) {
+void StereoMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match,
+                          double principal_offset_px) {
   requireEqualSizes(left, right);
-  workspace_->matchFully(left, right, match);
+  if (!leavesPartners(params().range, principal_offset_px, left.cols))
+    return workspace_->matchNothing(left.size(), match);
+  workspace_->matchFully(left, right, PrincipalOffset(principal_offset_px), match);
 }
 
 void StereoMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
-                          Match& match) {
+                          Match& match, double principal_offset_px) {
   requireEqualSizes(left, right);
-  workspace_->matchReduced(left, right, ranges, match);
+  if (!leavesPartners(params().range, principal_offset_px, left.cols))
+    return workspace_->matchNothing(left.size(), match);
+  workspace_->matchReduced(left, right, PrincipalOffset(principal_offset_px), ranges, match);
 }
 
 }  // namespace predictive_stereo

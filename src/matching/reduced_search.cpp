@@ -23,10 +23,10 @@ ReducedSearch::ReducedSearch(const MatcherParams& params, int64_t simd_target)
     : params_(params), simd_target_(simd_target), right_bytes_(params.census, simd_target) {}
 
 void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
-                          const JumpFloors& floors, const SearchWindows& windows,
-                          AlignedBuffer& volume, Match& match) {
+                          const PrincipalOffset& offset, const JumpFloors& floors,
+                          const SearchWindows& windows, AlignedBuffer& volume, Match& match) {
   const int columns = left_words.cols;
-  right_bytes_.build(right_words, params_.range);
+  right_bytes_.build(right_words, offset.columnShifts(params_.range));
   // Room for the widest windows, so that later frames with wider windows need not allocate. Pages
   // that are never touched cost nothing.
   const size_t most = windows.runs.size() * kWindowRun * params_.range.count;
@@ -34,7 +34,8 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
   costs_.reserve(most);
 
   const int strips = params_.paths == PathSet::kStraight4 ? stripsOfSearch() : 0;
-  if (strips > 0) return matchByStrips(left_words, floors, windows, strips, all_sums, match);
+  if (strips > 0)
+    return matchByStrips(left_words, offset, floors, windows, strips, all_sums, match);
   reserve(paths_, 2, columns);
   visitRowsTwice(left_words.rows, rowInTheMiddle(windows), [&](const RowVisit& visit) {
     row_works_.withWork([&](RowWork& work) {
@@ -45,14 +46,14 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
                              visit.is_first ? nullptr : sums, visit.is_first ? sums : row_sums};
       reducedSearchRow(simd_target_)(
           rowOf(visit, RowPart::kWhole, left_words, floors, windows, memory));
-      if (!visit.is_first) chooseWinners(windows, visit.y, row_sums, work, match);
+      if (!visit.is_first) chooseWinners(offset, windows, visit.y, row_sums, work, match);
     });
   });
 }
 
-void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const JumpFloors& floors,
-                                  const SearchWindows& windows, int strips, uint8_t* all_sums,
-                                  Match& match) {
+void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const PrincipalOffset& offset,
+                                  const JumpFloors& floors, const SearchWindows& windows,
+                                  int strips, uint8_t* all_sums, Match& match) {
   const int columns = left_words.cols;
   reserve(paths_, 2 * strips, columns);
   const auto across = [&](const RowVisit& visit) {
@@ -75,7 +76,7 @@ void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const JumpFloors&
   const auto finish = [&](const RowVisit& visit) {
     row_works_.withWork([&](RowWork& work) {
       reserve(work, columns);
-      chooseWinners(windows, visit.y, all_sums + windows.row_begins[visit.y], work, match);
+      chooseWinners(offset, windows, visit.y, all_sums + windows.row_begins[visit.y], work, match);
     });
   };
   visitRowsByStrips(left_words.rows, rowInTheMiddle(windows), strips, across, down, finish);
@@ -94,7 +95,6 @@ void ReducedSearch::reserve(RowWork& work, int columns) const {
   work.half_sums.reserve(bytes);
   work.row_sums.reserve(kRowSumsMargin + bytes + kRowSumsMargin);
   work.scratch.resize(columns, params_.range);
-  work.winners.resize(columns, params_.range);
 }
 
 ReducedSearchRow ReducedSearch::rowOf(const RowVisit& visit, RowPart part,
@@ -129,17 +129,19 @@ ReducedSearchRow ReducedSearch::rowOf(const RowVisit& visit, RowPart part,
   return row;
 }
 
-void ReducedSearch::chooseWinners(const SearchWindows& windows, int y, const uint8_t* row_sums,
-                                  RowWork& work, Match& match) const {
+void ReducedSearch::chooseWinners(const PrincipalOffset& offset, const SearchWindows& windows,
+                                  int y, const uint8_t* row_sums, RowWork& work,
+                                  Match& match) const {
   WindowSums sums;
   sums.columns = windows.width.cols;
-  sums.range = params_.range;
+  sums.shifts = offset.columnShifts(params_.range);
   sums.windows = windows.row(y);
   sums.width = windows.width[y];
   sums.sums = row_sums;
+  work.winners.resize(windows.width.cols, sums.shifts);
   windowWinners(simd_target_)(sums, work.scratch, work.winners);
-  describeRow(work.winners, params_, simd_target_, y, work.winners.first.data(), windows.width[y],
-              match);
+  describeRow(work.winners, params_, offset, simd_target_, y, work.winners.first.data(),
+              windows.width[y], match);
 }
 
 }  // namespace predictive_stereo

@@ -7,6 +7,7 @@
 #include "matching/aligned_buffer.h"
 #include "matching/census_bytes.h"
 #include "matching/jump_floors.h"
+#include "matching/principal_offset.h"
 #include "matching/reduced_kernel.h"
 #include "matching/row_winners.h"
 #include "matching/search_windows.h"
@@ -22,8 +23,9 @@ class ReducedSearch {
 
   /// Fills every member of `match` except search_width; all must have the images' size.
   /// @param volume  memory for the sums of all windows; may be shared with other searches.
-  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words, const JumpFloors& floors,
-             const SearchWindows& windows, AlignedBuffer& volume, Match& match);
+  void match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
+             const PrincipalOffset& offset, const JumpFloors& floors, const SearchWindows& windows,
+             AlignedBuffer& volume, Match& match);
 
  private:
   /// Goodness of the three paths that come from the previous row, before and after a row.
@@ -48,15 +50,16 @@ class ReducedSearch {
     uint8_t* sums;
   };
 
-  void matchByStrips(const cv::Mat1i& left_words, const JumpFloors& floors,
-                     const SearchWindows& windows, int strips, uint8_t* sums, Match& match);
+  void matchByStrips(const cv::Mat1i& left_words, const PrincipalOffset& offset,
+                     const JumpFloors& floors, const SearchWindows& windows, int strips,
+                     uint8_t* sums, Match& match);
   ReducedSearchRow rowOf(const RowVisit& visit, RowPart part, const cv::Mat1i& left_words,
                          const JumpFloors& floors, const SearchWindows& windows,
                          const RowMemory& memory) const;
   void reserve(std::vector<PathRows>& paths, size_t count, int columns) const;
   void reserve(RowWork& work, int columns) const;
-  void chooseWinners(const SearchWindows& windows, int y, const uint8_t* sums, RowWork& work,
-                     Match& match) const;
+  void chooseWinners(const PrincipalOffset& offset, const SearchWindows& windows, int y,
+                     const uint8_t* sums, RowWork& work, Match& match) const;
 
   const MatcherParams params_;
   const int64_t simd_target_;

@@ -30,8 +30,10 @@ struct Winner {
 class ReferenceSgm {
  public:
   ReferenceSgm(const cv::Mat1b& left, const cv::Mat1b& right, const MatcherParams& params,
-               const SearchWindows& windows)
+               const PrincipalOffset& offset, const SearchWindows& windows)
       : params_(params),
+        fraction_px_(offset.fraction_px),
+        first_shift_(offset.columnShifts(params.range).min_disparity),
         windows_(windows),
         size_(left.size()),
         count_(params.range.count),
@@ -65,7 +67,7 @@ class ReferenceSgm {
  private:
   /// Hamming distance; columns outside the right image repeat its border.
   int cost(int x, int y, int index) const {
-    const int right_x = std::clamp(x - params_.range.min_disparity - index, 0, size_.width - 1);
+    const int right_x = std::clamp(x - first_shift_ - index, 0, size_.width - 1);
     return static_cast<int>(
         std::bitset<32>(left_census_(y, x) ^ right_census_(y, right_x)).count());
   }
@@ -137,7 +139,7 @@ class ReferenceSgm {
       const uint8_t* sums = sumsOf(x, y);
       const int first = windowOf(x, y).first, end = first + windows_.width(y, x);
       for (int index = first; index < end; ++index) {
-        const int right_x = x - params_.range.min_disparity - index;
+        const int right_x = x - first_shift_ - index;
         if (right_x < 0 || right_x >= size_.width || sums[index] >= lowest[right_x]) continue;
         lowest[right_x] = sums[index];
         indices[right_x] = index;
@@ -172,15 +174,15 @@ class ReferenceSgm {
     const Winner winner = findWinner(x, y);
     match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
 
-    const int disparity = params_.range.min_disparity + winner.index;
     if (params_.left_right_tolerance_px >= 0) {
-      const int right_x = x - disparity;
+      const int right_x = x - first_shift_ - winner.index;
       if (right_x < 0 || right_x >= size_.width) return;
       if (std::abs(right_indices[right_x] - winner.index) > params_.left_right_tolerance_px) return;
     }
-    match.disparity_px(y, x) = static_cast<float>(disparity);
-    if (winner.inside)
-      match.disparity_px(y, x) += subpixelOffset(winner.below, winner.cost, winner.above);
+    const int lowest_px = params_.range.min_disparity;
+    auto disparity_px = static_cast<float>(lowest_px + winner.index);
+    if (winner.inside) disparity_px += subpixelOffset(winner.below, winner.cost, winner.above);
+    match.disparity_px(y, x) = withoutFraction(disparity_px, fraction_px_, lowest_px);
   }
 
   const WindowRun& windowOf(int x, int y) const { return windows_.row(y)[x / windows_.run_length]; }
@@ -194,6 +196,8 @@ class ReferenceSgm {
   const uint8_t* sumsOf(int x, int y) const { return &sums_[offsetOf(x, y)]; }
 
   const MatcherParams& params_;
+  const float fraction_px_;
+  const int first_shift_;  ///< x_left - x_right at index 0
   const SearchWindows& windows_;
   const cv::Size size_;
   const int count_;
@@ -207,10 +211,10 @@ class ReferenceSgm {
 }  // namespace
 
 void matchReference(const cv::Mat1b& left, const cv::Mat1b& right, const MatcherParams& params,
-                    const SearchWindows& windows, Match& match) {
+                    const PrincipalOffset& offset, const SearchWindows& windows, Match& match) {
   match.disparity_px.create(left.size());
   match.ambiguity.create(left.size());
-  ReferenceSgm sgm(left, right, params, windows);
+  ReferenceSgm sgm(left, right, params, offset, windows);
   sgm.aggregate();
   sgm.chooseWinners(match);
 }

@@ -3,6 +3,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "matching/principal_offset.h"
 #include "matching/search_windows.h"
 #include "predictive_stereo/matcher.h"
 
@@ -10,6 +11,6 @@ namespace predictive_stereo {
 
 /// Fills every member of `match` except search_width.
 void matchReference(const cv::Mat1b& left, const cv::Mat1b& right, const MatcherParams& params,
-                    const SearchWindows& windows, Match& match);
+                    const PrincipalOffset& offset, const SearchWindows& windows, Match& match);
 
 }  // namespace predictive_stereo

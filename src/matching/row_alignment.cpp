@@ -176,7 +176,7 @@ void RowAligner::reset() { filter_.reset(); }
 
 RowOffsetModel RowAligner::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
                                     const cv::Mat1f& coarse_disparity_px,
-                                    const DisparityRange& range) {
+                                    const DisparityRange& range, double principal_offset_px) {
   requireSizes(left.size(), right.size(), coarse_disparity_px.size());
   if (!params_.enabled) return RowOffsetModel();
 
@@ -188,11 +188,12 @@ RowOffsetModel RowAligner::estimate(const cv::Mat1b& left, const cv::Mat1b& righ
         const cv::Point centre(column * kCellPx + kCellPx / 2, row * kCellPx + kCellPx / 2);
         const float disparity_px = coarse_disparity_px(centre / 2);
         Tried& tried = tried_[static_cast<size_t>(row * cells.width + column)];
-        tried.sample.x_right_px = centre.x - disparity_px;
+        tried.sample.x_right_px = centre.x - disparity_px - principal_offset_px;
         tried.sample.y_px = centre.y;
         tried.valid =
             range.isValid(disparity_px) &&
-            measureRowOffset(left, right, centre, cvRound(disparity_px), tried.sample.offset_px);
+            measureRowOffset(left, right, centre, cvRound(disparity_px + principal_offset_px),
+                             tried.sample.offset_px);
       }
   });
   samples_.clear();

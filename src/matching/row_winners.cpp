@@ -19,6 +19,7 @@ struct RowDescription {
   const uint8_t *index, *cost, *below, *above, *runner_up, *agrees;
   const uint8_t* first;   ///< nullptr: windows are the whole range
   const uint16_t* width;  ///< nullptr: windows are the whole range
+  float fraction_px;      ///< see PrincipalOffset
   float* disparity_px;
   uint8_t* ambiguity;
 };
@@ -46,6 +47,8 @@ HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRa
     return hn::PromoteTo(di, hn::LoadU(d8, values + x));
   };
   const auto zero = hn::Zero(di), one = hn::Set(di, 1), white = hn::Set(di, 255);
+  const auto fraction = hn::Set(df, row.fraction_px);
+  const auto lowest = hn::Set(df, static_cast<float>(range.min_disparity));
   const int lanes = static_cast<int>(hn::Lanes(df));
   for (; x + lanes <= columns; x += lanes) {
     const auto index = load(row.index), cost = load(row.cost);
@@ -60,9 +63,9 @@ HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRa
     const auto steeper = hn::Sub(hn::Max(below, above), cost);
     const auto offset = hn::Div(hn::ConvertTo(df, hn::Sub(below, above)),
                                 hn::ConvertTo(df, hn::Max(hn::Add(steeper, steeper), one)));
-    const auto disparity =
-        hn::Add(hn::ConvertTo(df, hn::Add(index, hn::Set(di, range.min_disparity))),
-                hn::IfThenElseZero(hn::RebindMask(df, inside), offset));
+    const auto winner = hn::Add(hn::ConvertTo(df, hn::Add(index, hn::Set(di, range.min_disparity))),
+                                hn::IfThenElseZero(hn::RebindMask(df, inside), offset));
+    const auto disparity = hn::Max(hn::Sub(winner, fraction), lowest);
     const auto valid = hn::And(searched, hn::Gt(load(row.agrees), zero));
     hn::StoreU(hn::IfThenElse(hn::RebindMask(df, valid), disparity, hn::Set(df, range.invalid())),
                df, row.disparity_px + x);
@@ -94,20 +97,22 @@ namespace predictive_stereo {
 
 HWY_EXPORT(DescribePixels);
 
-void RowWinners::resize(int width, const DisparityRange& range) {
+void RowWinners::resize(int width, const DisparityRange& shifts) {
   for (auto* values : {&index, &cost, &below, &above, &runner_up, &first, &agrees})
     values->resize(width + kPadding);
-  // Left columns 0 ... width - 1 match right columns -max_disparity ... width - 1 - min_disparity.
-  right_margin_ = std::max(range.max_disparity(), 0);
-  right_index_.assign(right_margin_ + width + std::max(-range.min_disparity, 0), kNoIndex);
+  // Left columns 0 ... width - 1 match right columns -largest shift ... width - 1 - smallest shift.
+  right_margin_ = std::max(shifts.max_disparity(), 0);
+  right_index_.assign(right_margin_ + width + std::max(-shifts.min_disparity, 0), kNoIndex);
 }
 
-void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_target, int y,
-                 const uint8_t* first, const uint16_t* width, Match& match) {
+void describeRow(RowWinners& winners, const MatcherParams& params, const PrincipalOffset& offset,
+                 int64_t simd_target, int y, const uint8_t* first, const uint16_t* width,
+                 Match& match) {
   const int columns = match.disparity_px.cols;
   // Left-right check: the right pixel's winner must be close to that of the left pixel.
   const int tolerance = params.left_right_tolerance_px;
-  const int16_t* const right = winners.rightIndices() - params.range.min_disparity;
+  const int16_t* const right =
+      winners.rightIndices() - offset.columnShifts(params.range).min_disparity;
   const uint8_t* const indices = winners.index.data();
   uint8_t* const agrees = winners.agrees.data();
   for (int x = 0; x < columns; ++x) {
@@ -126,6 +131,7 @@ void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_
   row.agrees = winners.agrees.data();
   row.first = first;
   row.width = width;
+  row.fraction_px = offset.fraction_px;
   row.disparity_px = match.disparity_px[y];
   row.ambiguity = match.ambiguity[y];
   PREDICTIVE_STEREO_DISPATCH(DescribePixels, simd_target)

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "matching/principal_offset.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -22,10 +23,11 @@ struct RowWinners {
   std::vector<uint8_t> first;      ///< first index of the window
   std::vector<uint8_t> agrees;     ///< scratch memory of describeRow
 
-  void resize(int width, const DisparityRange& range);
+  /// @param shifts  of columns, see PrincipalOffset::columnShifts.
+  void resize(int width, const DisparityRange& shifts);
 
   /// Winners of the right image's pixels; kNoIndex where no sum is below 255. Columns outside the
-  /// image that a disparity reaches may be read: they have kNoIndex.
+  /// image that a shift reaches may be read: they have kNoIndex.
   int16_t* rightIndices() { return right_index_.data() + right_margin_; }
   const int16_t* rightIndices() const { return right_index_.data() + right_margin_; }
 
@@ -37,7 +39,8 @@ struct RowWinners {
 /// Sub-pixel disparity, left-right check and ambiguity of row y. The maps of `match` must have the
 /// images' size.
 /// @param first, width  the windows of this row; nullptr: everything was searched.
-void describeRow(RowWinners& winners, const MatcherParams& params, int64_t simd_target, int y,
-                 const uint8_t* first, const uint16_t* width, Match& match);
+void describeRow(RowWinners& winners, const MatcherParams& params, const PrincipalOffset& offset,
+                 int64_t simd_target, int y, const uint8_t* first, const uint16_t* width,
+                 Match& match);
 
 }  // namespace predictive_stereo

@@ -1,6 +1,7 @@
 #include "matching/search_windows.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <sstream>
 #include <stdexcept>
@@ -17,6 +18,13 @@ void requireSize(const char* name, const cv::Mat1s& map, cv::Size size) {
   text << name << " is " << map.cols << "x" << map.rows << ", the images are " << size.width << "x"
        << size.height << ": give one range per pixel of the left image";
   throw std::invalid_argument(text.str());
+}
+
+/// The last disparity to search; see `between`. Empty ranges stay empty.
+short lastOf(const SearchRanges& ranges, bool between, int y, int x) {
+  const short first = ranges.first(y, x), last = ranges.last(y, x);
+  const bool one_more = between && first <= last && last < std::numeric_limits<short>::max();
+  return static_cast<short>(last + one_more);
 }
 
 /// Allocates the windows of an image, calls plan_row for each row, and sets positions in memory.
@@ -45,24 +53,31 @@ void planRows(cv::Size size, int run_length, SearchWindows& windows, const PlanR
 
 }  // namespace
 
-void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
-                       int64_t simd_target, SearchWindows& windows) {
+void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, bool between,
+                       cv::Size size, int64_t simd_target, SearchWindows& windows) {
   requireSize("ranges.first", ranges.first, size);
   requireSize("ranges.last", ranges.last, size);
   const PlanRowFunction plan = planRow(simd_target);
   planRows(size, kWindowRun, windows, [&](int y, WindowRun* runs, uint16_t* width) {
-    plan(ranges.first[y], ranges.last[y], size.width, range, runs, width);
+    const short* last = ranges.last[y];
+    cv::AutoBuffer<short> behind_last(between ? size.width : 0);
+    if (between) {
+      for (int x = 0; x < size.width; ++x) behind_last[x] = lastOf(ranges, between, y, x);
+      last = behind_last.data();
+    }
+    plan(ranges.first[y], last, size.width, range, runs, width);
   });
 }
 
-void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
-                      SearchWindows& windows) {
+void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, bool between,
+                      cv::Size size, SearchWindows& windows) {
   requireSize("ranges.first", ranges.first, size);
   requireSize("ranges.last", ranges.last, size);
   planRows(size, 1, windows, [&](int y, WindowRun* runs, uint16_t* width) {
     for (int x = 0; x < size.width; ++x) {
       const int first = std::max<int>(ranges.first(y, x) - range.min_disparity, 0);
-      const int last = std::min<int>(ranges.last(y, x) - range.min_disparity, range.count - 1);
+      const int last =
+          std::min<int>(lastOf(ranges, between, y, x) - range.min_disparity, range.count - 1);
       width[x] = static_cast<uint16_t>(std::max(last - first + 1, 0));
       runs[x] = {0, width[x], static_cast<uint8_t>(width[x] > 0 ? first : 0)};
     }

@@ -39,15 +39,18 @@ struct SearchWindows {
 
 /// Widens the hull of each run's ranges to a window around its centre, the narrowest of 16, 32, 64
 /// and the whole range that holds it; windows do not leave the range.
+/// @param between  whether disparities are between two indices (PrincipalOffset::fraction_px > 0):
+///   then one more index is needed to reach `last`.
 /// @throws std::invalid_argument if the sizes of the ranges differ from `size`.
-void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
-                       int64_t simd_target, SearchWindows& windows);
+void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, bool between,
+                       cv::Size size, int64_t simd_target, SearchWindows& windows);
 
 /// Gives every pixel its own window: its range, cut to `range`. Only matchReference can search such
 /// windows.
+/// @param between  as in planSearchWindows.
 /// @throws std::invalid_argument if the sizes of the ranges differ from `size`.
-void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, cv::Size size,
-                      SearchWindows& windows);
+void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, bool between,
+                      cv::Size size, SearchWindows& windows);
 
 /// Whether every pixel searches the whole range; the full search is faster then.
 bool isFullSearch(const SearchWindows& windows, const DisparityRange& range);

@@ -89,7 +89,7 @@ class RowSearch {
     cost_[x] = hn::GetLane(cost);
     runner_up_[x] = hn::GetLane(lowestLane(d_, runner_up));
     below_[x] = sumAt(x, index > 0 ? index - 1 : index);
-    above_[x] = sumAt(x, index < row_.range.count - 1 ? index + 1 : index);
+    above_[x] = sumAt(x, index < row_.shifts.count - 1 ? index + 1 : index);
   }
   /// Lane i of vector k holds the lowest sum so far, and its index, of the right pixel that is the
   /// partner of x at disparity index i * K + k. From one x to the next, every right pixel moves to
@@ -108,7 +108,7 @@ class RowSearch {
 
   /// The right pixel at the largest disparity of left pixel x has no further candidates.
   HWY_INLINE void finishRightPixel(int x) const {
-    const int right_x = x - row_.range.min_disparity - (kSize - 1);
+    const int right_x = x - row_.shifts.min_disparity - (kSize - 1);
     if (right_x < 0 || right_x >= row_.width) return;
     const hn::Repartition<uint16_t, D> d16;
     const auto pairs =

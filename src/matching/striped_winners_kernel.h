@@ -10,7 +10,7 @@ namespace predictive_stereo {
 
 struct StripedSums {
   int width;
-  DisparityRange range;
+  DisparityRange shifts;  ///< of columns, see PrincipalOffset
   StripedLayout layout;
   const uint8_t* sums;  ///< [x][layout.size()]
 };

@@ -190,8 +190,8 @@ void WindowRowWinners(const WindowSums& window_sums, WindowWinnersScratch& scrat
 
   int16_t* const right_indices = winners.rightIndices();
   // Right columns outside the reach of all disparities have no entry.
-  const int entries = row.columns - 1 + row.range.count;
-  const int last_entry = row.columns - 1 - row.range.min_disparity;
+  const int entries = row.columns - 1 + row.shifts.count;
+  const int last_entry = row.columns - 1 - row.shifts.min_disparity;
   const int begin = std::clamp(last_entry - (entries - 1), 0, row.columns);
   const int end = std::clamp(last_entry + 1, begin, row.columns);
   std::fill_n(right_indices, begin, RowWinners::kNoIndex);

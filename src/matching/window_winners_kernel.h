@@ -25,7 +25,7 @@ struct WindowWinnersScratch {
 
 struct WindowSums {
   int columns;
-  DisparityRange range;
+  DisparityRange shifts;  ///< of columns, see PrincipalOffset
   const WindowRun* windows;
   const uint16_t* width;  ///< of each pixel's window; 0: it is not searched
   const uint8_t* sums;

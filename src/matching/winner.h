@@ -14,6 +14,12 @@ inline float subpixelOffset(int below, int cost, int above) {
   return static_cast<float>(below - above) / static_cast<float>(std::max(2 * steeper, 1));
 }
 
+/// The disparity of a sub-pixel winner, see PrincipalOffset: what remains below the range counts as
+/// its lowest disparity, as it does without an offset, where that one is the nearest to it.
+inline float withoutFraction(float winner_px, float fraction_px, int lowest_px) {
+  return std::max(winner_px - fraction_px, static_cast<float>(lowest_px));
+}
+
 /// See Match::ambiguity. For such small integers the single-precision quotient truncates correctly.
 inline uint8_t ambiguity(int cost, int runner_up) {
   const int ratio =

@@ -128,6 +128,8 @@ stereo_msgs::DisparityImagePtr DisparityProcessor::disparityImage() {
   message->header = pair_.left->header;
   allocateImage(pair_.left->header, rig_.size, sensor_msgs::image_encodings::TYPE_32FC1,
                 message->image);
+  // Depth is f T / disparity: the offset of the principal points is taken off, as in
+  // stereo_image_proc. The fields have no room for it.
   message->f = static_cast<float>(rig_.fx_px);
   message->T = static_cast<float>(rig_.baseline_m);
   message->min_disparity = static_cast<float>(range.min_disparity);

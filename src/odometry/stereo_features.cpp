@@ -100,7 +100,7 @@ FollowedFeatures StereoFeatures::follow(const ReferenceFrame& reference,
     match.id = static_cast<int>(i);
     match.point = tracks[i].position;
     match.expected = true;
-    match.shift_px = expected_px[i] + static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);
+    match.shift_px = expected_px[i] + static_cast<float>(rig_.principalOffset());
     matches.push_back(match);
   }
   findInRightImage(matches);
@@ -134,7 +134,7 @@ bool StereoFeatures::lookSwapped() {
   };
   const StereoSearch search = stereoSearch();
   StereoSearch swapped = search;
-  swapped.largest_shift_px = -kSwappedShiftPx;
+  swapped.largest_shift_px = -kSwappedShiftPx - cvFloor(rig_.principalOffset());
   swapped.smallest_shift_px = -search.largest_shift_px;
   const auto as_swapped = found(swapped);
   return as_swapped >= kSwappedCorners && as_swapped > 2 * found(search);
@@ -174,8 +174,8 @@ std::vector<StereoMatch> StereoFeatures::findCorners(const std::vector<cv::Point
 StereoSearch StereoFeatures::stereoSearch() const {
   StereoSearch search;
   search.largest_shift_px =
-      params_.max_disparity_px + static_cast<int>(std::ceil(rig_.cx_left_px - rig_.cx_right_px));
-  search.smallest_shift_px += static_cast<int>(std::floor(rig_.cx_left_px - rig_.cx_right_px));
+      params_.max_disparity_px + static_cast<int>(std::ceil(rig_.principalOffset()));
+  search.smallest_shift_px += static_cast<int>(std::floor(rig_.principalOffset()));
   return search;
 }
 
@@ -204,7 +204,7 @@ float StereoFeatures::disparity(const StereoMatch& match, const RowOffsetModel& 
         alignment.offset(match.point.x - match.shift_px, match.point.y, rig_.size));
     shift_px += match.shift_by_row * (match.row_offset_px - row_offset);
   }
-  return shift_px - static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);
+  return shift_px - static_cast<float>(rig_.principalOffset());
 }
 
 }  // namespace predictive_stereo

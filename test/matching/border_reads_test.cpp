@@ -45,21 +45,33 @@ SearchRanges rangesOfAllWidths(cv::Size size, const DisparityRange& range) {
 }
 
 // All results of matching a pair, as one list of maps.
-std::vector<cv::Mat> mapsOf(cv::Size size, const MatcherParams& params) {
+std::vector<cv::Mat> mapsOf(cv::Size size, const MatcherParams& params, double offset_px) {
   const TestPair pair = makeTestPair(size, 0, 12, 7);
   const SearchRanges ranges = rangesOfAllWidths(size, params.range);
   Match full, reduced;
   StereoMatcher matcher(params);
-  matcher.match(pair.left, pair.right, full);
-  matcher.match(pair.left, pair.right, ranges, reduced);
+  matcher.match(pair.left, pair.right, full, offset_px);
+  matcher.match(pair.left, pair.right, ranges, reduced, offset_px);
   std::vector<cv::Mat> maps = {full.disparity_px,    full.ambiguity,    full.search_width,
                                reduced.disparity_px, reduced.ambiguity, reduced.search_width};
   if (size.width > 1 && size.height > 1) {
     cv::Mat1f coarse_px;
-    CoarseMatcher(params).match(pair.left, pair.right, coarse_px);
+    CoarseMatcher(params).match(pair.left, pair.right, coarse_px, offset_px);
     maps.push_back(coarse_px);
   }
   return maps;
+}
+
+void expectNoReadsBeyond(cv::Size size, const MatcherParams& params, double offset_px) {
+  const std::vector<cv::Mat> expected = mapsOf(size, params, offset_px);
+  for (const Guard guard : kGuards) {
+    const GuardEveryMat guards(guard);
+    const std::vector<cv::Mat> maps = mapsOf(size, params, offset_px);
+    ASSERT_EQ(maps.size(), expected.size());
+    for (size_t i = 0; i < maps.size(); ++i)
+      ASSERT_EQ(cv::norm(maps[i], expected[i], cv::NORM_INF), 0)
+          << params.simd_target << ' ' << size << " offset " << offset_px << " map " << i;
+  }
 }
 
 TEST(BorderReads, OfMatchedImages) {
@@ -73,15 +85,10 @@ TEST(BorderReads, OfMatchedImages) {
           params.census = form;
           params.paths = paths;
           params.simd_target = target;
-          const std::vector<cv::Mat> expected = mapsOf(size, params);
-          for (const Guard guard : kGuards) {
-            const GuardEveryMat guards(guard);
-            const std::vector<cv::Mat> maps = mapsOf(size, params);
-            ASSERT_EQ(maps.size(), expected.size());
-            for (size_t i = 0; i < maps.size(); ++i)
-              ASSERT_EQ(cv::norm(maps[i], expected[i], cv::NORM_INF), 0)
-                  << target << ' ' << size << " map " << i;
-          }
+          expectNoReadsBeyond(size, params, 0);
+          if (form == CensusForm::kCentreSymmetric9x5)
+            for (const double offset_px : {-130.5, -7.25, 46.0, 129.75})
+              expectNoReadsBeyond(size, params, offset_px);
         }
 }
 

@@ -45,15 +45,17 @@ std::string describe(const MatcherParams& params, cv::Size size) {
   return text.str();
 }
 
-Match referenceMatch(const TestPair& pair, const MatcherParams& params,
+Match referenceMatch(const TestPair& pair, const MatcherParams& params, double offset_px,
                      const SearchRanges* ranges = nullptr) {
+  const PrincipalOffset offset(offset_px);
   SearchWindows windows;
   if (ranges)
-    planSearchWindows(*ranges, params.range, pair.left.size(), kScalarTarget, windows);
+    planSearchWindows(*ranges, params.range, offset.fraction_px > 0, pair.left.size(),
+                      kScalarTarget, windows);
   else
     planFullSearch(params.range, pair.left.size(), windows);
   Match match;
-  matchReference(pair.left, pair.right, params, windows, match);
+  matchReference(pair.left, pair.right, params, offset, windows, match);
   match.search_width = windows.width;
   return match;
 }
@@ -67,13 +69,15 @@ std::vector<std::string> comparedTargets(cv::Size size) {
   return targets;
 }
 
-void expectFullSearchEqualsReference(const TestPair& pair, MatcherParams params) {
-  const Match expected = referenceMatch(pair, params);
+void expectFullSearchEqualsReference(const TestPair& pair, MatcherParams params,
+                                     double offset_px = 0) {
+  const Match expected = referenceMatch(pair, params, offset_px);
   for (const std::string& target : comparedTargets(pair.left.size())) {
     params.simd_target = target;
     Match match;
-    StereoMatcher(params).match(pair.left, pair.right, match);
-    EXPECT_EQ(differences(match, expected), "") << describe(params, pair.left.size());
+    StereoMatcher(params).match(pair.left, pair.right, match, offset_px);
+    EXPECT_EQ(differences(match, expected), "")
+        << describe(params, pair.left.size()) << " offset " << offset_px;
   }
 }
 
@@ -98,13 +102,14 @@ SearchRanges randomRanges(cv::Size size, const DisparityRange& range, unsigned s
 }
 
 void expectReducedSearchEqualsReference(const TestPair& pair, MatcherParams params,
-                                        const SearchRanges& ranges) {
-  const Match expected = referenceMatch(pair, params, &ranges);
+                                        const SearchRanges& ranges, double offset_px = 0) {
+  const Match expected = referenceMatch(pair, params, offset_px, &ranges);
   for (const std::string& target : comparedTargets(pair.left.size())) {
     params.simd_target = target;
     Match match;
-    StereoMatcher(params).match(pair.left, pair.right, ranges, match);
-    EXPECT_EQ(differences(match, expected), "") << describe(params, pair.left.size());
+    StereoMatcher(params).match(pair.left, pair.right, ranges, match, offset_px);
+    EXPECT_EQ(differences(match, expected), "")
+        << describe(params, pair.left.size()) << " offset " << offset_px;
   }
 }
 
@@ -249,6 +254,23 @@ TEST(Kernels, ReducedSearchOfEveryPenalty) {
     }
 }
 
+TEST(Kernels, SearchesWithEveryPrincipalOffset) {
+  for (const cv::Size size : {cv::Size(3, 2), {64, 3}, {131, 14}})
+    for (const double offset_px : {-200.0, -150.4, -63.5, -37.4, -1.0, 0.5, 12.25, 101.7, 200.0})
+      for (const PathSet paths : kPathSets)
+        for (const int min_disparity : {-16, 0, 16}) {
+          MatcherParams params;
+          params.range = {min_disparity, 80};
+          params.paths = paths;
+          if (!leavesPartners(params.range, offset_px, size.width)) continue;  // no search
+          const auto lowest = static_cast<int>(offset_px) + min_disparity;
+          const TestPair pair = makeTestPair(size, lowest, lowest + 20, 7);
+          expectFullSearchEqualsReference(pair, params, offset_px);
+          expectReducedSearchEqualsReference(pair, params, randomRanges(size, params.range, 3),
+                                             offset_px);
+        }
+}
+
 TEST(Kernels, SearchesOfEveryEdgePenalty) {
   const TestPair pair = makeTestPair({90, 30}, 0, 30, 10);
   for (const auto& [edge_step, p2_edge] : {std::pair(0, 18), {1, 1}, {8, 30}, {40, 20}, {12, 200}})
@@ -278,7 +300,8 @@ Match searchEverythingReduced(const TestPair& pair, const MatcherParams& params)
   AlignedBuffer volume;
   JumpFloors floors;
   floors.build(pair.left, params);
-  ReducedSearch(params, target).match(left_words, right_words, floors, windows, volume, match);
+  ReducedSearch(params, target)
+      .match(left_words, right_words, PrincipalOffset(0), floors, windows, volume, match);
   return match;
 }
 

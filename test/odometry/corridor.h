@@ -73,22 +73,33 @@ class Corridor {
     return image;
   }
 
+  /// How far a ray goes, in multiples of its direction: the depth [m] if its z in the camera is 1.
+  static double distance(const Eigen::Vector3d& centre, const Eigen::Vector3d& ray) {
+    return hitOf(centre, ray).distance;
+  }
+
  private:
   static constexpr double kTexelsPerMetre = 60;
 
-  double shade(const Eigen::Vector3d& centre, const Eigen::Vector3d& ray, double focal_px) const {
+  struct Hit {
+    double distance = 1e9;
+    int face = -1;
+  };
+
+  static Hit hitOf(const Eigen::Vector3d& centre, const Eigen::Vector3d& ray) {
     // Left and right wall, floor and ceiling.
     const double offsets[4] = {-4, 5, 1.65, -3};
-    double nearest = 1e9;
-    int face = -1;
+    Hit hit;
     for (int i = 0; i < 4; ++i) {
       const int axis = i / 2;
       const double t = (offsets[i] - centre[axis]) / ray[axis];
-      if (t > 0 && t < nearest) {
-        nearest = t;
-        face = i;
-      }
+      if (t > 0 && t < hit.distance) hit = {t, i};
     }
+    return hit;
+  }
+
+  double shade(const Eigen::Vector3d& centre, const Eigen::Vector3d& ray, double focal_px) const {
+    const auto [nearest, face] = hitOf(centre, ray);
     if (face < 0) return 128;
     const Eigen::Vector3d hit = centre + nearest * ray;
     const double across = face < 2 ? hit.y() : hit.x();
