@@ -158,8 +158,9 @@ DetectionScore scoreWithPoses(const Drive& drive,
     const Shot& shot = film.shots[k];
     const StereoFrame frame = stereoFrame(shot, film.rig);
     FrameSources sources;
+    // With a covariance that is not told: none that is told would be true for these errors.
     if (const auto e = error(static_cast<int>(k)))
-      sources.pose = {T_world_cam[frame.stamp] = shot.T_world_cam * *e, covariance};
+      sources.pose = {T_world_cam[frame.stamp] = shot.T_world_cam * *e, Matrix6d::Zero()};
     sources.motion = [&](std::optional<Stamp> past) -> std::optional<CameraMotion> {
       if (!sources.pose || !past || !T_world_cam.count(*past)) return {};
       CameraMotion motion;
