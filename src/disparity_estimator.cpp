@@ -4,21 +4,19 @@
 #include <stdexcept>
 #include <utility>
 
+#include "matching/principal_offset.h"
+
 namespace predictive_stereo {
 namespace {
 
 constexpr float kHoleTolerancePx = 3.0f;
 
 void requirePartners(const DisparityRange& range, const StereoRig& rig) {
-  const double offset_px = rig.principalOffset();
-  const int columns = rig.size.width;
-  const bool left_of_image = range.min_disparity + offset_px >= columns;
-  const bool right_of_image = range.max_disparity() + offset_px <= -columns;
-  if (offset_px == 0 || !(left_of_image || right_of_image)) return;
+  if (leavesPartners(range, rig.principalOffset(), rig.size.width)) return;
   std::ostringstream text;
-  text << "cx_left - cx_right is " << offset_px << " px: at disparities of " << range.min_disparity
-       << " to " << range.max_disparity()
-       << " px no pixel of the left image is in the right one, which has " << columns
+  text << "cx_left - cx_right is " << rig.principalOffset() << " px: at disparities of "
+       << range.min_disparity << " to " << range.max_disparity()
+       << " px no pixel of the left image is in the right one, which has " << rig.size.width
        << " columns; calibrate both cameras together, or set matcher/range";
   throw std::invalid_argument(text.str());
 }
