@@ -42,7 +42,7 @@ void forEveryRow(const MakeBody& make_body) {
 }
 
 TEST(BorderReads, OfCorrection) {
-  const CorrectionLimits limits{kSmallest, kInvalid, 0.5f, 4, 3, 255};
+  const CorrectionLimits limits{kSmallest, kInvalid, 0.5f, 4, 3, 255, 0};
   forEveryRow([&](Guard guard, const auto& for_every_width) {
     const Floats measured = disparities(guard), predicted = disparities(guard),
                  p = variances(guard), disparity = disparities(guard), variance = variances(guard),
