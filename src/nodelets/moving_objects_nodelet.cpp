@@ -1,6 +1,7 @@
 #include <image_transport/image_transport.h>
 #include <nodelet/nodelet.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -38,9 +39,11 @@
 namespace predictive_stereo {
 namespace {
 
-// The largest standard deviation of the camera's motion since the previous frame.
+// The largest standard deviation of the camera's motion since the previous frame. What is not
+// positive definite, as of an odometry in the plane, the detector takes for not told.
 std::string describeSigma(const Matrix6d& covariance) {
-  if (covariance.isZero()) return "odometry does not tell it: 15 mm are taken";
+  if (Eigen::LLT<Matrix6d>(covariance).info() != Eigen::Success)
+    return "odometry does not tell it: 15 mm are taken";
   char text[32];
   std::snprintf(text, sizeof(text), "%.1f mm",
                 1e3 * std::sqrt(covariance.diagonal().head<3>().maxCoeff()));
