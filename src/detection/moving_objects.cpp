@@ -1,6 +1,7 @@
 #include "predictive_stereo/moving_objects.h"
 
 #include <algorithm>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -36,6 +37,14 @@ void requireSizes(const DetectionInput& input) {
   requireSize("predicted variance", input.predicted_variance_px2, input.rig.size);
 }
 
+// With bounds that exclude each other no object would ever be plausible.
+void requireOrder(const char* least_name, double least_m, const char* most_name, double most_m) {
+  if (least_m <= most_m) return;
+  std::ostringstream text;
+  text << least_name << " = " << least_m << ": must not be above " << most_name << " = " << most_m;
+  throw std::invalid_argument(text.str());
+}
+
 void validateDetection(const DetectionParams& params) {
   validate(params);
   const PaperDetectionParams& paper = params.paper;
@@ -45,6 +54,10 @@ void validateDetection(const DetectionParams& params) {
     throw std::invalid_argument("paper/largest_window = " + text(largest) +
                                 " px: must not be below paper/smallest_window = " + text(smallest) +
                                 " px");
+  const MotionDetectionParams& motion = params.motion;
+  requireOrder("motion/min_height_m", motion.min_height_m, "motion/max_height_m",
+               motion.max_height_m);
+  requireOrder("motion/min_width_m", motion.min_width_m, "motion/max_width_m", motion.max_width_m);
   const TrackingParams& tracking = params.tracking;
   if (tracking.confirm_frames > tracking.confirm_within)
     throw std::invalid_argument(

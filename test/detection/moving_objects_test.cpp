@@ -139,5 +139,21 @@ TEST(MovingObjectDetector, RefusesBadParameters) {
   EXPECT_NO_THROW(MovingObjectDetector{params});
 }
 
+TEST(MovingObjectDetector, RefusesSizesThatNoObjectHas) {
+  DetectionParams params;
+  params.motion.min_height_m = 5;
+  try {
+    MovingObjectDetector detector{params};
+    FAIL() << "nothing would ever be found";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "motion/min_height_m = 5: must not be above motion/max_height_m = 4.5");
+  }
+  params.motion.max_height_m = 5;
+  EXPECT_NO_THROW(MovingObjectDetector{params});
+  params.motion.min_width_m = 9.5;
+  EXPECT_THROW(MovingObjectDetector{params}, std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace predictive_stereo
