@@ -84,7 +84,7 @@ TEST(ShippedLoop, IsWhatDisparitiesAreMeasuredOn) {
 
 TEST(ShippedLoop, ParametersOfTheDetectionReachWhatIsMeasured) {
   PipelineParams blind;
-  blind.detection.motion.min_height_m = 100;
+  blind.detection.motion.min_height_m = blind.detection.motion.max_height_m = 100;
   const Shipped shipped(blind);
   EXPECT_EQ(shipped.moving_pixels, 0);
   const std::vector<cv::Mat1f> measured = evaluated(blind);
