@@ -72,6 +72,7 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
 PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                       const std::string& camera, std::optional<ros::Time> previous, ros::Time now,
                       const std::string& fixed_frame) {
+  if (previous && *previous >= now) previous.reset();
   PoseAnswer answer;
   const auto T_odom_cam = lookUpTransform(tf, fixed_frame, camera, now, answer.reason);
   if (!T_odom_cam) return answer;

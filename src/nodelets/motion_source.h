@@ -40,7 +40,7 @@ struct PoseAnswer {
 };
 
 /// The pose from tf, and the covariance of the motion since `previous` as cameraMotion gives it.
-/// @param previous  the last frame with a pose; none: there is none.
+/// @param previous  the last frame with a pose; none, or not before `now`: there is none.
 /// @returns no pose if the odometry is lost in this frame.
 PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                       const std::string& camera, std::optional<ros::Time> previous, ros::Time now,

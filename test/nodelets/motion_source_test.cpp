@@ -129,6 +129,7 @@ TEST_F(MotionFromOdometry, makes_the_pose_as_certain_as_it_was_seen) {
                       ros::Time(now_s), "odom");
   };
   EXPECT_TRUE(pose({}, 10.0).pose) << "the first frame of the path";
+  EXPECT_TRUE(pose(10.3, 10.0).pose) << "the first one after stamps went back";
   ASSERT_TRUE(pose(10.0, 10.1).pose);
   EXPECT_NEAR(pose(10.0, 10.1).pose->T_odom_cam.translation().x(), 1, 1e-6);
   EXPECT_TRUE(pose(10.0, 10.1).pose->motion_covariance.isApprox(1e-6 * Matrix6d::Identity()));
