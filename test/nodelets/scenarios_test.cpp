@@ -151,6 +151,7 @@ TEST_F(Scenarios, colour_images_are_taken_as_grey) {
 TEST_F(Scenarios, compressed_images_need_no_plugin) {
   for (const char* nodelet : {"EgoMotion", "Disparity", "MovingObjects"})
     setParam(nodelet, "image_transport", "compressed");
+  setParam("Disparity", "transform_timeout", 10.0);  // the thread sanitizer is slow
   for (const char* nodelet : {"EgoMotion", "Disparity", "MovingObjects"}) load(nodelet);
   const StaticTransform extrinsic(street().extrinsic());
   using sensor_msgs::CompressedImage;
@@ -186,6 +187,7 @@ TEST_F(Scenarios, compressed_images_need_no_plugin) {
 }
 
 TEST_F(Scenarios, a_bag_in_a_loop_gives_the_same_again) {
+  setParam("Disparity", "transform_timeout", 10.0);  // the thread sanitizer is slow
   load("EgoMotion");
   load("Disparity");
   StaticTransform extrinsic(street().extrinsic());
