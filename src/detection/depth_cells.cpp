@@ -15,8 +15,9 @@ constexpr float kNone = std::numeric_limits<float>::max();
 const cv::Point kPlaces[] = {{2, 2}, {0, 2}, {2, 0}, {0, 0}};
 
 // Every second pixel and row of a map; `unknown` where it is unknown.
-cv::Mat1f latticeOf(const DisparityRange& range, const cv::Mat1f& map_px, float unknown) {
-  cv::Mat1f lattice((map_px.rows + 1) / kLatticeStep_px, (map_px.cols + 1) / kLatticeStep_px);
+void sample(const DisparityRange& range, const cv::Mat1f& map_px, float unknown,
+            cv::Mat1f& lattice) {
+  lattice.create((map_px.rows + 1) / kLatticeStep_px, (map_px.cols + 1) / kLatticeStep_px);
   const float least =
       std::max(static_cast<float>(range.min_disparity), std::numeric_limits<float>::denorm_min());
   for (int v = 0; v < lattice.rows; ++v) {
@@ -27,7 +28,6 @@ cv::Mat1f latticeOf(const DisparityRange& range, const cv::Mat1f& map_px, float 
       to[u] = d >= least ? d : unknown;
     }
   }
-  return lattice;
 }
 
 }  // namespace
@@ -50,9 +50,17 @@ void DepthCells::setFrame(const DisparityRange& range, const cv::Mat1f& map_px,
         }
       }
   });
-  runTogether([&] { cv::dilate(latticeOf(range, map_px, 0), nearest_px, cv::Mat()); },
-              [&] { cv::erode(latticeOf(range, map_px, kNone), farthest_px, cv::Mat()); });
-  farthest_px.setTo(0, farthest_px == kNone);
+  runTogether(
+      [&] {
+        sample(range, map_px, 0, nearest_px);
+        cv::dilate(nearest_px, nearest_px, cv::Mat());
+      },
+      [&] {
+        sample(range, map_px, kNone, farthest_px);
+        cv::erode(farthest_px, farthest_px, cv::Mat());
+        for (int v = 0; v < farthest_px.rows; ++v)
+          std::replace(farthest_px[v], farthest_px[v] + farthest_px.cols, kNone, 0.0f);
+      });
 }
 
 }  // namespace predictive_stereo
