@@ -245,7 +245,7 @@ void lookAt(const PipelineProcessor::Output& frame, const StereoPair& pair) {
   depthImage(disparity);
   pointCloud(disparity, stereoRig(pair), *pair.left, frame.moving_objects.mask.get());
   overlay(*pair.left, *frame.moving_objects.objects, *frame.moving_objects.mask);
-  markers(*frame.moving_objects.objects, frame.T_odom_cam);
+  markers(*frame.moving_objects.objects, frame.pose);
 }
 
 AllNodeletParams params() {
