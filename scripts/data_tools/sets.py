@@ -72,7 +72,8 @@ def odometry_06(plan):
         for frame, image in enumerate(images):
             plan.copy('%s/data/%010d.png' % (folder, frame), image)
         plan.add(folder + '/timestamps.txt', rectified.odometry_stamps(day.replace('_', '-'), count), stamps)
-    plan.add(drive + '/poses_gt_cam0.txt', rectified.odometry_poses(count), plan.source(ODOMETRY, 'poses/06.txt'))
+    plan.add(drive + '/poses_gt_cam0.txt', rectified.odometry_poses(count),
+             plan.source(ODOMETRY, 'poses/06.txt'))
     plan.add(day + '/calib_cam_to_cam.txt', rectified.odometry_calibration, calibration, images[0])
 
 
@@ -81,7 +82,8 @@ def kitti_2012(plan):
     for scene in SCENES_2012:
         names = ['image_%d/%06d_%02d.png' % (camera, scene, frame)
                  for camera in range(2) for frame in range(7, 12)]
-        names += ['%s/%06d_10.png' % (truth, scene) for truth in ('disp_noc', 'disp_occ', 'flow_noc', 'flow_occ')]
+        names += ['%s/%06d_10.png' % (truth, scene)
+                  for truth in ('disp_noc', 'disp_occ', 'flow_noc', 'flow_occ')]
         for name in names:
             plan.copy('stereo_flow_2012/training/' + name, plan.source(STEREO_2012, 'training/' + name))
         plan.add('stereo_flow_2012/training/calib/%06d.txt' % scene, _grey_cameras,
@@ -131,7 +133,8 @@ def euroc(plan):
 def _euroc_stamps(path, count):
     words = [line.split(',')[0] for line in read_lines(path) if not line.startswith('#')][:count]
     if len(words) < count or not all(word.isdigit() for word in words):
-        raise BadInput('%s: %d lines that begin with a stamp [ns] are needed; unpack it again' % (path, count))
+        raise BadInput('%s: %d lines that begin with a stamp [ns] are needed; unpack it again' %
+                       (path, count))
     return [int(word) for word in words]
 
 

@@ -91,8 +91,9 @@ def differences(folder):
             value, expected = getattr(found, name), getattr(row, name)
             if not _same(row.kind, value, expected):
                 which = 'its first file' if name == 'first' else 'a file after the first'
-                wrong.append('%s: %s, %s %s instead of %s' %
-                             (row.path, which if found.files != '1' else 'the file', row.kind, value, expected))
+                if found.files == '1':
+                    which = 'the file'
+                wrong.append('%s: %s, %s %s instead of %s' % (row.path, which, row.kind, value, expected))
                 break
     return wrong
 
