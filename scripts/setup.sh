@@ -13,8 +13,11 @@ die() {
   exit 1
 }
 
-# Installs the packages of dependencies.txt that are not there yet, if any.
+# Installs the packages of dependencies.txt that are not there yet, if any; with `except_testing` not
+# those of its last part.
 install_dependencies() {
+  local skipped=
+  [ "${1:-}" != except_testing ] || skipped='/^# Testing/,$d; '
   local package missing=() as_root=()
   command -v dpkg-query apt-get > /dev/null ||
     die "this script installs with apt, as on Debian 12; elsewhere install what package.xml names (rosdep) and build by catkin_make"
@@ -22,7 +25,7 @@ install_dependencies() {
   installed="$(dpkg-query -W -f='${db:Status-Abbrev}${Package}\n' 2> /dev/null | sed -n 's/^ii *//p')"
   while read -r package; do
     grep -qxF "$package" <<< "$installed" || missing+=("$package")
-  done < <(grep -v '^#' "$REPOSITORY/scripts/dependencies.txt")
+  done < <(sed "$skipped/^#/d; /^\$/d" "$REPOSITORY/scripts/dependencies.txt")
   [ ${#missing[@]} -eq 0 ] && return
 
   say "Installing ${#missing[@]} packages: ${missing[*]}"
