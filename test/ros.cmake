@@ -136,6 +136,9 @@ add_test(NAME docs
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/docs_test.py
     ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}
 )
+add_test(NAME prepare_data
+  COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/tooling/prepare_data_test.py ${PROJECT_SOURCE_DIR}
+)
 add_test(NAME benchmark
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/benchmark_test.py
     ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}

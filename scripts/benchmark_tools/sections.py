@@ -16,6 +16,7 @@ DRIVE_0020 = '2011_09_30_drive_0020_sync'
 KITTI_2012, KITTI_2015 = 'stereo_flow_2012/training', 'scene_flow_2015/training'
 DRIVES = [DAY, DRIVE % 9, DRIVE % 2]
 REPOSITORY = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
+LABELS = 'test/data/labels'  # in the repository
 
 Section = collections.namedtuple('Section', 'function needs')
 SECTIONS = collections.OrderedDict()
@@ -297,16 +298,16 @@ CLIPS = ['street', 'straight', 'turn', 'brake', 'standstill', 'static', 'fast_ro
 CLIP_SEED = '101'  # no parameter was set by these clips
 
 
-@section('tool:evaluate_detection', 'tool:street_to_bag', 'labels', _drive(1), _drive(2), _drive(9),
+@section('tool:evaluate_detection', 'tool:street_to_bag', _drive(1), _drive(2), _drive(9),
          '%s/%s' % (OTHER_DAY, DRIVE_0020), KITTI_2012)
 def moving_objects(run):
     """Recall and precision of moving objects."""
     table = Table('moving_objects', '', ['frames', 'objects', 'recall, IoU 0.3', 'precision, IoU 0.3',
                                          'recall, IoU 0.5', 'precision, IoU 0.5', 'false boxes per frame'])
     digits = [0, 0, 2, 2, 2, 2, 3]
-    kitti = run.text('evaluate_detection', DAY, DRIVE % 1, DRIVE % 2, DRIVE % 9, OTHER_DAY, DRIVE_0020,
-                     '--kitti2012', KITTI_2012, '--labels', 'labels', *run.few(['--perturb'],
-                                                                              ['--frames', '4', '--perturb']))
+    command = ['evaluate_detection', DAY, DRIVE % 1, DRIVE % 2, DRIVE % 9, OTHER_DAY, DRIVE_0020, '--kitti2012',
+               KITTI_2012, *run.few([], ['--frames', '4']), '--perturb', '--labels']
+    kitti = run.text(*command, os.path.join(REPOSITORY, LABELS), shown=' '.join(command + [LABELS]))
     pooled = running.columns(kitti, 'recall and precision at IoU')
     for name, cells in pooled.items():
         # KITTI 2012's scenes have no objects, and count with all.
