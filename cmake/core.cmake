@@ -22,8 +22,13 @@ set_source_files_properties(${loops}
 predictive_stereo_library(predictive_stereo_simulation FOLDERS simulation)
 target_link_libraries(predictive_stereo_simulation PUBLIC predictive_stereo)
 
-# Reads and writes parameter structs as yaml and from command lines.
+# Reads and writes parameter structs as yaml and from command lines. It holds the annotated yaml, for
+# the texts of dynamic_reconfigure.
 predictive_stereo_library(predictive_stereo_params FOLDERS params)
+file(READ config/predictive_stereo.yaml annotated_yaml)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS config/predictive_stereo.yaml)
+configure_file(cmake/annotated_yaml.cpp.in annotated_yaml.cpp @ONLY)
+target_sources(predictive_stereo_params PRIVATE ${PROJECT_BINARY_DIR}/annotated_yaml.cpp)
 target_link_libraries(predictive_stereo_params PUBLIC predictive_stereo PRIVATE yaml-cpp)
 
 # Sequences with ground truth (KITTI, synthetic), metrics.

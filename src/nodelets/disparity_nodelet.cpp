@@ -77,6 +77,7 @@ class DisparityNodelet : public nodelet::Nodelet {
         private_node, *health_, *processor_, params_.processor.disparity,
         Loop::Hooks{[this](const Loop::Job& job) { process(job); },
                     [](const DisparityParams& params) { DisparityEstimator{params}; },
+                    "disparity",
                     {"use_moving_mask"}});
     masks_ = std::make_unique<MaskInput>(
         node, *health_, arrivals_,

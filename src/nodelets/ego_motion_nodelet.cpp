@@ -78,6 +78,7 @@ class EgoMotionNodelet : public nodelet::Nodelet {
         std::make_unique<Loop>(private_node, *health_, *processor_, params_.processor.ego_motion,
                                Loop::Hooks{[this](const Loop::Job& job) { process(job); },
                                            [](const EgoMotionParams& params) { EgoMotion{params}; },
+                                           "ego_motion",
                                            {}});
     masks_ = std::make_unique<MaskInput>(node, *health_, arrivals_);
     input_ = std::make_unique<StereoInput>(

@@ -38,6 +38,7 @@ class FrameLoop {
     std::function<void(const Job&)> process;  ///< called in the loop's thread; may throw
     /// Throws std::invalid_argument for values that exclude each other.
     std::function<void(const Params&)> check;
+    std::string section;  ///< of config/predictive_stereo.yaml, which describes the parameters
     std::vector<std::string> fixed;  ///< name prefixes of the parameters that cannot change
   };
 
@@ -47,7 +48,7 @@ class FrameLoop {
       : health_(health),
         processor_(processor),
         hooks_(hooks),
-        live_params_(private_node, health, params, hooks.check, hooks.fixed),
+        live_params_(private_node, health, params, hooks.section, hooks.check, hooks.fixed),
         reset_service_(advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
             private_node, health, "reset",
             [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {

@@ -5,6 +5,8 @@
 #include <exception>
 #include <map>
 
+#include "params/param_texts.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -100,13 +102,15 @@ std::string editMethod(const Entry& entry) {
   return list.empty() ? "" : "{'enum': [" + list + "], 'enum_description': ''}";
 }
 
-Groups groupsOf(const ParamTable& table) {
+/// @param section  of the texts; empty: only limits.
+Groups groupsOf(const ParamTable& table, const std::string& section = "") {
   Groups groups;
   for (const Entry& entry : table.entries()) {
     dynamic_reconfigure::ParamDescription parameter;
     parameter.name = entry.name;
     parameter.type = typeName(entry.type);
-    parameter.description = entry.limits;
+    const auto text = paramTexts().find(section + "/" + entry.name);
+    parameter.description = text == paramTexts().end() ? entry.limits : text->second;
     parameter.edit_method = editMethod(entry);
     groups.of(entry.name).parameters.push_back(parameter);
   }
@@ -127,9 +131,9 @@ Config configOf(const ParamTable& table) {
   return config;
 }
 
-ConfigDescription descriptionOf(const ParamTable& defaults) {
+ConfigDescription descriptionOf(const ParamTable& defaults, const std::string& section) {
   ConfigDescription description;
-  description.groups = groupsOf(defaults).all();
+  description.groups = groupsOf(defaults, section).all();
   description.dflt = configOf(defaults);
   description.min = description.max = description.dflt;
   for (auto* limits : {&description.min, &description.max}) {
@@ -162,10 +166,11 @@ ReconfigureServer::Assignments assignmentsOf(const Config& config) {
 
 ReconfigureServer::ReconfigureServer(const ros::NodeHandle& node, Health& health,
                                      const ParamTable& values, const ParamTable& defaults,
+                                     const std::string& section,
                                      std::function<void(const Assignments&)> set)
     : node_(node), values_(values), set_(std::move(set)) {
   description_ = node_.advertise<ConfigDescription>("parameter_descriptions", 1, true);
-  description_.publish(descriptionOf(defaults));
+  description_.publish(descriptionOf(defaults, section));
   updates_ = node_.advertise<Config>("parameter_updates", 1, true);
   updates_.publish(configOf(values_));
   using dynamic_reconfigure::ReconfigureRequest;

@@ -29,9 +29,11 @@ class ReconfigureServer {
   /// @param node  its namespace has the topics, the service and the ROS parameters.
   /// @param values  the current values; must outlive this object.
   /// @param defaults  default values of the same names, for the description.
+  /// @param section  of config/predictive_stereo.yaml, which describes them.
   /// @param set  sets all values, or none and throws std::invalid_argument.
   ReconfigureServer(const ros::NodeHandle& node, Health& health, const ParamTable& values,
-                    const ParamTable& defaults, std::function<void(const Assignments&)> set);
+                    const ParamTable& defaults, const std::string& section,
+                    std::function<void(const Assignments&)> set);
 
  private:
   bool onRequest(dynamic_reconfigure::Reconfigure::Request& request,
@@ -50,16 +52,18 @@ class ReconfigureServer {
 template <class Params>
 class LiveParams {
  public:
+  /// @param section  of config/predictive_stereo.yaml, which describes the parameters.
   /// @param check  throws std::invalid_argument for values that exclude each other.
   /// @param fixed  name prefixes of the parameters that cannot change.
   LiveParams(const ros::NodeHandle& node, Health& health, const Params& params,
-             std::function<void(const Params&)> check, const std::vector<std::string>& fixed = {})
+             const std::string& section, std::function<void(const Params&)> check,
+             const std::vector<std::string>& fixed = {})
       : params_(params),
         trial_(params),
         check_(std::move(check)),
         table_(without(fixed, ParamTable(params_))),
         trial_table_(without(fixed, ParamTable(trial_))),
-        server_(node, health, table_, without(fixed, ParamTable(defaults_)),
+        server_(node, health, table_, without(fixed, ParamTable(defaults_)), section,
                 [this](const ReconfigureServer::Assignments& values) { set(values); }) {}
 
   LiveParams(const LiveParams&) = delete;

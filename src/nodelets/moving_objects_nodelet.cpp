@@ -102,6 +102,7 @@ class MovingObjectsNodelet : public nodelet::Nodelet {
         private_node, *health_, *processor_, params_.processor.detection,
         Loop::Hooks{[this](const Loop::Job& job) { process(job); },
                     [](const DetectionParams& params) { MovingObjectDetector{params}; },
+                    "moving_objects",
                     {"range/"}});
     SyncParams exact;
     exact.approximate_sync = false;  // every input has the left image's stamp

@@ -3,14 +3,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "nodelets/nodelet_params.h"
 #include "nodelets/pipeline_processor.h"
+#include "params/param_texts.h"
 #include "params/yaml_params.h"
 
 namespace predictive_stereo {
@@ -74,35 +73,26 @@ TEST(ConfigFiles, TheAnnotatedOneHoldsEveryParameterAtItsDefault) {
   }
 }
 
-// The comment of a parameter: after its value, or in the lines above.
-std::string commentOf(const std::vector<std::string>& lines, size_t line) {
-  const auto from = [](const std::string& text) { return text.substr(text.find('#')); };
-  if (lines[line].find('#') != std::string::npos) return from(lines[line]);
-  std::string comment;
-  while (line-- > 0 && lines[line].find_first_not_of(' ') == lines[line].find('#'))
-    comment = from(lines[line]).substr(1) + comment;
-  return comment;
-}
-
 TEST(ConfigFiles, TheAnnotatedOneTellsTheLimitsOfEveryNumber) {
-  const std::string path = (kFolder / "predictive_stereo.yaml").string();
-  std::vector<std::string> lines;
-  std::ifstream file(path);
-  for (std::string line; std::getline(file, line);) lines.push_back(line);
-  const YAML::Node all = YAML::LoadFile(path);
   AllNodeletParams defaults;
   const ParamTable table(defaults);
   for (const ParamTable::Entry& entry : table.entries()) {
+    ASSERT_TRUE(paramTexts().count(entry.name)) << entry.name;
+    const std::string& text = paramTexts().at(entry.name);
     const bool is_choice = entry.type == ParamTable::Type::kChoice;
     if (!is_choice && entry.smallest == entry.largest) continue;
-    YAML::Node node = all;  // not a clone, which would lose the line numbers
-    std::istringstream keys(entry.name);
-    for (std::string key; std::getline(keys, key, '/');) node.reset(node[key]);
-    const std::string comment = commentOf(lines, static_cast<size_t>(node.Mark().line));
-    EXPECT_NE(comment.find(entry.limits), std::string::npos)
-        << path << ":" << node.Mark().line + 1 << ": " << entry.name << " has the limits "
-        << entry.limits << ", its comment is: " << comment;
+    EXPECT_NE(text.find(entry.limits), std::string::npos)
+        << entry.name << " has the limits " << entry.limits << ", its comment is: " << text;
   }
+}
+
+TEST(ConfigFiles, CommentsBelongToTheirParameters) {
+  EXPECT_EQ(paramTexts().at("disparity/matcher/p1"),
+            "penalty of a disparity change by 1 (eq. 1) [1, 200]");
+  // Of several lines above the parameter.
+  EXPECT_EQ(paramTexts().at("ego_motion/guess_frame").find("Without use_imu"), 0u);
+  EXPECT_EQ(paramTexts().at("moving_objects/range/min_disparity"),
+            paramTexts().at("disparity/matcher/range/min_disparity"));
 }
 
 }  // namespace
