@@ -67,6 +67,12 @@ struct ColumnOffset {
   double correction_px = 0;
 };
 
+/// The rig of the disparities that are corrected by this offset.
+inline StereoRig corrected(StereoRig rig, const ColumnOffset& offset) {
+  rig.cx_right_px += offset.correction_px;
+  return rig;
+}
+
 struct EgoMotionEstimate {
   static constexpr int kMostFrames = 10;
   /// kKnown: `motion` was seen. kHeld: it was not, but frames before this one are kept to compare

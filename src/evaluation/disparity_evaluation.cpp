@@ -109,17 +109,13 @@ void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>&
   std::vector<std::unique_ptr<DisparityMethod>> running;
   for (const NamedMethod& method : methods) running.push_back(method.make(sequence.name()));
   std::vector<MethodOutput> outputs(methods.size());
-  PipelineParams shared = params;
-  shared.parts = {true, false, false};
-  Pipeline ego_motion(shared);
-  PipelineOutput motion;
+  VisualOdometry odometry(params.ego_motion, params.max_gap);
 
   const int frames = max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
   for (int index = 0; index < frames; ++index) {
     const SequenceFrame frame = sequence.frame(index);
     MethodInput input{index, stereoFrame(sequence, index, frame), {}};
-    ego_motion.process(input.frame, motion);
-    input.ego_motion = motion.ego_motion;
+    input.camera = odometry.process(input.frame);
     for (size_t m = 0; m < methods.size(); ++m) {
       running[m]->run(input, outputs[m]);
       if (panel) panel(frame, index, m, outputs[m]);

@@ -22,19 +22,13 @@ DisparityParams withRowAlignment(DisparityParams params) {
   return params;
 }
 
-PipelineParams withoutEgoMotion(PipelineParams params) {
-  params.parts = {false, true, true};
-  return params;
-}
-
 class PredictiveMethod : public DisparityMethod {
  public:
-  explicit PredictiveMethod(const PipelineParams& params) : pipeline_(withoutEgoMotion(params)) {}
+  explicit PredictiveMethod(const PipelineParams& params) : pipeline_(params) {}
   void run(const MethodInput& input, MethodOutput& output) override {
-    FrameSources sources;
-    sources.ego_motion = input.ego_motion;
     std::swap(output_.disparity, output.maps);  // reuses the memory
-    pipeline_.process(input.frame, output_, sources);
+    pipeline_.process(
+        input.frame, [&] { return input.camera; }, output_);
     std::swap(output_.disparity, output.maps);
     output.objects = output_.detections.objects;
     output.times = pipeline_.times().disparity;

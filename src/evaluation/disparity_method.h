@@ -10,11 +10,11 @@
 
 namespace predictive_stereo {
 
-/// A frame, with the ego-motion that all methods share.
+/// A frame, with the odometry that all methods share.
 struct MethodInput {
   int index = 0;
   StereoFrame frame;
-  EgoMotionEstimate ego_motion;
+  OdometryOutput camera;
 };
 
 struct MethodOutput {

@@ -52,7 +52,10 @@ std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<Nam
 }
 
 MethodInput inputOf(const KittiScene2015& scene, int index) {
-  return {index, {scene.left, scene.right, scene.rig, index * std::chrono::milliseconds(100)}, {}};
+  MethodInput input{
+      index, {scene.left, scene.right, scene.rig, index * std::chrono::milliseconds(100)}, {}};
+  input.camera.pose.state = PoseState::kKnown;  // the path starts here
+  return input;
 }
 
 KittiSceneResult2015 evaluateKittiScene2015(

@@ -11,7 +11,7 @@
 namespace predictive_stereo {
 namespace {
 
-// With the pipeline's poses of all frames that it got.
+// With the poses of all frames that it got.
 struct Run {
   std::vector<int> frames;
   std::vector<PoseEstimate> poses;
@@ -19,11 +19,7 @@ struct Run {
 
 Run run(const Sequence& sequence, const std::vector<StereoFrame>& frames,
         const EgoMotionParams& params, const Loss& loss) {
-  PipelineParams pipeline_params;
-  pipeline_params.parts = {true, false, false};
-  pipeline_params.ego_motion = params;
-  Pipeline pipeline(pipeline_params);
-  PipelineOutput output;
+  VisualOdometry odometry(params, PipelineParams().max_gap);
   Run run;
   const cv::Mat1b black(sequence.rig().size, uchar{0});
   for (size_t i = 0; i < frames.size(); ++i) {
@@ -33,9 +29,8 @@ Run run(const Sequence& sequence, const std::vector<StereoFrame>& frames,
       if (loss.kind == Loss::Kind::kSwapped) std::swap(frame.left, frame.right);
       if (loss.kind == Loss::Kind::kBlack) frame.left = frame.right = black;
     }
-    pipeline.process(frame, output);
     run.frames.push_back(static_cast<int>(i));
-    run.poses.push_back(output.pose);
+    run.poses.push_back(odometry.process(frame).pose);
   }
   return run;
 }

@@ -226,6 +226,8 @@ PipelineParams withAllPublished(PipelineParams params) {
   return params;
 }
 
+std::optional<CameraMotion> unknownMotion(const Past&) { return {}; }
+
 double rounded(double value) {
   if (value < 1e-6) return 0;
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
@@ -260,11 +262,12 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
   seen.process_image = ErrorImage(drive.rig().size);
   seen.measurement_image = ErrorImage(drive.rig().size);
   const DisparityRange range = params.disparity.matcher.range;
-  PipelineParams full = params;
-  full.parts = {false, true, false};
-  full.disparity.search.scheme = SearchScheme::kFull;
-  Pipeline each_by_itself(full), closed_loop(withAllPublished(params));
-  PipelineOutput measured, published;
+  DisparityParams full = params.disparity;
+  full.search.scheme = SearchScheme::kFull;
+  DisparityLoop each_by_itself(full, params.max_gap);
+  Pipeline closed_loop(withAllPublished(params));
+  DisparityOutput measured;
+  PipelineOutput published;
   const std::vector<int64_t> stamps_ns = drive.stamps(KittiDrive::imageFolder(drive.leftCamera()));
   std::vector<Eigen::Vector3d> points_prev;
   std::optional<Stamp> stamp_prev;
@@ -281,9 +284,9 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
       points = visibleLidarPoints(drive.lidar(index), drive.T_cam_velo(), drive.rig());
       cv::Mat1f truth_px = lidarTruth(points, drive.rig().size);
       truth_px.setTo(kNoTruth, moving);
-      each_by_itself.process(frame, measured);
-      addMeasurementErrors(measured.disparity.measured_disparity_px, range, truth_px,
-                           seen.measurement, seen.measurement_image);
+      each_by_itself.process(frame, unknownMotion, measured);
+      addMeasurementErrors(measured.measured_disparity_px, range, truth_px, seen.measurement,
+                           seen.measurement_image);
       if (index > 0) addSamples(published.disparity, range, truth_px, 1, seen.published);
       if (!points_prev.empty() && published.motion_start == stamp_prev)
         addProcessErrors(points_prev, points, drive.rig(), published.ego_motion.motion.T_cam_prev,
@@ -320,15 +323,14 @@ std::vector<VarianceSample> observePublished2015(const std::string& training_dir
                                                  const PipelineParams& params, int step,
                                                  const std::function<void(int)>& progress) {
   std::vector<VarianceSample> samples;
-  PipelineParams alone = withAllPublished(params);
-  alone.parts = {false, true, false};
+  const PipelineParams all = withAllPublished(params);
   int pair = 0;
   for (const std::string& name : listKittiScenes2015(training_dir)) {
     const KittiScene2015 scene = readKittiScene2015(training_dir, name);
-    Pipeline pipeline(alone);
-    PipelineOutput published;
-    pipeline.process({scene.left, scene.right, scene.rig, {}}, published);
-    addSamples(published.disparity, params.disparity.matcher.range, scene.truth_px, step, samples);
+    DisparityLoop loop(all.disparity, all.max_gap);
+    DisparityOutput published;
+    loop.process({scene.left, scene.right, scene.rig, {}}, unknownMotion, published);
+    addSamples(published, params.disparity.matcher.range, scene.truth_px, step, samples);
     if (progress) progress(pair++);
   }
   return samples;

@@ -134,21 +134,17 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   RotationPriorSource prior(input.rotation_prior);
   e.estimated = {e.truth.front()};
   size_t last_good = 0;  // last frame whose pose was known
-  PipelineParams pipeline_params;
-  pipeline_params.parts = {true, false, false};
-  pipeline_params.ego_motion = params;
-  Pipeline pipeline(pipeline_params);
-  PipelineOutput output;
+  VisualOdometry odometry(params, PipelineParams().max_gap);
   std::vector<EgoMotionEstimate> estimates;
   for (int index = 0; index < frames; ++index) {
     const int place = index * input.every;
     const SequenceFrame frame = sequence.frame(place);
-    FrameSources sources;
+    OdometryHints hints;
     if (index > 0)
-      sources.R_cam_prev = prior.next(
+      hints.R_cam_prev = prior.next(
           relative(e.truth[static_cast<size_t>(index)], e.truth[static_cast<size_t>(index - 1)]),
           sequence.stamp_s(place) - sequence.stamp_s(place - input.every));
-    pipeline.process(stereoFrame(sequence, place, frame), output, sources);
+    const OdometryOutput& output = odometry.process(stereoFrame(sequence, place, frame), hints);
     const EgoMotionEstimate& estimate = output.ego_motion;
     if (progress) progress(index);
     estimates.push_back(estimate);
@@ -163,8 +159,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     const Eigen::Isometry3d found =
         tracked ? estimate.motion.T_cam_prev : relative(e.estimated[i], e.estimated[start]);
     e.motions.push_back({index, tracked, motionError(found, truth), normalized, estimate.features,
-                         estimate.inliers, estimate.residual_px,
-                         pipeline.times().ego_motion.front().ms});
+                         estimate.inliers, estimate.residual_px, odometry.times().front().ms});
     if (output.pose.state == PoseState::kKnown) last_good = i;
   }
   summarize(e);

@@ -18,14 +18,6 @@ namespace {
 // Resolution of the sub-pixel interpolation: costs are integers of at most a few hundred.
 constexpr float kDisparityStep = 1.0f / 16;
 
-PipelineParams pipelineParams(const DisparityProcessorParams& params) {
-  PipelineParams pipeline;
-  pipeline.parts = {false, true, false};
-  pipeline.max_gap = params.max_gap;
-  pipeline.disparity = params.disparity;
-  return pipeline;
-}
-
 // See DisparityMessages::contradicted_fraction; 0 if only a few pixels are predicted.
 double contradictedFraction(const cv::Mat1f& predicted_px, const cv::Mat1f& measured_px,
                             float min_disparity_px) {
@@ -45,12 +37,12 @@ double contradictedFraction(const cv::Mat1f& predicted_px, const cv::Mat1f& meas
 }  // namespace
 
 DisparityProcessor::DisparityProcessor(const DisparityProcessorParams& params)
-    : params_(params), pipeline_(pipelineParams(params)) {
+    : params_(params), loop_(params.disparity, params.max_gap) {
   validate(params);
 }
 
 void DisparityProcessor::setParams(const DisparityParams& params) {
-  pipeline_.setParams(params);
+  loop_.setParams(params);
   params_.disparity = params;
 }
 
@@ -60,7 +52,7 @@ std::string DisparityProcessor::slowTargetWarning() const {
 
 SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {
   const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
-  const SequenceGuard::Result sequence = pipeline_.begin(frame);
+  const SequenceGuard::Result sequence = loop_.begin(frame);
   if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return sequence;
   pair_ = pair;
   rig_ = frame.rig;
@@ -69,28 +61,26 @@ SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {
 
 DisparityMessages DisparityProcessor::process(const Sources& sources) {
   DisparityMessages result = allocate();
-  FrameSources links;
-  links.column_offset = sources.column_offset;
-  if (sources.motion)
-    links.motion = [&](std::optional<Stamp> past) {
-      return sources.motion(past ? std::optional(rosTime(*past)) : std::nullopt);
-    };
-  if (sources.moved) links.moved = [&](Stamp before) { return sources.moved(rosTime(before)); };
-  const DisparityOutput& maps = output_.disparity;
-  links.measured = [&] {
-    result.row_alignment =
-        rowAlignmentMsg(maps.row_alignment, output_.column_offset, pair_.left->header);
-    if (sources.measured) sources.measured(result);
+  loop_.setColumnOffset(sources.column_offset);
+  const auto motion = [&](const Past& past) -> std::optional<CameraMotion> {
+    if (!sources.motion) return {};
+    return sources.motion(past.stamp() ? std::optional(rosTime(*past.stamp())) : std::nullopt);
   };
-  pipeline_.process(links, output_);
+  DisparityLoop::Moved moved;
+  if (sources.moved) moved = [&](Stamp before) { return sources.moved(rosTime(before)); };
+  loop_.measure(motion, moved, maps_);
+  result.row_alignment =
+      rowAlignmentMsg(maps_.row_alignment, loop_.columnOffset(), pair_.left->header);
+  if (sources.measured) sources.measured(result);
+  loop_.publish(maps_);
 
-  result.predicted = maps.predicted;
+  result.predicted = maps_.predicted;
   result.contradicted_fraction =
-      contradictedFraction(maps.predicted_disparity_px, maps.measured_disparity_px,
+      contradictedFraction(maps_.predicted_disparity_px, maps_.measured_disparity_px,
                            static_cast<float>(params_.disparity.matcher.range.min_disparity));
-  result.mean_search_width_px = cv::mean(maps.search_width_px)[0];
+  result.mean_search_width_px = cv::mean(maps_.search_width_px)[0];
   result.searched_fraction = result.mean_search_width_px / params_.disparity.matcher.range.count;
-  output_ = PipelineOutput();  // its maps are views of the messages' memory
+  maps_ = DisparityOutput();  // views of the messages' memory
   pair_ = StereoPair();
   return result;
 }
@@ -105,14 +95,13 @@ DisparityMessages DisparityProcessor::allocate() {
   messages.predicted_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
   messages.search_range = image(sensor_msgs::image_encodings::TYPE_16UC1);
 
-  DisparityOutput& maps = output_.disparity;
-  maps.disparity_px = writableView<float>(messages.disparity->image);
-  maps.measured_disparity_px = writableView<float>(messages.measured_disparity->image);
-  maps.predicted_disparity_px = writableView<float>(messages.predicted_disparity->image);
-  maps.disparity_variance_px2 = writableView<float>(*messages.disparity_variance);
-  maps.measured_variance_px2 = writableView<float>(*messages.measured_variance);
-  maps.predicted_variance_px2 = writableView<float>(*messages.predicted_variance);
-  maps.search_width_px = writableView<uint16_t>(*messages.search_range);
+  maps_.disparity_px = writableView<float>(messages.disparity->image);
+  maps_.measured_disparity_px = writableView<float>(messages.measured_disparity->image);
+  maps_.predicted_disparity_px = writableView<float>(messages.predicted_disparity->image);
+  maps_.disparity_variance_px2 = writableView<float>(*messages.disparity_variance);
+  maps_.measured_variance_px2 = writableView<float>(*messages.measured_variance);
+  maps_.predicted_variance_px2 = writableView<float>(*messages.predicted_variance);
+  maps_.search_width_px = writableView<uint16_t>(*messages.search_range);
   return messages;
 }
 

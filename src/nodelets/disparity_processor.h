@@ -10,7 +10,7 @@
 #include "nodelets/message_pool.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
-#include "predictive_stereo/pipeline.h"
+#include "predictive_stereo/disparity_loop.h"
 
 namespace predictive_stereo {
 
@@ -32,7 +32,7 @@ struct DisparityMessages {
 /// directly into the memory of the messages.
 class DisparityProcessor {
  public:
-  /// Inputs of a frame from other nodelets: see FrameSources.
+  /// Inputs of a frame from other nodelets: see DisparityLoop.
   struct Sources {
     std::function<std::optional<CameraMotion>(std::optional<ros::Time> past)> motion;
     std::function<cv::Mat1b(ros::Time before)> moved;
@@ -49,15 +49,15 @@ class DisparityProcessor {
   /// Processes the pair of the last begin(); see Pipeline::process.
   DisparityMessages process(const Sources& sources);
 
-  /// See Pipeline::setParams.
+  /// See DisparityLoop::setParams.
   void setParams(const DisparityParams& params);
 
-  void reset() { pipeline_.reset(); }
+  void reset() { loop_.reset(); }
 
-  const std::string& simdTarget() const { return pipeline_.disparity().simdTarget(); }
+  const std::string& simdTarget() const { return loop_.estimator().simdTarget(); }
   /// See simd_target.h; empty: no warning.
   std::string slowTargetWarning() const;
-  const StageTimes& times() const { return pipeline_.times().disparity; }
+  const StageTimes& times() const { return loop_.times(); }
 
  private:
   DisparityMessages allocate();
@@ -65,14 +65,14 @@ class DisparityProcessor {
   stereo_msgs::DisparityImagePtr disparityImage();
 
   DisparityProcessorParams params_;
-  Pipeline pipeline_;
+  DisparityLoop loop_;
   cv::Mat1b left_buffer_, right_buffer_;
   MessagePool<sensor_msgs::Image> images_;
   MessagePool<stereo_msgs::DisparityImage> disparities_;
 
   // Of the current frame.
   StereoPair pair_;
-  PipelineOutput output_;
+  DisparityOutput maps_;
   StereoRig rig_;
 };
 

@@ -16,18 +16,10 @@ Eigen::Isometry3d bodyFromOptical() {
   return T;
 }
 
-PipelineParams pipelineParams(const EgoMotionProcessorParams& params) {
-  PipelineParams pipeline;
-  pipeline.parts = {true, false, false};
-  pipeline.max_gap = params.max_gap;
-  pipeline.ego_motion = params.ego_motion;
-  return pipeline;
-}
-
 }  // namespace
 
 EgoMotionProcessor::EgoMotionProcessor(const EgoMotionProcessorParams& params)
-    : params_(params), pipeline_(pipelineParams(params)) {
+    : params_(params), odometry_(params.ego_motion, params.max_gap) {
   validate(params);
 }
 
@@ -44,15 +36,11 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(
     const std::optional<Eigen::Matrix3d>& R_cam_prev) {
   const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
   Output output;
-  output.sequence = pipeline_.begin(frame);
+  output.sequence = odometry_.begin(frame);
   if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
-  if (pipeline_.isOrigin())
-    pipeline_.setOrigin(cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity());
-  FrameSources sources;
-  sources.T_body_cam = T_base_cam;
-  sources.ignored = moving_mask;
-  sources.R_cam_prev = R_cam_prev;
-  pipeline_.process(sources, output_);
+  if (odometry_.isOrigin())
+    odometry_.setOrigin(cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity());
+  output_ = odometry_.follow({moving_mask, R_cam_prev, T_base_cam});
   output.estimate = output_.ego_motion;
   frozen_ = isFrozen(pair);
   output.frozen = frozen_;

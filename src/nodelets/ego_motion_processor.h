@@ -10,7 +10,7 @@
 
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
-#include "predictive_stereo/pipeline.h"
+#include "predictive_stereo/visual_odometry.h"
 
 namespace predictive_stereo {
 
@@ -47,11 +47,11 @@ class EgoMotionProcessor {
                  const cv::Mat1b& moving_mask = {},
                  const std::optional<Eigen::Matrix3d>& R_cam_prev = {});
 
-  /// See Pipeline::setParams.
-  void setParams(const EgoMotionParams& params) { pipeline_.setParams(params); }
+  /// See VisualOdometry::setParams.
+  void setParams(const EgoMotionParams& params) { odometry_.setParams(params); }
 
   /// Resets the state: the next frame is the origin.
-  void reset() { pipeline_.reset(); }
+  void reset() { odometry_.reset(); }
 
   /// The frame whose pose is published, for pairs of this camera.
   std::string baseFrame(const StereoPair& pair) const;
@@ -62,8 +62,8 @@ class EgoMotionProcessor {
   EgoMotionMessages messages(const StereoPair& pair) const;
 
   EgoMotionProcessorParams params_;
-  Pipeline pipeline_;
-  PipelineOutput output_;
+  VisualOdometry odometry_;
+  OdometryOutput output_;
   cv::Mat1b left_buffer_, right_buffer_;
 
   sensor_msgs::ImageConstPtr last_left_, last_right_;

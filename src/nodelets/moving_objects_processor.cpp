@@ -65,39 +65,33 @@ MovingObject message(const DetectedObject& object) {
   return result;
 }
 
-PipelineParams pipelineParams(const MovingObjectsProcessorParams& params) {
-  PipelineParams pipeline;
-  pipeline.parts = {false, false, true};
-  pipeline.max_gap = params.max_gap;
-  pipeline.detection = params.detection;
-  return pipeline;
-}
-
 }  // namespace
 
 MovingObjectsProcessor::MovingObjectsProcessor(const MovingObjectsProcessorParams& params)
-    : params_(params), pipeline_(pipelineParams(params)) {
+    : params_(params), guard_(params.max_gap), detector_(params.detection) {
   validate(params);
 }
 
 void MovingObjectsProcessor::setParams(const DetectionParams& params) {
   DetectionParams changed = params;
   changed.range = params_.detection.range;
-  pipeline_.setParams(changed);
+  detector_.setParams(changed);
   params_.detection = changed;
 }
 
-// Before the frame begins, because the pipeline may refuse the range.
+// Before the frame begins, because the detector may refuse the range.
 void MovingObjectsProcessor::setRange(const DisparityRange& range) {
   if (range == params_.detection.range) return;
   DetectionParams changed = params_.detection;
   changed.range = range;
-  pipeline_.setParams(changed);
+  detector_.setParams(changed);
   params_.detection = changed;
 }
 
 void MovingObjectsProcessor::reset() {
-  pipeline_.reset();
+  detector_.reset();
+  column_offset_ = ColumnOffset();
+  guard_.forget();
   last_with_pose_.reset();
 }
 
@@ -109,21 +103,49 @@ StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
   frame.left = greyImage(*input.left, "left", left_buffer_);
   const cv::Size size = frame.left.size();
   frame.rig = rigOf(*input.left_info, *input.measured_disparity, size);
-  DisparityOutput maps;
-  maps.measured_disparity_px = floatView(input.measured_disparity->image, "measured_disparity");
-  maps.measured_variance_px2 = floatView(*input.measured_variance, "measured_variance");
-  maps.predicted_disparity_px = floatView(input.predicted_disparity->image, "predicted_disparity");
-  maps.predicted_variance_px2 = floatView(*input.predicted_variance, "predicted_variance");
-  requireSize("measured_disparity", maps.measured_disparity_px.size(), size);
-  requireSize("measured_variance", maps.measured_variance_px2.size(), size);
-  requireSize("predicted_disparity", maps.predicted_disparity_px.size(), size);
-  requireSize("predicted_variance", maps.predicted_variance_px2.size(), size);
+  maps_.measured_disparity_px = floatView(input.measured_disparity->image, "measured_disparity");
+  maps_.measured_variance_px2 = floatView(*input.measured_variance, "measured_variance");
+  maps_.predicted_disparity_px = floatView(input.predicted_disparity->image, "predicted_disparity");
+  maps_.predicted_variance_px2 = floatView(*input.predicted_variance, "predicted_variance");
+  requireSize("measured_disparity", maps_.measured_disparity_px.size(), size);
+  requireSize("measured_variance", maps_.measured_variance_px2.size(), size);
+  requireSize("predicted_disparity", maps_.predicted_disparity_px.size(), size);
+  requireSize("predicted_variance", maps_.predicted_variance_px2.size(), size);
   if (rangeOf(*input.measured_disparity) != rangeOf(*input.predicted_disparity))
     throw std::invalid_argument(
         "measured_disparity and predicted_disparity have different disparity ranges; do the topics "
         "come from one Disparity nodelet?");
-  output_.disparity = maps;
   return frame;
+}
+
+SequenceGuard::Result MovingObjectsProcessor::begin(const StereoFrame& frame) {
+  const SequenceGuard::Result sequence = guard_.next(frame.stamp, frame.rig);
+  using Verdict = SequenceGuard::Verdict;
+  if (sequence.verdict == Verdict::kDuplicate) return sequence;
+  if (sequence.verdict == Verdict::kBackward || frame.rig != rig_) column_offset_ = ColumnOffset();
+  if (sequence.verdict != Verdict::kContinues) detector_.reset();
+  rig_ = frame.rig;
+  return sequence;
+}
+
+void MovingObjectsProcessor::detect(const StereoFrame& frame,
+                                    const std::optional<CameraPose>& pose) {
+  DetectionInput input{toSeconds(frame.stamp),
+                       corrected(frame.rig, column_offset_),
+                       frame.left,
+                       maps_.measured_disparity_px,
+                       maps_.measured_variance_px2,
+                       maps_.predicted_disparity_px,
+                       maps_.predicted_variance_px2,
+                       PoseState::kLost,
+                       Eigen::Isometry3d::Identity(),
+                       Matrix6d::Zero()};
+  if (pose) {
+    input.pose_state = PoseState::kKnown;
+    input.T_odom_cam = pose->T_odom_cam;
+    input.motion_covariance = pose->motion_covariance;
+  }
+  detector_.detect(input, detections_);
 }
 
 MovingObjectsProcessor::Output MovingObjectsProcessor::process(
@@ -131,24 +153,22 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
   const StereoFrame frame = makeFrame(input);
   setRange(rangeOf(*input.measured_disparity));
   Output output;
-  output.sequence = pipeline_.begin(frame);
+  output.sequence = begin(frame);
   if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
 
   MovingObjectsMessages result;
   result.mask = images_.take();
   const std_msgs::Header& header = input.left->header;
   allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::MONO8, *result.mask);
-  output_.detections.mask = writableView<uint8_t>(*result.mask);
-  FrameSources sources;
-  sources.pose = pose;
-  if (input.row_alignment) sources.column_offset = columnOffset(*input.row_alignment);
-  pipeline_.process(sources, output_);
+  detections_.mask = writableView<uint8_t>(*result.mask);
+  if (input.row_alignment) column_offset_ = columnOffset(*input.row_alignment);
+  detect(frame, pose);
   last_ = input;
   if (pose) last_with_pose_ = input.left->header.stamp;
 
   result.objects = boost::make_shared<MovingObjectArray>();
   result.objects->header = header;
-  for (const DetectedObject& object : output_.detections.objects)
+  for (const DetectedObject& object : detections_.objects)
     result.objects->objects.push_back(message(object));
   output.messages = std::move(result);
   return output;

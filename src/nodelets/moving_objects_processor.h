@@ -10,7 +10,10 @@
 
 #include "nodelets/message_pool.h"
 #include "nodelets/nodelet_params.h"
-#include "predictive_stereo/pipeline.h"
+#include "predictive_stereo/disparity_estimator.h"
+#include "predictive_stereo/ego_motion.h"
+#include "predictive_stereo/moving_objects.h"
+#include "predictive_stereo/stereo_frame.h"
 
 namespace predictive_stereo {
 
@@ -44,7 +47,7 @@ class MovingObjectsProcessor {
   /// The last frame with a pose; none after a reset.
   std::optional<ros::Time> lastWithPose() const { return last_with_pose_; }
 
-  /// See Pipeline::setParams. The disparity range is always that of the messages.
+  /// See MovingObjectDetector::setParams. The disparity range is always that of the messages.
   void setParams(const DetectionParams& params);
 
   void reset();
@@ -52,10 +55,16 @@ class MovingObjectsProcessor {
  private:
   void setRange(const DisparityRange& range);
   StereoFrame makeFrame(const MovingObjectsInput& input);
+  SequenceGuard::Result begin(const StereoFrame& frame);
+  void detect(const StereoFrame& frame, const std::optional<CameraPose>& pose);
 
   MovingObjectsProcessorParams params_;
-  Pipeline pipeline_;
-  PipelineOutput output_;
+  SequenceGuard guard_;
+  MovingObjectDetector detector_;
+  StereoRig rig_;               // of the last frame, as calibrated
+  ColumnOffset column_offset_;  // of its disparities
+  DisparityOutput maps_;        // views of messages
+  Detections detections_;
   cv::Mat1b left_buffer_;
   MessagePool<sensor_msgs::Image> images_;
   std::optional<ros::Time> last_with_pose_;

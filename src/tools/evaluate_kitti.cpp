@@ -150,10 +150,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   {
     Progress progress("KITTI 2015", static_cast<int>(names.size()));
     const bool as_sequence = command_line.has("kitti2015-as-sequence");
-    PipelineParams shared = params;
-    shared.parts = {true, false, false};
-    Pipeline ego_motion(shared);
-    PipelineOutput motion;
+    VisualOdometry odometry(params.ego_motion, params.max_gap);
     std::vector<std::unique_ptr<DisparityMethod>> running;
     for (const std::string& name : names) {
       const int index = static_cast<int>(results.size());
@@ -161,10 +158,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
       const KittiScene2015 scene = readKittiScene2015(training_dir, name);
       MethodInput input = inputOf(scene, as_sequence ? index : 0);
       if (!as_sequence || index == 0) running = startMethods(methods, name);
-      if (as_sequence) {
-        ego_motion.process(input.frame, motion);
-        input.ego_motion = motion.ego_motion;
-      }
+      if (as_sequence) input.camera = odometry.process(input.frame);
       results.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
     }
   }

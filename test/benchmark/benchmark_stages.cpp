@@ -229,18 +229,15 @@ constexpr std::chrono::milliseconds kFramePeriod(100);
 void disparityLoop(benchmark::State& state) {
   const Inputs& in = inputs();
   const MemoryGrowth memory;
-  PipelineParams params = in.params;
-  params.parts = {false, true, false};
-  Pipeline pipeline(params);
-  PipelineOutput output;
-  FrameSources sources;
-  sources.ego_motion.emplace();
-  sources.ego_motion->state = PoseState::kKnown;
+  DisparityLoop loop(in.params.disparity, in.params.max_gap);
+  DisparityOutput maps;
   // The cost of the loop: the same frame repeatedly, with the motion of a standing camera.
   Stamp stamp{};
   measure(state, [&] {
     stamp += kFramePeriod;
-    pipeline.process({in.frame.left, in.frame.right, in.rig, stamp}, output, sources);
+    loop.process(
+        {in.frame.left, in.frame.right, in.rig, stamp}, [](const Past&) { return CameraMotion(); },
+        maps);
   });
   state.counters["MB"] = memory.megabytes();
 }

@@ -148,27 +148,28 @@ DetectionScore scoreWithPoses(const Drive& drive,
                               const std::function<std::optional<Eigen::Isometry3d>(int k)>& error) {
   const Film& film = filmOf(drive);
   const Matrix6d covariance = Matrix6d::Identity() * 1e-6;
-  PipelineParams params;
-  params.parts.ego_motion = false;
-  Pipeline pipeline(params);
+  Pipeline pipeline{PipelineParams()};
   PipelineOutput output;
   DetectionScore score;
   std::map<Stamp, Eigen::Isometry3d> T_world_cam;
   for (size_t k = 0; k < film.shots.size(); ++k) {
     const Shot& shot = film.shots[k];
     const StereoFrame frame = stereoFrame(shot, film.rig);
-    FrameSources sources;
-    // With a covariance that is not told: none that is told would be true for these errors.
-    if (const auto e = error(static_cast<int>(k)))
-      sources.pose = {T_world_cam[frame.stamp] = shot.T_world_cam * *e, Matrix6d::Zero()};
-    sources.motion = [&](std::optional<Stamp> past) -> std::optional<CameraMotion> {
-      if (!sources.pose || !past || !T_world_cam.count(*past)) return {};
-      CameraMotion motion;
-      motion.T_cam_prev = sources.pose->T_odom_cam.inverse() * T_world_cam[*past];
-      motion.covariance = covariance;
-      return motion;
+    const auto follow = [&] {
+      OdometryOutput camera;
+      const auto e = error(static_cast<int>(k));
+      if (!e) return camera;
+      // With a covariance that is not told: none that is told would be true for these errors.
+      camera.pose.state = PoseState::kKnown;
+      camera.pose.T_odom_cam = T_world_cam[frame.stamp] = shot.T_world_cam * *e;
+      const auto past = pipeline.disparity().past().stamp();
+      if (!past || !T_world_cam.count(*past)) return camera;
+      camera.motion_start = past;
+      camera.ego_motion.motion.T_cam_prev = camera.pose.T_odom_cam.inverse() * T_world_cam[*past];
+      camera.ego_motion.motion.covariance = covariance;
+      return camera;
     };
-    pipeline.process(frame, output, sources);
+    pipeline.process(frame, follow, output);
     score.add(shot.labels, output.detections.objects);
   }
   return score;

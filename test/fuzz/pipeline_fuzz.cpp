@@ -66,7 +66,6 @@ PipelineParams anyParams(Bytes& bytes) {
   params.disparity.min_support = more & 4 ? 0 : 10;
   params.disparity.use_moving_mask = !(more & 8);
   params.disparity.prediction.reject_near_edges = more & 16;
-  params.parts.ego_motion = !(more & 32);
   return params;
 }
 
@@ -125,7 +124,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         pipeline.setParams(other);
       }
       if (pipeline.process(frame, output))
-        check(output, pipeline.disparity().params().matcher.range);
+        check(output, pipeline.disparity().estimator().params().matcher.range);
     });
   }
   return 0;

@@ -149,15 +149,16 @@ TEST_F(Columns, NothingIsCorrectedWhereItIsSwitchedOff) {
 
 // As in the nodelets, where the ego-motion runs in another nodelet.
 TEST_F(Columns, ACorrectionFromElsewhereIsUsed) {
-  PipelineParams alone = params();
-  alone.parts = {false, true, false};
-  Pipeline pipeline(alone);
-  FrameSources sources;
-  sources.column_offset.emplace();
-  sources.column_offset->correction_px = kShiftPx;
-  ASSERT_TRUE(pipeline.process(frameOf(0, kShiftPx), output_, sources));
+  DisparityLoop loop(params().disparity, params().max_gap);
+  ColumnOffset told;
+  told.correction_px = kShiftPx;
+  const StereoFrame frame = frameOf(0, kShiftPx);
+  loop.begin(frame);
+  loop.setColumnOffset(told);
+  loop.measure([](const Past&) { return std::nullopt; }, {}, output_.disparity);
   EXPECT_NEAR(bias(0, output_.disparity.measured_disparity_px), 0, 0.15);
-  EXPECT_EQ(output_.column_offset.correction_px, kShiftPx);
+  EXPECT_EQ(loop.columnOffset().correction_px, kShiftPx);
+  EXPECT_EQ(loop.rig().cx_right_px, frame.rig.cx_right_px + kShiftPx);
 }
 
 TEST_F(Columns, AnotherCalibrationStartsWithoutACorrection) {

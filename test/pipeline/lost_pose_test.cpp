@@ -41,11 +41,6 @@ class LostPose : public testing::TestWithParam<const char*> {
     static std::map<std::string, Film> films;
     return films.try_emplace(GetParam(), GetParam()).first->second;
   }
-  static PipelineParams egoMotionAlone() {
-    PipelineParams params;
-    params.parts = {true, false, false};
-    return params;
-  }
   void drive(Fault fault, int frames) {
     const cv::Mat1b black(film().rig.size, uchar{0});
     for (int i = 0; i < frames; ++i) {
@@ -54,7 +49,7 @@ class LostPose : public testing::TestWithParam<const char*> {
       StereoFrame frame{now.left, now.right, film().rig, stampFromSeconds(now.stamp_s)};
       if (fault == kBlack) frame.left = frame.right = black;
       if (fault == kSwapped) std::swap(frame.left, frame.right);
-      pipeline_.process(frame, output_);
+      output_ = odometry_.process(frame);
       states_.push_back(output_.pose.state);
       if (fault != kNone) {
         EXPECT_NE(output_.pose.state, PoseState::kKnown) << number_;
@@ -78,8 +73,8 @@ class LostPose : public testing::TestWithParam<const char*> {
   }
 
   int number_ = 0;
-  Pipeline pipeline_{egoMotionAlone()};
-  PipelineOutput output_;
+  VisualOdometry odometry_{EgoMotionParams(), PipelineParams().max_gap};
+  OdometryOutput output_;
   std::vector<PoseState> states_;
 };
 

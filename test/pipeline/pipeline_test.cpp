@@ -51,11 +51,8 @@ double outliers(const StreetFrame& frame, const cv::Mat1f& disparity_px) {
   return static_cast<double>(wrong) / known;
 }
 
-PipelineParams disparityAlone(const DisparityParams& disparity = disparityParams()) {
-  PipelineParams params;
-  params.parts = {false, true, false};
-  params.disparity = disparity;
-  return params;
+DisparityLoop disparityAlone(const DisparityParams& disparity = disparityParams()) {
+  return {disparity, PipelineParams().max_gap};
 }
 
 StereoFrame stereoFrame(const StreetFrame& frame, const StereoRig& rig, int number) {
@@ -63,37 +60,37 @@ StereoFrame stereoFrame(const StreetFrame& frame, const StereoRig& rig, int numb
 }
 
 // Runs only disparity on frames of a street, with their true motion or with that of `motion`.
-class DisparityLoop : public testing::Test {
+class Loop : public testing::Test {
  protected:
   using MotionOf =
       std::function<std::optional<CameraMotion>(const StreetFrame& past, const StreetFrame& now)>;
 
-  void run(Pipeline& pipeline, const StreetFrame& frame, const MotionOf& motion = trueMotion,
+  void run(DisparityLoop& loop, const StreetFrame& frame, const MotionOf& motion = trueMotion,
            const cv::Mat1b& moved = {}) {
-    FrameSources sources;
-    sources.motion = [&](std::optional<Stamp> past) -> std::optional<CameraMotion> {
-      if (!past) return {};
-      return motion(frames_.at(*past), frame);
+    const auto since_past = [&](const Past& past) -> std::optional<CameraMotion> {
+      if (!past.stamp()) return {};
+      return motion(frames_.at(*past.stamp()), frame);
     };
-    sources.moved = [&](Stamp before) {
+    const auto movedBefore = [&](Stamp before) {
       EXPECT_EQ(before, stereoFrame(frame, street_.rig(), number_ - 2).stamp);
       return moved;
     };
     const StereoFrame now = stereoFrame(frame, street_.rig(), number_++);
     frames_[now.stamp] = frame;
-    ASSERT_TRUE(pipeline.process(now, output_, sources));
-    carried_ = pipeline.past() == now.stamp;
+    loop.begin(now);
+    loop.measure(since_past, movedBefore, maps_);
+    loop.publish(maps_);
+    carried_ = loop.past().stamp() == now.stamp;
   }
   void startAnew() {
     frames_.clear();
-    output_ = PipelineOutput();
+    maps_ = DisparityOutput();
   }
 
   Street street_{streetOf("straight")};
   std::map<Stamp, StreetFrame> frames_;
   int number_ = 0;
-  PipelineOutput output_;
-  DisparityOutput& maps_ = output_.disparity;
+  DisparityOutput maps_;
   bool carried_ = false;  // whether the frame is the past of the next one
 };
 
@@ -101,8 +98,8 @@ std::optional<CameraMotion> unknownMotion(const StreetFrame&, const StreetFrame&
   return std::nullopt;
 }
 
-TEST_F(DisparityLoop, PredictionIsUsedFromTheSecondFrameOn) {
-  Pipeline pipeline(disparityAlone());
+TEST_F(Loop, PredictionIsUsedFromTheSecondFrameOn) {
+  DisparityLoop pipeline(disparityAlone());
   double outliers_without = 0, outliers_with = 0;
   for (int i = 0; i < kFrames; ++i) {
     const StreetFrame frame = street_.render(i);
@@ -117,8 +114,8 @@ TEST_F(DisparityLoop, PredictionIsUsedFromTheSecondFrameOn) {
   EXPECT_LT(outliers_with, outliers_without) << "prediction should help";
 }
 
-TEST_F(DisparityLoop, AFrameWithoutMotionCostsNoMoreThanItself) {
-  Pipeline pipeline(disparityAlone());
+TEST_F(Loop, AFrameWithoutMotionCostsNoMoreThanItself) {
+  DisparityLoop pipeline(disparityAlone());
   for (int i = 0; i < kFrames; ++i) {
     const StreetFrame frame = street_.render(i);
     const bool without = i == 3;
@@ -132,8 +129,8 @@ TEST_F(DisparityLoop, AFrameWithoutMotionCostsNoMoreThanItself) {
   }
 }
 
-TEST_F(DisparityLoop, ThePastIsGivenUpAfterSomeFramesWithoutMotion) {
-  Pipeline pipeline(disparityAlone());
+TEST_F(Loop, ThePastIsGivenUpAfterSomeFramesWithoutMotion) {
+  DisparityLoop pipeline(disparityAlone());
   const int patience = disparityParams().correction.max_missed_frames;
   run(pipeline, street_.render(0));
   for (int i = 1; i <= patience + 1; ++i) {
@@ -144,10 +141,10 @@ TEST_F(DisparityLoop, ThePastIsGivenUpAfterSomeFramesWithoutMotion) {
   EXPECT_TRUE(maps_.predicted);
 }
 
-TEST_F(DisparityLoop, WhatMovedIsNoPast) {
+TEST_F(Loop, WhatMovedIsNoPast) {
   DisparityParams params = disparityParams();
   params.row_alignment.enabled = false;  // because it has a state as well
-  Pipeline pipeline(disparityAlone(params)), fresh(disparityAlone(params));
+  DisparityLoop pipeline(disparityAlone(params)), fresh(disparityAlone(params));
   run(pipeline, street_.render(0));
   const cv::Mat1b everything(street_.rig().size, uchar{255});
   const StreetFrame frame = street_.render(1);
@@ -162,13 +159,13 @@ TEST_F(DisparityLoop, WhatMovedIsNoPast) {
   EXPECT_EQ(cv::norm(marked.disparity_px, maps_.disparity_px, cv::NORM_INF), 0);
 }
 
-TEST_F(DisparityLoop, WhatMovedIsAPastWhereSoAsked) {
+TEST_F(Loop, WhatMovedIsAPastWhereSoAsked) {
   DisparityParams params = disparityParams();
   params.use_moving_mask = false;
-  Pipeline marked(disparityAlone(params)), other(disparityAlone(params));
+  DisparityLoop marked(disparityAlone(params)), other(disparityAlone(params));
   const cv::Mat1b everything(street_.rig().size, uchar{255});
   cv::Mat1f expected;
-  for (Pipeline* pipeline : {&marked, &other}) {
+  for (DisparityLoop* pipeline : {&marked, &other}) {
     startAnew();
     run(*pipeline, street_.render(0));
     run(*pipeline, street_.render(1), trueMotion, pipeline == &marked ? everything : cv::Mat1b());
@@ -177,15 +174,15 @@ TEST_F(DisparityLoop, WhatMovedIsAPastWhereSoAsked) {
   EXPECT_EQ(cv::norm(expected, maps_.disparity_px, cv::NORM_INF), 0);
 }
 
-TEST_F(DisparityLoop, RefusesAMaskOfAnotherSize) {
-  Pipeline pipeline(disparityAlone());
+TEST_F(Loop, RefusesAMaskOfAnotherSize) {
+  DisparityLoop pipeline(disparityAlone());
   run(pipeline, street_.render(0));
   EXPECT_THROW(run(pipeline, street_.render(1), trueMotion, cv::Mat1b::zeros(4, 4)),
                std::invalid_argument);
 }
 
-TEST_F(DisparityLoop, ResetStartsAnewBitByBit) {
-  Pipeline used(disparityAlone()), fresh(disparityAlone());
+TEST_F(Loop, ResetStartsAnewBitByBit) {
+  DisparityLoop used(disparityAlone()), fresh(disparityAlone());
   for (int i = 0; i < 3; ++i) run(used, street_.render(i));
   used.reset();
   run(used, street_.render(7));
@@ -195,8 +192,8 @@ TEST_F(DisparityLoop, ResetStartsAnewBitByBit) {
   EXPECT_EQ(cv::norm(expected, maps_.disparity_px, cv::NORM_INF), 0);
 }
 
-TEST_F(DisparityLoop, WritesIntoTheCallersMemory) {
-  Pipeline pipeline(disparityAlone());
+TEST_F(Loop, WritesIntoTheCallersMemory) {
+  DisparityLoop pipeline(disparityAlone());
   const StreetFrame frame = street_.render(0);
   for (cv::Mat1f* map :
        {&maps_.disparity_px, &maps_.disparity_variance_px2, &maps_.measured_disparity_px,
@@ -214,11 +211,11 @@ TEST_F(DisparityLoop, WritesIntoTheCallersMemory) {
   EXPECT_EQ(maps_.search_width_px.data, memory.search_width_px.data);
 }
 
-TEST_F(DisparityLoop, WrongMotionDoesNotStickToTheFilters) {
-  Pipeline pipeline(disparityAlone());
+TEST_F(Loop, WrongMotionDoesNotStickToTheFilters) {
+  DisparityLoop pipeline(disparityAlone());
   DisparityParams full_params = disparityParams();
   full_params.search.scheme = SearchScheme::kFull;
-  Pipeline full(disparityAlone(full_params));
+  DisparityLoop full(disparityAlone(full_params));
   const auto sometimesWrong = [](const StreetFrame& past, const StreetFrame& now) {
     CameraMotion motion = trueMotion(past, now);
     if (now.index % 10 == 5) {
@@ -239,7 +236,7 @@ TEST_F(DisparityLoop, WrongMotionDoesNotStickToTheFilters) {
   EXPECT_LE(ours, 1.2 * reference);
 }
 
-TEST_F(DisparityLoop, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
+TEST_F(Loop, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
   for (const bool aligned : {true, false}) {
     DisparityParams params = disparityParams();
     params.search.scheme = SearchScheme::kPaper;
@@ -247,7 +244,7 @@ TEST_F(DisparityLoop, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
     params.matcher.census = CensusForm::k5x5;
     params.matcher.p1 = 6;
     params.matcher.p2 = 65;
-    Pipeline pipeline(disparityAlone(params));
+    DisparityLoop pipeline(disparityAlone(params));
     startAnew();
     for (int i = 0; i < 3; ++i) {
       const StreetFrame frame = street_.render(i);
@@ -258,40 +255,17 @@ TEST_F(DisparityLoop, ThePapersSchemeWorksWithAndWithoutRowAlignment) {
   }
 }
 
-// With a callback for the motion, the half-resolution match runs beside it; with a given motion it
-// does not.
-TEST_F(DisparityLoop, GivenEgoMotionIsAsGoodAsOneThatIsAskedFor) {
-  Pipeline asking(disparityAlone()), given(disparityAlone());
-  PipelineOutput output;
-  StreetFrame past;
-  for (int i = 0; i < 4; ++i) {
-    const StreetFrame frame = street_.render(i);
-    run(asking, frame);
-    FrameSources sources;
-    sources.ego_motion.emplace();
-    if (i > 0) {
-      sources.ego_motion->state = PoseState::kKnown;
-      sources.ego_motion->motion = trueMotion(past, frame);
-    }
-    given.process(stereoFrame(frame, street_.rig(), i), output, sources);
-    past = frame;
-  }
-  EXPECT_STREQ(given.times().disparity.front().name, "half-resolution match");
-  EXPECT_STREQ(asking.times().disparity.front().name, "half-resolution match");
-  EXPECT_EQ(cv::norm(maps_.disparity_px, output.disparity.disparity_px, cv::NORM_INF), 0);
-}
-
 // The paper's scheme does not use it; row alignment does.
-TEST_F(DisparityLoop, HalfResolutionIsMatchedOnlyWhereItIsUsed) {
+TEST_F(Loop, HalfResolutionIsMatchedOnlyWhereItIsUsed) {
   const StreetFrame frame = street_.render(0);
   const auto isMatched = [&](SearchScheme scheme, bool align) {
     DisparityParams params = disparityParams();
     params.search.scheme = scheme;
     params.row_alignment.enabled = align;
-    Pipeline pipeline(disparityAlone(params));
+    DisparityLoop pipeline(disparityAlone(params));
     run(pipeline, frame);
     int stages = 0;
-    for (const StageTime& stage : pipeline.times().disparity)
+    for (const StageTime& stage : pipeline.times())
       stages += stage.name == std::string("half-resolution match");
     return stages > 0;
   };
@@ -302,23 +276,41 @@ TEST_F(DisparityLoop, HalfResolutionIsMatchedOnlyWhereItIsUsed) {
 }
 
 // The pipeline must use the motion that starts from the past frame.
-class EgoMotionLink : public DisparityLoop {
+class EgoMotionLink : public Loop {
  protected:
   /// Processes the next frame with an ego-motion of this state, from `frames` frames back.
   void next(PoseState state, int frames = 1) {
     const StreetFrame frame = street_.render(number_);
-    FrameSources sources;
-    sources.ego_motion.emplace();
-    sources.ego_motion->state = state;
-    sources.ego_motion->frames = frames;
+    EgoMotionEstimate estimate;
+    estimate.state = state;
+    estimate.frames = frames;
     if (state == PoseState::kKnown)
-      sources.ego_motion->motion = trueMotion(shown_.at(shown_.size() - frames), frame);
-    ASSERT_TRUE(pipeline_.process(stereoFrame(frame, street_.rig(), number_++), output_, sources));
+      estimate.motion = trueMotion(shown_.at(shown_.size() - frames), frame);
+    const StereoFrame now = stereoFrame(frame, street_.rig(), number_++);
+    const auto sequence = pipeline_.begin(now);
+    if (sequence.verdict == SequenceGuard::Verdict::kBackward) path_.reset();
+    if (sequence.verdict != SequenceGuard::Verdict::kContinues) path_.breakOff();
+    path_.add(estimate, now.stamp);
+    pipeline_.process(
+        [&] {
+          return OdometryOutput{estimate, path_.motionStart(), path_.pose()};
+        },
+        output_);
     shown_.push_back(frame);
   }
   Stamp stampOf(int number) const { return number * std::chrono::milliseconds(100); }
 
-  Pipeline pipeline_{disparityAlone()};
+  std::optional<Stamp> past() const { return pipeline_.disparity().past().stamp(); }
+
+  static PipelineParams params() {
+    PipelineParams params;
+    params.disparity = disparityParams();
+    return params;
+  }
+  Pipeline pipeline_{params()};
+  PipelineOutput output_;
+  const DisparityOutput& maps_ = output_.disparity;
+  CameraPath path_;
   std::vector<StreetFrame> shown_;
 };
 
@@ -328,11 +320,11 @@ TEST_F(EgoMotionLink, AMotionOverALostFrameLeadsFromThePast) {
   next(PoseState::kHeld);
   EXPECT_EQ(output_.pose.state, PoseState::kHeld);
   EXPECT_FALSE(maps_.predicted);
-  EXPECT_EQ(pipeline_.past(), stampOf(1)) << "the lost frame is no past";
+  EXPECT_EQ(past(), stampOf(1)) << "the lost frame is no past";
   next(PoseState::kKnown, 2);
   EXPECT_EQ(output_.motion_start, stampOf(1));
   EXPECT_TRUE(maps_.predicted);
-  EXPECT_EQ(pipeline_.past(), stampOf(3));
+  EXPECT_EQ(past(), stampOf(3));
   EXPECT_LT(outliers(shown_.back(), maps_.disparity_px), 0.15);
 }
 
@@ -343,7 +335,7 @@ TEST_F(EgoMotionLink, AMotionFromTheLostFrameIsNoneFromThePast) {
   next(PoseState::kKnown, 1);
   EXPECT_EQ(output_.motion_start, stampOf(2));
   EXPECT_FALSE(maps_.predicted) << "it would miss the motion from frame 1 to 2";
-  EXPECT_EQ(pipeline_.past(), stampOf(3)) << "frame 1 is out of reach for good";
+  EXPECT_EQ(past(), stampOf(3)) << "frame 1 is out of reach for good";
   next(PoseState::kKnown);
   EXPECT_TRUE(maps_.predicted);
 }
@@ -355,7 +347,7 @@ TEST_F(EgoMotionLink, NothingGoesOnOverAGapOrBackInTime) {
   next(PoseState::kKnown);
   EXPECT_FALSE(output_.motion_start) << "its start is forgotten";
   EXPECT_FALSE(maps_.predicted);
-  EXPECT_EQ(pipeline_.past(), stampOf(13));
+  EXPECT_EQ(past(), stampOf(13));
   number_ = 1;
   next(PoseState::kKnown);
   EXPECT_FALSE(maps_.predicted);
@@ -365,8 +357,8 @@ TEST_F(EgoMotionLink, NothingGoesOnOverAGapOrBackInTime) {
   EXPECT_FALSE(pipeline_.process(stereoFrame(frame, street_.rig(), 1), output_)) << "a duplicate";
 }
 
-TEST_F(DisparityLoop, RefusesImagesThatDoNotFitTheCalibration) {
-  Pipeline pipeline(disparityAlone());
+TEST_F(Loop, RefusesImagesThatDoNotFitTheCalibration) {
+  DisparityLoop pipeline(disparityAlone());
   const cv::Mat1b image(100, 200, uchar{0});
   try {
     pipeline.begin({image, image, street_.rig(), Stamp()});
@@ -381,19 +373,17 @@ TEST(DisparityLoopAtRest, VarianceStaysBoundedAndDisparityUnbiased) {
   const Street street(streetOf("standstill"));
   std::vector<StreetFrame> frames;
   for (int i = 0; i < 5; ++i) frames.push_back(street.render(i));
-  Pipeline pipeline(disparityAlone());
-  FrameSources sources;
-  sources.motion = [](auto) {
+  DisparityLoop pipeline(disparityAlone());
+  const auto motion = [](const Past&) {
     CameraMotion rest;
     rest.covariance = Matrix6d::Identity() * 1e-8;
     return rest;
   };
-  PipelineOutput pipeline_output;
-  const DisparityOutput& output = pipeline_output.disparity;
+  DisparityOutput output;
   std::vector<double> bias, sigma;
   for (int i = 0; i < 600; ++i) {
     const StreetFrame& frame = frames[i % frames.size()];
-    pipeline.process(stereoFrame(frame, street.rig(), i), pipeline_output, sources);
+    pipeline.process(stereoFrame(frame, street.rig(), i), motion, output);
     if (i != 5 && i != 599) continue;
     cv::Mat1f error = output.disparity_px - frame.disparity_px;
     const cv::Mat good = (cv::abs(error) < 1) & (frame.disparity_px > 0);
