@@ -24,7 +24,7 @@ std::string chooseSimdTarget(const std::string& requested);
 std::string slowTargetWarning(const std::string& requested, const std::string& target);
 
 /// Sets the target of all kernels of this process to chooseSimdTarget(requested), from their next
-/// call on. A Pipeline that estimates disparities calls this with its matcher/simd_target; until
+/// call on. DisparityLoop calls this with its matcher/simd_target; until
 /// then the target is "auto".
 /// @throws std::invalid_argument as chooseSimdTarget does; the target is then unchanged.
 void useSimdTarget(const std::string& requested);

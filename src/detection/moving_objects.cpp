@@ -11,6 +11,7 @@
 #include "detection/paper_windows.h"
 #include "detection/tracker.h"
 #include "detection/unseen_object.h"
+#include "imaging/size_check.h"
 #include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
@@ -20,21 +21,15 @@ std::string text(cv::Size size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
-void requireSize(const char* name, const cv::Mat& map, cv::Size expected) {
-  if (map.size() != expected)
-    throw std::invalid_argument(std::string(name) + " is " + text(map.size()) +
-                                " but the calibration is for " + text(expected));
-}
-
 void requireSizes(const DetectionInput& input) {
   if (input.rig.size.empty())
     throw std::invalid_argument(
         "rig.size = 0x0: set the calibration of the images (StereoRig::fromProjections)");
-  requireSize("left image", input.left, input.rig.size);
-  requireSize("measured disparity", input.measured_disparity_px, input.rig.size);
-  requireSize("measured variance", input.measured_variance_px2, input.rig.size);
-  requireSize("predicted disparity", input.predicted_disparity_px, input.rig.size);
-  requireSize("predicted variance", input.predicted_variance_px2, input.rig.size);
+  requireSize("left image", input.left.size(), input.rig.size);
+  requireSize("measured disparity", input.measured_disparity_px.size(), input.rig.size);
+  requireSize("measured variance", input.measured_variance_px2.size(), input.rig.size);
+  requireSize("predicted disparity", input.predicted_disparity_px.size(), input.rig.size);
+  requireSize("predicted variance", input.predicted_variance_px2.size(), input.rig.size);
 }
 
 // With bounds that exclude each other no object would ever be plausible.

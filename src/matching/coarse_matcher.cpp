@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "imaging/half_image.h"
+#include "imaging/size_check.h"
 #include "matching/matcher_limits.h"
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
@@ -39,12 +40,7 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
          << ": the half-resolution search needs at least 2x2 pixels";
     throw std::invalid_argument(text.str());
   }
-  if (left.size() != right.size()) {
-    std::ostringstream text;
-    text << "the right image is " << right.cols << "x" << right.rows << ", the left one "
-         << left.cols << "x" << left.rows << ": both must have one size";
-    throw std::invalid_argument(text.str());
-  }
+  requireSize("the right image", right.size(), left.size(), "but the left one is");
   const int64_t simd_target = simdTargetBit(matcher_.simdTarget());
   halveImage(left, simd_target, left_half_);
   halveImage(right, simd_target, right_half_);

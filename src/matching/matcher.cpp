@@ -4,6 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "imaging/size_check.h"
 #include "matching/census_kernel.h"
 #include "matching/full_search.h"
 #include "matching/jump_floors.h"
@@ -19,13 +20,8 @@ namespace predictive_stereo {
 namespace {
 
 void requireEqualSizes(const cv::Mat1b& left, const cv::Mat1b& right) {
-  std::ostringstream text;
-  if (left.empty())
-    text << "the left image is empty: nothing to match";
-  else if (left.size() != right.size())
-    text << "the right image is " << right.cols << "x" << right.rows << ", the left one "
-         << left.cols << "x" << left.rows << ": both must have one size";
-  if (!text.str().empty()) throw std::invalid_argument(text.str());
+  if (left.empty()) throw std::invalid_argument("the left image is empty: nothing to match");
+  requireSize("the right image", right.size(), left.size(), "but the left one is");
 }
 
 }  // namespace

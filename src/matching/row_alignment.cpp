@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "imaging/size_check.h"
 #include "matching/row_offset_sample.h"
 #include "parallel/tasks.h"
 
@@ -30,17 +31,10 @@ Vector6 polynomialTerms(double u, double v) {
 }
 
 void requireSizes(cv::Size left, cv::Size right, cv::Size coarse) {
-  const auto text = [](cv::Size size) {
-    return std::to_string(size.width) + "x" + std::to_string(size.height);
-  };
   if (left.empty()) throw std::invalid_argument("row alignment: the left image is empty");
-  if (left != right)
-    throw std::invalid_argument("row alignment: the left image is " + text(left) +
-                                ", the right one " + text(right) + ": both must have one size");
-  if (coarse != left / 2)
-    throw std::invalid_argument("row alignment: the half-resolution match is " + text(coarse) +
-                                ", the images are " + text(left) +
-                                ": it must have half their width and height");
+  requireSize("row alignment: the right image", right, left, "but the left one is");
+  requireSize("row alignment: the half-resolution match", coarse, left / 2,
+              "but half the size of the images is");
 }
 
 // From offsets on a grid that includes the corners. A coarse grid is enough: the model is

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "imaging/size_check.h"
 #include "odometry/ego_motion_fault.h"
 #include "odometry/motion_choice.h"
 #include "odometry/pose_solver.h"
@@ -23,16 +24,6 @@ constexpr double kHoldInliers = 0.6;  // share of the reference's features that 
 // A frame with fewer features cannot be a reference. The last reference is then kept, for at most
 // EgoMotionEstimate::kMostFrames frames.
 constexpr int kBlindFeatures = 30;
-
-void requireSize(const char* name, const cv::Mat1b& image, cv::Size size) {
-  const auto text = [](cv::Size s) {
-    return std::to_string(s.width) + "x" + std::to_string(s.height);
-  };
-  if (image.size() != size)
-    throw std::invalid_argument(std::string("ego-motion: the ") + name + " is " +
-                                text(image.size()) + ", the rig's images are " + text(size) +
-                                "; do the camera_info topics belong to these images?");
-}
 
 // Effect of calibration errors on a motion T = (R, t), in addition to those of disparities. A wrong
 // scale makes t longer or shorter. An optical axis that is turned by w turns both frames:
@@ -122,9 +113,9 @@ struct EgoMotion::State {
 EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
                                              const StereoRig& rig, const cv::Mat1b& moving_mask,
                                              const std::optional<Eigen::Matrix3d>& R_cam_prev) {
-  requireSize("left image", left, rig.size);
-  requireSize("right image", right, rig.size);
-  if (!moving_mask.empty()) requireSize("mask of moving objects", moving_mask, rig.size);
+  requireSize("left image", left.size(), rig.size);
+  requireSize("right image", right.size(), rig.size);
+  if (!moving_mask.empty()) requireSize("mask of moving objects", moving_mask.size(), rig.size);
   if (rig != features.rig()) {
     reset();
     startOffset();

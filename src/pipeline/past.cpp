@@ -34,7 +34,7 @@ void Past::carry(Stamp stamp) {
 void Past::eraseMoving(const cv::Mat1b& mask) {
   if (mask.empty() || !isLastFrame()) return;
   requireSize("mask of moving objects", mask.size(), filters_.missed_frames.size(),
-              "the images are");
+              "but the images are");
   cv::bitwise_or(filters_.missed_frames, mask, filters_.missed_frames);
 }
 
