@@ -90,7 +90,7 @@ TEST_P(LostPose, IsKnownAgainWhereTheOldViewIsFoundAgain) {
 
 TEST_P(LostPose, StaysUncertainAfterALongLoss) {
   for (const Fault fault : {kBlack, kSwapped}) {
-    pipeline_.reset();
+    odometry_.reset();
     number_ = 0;
     drive(kNone, 6);
     drive(fault, 15);
@@ -114,7 +114,8 @@ TEST_P(LostPose, StaysUncertainAfterAGap) {
 
 // The first frame is the origin even if the images are swapped; later ones have no view.
 TEST_P(LostPose, SwappedImagesAreNoOrigin) {
-  pipeline_.process({film().frames[0].right, film().frames[0].left, film().rig, Stamp(0)}, output_);
+  output_ =
+      odometry_.process({film().frames[0].right, film().frames[0].left, film().rig, Stamp(0)});
   EXPECT_EQ(output_.pose.state, PoseState::kKnown);
   EXPECT_TRUE(output_.ego_motion.swapped);
   number_ = 1;
