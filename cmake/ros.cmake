@@ -28,6 +28,8 @@ target_link_libraries(predictive_stereo_ros
 
 # The nodelets, and each of them as a separate node.
 predictive_stereo_library(predictive_stereo_nodelets FILES
+  src/nodelets/cloud_output.cpp
+  src/nodelets/disparity_input.cpp
   src/nodelets/disparity_nodelet.cpp
   src/nodelets/ego_motion_nodelet.cpp
   src/nodelets/health.cpp
@@ -37,8 +39,10 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/moving_objects_nodelet.cpp
   src/nodelets/rectify_nodelet.cpp
   src/nodelets/ros_params.cpp
+  src/nodelets/rotation_prior.cpp
   src/nodelets/stereo_input.cpp
   src/nodelets/tf_input.cpp
+  src/nodelets/tf_output.cpp
   src/nodelets/thread_limit.cpp
   src/nodelets/topic_state.cpp
 )

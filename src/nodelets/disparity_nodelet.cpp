@@ -1,24 +1,18 @@
 #include <image_transport/image_transport.h>
-#include <nav_msgs/Odometry.h>
-#include <nodelet/nodelet.h>
 
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <sstream>
 #include <string>
 
+#include "nodelets/cloud_output.h"
 #include "nodelets/disparity_processor.h"
 #include "nodelets/disparity_views.h"
-#include "nodelets/frame_loop.h"
-#include "nodelets/health.h"
+#include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
-#include "nodelets/nodelet_params.h"
 #include "nodelets/odometry_input.h"
-#include "nodelets/outputs.h"
-#include "nodelets/ros_params.h"
 #include "nodelets/stereo_input.h"
-#include "nodelets/tf_input.h"
-#include "nodelets/thread_limit.h"
 
 namespace predictive_stereo {
 
@@ -35,53 +29,22 @@ namespace predictive_stereo {
 ///   it subscribes only to /tf.
 /// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: DisparityNodeletParams.
-class DisparityNodelet : public nodelet::Nodelet {
+class DisparityNodelet : public FrameNodelet<DisparityNodeletParams, StereoPair, DisparityProcessor,
+                                             DisparityEstimator, DisparityParams> {
  public:
-  ~DisparityNodelet() override {
-    arrivals_.stop();
-    if (health_) health_->stop();
-    demand_.stop();
-    sleep();
-    if (loop_) loop_->stop();
-  }
+  DisparityNodelet()
+      : FrameNodelet("Disparity", "disparity", &DisparityProcessorParams::disparity,
+                     {"use_moving_mask"}) {}
+  ~DisparityNodelet() override { shutDown(); }
 
  private:
-  using Loop = FrameLoop<StereoPair, DisparityProcessor, DisparityParams>;
-  // Point clouds that wait for the mask of their frame.
-  struct PendingClouds {
-    stereo_msgs::DisparityImageConstPtr disparity;
-    StereoPair pair;
-  };
-
-  void onInit() override {
-    health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(),
-                                       "Disparity", [this] { return describeMissingInput(); });
-    health_->guard(
-        "parameters", [this] { start(getNodeHandle(), getPrivateNodeHandle()); },
-        Health::Severity::kBroken);
-    health_->start();
-  }
-
-  static constexpr int kTellMissingMasks = 10;
-
-  void start(ros::NodeHandle& node, ros::NodeHandle& private_node) {
-    ParamTable table(params_, rosParamPrefix(private_node));
-    for (const std::string& warning : setFromRosParams(private_node, table))
-      health_->event(warning);
-    limitThreads(params_.threads);
-    processor_ = std::make_unique<DisparityProcessor>(params_.processor);
+  void connect(ros::NodeHandle& node) override {
     reportSimdTarget();
-    tf_ = std::make_unique<TfInput>(node, *health_, arrivals_);
     odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_);
-    loop_ = std::make_unique<Loop>(
-        private_node, *health_, *processor_, params_.processor.disparity,
-        Loop::Hooks{[this](const Loop::Job& job) { process(job); },
-                    [](const DisparityParams& params) { DisparityEstimator{params}; },
-                    "disparity",
-                    {"use_moving_mask"}});
+    clouds_ = std::make_unique<CloudOutput>(node, outputs_, *health_, params_.points);
     masks_ = std::make_unique<MaskInput>(
         node, *health_, arrivals_,
-        [this](const sensor_msgs::ImageConstPtr& mask) { finishClouds(mask); });
+        [this](const sensor_msgs::ImageConstPtr& mask) { clouds_->finish(mask); });
     input_ = std::make_unique<StereoInput>(
         node, *health_, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
         [this](ros::Time stamp) {
@@ -90,34 +53,23 @@ class DisparityNodelet : public nodelet::Nodelet {
           columns_.goBackTo(stamp);
         });
     advertise(node);
-    demand_.start();
   }
 
-  void wake() {
-    {
-      const std::lock_guard<std::mutex> lock(cloud_mutex_);
-      pending_clouds_.reset();
-      missing_masks_ = 0;
-    }
+  void subscribeInputs() override {
+    clouds_->forget();
     // Before the images, so that no motion is missed.
-    ros::NodeHandle& node = getNodeHandle();
     odometry_->start();
-    columns_subscription_.replace(subscribe<RowAlignment>(
-        node, *health_, "odometry/row_alignment", 5, [this](const RowAlignmentConstPtr& columns) {
-          requireRowAlignment(*columns);
-          columns_.add(columns);
-        }));
-    loop_->setAwake(true);
+    columns_subscription_.replace(
+        subscribe<RowAlignment>(getNodeHandle(), *health_, "odometry/row_alignment", 5,
+                                [this](const RowAlignmentConstPtr& columns) {
+                                  requireRowAlignment(*columns);
+                                  columns_.add(columns);
+                                }));
     input_->start();
   }
 
-  void guardSubscriptions(const std::function<void()>& work) {
-    health_->guard("subscriptions", work, Health::Severity::kBroken);
-  }
-
-  void sleep() {
+  void unsubscribeInputs() override {
     if (input_) input_->stop();
-    if (loop_) loop_->setAwake(false);
     if (masks_) masks_->stop();
     columns_subscription_.shutdown();
     if (odometry_) odometry_->stop();
@@ -126,8 +78,8 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   // If the inputs of MovingObjects are the only outputs with subscribers, this nodelet must not
   // keep MovingObjects awake: so it uses the passive topic.
-  void followMasks() {
-    const bool needed = wanted() && (usesMovingMask() || cloudsAreWanted());
+  void followDemand() override {
+    const bool needed = wanted() && (usesMovingMask() || clouds_->areWanted());
     masks_->listenTo(!needed             ? ""
                      : outputs_.wanted() ? MaskInput::kTopic
                                          : MaskInput::kPassiveTopic);
@@ -144,8 +96,6 @@ class DisparityNodelet : public nodelet::Nodelet {
     colour_image_ = outputs_.advertiseImage(node, "disparity/color", 5);
     depth_image_ = outputs_.advertise<Image>(node, "depth/image_rect", 5);
     depth_info_ = outputs_.advertise<sensor_msgs::CameraInfo>(node, "depth/camera_info", 5);
-    cloud_ = outputs_.advertise<sensor_msgs::PointCloud2>(node, "points2", 5);
-    static_cloud_ = outputs_.advertise<sensor_msgs::PointCloud2>(node, "points2_static", 5);
     measured_disparity_ = for_detection_.advertise<DisparityImage>(node, "measured_disparity", 5);
     predicted_disparity_ = for_detection_.advertise<DisparityImage>(node, "predicted_disparity", 5);
     measured_variance_ = for_detection_.advertise<Image>(node, "measured_variance", 5);
@@ -155,11 +105,13 @@ class DisparityNodelet : public nodelet::Nodelet {
 
   bool usesMovingMask() const { return params_.processor.disparity.use_moving_mask; }
 
-  std::string describeMissingInput() const { return input_ ? input_->describeMissingInput() : ""; }
+  std::string describeMissingInput() const override {
+    return input_ ? input_->describeMissingInput() : "";
+  }
 
-  bool wanted() const { return outputs_.wanted() || for_detection_.wanted(); }
+  bool wanted() const override { return outputs_.wanted() || for_detection_.wanted(); }
 
-  void process(const Loop::Job& job) {
+  void process(const Job& job) override {
     const SequenceGuard::Result sequence = processor_->begin(job.frame);
     if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return;
     if (sequence.startsAnew()) health_->event(sequence.reason);
@@ -187,7 +139,8 @@ class DisparityNodelet : public nodelet::Nodelet {
     StageTimes times = processor_->times();
     times.insert(times.end(), waiting.begin(), waiting.end());
     publish(messages, job.frame);
-    report(job, messages, times);
+    report(messages);
+    finish(job, times, "pairs", "left images", input_->unmatched());
   }
 
   std::optional<CameraMotion> motion(std::optional<ros::Time> previous,
@@ -239,55 +192,7 @@ class DisparityNodelet : public nodelet::Nodelet {
       standard_deviation_.publish(standardDeviationImage(*messages.disparity_variance));
     if (depth_image_.getNumSubscribers() > 0) depth_image_.publish(depthImage(*messages.disparity));
     if (depth_info_.getNumSubscribers() > 0) depth_info_.publish(depthCameraInfo(pair));
-    prepareClouds({messages.disparity, pair});
-  }
-
-  bool cloudsAreWanted() const {
-    return cloud_.getNumSubscribers() > 0 || static_cloud_.getNumSubscribers() > 0;
-  }
-
-  // The clouds need the mask of moving objects, which arrives a little later, or not at all.
-  void prepareClouds(const PendingClouds& clouds) {
-    const std::lock_guard<std::mutex> lock(cloud_mutex_);
-    if (pending_clouds_) publishClouds(nullptr);
-    if (!cloudsAreWanted()) return;
-    pending_clouds_ = clouds;
-    const sensor_msgs::ImageConstPtr mask = masks_->at(clouds.disparity->header.stamp);
-    if (mask || !masks_->isPublished()) publishClouds(mask.get());
-  }
-
-  void finishClouds(const sensor_msgs::ImageConstPtr& mask) {
-    const std::lock_guard<std::mutex> lock(cloud_mutex_);
-    if (pending_clouds_ && pending_clouds_->disparity->header.stamp == mask->header.stamp)
-      publishClouds(mask.get());
-  }
-
-  void publishClouds(const sensor_msgs::Image* mask) {
-    const PendingClouds& clouds = *pending_clouds_;
-    try {
-      const StereoRig rig = stereoRig(clouds.pair);
-      const auto cloud = [&](MovingPoints moving) {
-        return pointCloud(*clouds.disparity, rig, *clouds.pair.left, mask, params_.points, moving);
-      };
-      if (cloud_.getNumSubscribers() > 0) cloud_.publish(cloud(MovingPoints::kTinted));
-      if (static_cloud_.getNumSubscribers() > 0) {
-        // No cloud is better for a planner than a cloud with possible moving objects.
-        if (mask) static_cloud_.publish(cloud(MovingPoints::kLeftOut));
-        reportMissingMask(!mask);
-      }
-    } catch (const std::exception& e) {
-      health_->problem("points2", Health::Severity::kDegraded, e.what());
-    }
-    pending_clouds_.reset();
-  }
-
-  void reportMissingMask(bool missing) {
-    missing_masks_ = missing ? missing_masks_ + 1 : 0;
-    if (!missing) health_->solved("points2_static");
-    if (missing_masks_ == kTellMissingMasks)
-      health_->problem("points2_static", Health::Severity::kDegraded,
-                       "points2_static is not published, as the mask of moving objects is missing: "
-                       "run the MovingObjects nodelet (launch argument moving_objects:=true)");
+    clouds_->prepare(messages.disparity, pair, *masks_);
   }
 
   void reportSimdTarget() {
@@ -299,7 +204,7 @@ class DisparityNodelet : public nodelet::Nodelet {
     health_->figure("SIMD target", processor_->simdTarget());
   }
 
-  void report(const Loop::Job& job, const DisparityMessages& messages, const StageTimes& times) {
+  void report(const DisparityMessages& messages) {
     constexpr double kMostContradicted = 0.3;
     if (messages.contradicted_fraction > kMostContradicted)
       health_->problem(
@@ -317,36 +222,18 @@ class DisparityNodelet : public nodelet::Nodelet {
     health_->figure("largest row offset [px]", messages.row_alignment->largest_offset, "%.2f");
     health_->figure("row offset residual [px]", messages.row_alignment->residual, "%.2f");
     health_->figure("columns corrected by [px]", messages.row_alignment->column_correction, "%.2f");
-    health_->figure("dropped pairs", static_cast<double>(loop_->dropped()), "%.0f");
-    health_->figure("unmatched left images", static_cast<double>(input_->unmatched()), "%.0f");
-    health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
   }
 
-  DisparityNodeletParams params_;
-  Demand demand_{{[this] { return wanted(); }, [this] { wake(); }, [this] { sleep(); },
-                  [this] { followMasks(); },
-                  [this](const auto& work) { guardSubscriptions(work); }}};
-  std::unique_ptr<Health> health_;
-  Arrivals arrivals_;
-  std::unique_ptr<TfInput> tf_;
-  std::unique_ptr<OdometryInput> odometry_;
-  MessageHistory<RowAlignment> columns_;
-  std::unique_ptr<DisparityProcessor> processor_;
-
-  Outputs outputs_{[this] { demand_.update(); }};
-  Outputs for_detection_{[this] { demand_.update(); }};  // inputs of MovingObjects
+  Outputs for_detection_{[this] { updateDemand(); }};  // inputs of MovingObjects
   ros::Publisher disparity_, measured_disparity_, predicted_disparity_, disparity_variance_,
       measured_variance_, predicted_variance_, row_alignment_, search_range_, disparity_image_,
-      standard_deviation_, depth_image_, depth_info_, cloud_, static_cloud_;
+      standard_deviation_, depth_image_, depth_info_;
   image_transport::Publisher colour_image_;
-
-  std::mutex cloud_mutex_;
-  std::optional<PendingClouds> pending_clouds_;
-  int missing_masks_ = 0;  // consecutive clouds without a mask
+  std::unique_ptr<OdometryInput> odometry_;
+  MessageHistory<RowAlignment> columns_;
+  std::unique_ptr<CloudOutput> clouds_;
   std::unique_ptr<MaskInput> masks_;
-
   Subscription columns_subscription_;
-  std::unique_ptr<Loop> loop_;
   std::unique_ptr<StereoInput> input_;
 };
 

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <nodelet/nodelet.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nodelets/arrivals.h"
+#include "nodelets/frame_loop.h"
+#include "nodelets/health.h"
+#include "nodelets/nodelet_params.h"
+#include "nodelets/outputs.h"
+#include "nodelets/ros_params.h"
+#include "nodelets/tf_input.h"
+#include "nodelets/thread_limit.h"
+
+namespace predictive_stereo {
+
+/// The skeleton of a nodelet that processes frames: parameters, health, demand, the loop in a
+/// thread of its own. A nodelet says its topics, and what happens to a frame. Its destructor calls
+/// shutDown() first.
+///
+/// Awake, it receives its inputs; asleep, because nobody wants its outputs, only tf.
+/// @tparam Core  of the processor: refuses Live parameters that exclude each other.
+template <class Params, class Frame, class Processor, class Core, class Live>
+class FrameNodelet : public nodelet::Nodelet {
+ protected:
+  using Loop = FrameLoop<Frame, Processor, Live>;
+  using Job = typename Loop::Job;
+  using ProcessorParams = decltype(Params::processor);
+
+  /// @param title  in the diagnostics. @param section  of config/predictive_stereo.yaml.
+  /// @param live  the parameters that can change at run time. @param fixed  prefixes of those that
+  ///   cannot.
+  FrameNodelet(const std::string& title, const std::string& section, Live ProcessorParams::*live,
+               const std::vector<std::string>& fixed)
+      : title_(title), section_(section), live_(live), fixed_(fixed) {}
+
+  /// Makes inputs and outputs. The nodelet is asleep.
+  virtual void connect(ros::NodeHandle& node) = 0;
+  virtual bool wanted() const { return outputs_.wanted(); }
+  virtual void subscribeInputs() = 0;
+  /// Also called if connect() was not, or was not completed. After it has returned, no callback of
+  /// an input runs.
+  virtual void unsubscribeInputs() = 0;
+  /// Called whenever demand may have changed.
+  virtual void followDemand() {}
+  /// Why no frame arrives, and the cure; empty: frames arrive.
+  virtual std::string describeMissingInput() const = 0;
+  /// Called in the loop's thread; may throw.
+  virtual void process(const Job& job) = 0;
+  virtual TfInput::Listener tfListener() { return {}; }
+
+  /// After this has returned, nothing calls the nodelet.
+  void shutDown() {
+    arrivals_.stop();
+    if (health_) health_->stop();
+    demand_.stop();
+    sleep();
+    if (loop_) loop_->stop();
+    tf_.reset();
+  }
+
+  /// @param frames, images  what is dropped, and what finds no partner.
+  void finish(const Job& job, const StageTimes& times, const std::string& frames,
+              const std::string& images, size_t unmatched) {
+    health_->figure("dropped " + frames, static_cast<double>(loop_->dropped()), "%.0f");
+    health_->figure("unmatched " + images, static_cast<double>(unmatched), "%.0f");
+    health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
+  }
+
+  void updateDemand() { demand_.update(); }
+
+  Params params_;
+  std::unique_ptr<Health> health_;
+  Arrivals arrivals_;
+  std::unique_ptr<Processor> processor_;
+  std::unique_ptr<TfInput> tf_;
+  Outputs outputs_{[this] { updateDemand(); }};
+  std::unique_ptr<Loop> loop_;
+
+ private:
+  void onInit() override {
+    health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(), title_,
+                                       [this] { return describeMissingInput(); });
+    health_->guard(
+        "parameters", [this] { start(); }, Health::Severity::kBroken);
+    health_->start();
+  }
+
+  void start() {
+    ros::NodeHandle &node = getNodeHandle(), &private_node = getPrivateNodeHandle();
+    ParamTable table(params_, rosParamPrefix(private_node));
+    for (const std::string& warning : setFromRosParams(private_node, table))
+      health_->event(warning);
+    limitThreads(params_.threads);
+    processor_ = std::make_unique<Processor>(params_.processor);
+    tf_ = std::make_unique<TfInput>(node, *health_, arrivals_, tfListener());
+    loop_ = std::make_unique<Loop>(
+        private_node, *health_, *processor_, params_.processor.*live_,
+        typename Loop::Hooks{[this](const Job& job) { process(job); },
+                             [](const Live& params) { Core{params}; }, section_, fixed_});
+    connect(node);
+    demand_.start();
+  }
+
+  void wake() {
+    loop_->setAwake(true);
+    subscribeInputs();
+  }
+
+  void sleep() {
+    unsubscribeInputs();
+    if (loop_) loop_->setAwake(false);
+  }
+
+  const std::string title_, section_;
+  Live ProcessorParams::*const live_;
+  const std::vector<std::string> fixed_;
+  Demand demand_{{[this] { return wanted(); }, [this] { wake(); }, [this] { sleep(); },
+                  [this] { followDemand(); },
+                  [this](const std::function<void()>& work) {
+                    health_->guard("subscriptions", work, Health::Severity::kBroken);
+                  }}};
+};
+
+}  // namespace predictive_stereo
