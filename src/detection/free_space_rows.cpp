@@ -20,6 +20,7 @@ constexpr int kChunk = 64;
 struct Cells {
   int first, count;
   const float *d, *variance, *width;
+  float depth[kChunk];
   int32_t through[kChunk], same[kChunk], came_back[kChunk], through_by[kChunk];
 };
 
@@ -39,7 +40,7 @@ HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Sight
   const float y0 = H[4] * y, y1 = H[5] * y, y2 = H[6] * y, y3 = H[7] * y;
   const auto columns = static_cast<float>(past.columns), rows = static_cast<float>(past.rows);
   const float per_step = 1 / static_cast<float>(row.lattice_step_px);
-  const float fB = row.disparity_times_depth, per_focal = 1 / row.focal_px;
+  const float per_fB = 1 / row.disparity_times_depth, per_focal = 1 / row.focal_px;
   const DepthNoiseOfRow noise = past.noise;
   const float sigmas2 = limits.sigmas * limits.sigmas, of_maps = limits.map_variance_px2;
   const float scale2 = limits.scale_sigma * limits.scale_sigma;
@@ -48,9 +49,10 @@ HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Sight
     const auto x = static_cast<float>(x0 + step_x * i);
     const float d = cells.d[i];
     const float w = h3 * x + y3 + h11 * d + h15;
-    const float column = (h0 * x + y0 + h8 * d + h12) / w * per_step + 0.5f;
-    const float line = (h1 * x + y1 + h9 * d + h13) / w * per_step + 0.5f;
-    const float expected = (h2 * x + y2 + h10 * d + h14) / w;
+    const float per_w = 1 / w;
+    const float column = (h0 * x + y0 + h8 * d + h12) * per_w * per_step + 0.5f;
+    const float line = (h1 * x + y1 + h9 * d + h13) * per_w * per_step + 0.5f;
+    const float expected = (h2 * x + y2 + h10 * d + h14) * per_w;
     const bool is_inside =
         (expected > 0) & (column >= 0) & (line >= 0) & (column < columns) & (line < rows);
     const float usable_column = is_inside ? column : 0.0f, usable_line = is_inside ? line : 0.0f;
@@ -58,8 +60,8 @@ HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Sight
     places.offset[i] =
         static_cast<int32_t>(usable_line) * stride + static_cast<int32_t>(usable_column);
     places.expected[i] = expected;
-    const float of_depth = noise.variance((x - row.cx_px) * per_focal, fB / d);
-    const float by_depth = expected * expected / fB;
+    const float of_depth = noise.variance((x - row.cx_px) * per_focal, cells.depth[i]);
+    const float by_depth = expected * expected * per_fB;
     places.variance[i] = sigmas2 * (cells.variance[i] + of_maps + by_depth * by_depth * of_depth +
                                     scale2 * expected * expected);
   }
@@ -103,6 +105,7 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
     cells.d = row.disparity_px + cells.first;
     cells.variance = row.variance_px2 + cells.first;
     cells.width = row.width_px + cells.first;
+    for (int i = 0; i < n; ++i) cells.depth[i] = row.disparity_times_depth / cells.d[i];
     for (int32_t* counts : {cells.through, cells.same, cells.came_back, cells.through_by})
       std::fill_n(counts, n, 0);
     for (int k = 0; k < count; ++k) {

@@ -69,9 +69,10 @@ class FreeSpaceRows : public testing::TestWithParam<int> {
     const auto i = static_cast<size_t>(u);
     const float x = static_cast<float>(kCentre_px + kCell_px * u), y = kRow_px, d = disparity[i];
     const float w = h[3] * x + h[7] * y + h[11] * d + h[15];
-    const float column = (h[0] * x + h[4] * y + h[8] * d + h[12]) / w * 0.5f + 0.5f,
-                line = (h[1] * x + h[5] * y + h[9] * d + h[13]) / w * 0.5f + 0.5f,
-                expected = (h[2] * x + h[6] * y + h[10] * d + h[14]) / w;
+    const float per_w = 1 / w;
+    const float column = (h[0] * x + h[4] * y + h[8] * d + h[12]) * per_w * 0.5f + 0.5f,
+                line = (h[1] * x + h[5] * y + h[9] * d + h[13]) * per_w * 0.5f + 0.5f,
+                expected = (h[2] * x + h[6] * y + h[10] * d + h[14]) * per_w;
     const cv::Mat1f &near = nearest[k], &far = farthest[k];
     if (!(expected > 0 && column >= 0 && line >= 0 && column < static_cast<float>(near.cols) &&
           line < static_cast<float>(near.rows)))
@@ -79,7 +80,7 @@ class FreeSpaceRows : public testing::TestWithParam<int> {
     const cv::Point p(static_cast<int>(column), static_cast<int>(line));
     if (!(near(p) > 0)) return Sight::kNone;
     if (far(p) <= expected && expected <= near(p)) return Sight::kSame;
-    const float by_depth = expected * expected / 60;
+    const float by_depth = expected * expected * (1 / 60.0f);
     const float of_depth =
         past[static_cast<size_t>(k)].noise.variance((x - 40) * (1 / 300.0f), 60 / d);
     const float scale2 = kLimits.scale_sigma * kLimits.scale_sigma;
