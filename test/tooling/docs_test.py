@@ -190,7 +190,8 @@ class Docs(unittest.TestCase):
 def topics():
     """Topics that the nodelets advertise, without namespaces."""
     names = set()
-    for source in (REPOSITORY / 'src/nodelets').glob('*.cpp'):
+    folder = REPOSITORY / 'src/nodelets'
+    for source in [*folder.glob('*_nodelet.cpp'), *folder.glob('*_output.cpp')]:
         for call in re.findall(r'advertise\w*(?:<[^;(]*?>)?\(([^;]*?)\)', source.read_text(), re.DOTALL):
             names |= set(re.findall(r'"([a-z0-9_/]+)"', call))
     mask = (REPOSITORY / 'src/nodelets/mask_input.h').read_text()
