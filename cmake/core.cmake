@@ -1,6 +1,6 @@
 # Targets without ROS. The core: all stages of the paper's block diagram.
 predictive_stereo_library(predictive_stereo
-  FOLDERS . geometry parallel matching filtering odometry detection
+  FOLDERS pipeline geometry simd parallel imaging matching filtering odometry detection
   INSTALL EXPORT predictive_stereoTargets COMPONENT core
 )
 target_compile_features(predictive_stereo PUBLIC cxx_std_17)

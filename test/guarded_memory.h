@@ -10,7 +10,7 @@
 #include <new>
 #include <opencv2/core.hpp>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 namespace predictive_stereo::testing {
 

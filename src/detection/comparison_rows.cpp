@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/comparison_rows.cpp"

@@ -8,7 +8,7 @@
 
 #include "detection/comparison_rows.h"
 #include "detection/scratch.h"
-#include "odometry/image_pyramid.h"
+#include "imaging/image_pyramid.h"
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/stereo_rig.h"

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "odometry/image_pyramid.h"
+#include "imaging/image_pyramid.h"
 #include "predictive_stereo/moving_objects.h"
 #include "predictive_stereo/path_covariance.h"
 

@@ -1,6 +1,6 @@
 #include "detection/ground_rows.h"
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/ground_rows.cpp"

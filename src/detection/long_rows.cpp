@@ -1,6 +1,6 @@
 #include "detection/long_rows.h"
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/long_rows.cpp"

@@ -6,7 +6,7 @@
 
 #include "detection/frame_comparison.h"
 #include "detection/motion_noise.h"
-#include "odometry/tracking.h"
+#include "imaging/tracking.h"
 
 namespace predictive_stereo {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detection/shift_rows.cpp"

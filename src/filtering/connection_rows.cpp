@@ -1,6 +1,6 @@
 #include "filtering/connection_rows.h"
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "filtering/connection_rows.cpp"

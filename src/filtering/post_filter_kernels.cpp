@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "filtering/post_filter_kernels.cpp"

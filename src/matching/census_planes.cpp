@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "matching/simd_dispatch.h"
 #include "parallel/tasks.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/census_planes.cpp"

@@ -4,10 +4,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "matching/half_image.h"
+#include "imaging/half_image.h"
 #include "matching/matcher_limits.h"
-#include "matching/simd_dispatch.h"
 #include "parallel/tasks.h"
+#include "simd/simd_dispatch.h"
 
 namespace predictive_stereo {
 namespace {

@@ -12,8 +12,8 @@
 #include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
-#include "matching/simd_dispatch.h"
 #include "predictive_stereo/simd_target.h"
+#include "simd/simd_dispatch.h"
 
 namespace predictive_stereo {
 namespace {

@@ -30,12 +30,4 @@ struct PrincipalOffset {
   }
 };
 
-/// Whether this offset leaves a left column a partner in the right image. False if it is not
-/// finite. Without an offset always true: the range is then what the user asked for.
-inline bool leavesPartners(const DisparityRange& range, double offset_px, int image_width) {
-  if (offset_px == 0) return true;
-  return range.min_disparity + offset_px < image_width &&
-         range.max_disparity() + offset_px > -image_width;
-}
-
 }  // namespace predictive_stereo

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/reduced_kernel.cpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/striped_winners_kernel.cpp"

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <opencv2/core/utility.hpp>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "odometry/corner_kernel.cpp"

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "odometry/image_pyramid.h"
+#include "imaging/image_pyramid.h"
 #include "odometry/pose_solver.h"
 #include "predictive_stereo/disparity_motion.h"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "imaging/patch.h"
 #include "odometry/block_kernel.h"
-#include "odometry/patch.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {

@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "odometry/image_pyramid.h"
+#include "imaging/image_pyramid.h"
 #include "predictive_stereo/row_alignment.h"
 
 namespace predictive_stereo {

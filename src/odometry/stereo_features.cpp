@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "odometry/tracking.h"
+#include "imaging/tracking.h"
 
 namespace predictive_stereo {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "imaging/image_pyramid.h"
 #include "odometry/features.h"
-#include "odometry/image_pyramid.h"
 #include "odometry/pose_solver.h"
 #include "odometry/reference_frame.h"
 #include "odometry/stereo_depth.h"

@@ -6,8 +6,6 @@
 #include <memory>
 #include <opencv2/core/types.hpp>
 
-#include "parallel/tasks.h"
-
 namespace predictive_stereo {
 
 /// Calls body(part) for parts of `range`, in parallel, and returns when all have returned. Unlike

@@ -17,7 +17,7 @@
 #include "detection/shift_rows.h"
 #include "detection/suspicion_rows.h"
 #include "guarded_memory.h"
-#include "odometry/image_pyramid.h"
+#include "imaging/image_pyramid.h"
 
 namespace predictive_stereo {
 namespace {

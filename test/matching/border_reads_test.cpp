@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "guarded_memory.h"
-#include "matching/half_image.h"
+#include "imaging/half_image.h"
 #include "matching/matching_scenes.h"
 #include "matching/row_offset_sample.h"
 #include "matching/search_windows_kernel.h"

@@ -5,16 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "imaging/half_image.h"
 #include "matching/census.h"
 #include "matching/census_kernel.h"
-#include "matching/half_image.h"
 #include "matching/matching_scenes.h"
 #include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
 #include "matching/search_windows.h"
-#include "matching/simd_dispatch.h"
 #include "predictive_stereo/matcher.h"
 #include "predictive_stereo/simd_target.h"
+#include "simd/simd_dispatch.h"
 
 namespace predictive_stereo {
 namespace {

@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "matching/simd_dispatch.h"
 #include "predictive_stereo/simd_target.h"
+#include "simd/simd_dispatch.h"
 
 namespace predictive_stereo {
 namespace {

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "guarded_memory.h"
+#include "imaging/patch.h"
+#include "imaging/tracking.h"
 #include "odometry/block_kernel.h"
 #include "odometry/corner_kernel.h"
 #include "odometry/features.h"
-#include "odometry/patch.h"
 #include "odometry/stereo_depth.h"
-#include "odometry/tracking.h"
 #include "predictive_stereo/simd_target.h"
 
 namespace predictive_stereo {

@@ -3,10 +3,10 @@
 
 #include <cstdlib>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "matching/simd_target_test.cpp"
+#define HWY_TARGET_INCLUDE "simd/simd_target_test.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -28,8 +28,8 @@ HWY_AFTER_NAMESPACE();
 #include <vector>
 
 #include "evaluation/simulation/street.h"
+#include "imaging/patch_kernel.h"
 #include "odometry/block_kernel.h"
-#include "odometry/patch_kernel.h"
 #include "predictive_stereo/pipeline.h"
 
 namespace predictive_stereo {

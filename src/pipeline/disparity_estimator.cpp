@@ -4,8 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "matching/principal_offset.h"
-
 namespace predictive_stereo {
 namespace {
 

@@ -1,4 +1,4 @@
-#include "odometry/patch.h"
+#include "imaging/patch.h"
 
 #include <hwy/cache_control.h>
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 namespace predictive_stereo {
 namespace {

@@ -1,10 +1,10 @@
-#include "matching/half_image.h"
+#include "imaging/half_image.h"
 
-#include "matching/simd_dispatch.h"
 #include "parallel/tasks.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "matching/half_image.cpp"
+#define HWY_TARGET_INCLUDE "imaging/half_image.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,4 +1,4 @@
-#include "odometry/image_pyramid.h"
+#include "imaging/image_pyramid.h"
 
 #include <opencv2/imgproc.hpp>
 

@@ -1,12 +1,12 @@
-#include "odometry/tracking.h"
+#include "imaging/tracking.h"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "imaging/patch.h"
 #include "odometry/corridor.h"
-#include "odometry/patch.h"
 
 namespace predictive_stereo {
 namespace {

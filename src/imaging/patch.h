@@ -4,7 +4,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "odometry/patch_kernel.h"
+#include "imaging/patch_kernel.h"
 
 namespace predictive_stereo {
 

@@ -1,13 +1,13 @@
 /// The SIMD kernels of patches are bit-identical to the plain reference.
-#include "odometry/patch_kernel.h"
+#include "imaging/patch_kernel.h"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 
-#include "matching/simd_dispatch.h"
-#include "odometry/patch.h"
+#include "imaging/patch.h"
 #include "predictive_stereo/simd_target.h"
+#include "simd/simd_dispatch.h"
 
 namespace predictive_stereo {
 namespace {

@@ -1,6 +1,6 @@
-#include "odometry/tracking.h"
+#include "imaging/tracking.h"
 
-#include "odometry/patch.h"
+#include "imaging/patch.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {

@@ -1,11 +1,11 @@
-#include "odometry/patch_kernel.h"
+#include "imaging/patch_kernel.h"
 
 #include <algorithm>
 
-#include "matching/simd_dispatch.h"
+#include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "odometry/patch_kernel.cpp"
+#define HWY_TARGET_INCLUDE "imaging/patch_kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "odometry/image_pyramid.h"
+#include "imaging/image_pyramid.h"
 
 namespace predictive_stereo {
 
