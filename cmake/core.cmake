@@ -18,10 +18,6 @@ set_source_files_properties(${loops}
   PROPERTIES COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math"
 )
 
-# Synthetic sequences with exact ground truth, for tests, benchmarks and tools.
-predictive_stereo_library(predictive_stereo_simulation FOLDERS simulation)
-target_link_libraries(predictive_stereo_simulation PUBLIC predictive_stereo)
-
 # Reads and writes parameter structs as yaml and from command lines. It holds the annotated yaml, for
 # the texts of dynamic_reconfigure.
 predictive_stereo_library(predictive_stereo_params FOLDERS params)
@@ -31,25 +27,13 @@ configure_file(cmake/annotated_yaml.cpp.in annotated_yaml.cpp @ONLY)
 target_sources(predictive_stereo_params PRIVATE ${PROJECT_BINARY_DIR}/annotated_yaml.cpp)
 target_link_libraries(predictive_stereo_params PUBLIC predictive_stereo PRIVATE yaml-cpp)
 
-# Sequences with ground truth (KITTI, synthetic), metrics.
-predictive_stereo_library(predictive_stereo_evaluation FOLDERS evaluation)
-target_link_libraries(predictive_stereo_evaluation
-  PUBLIC predictive_stereo predictive_stereo_simulation opencv_calib3d opencv_imgcodecs
-)
-
-# Common code of the tools.
+# Common code of the tools; drives of KITTI's raw recordings.
 predictive_stereo_library(predictive_stereo_tools FILES
   src/tools/command_line.cpp
   src/tools/interruption.cpp
+  src/tools/kitti_calibration.cpp
+  src/tools/kitti_drive.cpp
   src/tools/output_file.cpp
   src/tools/progress.cpp
-  src/tools/tool_input.cpp
 )
-target_link_libraries(predictive_stereo_tools
-  PUBLIC predictive_stereo_evaluation predictive_stereo_params
-)
-
-foreach(tool estimate_noise evaluate_kitti evaluate_odometry)
-  predictive_stereo_executable(${tool} src/tools/${tool}.cpp)
-  target_link_libraries(predictive_stereo_${tool} predictive_stereo_tools)
-endforeach()
+target_link_libraries(predictive_stereo_tools PUBLIC predictive_stereo_params opencv_imgcodecs)

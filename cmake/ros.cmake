@@ -75,7 +75,6 @@ predictive_stereo_library(predictive_stereo_bag_tools FILES
   src/tools/bag_check.cpp
   src/tools/bag_file.cpp
   src/tools/bag_layouts.cpp
-  src/tools/bag_sequence.cpp
   src/tools/kitti_bag.cpp
   src/tools/live_load.cpp
   src/tools/stereo_topics.cpp
@@ -83,7 +82,7 @@ predictive_stereo_library(predictive_stereo_bag_tools FILES
 target_link_libraries(predictive_stereo_bag_tools
   PUBLIC predictive_stereo_ros predictive_stereo_tools
 )
-foreach(tool check_bag evaluate_detection kitti_to_bag load_test replay street_to_bag)
+foreach(tool check_bag kitti_to_bag load_test replay)
   predictive_stereo_executable(${tool} src/tools/${tool}.cpp)
   target_link_libraries(predictive_stereo_${tool} predictive_stereo_bag_tools)
 endforeach()

@@ -53,7 +53,8 @@ install_dependencies() {
   rm -f "${TMPDIR:-/tmp}/predictive_stereo_apt.$$.log"
 }
 
-# configure FOLDER [cmake options]: configures the build in this folder of the repository.
+# configure FOLDER [cmake options]: configures the build in this folder of the repository, with what
+# proves the package.
 configure() {
   local build="$REPOSITORY/$1" launcher=() strict=OFF
   shift
@@ -63,7 +64,8 @@ configure() {
   # With the compiler of Debian 12 there are no warnings; with others they are no reason to stop.
   [ "$(c++ -dumpversion)" = 12 ] && strict=ON
   cmake -S "$REPOSITORY" -B "$build" -DPYTHON_EXECUTABLE=/usr/bin/python3 \
-    -DPython3_EXECUTABLE=/usr/bin/python3 -DWARNINGS_AS_ERRORS=$strict "${launcher[@]}" "$@" \
+    -DPython3_EXECUTABLE=/usr/bin/python3 -DWARNINGS_AS_ERRORS=$strict -DPREDICTIVE_STEREO_EVALUATION=ON \
+    "${launcher[@]}" "$@" \
     > "$build/configure.log" 2>&1 || {
     tail -40 "$build/configure.log" >&2
     die "cmake failed: see $build/configure.log"

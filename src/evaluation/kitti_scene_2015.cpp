@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_calibration.h"
+#include "tools/kitti_calibration.h"
 
 namespace predictive_stereo {
 namespace {

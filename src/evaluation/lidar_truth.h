@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "evaluation/kitti_drive.h"
+#include "tools/kitti_drive.h"
 
 namespace predictive_stereo {
 

@@ -8,10 +8,10 @@
 
 #include "evaluation/error_histogram.h"
 #include "evaluation/error_image.h"
-#include "evaluation/kitti_drive.h"
 #include "evaluation/object_labels.h"
 #include "evaluation/sequence.h"
 #include "predictive_stereo/pipeline.h"
+#include "tools/kitti_drive.h"
 
 namespace predictive_stereo {
 

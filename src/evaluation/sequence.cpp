@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_drive.h"
 #include "evaluation/kitti_scene_2012.h"
 #include "evaluation/lidar_truth.h"
 #include "predictive_stereo/rigid_motion.h"
+#include "tools/kitti_drive.h"
 
 namespace predictive_stereo {
 namespace {

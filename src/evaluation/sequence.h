@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "evaluation/object_labels.h"
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/pipeline.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 

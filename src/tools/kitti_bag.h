@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "evaluation/kitti_drive.h"
+#include "tools/kitti_drive.h"
 
 namespace predictive_stereo {
 

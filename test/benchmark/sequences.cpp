@@ -4,7 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "simulation/street.h"
+#include "evaluation/simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "detection/hypothesis.h"
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/moving_objects.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

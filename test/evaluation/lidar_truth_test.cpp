@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_fixture.h"
 #include "evaluation/kitti_scene_2012.h"
+#include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "evaluation/kitti_fixture.h"
+#include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
 namespace {

@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_drive.h"
 #include "evaluation/lidar_truth.h"
+#include "tools/kitti_drive.h"
 
 namespace predictive_stereo {
 namespace {

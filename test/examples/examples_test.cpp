@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 
-#include "simulation/street.h"
+#include "evaluation/simulation/street.h"
 #include "tools/tool_fixture.h"
 
 namespace predictive_stereo {

@@ -1,6 +1,6 @@
 /// KITTI's timestamps.txt: any text. All that is taken lies within the years that it can be of.
 #include "bytes.h"
-#include "evaluation/kitti_drive.h"
+#include "tools/kitti_drive.h"
 
 using namespace predictive_stereo;
 

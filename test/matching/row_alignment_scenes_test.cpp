@@ -6,11 +6,11 @@
 
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/sequence.h"
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/coarse_matcher.h"
 #include "predictive_stereo/matcher.h"
 #include "predictive_stereo/post_filter.h"
 #include "predictive_stereo/row_alignment.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

@@ -18,15 +18,15 @@
 #include "bag_player.h"
 #include "evaluation/detection_evaluation.h"
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_drive.h"
-#include "evaluation/kitti_fixture.h"
 #include "evaluation/object_labels.h"
 #include "evaluation/pose_metrics.h"
+#include "evaluation/tools/bag_sequence.h"
 #include "nodelets/image_messages.h"
 #include "nodelets/transforms.h"
 #include "recorder.h"
-#include "tools/bag_sequence.h"
 #include "tools/kitti_bag.h"
+#include "tools/kitti_drive.h"
+#include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "evaluation/kitti_fixture.h"
+#include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
 namespace {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "evaluation/simulation/street.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 

@@ -8,8 +8,8 @@
 #include <random>
 
 #include "evaluation/shifted_sequence.h"
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/ego_motion.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

@@ -2,8 +2,8 @@
 /// evaluate_odometry --street drone --street-frames 300, etc., evaluates the whole scenes.
 #include <gtest/gtest.h>
 
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/ego_motion.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdlib>
 
 #include "evaluation/odometry_evaluation.h"
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/ego_motion.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/ego_motion.h"
 #include "predictive_stereo/rigid_motion.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

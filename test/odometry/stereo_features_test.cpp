@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "simulation/street.h"
+#include "evaluation/simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <vector>
 
+#include "evaluation/simulation/street.h"
 #include "guarded_memory.h"
 #include "predictive_stereo/pipeline.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

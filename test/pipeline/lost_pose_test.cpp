@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/pipeline.h"
 #include "predictive_stereo/rigid_motion.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

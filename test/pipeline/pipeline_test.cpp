@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "simulation/street.h"
+#include "evaluation/simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

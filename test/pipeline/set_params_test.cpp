@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "evaluation/simulation/street.h"
 #include "predictive_stereo/pipeline.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

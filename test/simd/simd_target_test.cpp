@@ -27,10 +27,10 @@ HWY_AFTER_NAMESPACE();
 #include <stdexcept>
 #include <vector>
 
+#include "evaluation/simulation/street.h"
 #include "imaging/patch_kernel.h"
 #include "odometry/block_kernel.h"
 #include "predictive_stereo/pipeline.h"
-#include "simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

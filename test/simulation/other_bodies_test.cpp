@@ -5,7 +5,7 @@
 #include <map>
 #include <opencv2/core.hpp>
 
-#include "simulation/street.h"
+#include "evaluation/simulation/street.h"
 
 namespace predictive_stereo {
 namespace {

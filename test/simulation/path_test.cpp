@@ -1,11 +1,11 @@
-#include "simulation/path.h"
+#include "evaluation/simulation/path.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
-#include "simulation/traffic.h"
+#include "evaluation/simulation/traffic.h"
 
 namespace predictive_stereo::simulation {
 namespace {

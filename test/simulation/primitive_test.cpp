@@ -1,11 +1,11 @@
-#include "simulation/primitive.h"
+#include "evaluation/simulation/primitive.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "simulation/noise.h"
+#include "evaluation/simulation/noise.h"
 
 namespace predictive_stereo::simulation {
 namespace {

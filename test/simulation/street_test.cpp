@@ -1,4 +1,4 @@
-#include "simulation/street.h"
+#include "evaluation/simulation/street.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "simulation/scene.h"
+#include "evaluation/simulation/scene.h"
 
 namespace predictive_stereo {
 namespace {

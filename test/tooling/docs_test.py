@@ -60,8 +60,8 @@ def parameters():
 
 
 def tools():
-    """Programs of the package: those whose source is in src/tools, and the benchmarks."""
-    names = {path.stem for path in (REPOSITORY / 'src/tools').glob('*.cpp') if 'runTool' in path.read_text()}
+    """Programs of the package: those whose source is in a folder tools, and the benchmarks."""
+    names = {path.stem for path in (REPOSITORY / 'src').rglob('tools/*.cpp') if 'runTool' in path.read_text()}
     return {name for name in names if (TOOLS / name).exists()}
 
 
@@ -96,9 +96,9 @@ class Docs(unittest.TestCase):
         section = re.search(r'^## Which file$(.*?)^## ', page, re.DOTALL | re.MULTILINE).group(1)
         named = set()
         for folders, files in re.findall(r'^\| (`.*?) \| (.*) \|$', section, re.MULTILINE):
-            folder = re.match('`([a-z]+)`', folders).group(1)
+            folder = re.match('`([a-z/]+)`', folders).group(1)
             named |= {'%s/%s' % (folder, name) for name in re.findall(r'`([a-z0-9_-]+)`', files)}
-        there = {'%s/%s' % (path.parent.name, path.stem) for path in (REPOSITORY / 'src').glob('*/*')}
+        there = {str(path.relative_to(REPOSITORY / 'src').with_suffix('')) for path in (REPOSITORY / 'src').rglob('*/*.*')}
         loops = {name for name in there if re.search('_(rows|kernels?)$', name)}
         shared = {name for name in there if re.search('_(nodelet|processor)$', name)}  # a row says NAME_...
         self.assertEqual(sorted(there - loops - shared - named), [], 'not on the map')

@@ -13,15 +13,15 @@ REPOSITORY = pathlib.Path(sys.argv[1])
 SOURCES = sorted(path for path in (REPOSITORY / 'src').rglob('*') if path.suffix in ('.h', '.cpp'))
 PUBLIC = 'predictive_stereo'
 ROS = re.compile(r'<(ros|rosbag|roscpp|nodelet|tf2\w*|\w+_msgs|cv_bridge|image_transport|diagnostic_updater)/')
-WITH_ROS = ('nodelets', 'tools')
+WITH_ROS = ('nodelets', 'tools', 'evaluation/tools')
 
 
 def table():
     """Rows "| `folder` | does | `folder`, ... |" of section "Folders": what each folder may include."""
     page = (REPOSITORY / 'docs/architecture.md').read_text()
     section = re.search(r'^## Folders$(.*?)^## ', page, re.DOTALL | re.MULTILINE).group(1)
-    rows = re.findall(r'^\| `([a-z]+)` \| [^|]* \| ([^|]*)\|$', section, re.MULTILINE)
-    return {folder: re.findall('`([a-z]+)`', may) for folder, may in rows}
+    rows = re.findall(r'^\| `([a-z/]+)` \| [^|]* \| ([^|]*)\|$', section, re.MULTILINE)
+    return {folder: re.findall('`([a-z/]+)`', may) for folder, may in rows}
 
 
 def included(source):
@@ -31,7 +31,7 @@ def included(source):
 
 
 def folder_of(path):
-    return path.relative_to(REPOSITORY / 'src').parts[0]
+    return str(path.parent.relative_to(REPOSITORY / 'src'))
 
 
 class Includes(unittest.TestCase):

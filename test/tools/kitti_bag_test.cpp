@@ -13,7 +13,7 @@
 
 #include <map>
 
-#include "evaluation/kitti_fixture.h"
+#include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
 namespace {

@@ -10,7 +10,7 @@
 #include <filesystem>
 
 #include "bag_messages.h"
-#include "simulation/street.h"
+#include "evaluation/simulation/street.h"
 #include "tool_fixture.h"
 
 namespace predictive_stereo {

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "evaluation/kitti_fixture.h"
+#include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
 

@@ -1,0 +1,271 @@
+#include "evaluation/simulation/camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "evaluation/simulation/glossy.h"
+#include "parallel/tasks.h"
+
+namespace predictive_stereo::simulation {
+namespace {
+
+using Eigen::Vector3f;
+
+// Footprint of a pixel on a flat surface: an ellipse, which is longer for grazing views.
+Footprint footprintOf(const Surface& surface, const Vector3f& direction, float width_m) {
+  Footprint footprint;
+  footprint.width_m = width_m;
+  if (surface.axis_u.isZero()) return footprint;
+  const float slope = std::abs(surface.normal.dot(direction)) / direction.norm();
+  const float stretch = std::min(1.0f / std::max(slope, 1e-3f), 60.0f);
+  if (stretch < 1.3f) return footprint;
+  const float u = surface.axis_u.dot(direction), v = surface.axis_v.dot(direction);
+  const float norm = std::sqrt(u * u + v * v);
+  if (norm <= 0) return footprint;
+  footprint.length_m = stretch * footprint.width_m;
+  footprint.along_u = footprint.length_m * u / norm;
+  footprint.along_v = footprint.length_m * v / norm;
+  return footprint;
+}
+
+struct Shader {
+  const RayGrid& grid;
+  const Light& light;
+
+  // Casts a ray, and a shadow ray from its hit.
+  LitHit cast(float x, float y) const {
+    LitHit lit;
+    static_cast<Hit&>(lit) = grid.cast(x, y);
+    if (lit.sky() || light.look.sun <= 0) return lit;
+    const Primitive& p = grid.primitive(lit.primitive);
+    const Vector3f direction = grid.directionOf(x, y);
+    const Vector3f local_direction = p.R_local_world * direction;
+    const Surface surface =
+        surfaceAt(p, lit.part, grid.originIn(lit.primitive) + lit.t * local_direction);
+    const float facing = surface.normal.dot(p.R_local_world * light.look.to_sun) *
+                         (surface.normal.dot(local_direction) > 0 ? -1.0f : 1.0f);
+    lit.sunny = facing > 0 && light.sunlight.reaches(light.offset_m + lit.t * direction);
+    return lit;
+  }
+
+  // The shaded hit of a ray.
+  struct Shaded {
+    Vector3f point, normal, local_normal;  // point in local axes; the normal faces the viewer
+    float radiance = 0;                    // without mirrors
+  };
+  // @param origin  of the ray, in the primitive's axes. @param direction  in the world's.
+  // @param width_m  width of the pixel's footprint.
+  Shaded shade(const LitHit& hit, const Vector3f& origin, const Vector3f& direction,
+               float width_m) const {
+    const Look& look = light.look;
+    const Primitive& p = grid.primitive(hit.primitive);
+    const Vector3f local_direction = p.R_local_world * direction;
+    const Vector3f point = origin + hit.t * local_direction;
+    Surface surface = surfaceAt(p, hit.part, point);
+    if (surface.normal.dot(local_direction) > 0) surface.normal = -surface.normal;
+    if (p.shape == Shape::kGround) {
+      // Texture coordinates are double because the town is unbounded.
+      surface.u_m = p.centre_m.x() + point.x();
+      surface.v_m = p.centre_m.y() + point.y();
+    }
+    const Footprint footprint = footprintOf(surface, local_direction, width_m);
+    const float albedo =
+        std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
+    const Vector3f normal = p.R_local_world.transpose() * surface.normal;
+    float illumination = look.ambient * (0.75f + 0.25f * normal.z());
+    if (hit.sunny) illumination += look.sun * std::abs(normal.dot(look.to_sun));
+    if (look.headlights > 0) {
+      const float below = std::clamp(0.6f - 8 * direction.z(), 0.12f, 1.0f);
+      illumination += below * look.headlights / (1 + 0.006f * hit.t * hit.t);
+    }
+    if (look.ceiling.pitch_m > 0)
+      illumination += lampLight(look.ceiling, light.camera_m + hit.t * direction, normal);
+    float radiance = albedo * illumination;
+    if (p.material == Material::kLamp) radiance += look.lamps;
+    return {point, normal, surface.normal, radiance};
+  }
+
+  // Radiance from this direction (unit length) at a point (relative to the sunlight's centre).
+  // @param spread  growth of the pixel's footprint beyond `width_m`, per metre of distance.
+  float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
+                      int except) const {
+    LitHit hit;
+    static_cast<Hit&>(hit) = light.around->cast(point, direction, except);
+    if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
+    hit.sunny = light.look.sun > 0 && light.sunlight.reaches(point + (hit.t - 0.01f) * direction);
+    return shade(hit, light.around->inLocalAxes(hit.primitive, point), direction,
+                 width_m + spread * hit.t)
+        .radiance;
+  }
+
+  // Radiance of clear coat over paint, or of a pane: reflected and transmitted light.
+  float glossy(const LitHit& hit, const Shaded& shaded, float x, float y) const {
+    const Primitive& p = grid.primitive(hit.primitive);
+    const Vector3f direction = grid.directionOf(x, y), view = direction.normalized();
+    const Vector3f normal =
+        p.R_local_world.transpose() * normalOfPanel(p, shaded.local_normal, shaded.point);
+    const float cosine = std::clamp(-normal.dot(view), 0.0f, 1.0f);
+    const float width_m = hit.t * grid.pixelPerM();
+    const float mirror = fresnel(mirrorOf(p, hit.part, shaded.point), cosine);
+    const Vector3f reflected_ray = (view + 2 * cosine * normal).normalized();
+    const Vector3f point = light.offset_m + hit.t * direction;
+    // A convex mirror spreads the rays of a pixel.
+    const float spread =
+        grid.pixelPerM() + 2 * kPanelTurn * width_m / std::max(p.half_m.maxCoeff(), 0.1f);
+    const float reflected = light.look.reflections *
+                            lightArriving(point, reflected_ray, width_m, spread, hit.primitive);
+    if (isClear(p, hit.part, shaded.point)) {
+      constexpr float kTint = 0.8f;
+      return mirror * reflected + (1 - mirror) * kTint * behind(x, y, hit.primitive);
+    }
+    // Metal flakes below the coat reflect as well, in random directions.
+    const float metallic = p.albedo > 0.05f ? 0.5f * p.albedo + 0.05f : 0.0f;
+    float radiance = (1 - mirror) * shaded.radiance + (mirror + metallic) * reflected;
+    if (hit.sunny && light.look.reflections > 0)  // the sun itself
+      radiance += 4 * std::pow(std::max(0.0f, reflected_ray.dot(light.look.to_sun)), 600.0f);
+    return radiance;
+  }
+
+  float behind(float x, float y, int pane) const {
+    LitHit hit;
+    static_cast<Hit&>(hit) = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
+    const Vector3f direction = grid.directionOf(x, y);
+    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), light.look, light.sky_seed);
+    hit.sunny =
+        light.look.sun > 0 && light.sunlight.reaches(light.offset_m + (hit.t - 0.01f) * direction);
+    return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
+  }
+
+  bool isGlossy(const LitHit& hit) const {
+    const Material material = grid.primitive(hit.primitive).material;
+    return light.around && (material == Material::kGloss || material == Material::kGlossCabin);
+  }
+  // Edges behind a pane need antialiasing as well.
+  bool mayBePane(const LitHit& hit) const {
+    return light.around && !hit.sky() &&
+           grid.primitive(hit.primitive).material == Material::kGlossCabin;
+  }
+
+  float operator()(const LitHit& hit, float x, float y) const {
+    const Look& look = light.look;
+    const uint32_t seed = light.sky_seed;
+    const Vector3f direction = grid.directionOf(x, y);
+    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, seed);
+    const Primitive& p = grid.primitive(hit.primitive);
+    const Shaded shaded =
+        shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM());
+    if (isGlossy(hit)) return glossy(hit, shaded, x, y);
+    float radiance = shaded.radiance;
+    const float mirror = look.reflections * mirrorOf(p, hit.part, shaded.point);
+    if (mirror > 0) {
+      const Vector3f view = direction.normalized();
+      const float cosine = std::min(1.0f, -shaded.normal.dot(view));
+      const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
+      radiance += fresnel * surroundings(view + 2 * cosine * shaded.normal, look, seed);
+    }
+    return radiance;
+  }
+};
+
+bool sameSurface(const LitHit& a, const LitHit& b) {
+  return a.primitive == b.primitive && a.part == b.part && a.sunny == b.sunny;
+}
+
+bool isEdge(const HitImage& hits, int x, int y) {
+  const int left = std::max(x - 1, 0), right = std::min(x + 1, hits.size().width - 1);
+  const int bottom = std::min(y + 1, hits.size().height - 1);
+  const LitHit& centre = hits.at(x, y);
+  for (int row = std::max(y - 1, 0); row <= bottom; ++row)
+    for (int column = left; column <= right; ++column)
+      if (!sameSurface(hits.at(column, row), centre)) return true;
+  return false;
+}
+
+// Streaks of drops near the camera: brighter than the background, different in each image.
+void addRain(double per_megapixel, uint32_t seed, cv::Mat1b& image) {
+  Random random(seed);
+  const int streaks = static_cast<int>(per_megapixel * 1e-6 * static_cast<double>(image.total()));
+  for (int i = 0; i < streaks; ++i) {
+    double x = random.uniform(0, image.cols);
+    const int top = static_cast<int>(random.uniform(-0.1, 1) * image.rows);
+    const int length = static_cast<int>(random.uniform(0.02, 0.12) * image.rows) + 2;
+    const double slant = random.uniform(0.02, 0.15), light = random.uniform(12, 60);
+    for (int y = top; y < top + length; ++y, x += slant) {
+      const int column = static_cast<int>(x);
+      if (y < 0 || y >= image.rows || column >= image.cols) continue;
+      image(y, column) = cv::saturate_cast<uchar>(image(y, column) + light);
+    }
+  }
+}
+
+}  // namespace
+
+HitImage::HitImage(const RayGrid& grid, const Light& light, cv::Size size,
+                   const RowOfPixel& ideal_row)
+    : size_(size), hits_(static_cast<size_t>(size.area())) {
+  const Shader shader{grid, light};
+  parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y)
+      for (int x = 0; x < size_.width; ++x)
+        hits_[static_cast<size_t>(y) * static_cast<size_t>(size_.width) + static_cast<size_t>(x)] =
+            shader.cast(static_cast<float>(x), ideal_row(x, y));
+  });
+}
+
+void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& light,
+                    const RowOfPixel& ideal_row, cv::Mat1f& radiance) {
+  // A rotated grid of four rays.
+  constexpr float kAcross[4] = {-0.125f, 0.375f, -0.375f, 0.125f};
+  constexpr float kDown[4] = {-0.375f, -0.125f, 0.125f, 0.375f};
+  radiance.create(hits.size());
+  const Shader shade{grid, light};
+  parallelFor(cv::Range(0, hits.size().height), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < hits.size().width; ++x) {
+        const float row = ideal_row(x, y);
+        if (!isEdge(hits, x, y) && !shade.mayBePane(hits.at(x, y))) {
+          radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
+          continue;
+        }
+        // A primitive that several of them hit is lit and shaded once.
+        LitHit met[4];
+        float radiance_of[4], sum = 0;
+        for (int i = 0; i < 4; ++i) {
+          const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];
+          met[i] = shade.cast(ray_x, ray_y);
+          int j = 0;
+          while (!sameSurface(met[j], met[i])) ++j;
+          radiance_of[i] =
+              j < i && !shade.mayBePane(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
+          sum += radiance_of[i];
+        }
+        radiance(y, x) = 0.25f * sum;
+      }
+    }
+  });
+}
+
+void expose(const cv::Mat1f& radiance, const Exposure& exposure, cv::Mat1b& image) {
+  image.create(radiance.size());
+  const auto gain = static_cast<float>(exposure.gain), offset = static_cast<float>(exposure.offset);
+  const auto floor = static_cast<float>(exposure.noise * exposure.noise);
+  const auto shot = static_cast<float>(exposure.shot_noise);
+  parallelFor(cv::Range(0, image.rows), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < image.cols; ++x) {
+        const float level = gain * radiance(y, x) + offset;
+        // The sum of four bytes is nearly normal; its variance is 4 (256^2 - 1) / 12.
+        const uint32_t bits =
+            hashOf(exposure.seed, static_cast<uint32_t>(y), static_cast<uint32_t>(x));
+        const auto sum = static_cast<float>((bits & 255) + (bits >> 8 & 255) + (bits >> 16 & 255) +
+                                            (bits >> 24));
+        const float normal = (sum - 510.0f) * (1.0f / 147.8f);
+        const float sigma = std::sqrt(floor + shot * std::max(level, 0.0f));
+        image(y, x) = cv::saturate_cast<uchar>(level + sigma * normal);
+      }
+    }
+  });
+  addRain(exposure.rain, hashOf(exposure.seed, 1), image);
+}
+
+}  // namespace predictive_stereo::simulation

@@ -1,0 +1,403 @@
+#include "evaluation/simulation/street.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <stdexcept>
+
+#include "evaluation/simulation/camera.h"
+#include "evaluation/simulation/glossy.h"
+#include "evaluation/simulation/indoor.h"
+#include "evaluation/simulation/path.h"
+#include "evaluation/simulation/town.h"
+#include "evaluation/simulation/traffic.h"
+#include "parallel/tasks.h"
+
+namespace predictive_stereo {
+namespace {
+
+using namespace simulation;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kPi = 3.14159265358979;
+
+const char* nameOf(Kind kind) {
+  switch (kind) {
+    case Kind::kCar:
+      return "car";
+    case Kind::kVan:
+      return "van";
+    case Kind::kTruck:
+      return "truck";
+    case Kind::kBus:
+      return "bus";
+    case Kind::kPerson:
+      return "person";
+    case Kind::kCyclist:
+      return "cyclist";
+  }
+  return "";
+}
+
+// Replaces zeros by the defaults of the scene.
+StreetParams withSceneDefaults(StreetParams params, const Camera& camera) {
+  if (params.width == 0) params.width = camera.width;
+  if (params.height == 0) params.height = camera.height;
+  if (params.baseline_m == 0) params.baseline_m = camera.baseline_m;
+  if (params.rate_hz == 0) params.rate_hz = camera.rate_hz;
+  validate(params);
+  return params;
+}
+
+StereoRig rigOf(const StreetParams& params, const Camera& camera) {
+  StereoRig rig;
+  rig.size = {params.width, params.height};
+  const double scale = params.width / static_cast<double>(camera.width);
+  rig.fx_px = rig.fy_px = camera.focal_px * scale;
+  rig.cx_left_px = rig.cx_right_px = (camera.cx_px + 0.5) * scale - 0.5;
+  rig.cy_px = camera.cy_share * params.height - 0.5;
+  rig.baseline_m = params.baseline_m;
+  return rig;
+}
+
+Isometry3d mountOf(const Camera& camera) {
+  Eigen::Matrix3d R_body_cam;  // axes of a level camera
+  R_body_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  Isometry3d T_body_cam = Isometry3d::Identity();
+  T_body_cam.linear() =
+      Eigen::AngleAxisd(camera.down_rad, Vector3d::UnitY()).toRotationMatrix() * R_body_cam;
+  T_body_cam.translation().z() = camera.up_m;
+  return T_body_cam;
+}
+
+}  // namespace
+
+struct Street::World {
+  StreetParams params;
+  Scene scene;
+  StereoRig rig;
+  Isometry3d T_body_cam;
+  double duration_s;
+  std::unique_ptr<const Path> path;
+  std::vector<Mover> movers;
+
+  World(const StreetParams& p, const Scene& s)
+      : params(withSceneDefaults(p, s.camera)),
+        scene(s),
+        rig(rigOf(params, scene.camera)),
+        T_body_cam(mountOf(scene.camera)),
+        duration_s(exposureTime(params.frames) + 1),
+        path(makePath(scene, duration_s, hashOf(seed(), 1))),
+        movers(makeTraffic(scene.traffic, *path, scene.camera.body_m, duration_s,
+                           hashOf(seed(), 2))) {}
+
+  uint32_t seed() const { return static_cast<uint32_t>(params.seed); }
+
+  Isometry3d cameraAt(double time_s) const { return path->bodyAt(time_s) * T_body_cam; }
+
+  // Clock tick of a frame. Frames of some ticks are lost.
+  int instantOf(int index) const {
+    const int every = scene.sensor.drop_every;
+    return every > 1 ? index + index / (every - 1) : index;
+  }
+  double stamp(int index) const { return instantOf(index) / params.rate_hz; }
+  // A frame that repeats the previous image was exposed before its stamp.
+  double exposureTime(int index) const {
+    const int every = scene.sensor.duplicate_every;
+    return stamp(every > 1 && index % every == every - 1 ? index - 1 : index);
+  }
+  uint32_t exposureSeed(int index) const {
+    return hashOf(seed(), 3, static_cast<uint32_t>(std::lround(exposureTime(index) * 1e4)));
+  }
+
+  double rowOffset(double x, double y) const {
+    const double u = 2 * x / rig.size.width - 1, v = 2 * y / rig.size.height - 1;
+    // Largest in the lower left corner (u = -1, v = 1): 1.
+    const double shape = 0.1 - 0.15 * u + 0.15 * v + 0.05 * u * u - 0.55 * u * v;
+    return scene.sensor.row_offset_px * shape;
+  }
+  // Inverse of rowOffset: row of the aligned image that corresponds to a pixel of the right image.
+  float idealRow(int x, int y) const {
+    double row = y;
+    for (int i = 0; i < 6; ++i) row = y - rowOffset(x, row);
+    return static_cast<float>(row);
+  }
+
+  // The view for which the town is built.
+  View viewFrom(const Isometry3d& T_world_cam) const {
+    View view;
+    view.position_m = T_world_cam.translation();
+    view.forward = T_world_cam.linear().col(2).head<2>().normalized();
+    const double reach = std::max(rig.cx_left_px, rig.size.width - rig.cx_left_px) + 40;
+    view.tan_half_angle = reach / rig.fx_px;
+    view.all_around = scene.look.glossy_cars;
+    // Seen from above, the view of a pitched or rolled camera is wider, up to all directions.
+    for (const double x : {0, rig.size.width})
+      for (const double y : {0, rig.size.height}) {
+        const Vector3d ray((x - rig.cx_left_px) / rig.fx_px, (y - rig.cy_px) / rig.fy_px, 1);
+        const Eigen::Vector2d seen = (T_world_cam.linear() * ray).head<2>();
+        const double ahead = std::max(view.forward.dot(seen), 1e-3);
+        const double aside = view.forward.x() * seen.y() - view.forward.y() * seen.x();
+        view.tan_half_angle = std::max(view.tan_half_angle, std::abs(aside) / ahead);
+      }
+    return view;
+  }
+
+  Primitives primitivesAt(double time_s) const {
+    const Isometry3d pose = cameraAt(time_s);
+    const View view = viewFrom(pose);
+    const uint32_t site_seed = hashOf(seed(), 4);
+    Primitives primitives;
+    switch (scene.site) {
+      case Site::kTown: {
+        TownParams town;
+        town.seed = site_seed;
+        town.parked_cars = scene.parked_cars;
+        town.trees = scene.trees;
+        addTown(town, view, primitives);
+        break;
+      }
+      case Site::kHall:
+        addHall(site_seed, primitives);
+        break;
+      case Site::kCorridor:
+        addCorridor(site_seed, primitives);
+        break;
+    }
+    for (const Mover& mover : movers) {
+      if (time_s < mover.from_s || time_s > mover.until_s) continue;
+      const Place place = mover.placeAt(time_s, *path);
+      const Eigen::Vector2d at = place.position_m.head<2>();
+      if (scene.site == Site::kTown && (view.distance(at) > 200 || !view.reaches(at, 8))) continue;
+      addThing(mover.kind, mover.seed, place, mover.strideAt(time_s), mover.id, primitives);
+    }
+    if (scene.look.glossy_cars) makeGlossy(primitives);
+    return primitives;
+  }
+
+  Isometry3d rightPose(const Isometry3d& T_world_cam) const {
+    Isometry3d pose = T_world_cam;
+    pose.translation() += rig.baseline_m * T_world_cam.linear().col(0);
+    return pose;
+  }
+
+  void renderImages(int index, StreetFrame& frame) const;
+  void fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid& right,
+                 StreetFrame& frame) const;
+  void fillMovers(const RayGrid& left, const HitImage& hits, double time_s,
+                  StreetFrame& frame) const;
+};
+
+void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid& right,
+                              StreetFrame& frame) const {
+  frame.disparity_px.create(rig.size);
+  frame.occluded.create(rig.size);
+  frame.reflecting.create(rig.size);
+  frame.moving_id.create(rig.size);
+  std::vector<bool> moves(1, false);
+  for (const Mover& mover : movers) {
+    moves.resize(static_cast<size_t>(mover.id) + 1, false);
+    moves[static_cast<size_t>(mover.id)] =
+        mover.velocityAt(exposureTime(frame.index), *path).norm() > kMovingSpeed_mps;
+  }
+  const auto columns_apart = static_cast<float>(rig.cx_left_px - rig.cx_right_px);
+  const auto scale = static_cast<float>(rig.disparityTimesDepth());
+  parallelFor(cv::Range(0, rig.size.height), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < rig.size.width; ++x) {
+        const Hit& hit = hits.at(x, y);
+        const float disparity = hit.sky() ? 0.0f : scale / hit.t;
+        frame.disparity_px(y, x) = disparity;
+        const float x_right = static_cast<float>(x) - disparity - columns_apart;
+        const auto row = static_cast<float>(y);
+        // The limit is slightly nearer than the point, which must not occlude itself.
+        const bool hidden = x_right < -0.5f ||
+                            x_right > static_cast<float>(rig.size.width) - 0.5f ||
+                            right.blocked(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f);
+        frame.occluded(y, x) = hidden ? 255 : 0;
+        int id = 0;
+        bool mirror = false;
+        if (!hit.sky()) {
+          const Primitive& p = left.primitive(hit.primitive);
+          if (moves[static_cast<size_t>(p.object)]) id = p.object;
+          const Eigen::Vector3f point =
+              left.originIn(hit.primitive) +
+              hit.t * (p.R_local_world * left.directionOf(static_cast<float>(x), row));
+          mirror = mirrorOf(p, hit.part, point) > 0;
+        }
+        frame.moving_id(y, x) = static_cast<ushort>(id);
+        frame.reflecting(y, x) = mirror ? 255 : 0;
+      }
+    }
+  });
+}
+
+void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double time_s,
+                               StreetFrame& frame) const {
+  struct Seen {
+    int pixels = 0, x0 = 1 << 20, x1 = -1, y0 = 1 << 20, y1 = -1;
+    float nearest_m = std::numeric_limits<float>::infinity();
+  };
+  std::map<int, Seen> seen;
+  for (int y = 0; y < rig.size.height; ++y) {
+    for (int x = 0; x < rig.size.width; ++x) {
+      const int id = frame.moving_id(y, x);
+      if (id == 0) continue;
+      Seen& s = seen[id];
+      ++s.pixels;
+      s.x0 = std::min(s.x0, x);
+      s.x1 = std::max(s.x1, x);
+      s.y0 = std::min(s.y0, y);
+      s.y1 = std::max(s.y1, y);
+      s.nearest_m = std::min(s.nearest_m, hits.at(x, y).t);
+    }
+  }
+  std::map<int, std::vector<int>> parts;
+  for (int i = 0; i < left.count(); ++i)
+    if (seen.count(left.primitive(i).object)) parts[left.primitive(i).object].push_back(i);
+  const Isometry3d T_cam_world = frame.T_world_cam.inverse();
+  for (const Mover& mover : movers) {
+    const auto found = seen.find(mover.id);
+    if (found == seen.end()) continue;
+    const Seen& s = found->second;
+    StreetMover out;
+    out.id = mover.id;
+    out.kind = nameOf(mover.kind);
+    out.box_px = cv::Rect(s.x0, s.y0, s.x1 - s.x0 + 1, s.y1 - s.y0 + 1);
+    out.visible_px = s.pixels;
+    out.distance_m = s.nearest_m;
+    const Place place = mover.placeAt(time_s, *path);
+    out.size_m = sizeOf(mover.kind, mover.seed);
+    out.heading_rad = place.heading_rad;
+    out.velocity_mps = mover.velocityAt(time_s, *path);
+    const Eigen::Matrix3d axes =
+        T_cam_world.linear() *
+        Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
+    out.centre_m = T_cam_world * (place.position_m + Vector3d(0, 0, 0.5 * out.size_m.z()));
+    out.extent_m = axes.cwiseAbs() * out.size_m;
+
+    // Its outline without occlusion, also beyond the image borders.
+    cv::Rect2f bounds;
+    for (const int part : parts[mover.id]) bounds |= left.boundsOf(part);
+    const cv::Rect2f limit(
+        static_cast<float>(-rig.size.width), static_cast<float>(-rig.size.height),
+        3.0f * static_cast<float>(rig.size.width), 3.0f * static_cast<float>(rig.size.height));
+    bounds &= limit;
+    const cv::Point first(static_cast<int>(std::ceil(bounds.x)),
+                          static_cast<int>(std::ceil(bounds.y)));
+    const cv::Point last(static_cast<int>(std::floor(bounds.x + bounds.width)),
+                         static_cast<int>(std::floor(bounds.y + bounds.height)));
+    const cv::Rect image(cv::Point(), rig.size);
+    // For the shares, every few pixels of large outlines are enough.
+    const int step = std::max(1, static_cast<int>(std::sqrt(bounds.area() / 20000.0)));
+    int inside = 0, all = 0, visible = 0;
+    for (int y = first.y; y <= last.y; y += step) {
+      for (int x = first.x; x <= last.x; x += step) {
+        const bool within = image.contains({x, y});
+        bool covered = within && frame.moving_id(y, x) == mover.id;
+        visible += covered;
+        for (size_t i = 0; i < parts[mover.id].size() && !covered; ++i)
+          covered = left.meets(parts[mover.id][i], static_cast<float>(x), static_cast<float>(y));
+        all += covered;
+        inside += covered && within;
+      }
+    }
+    out.occluded = inside > 0 ? 1.0 - static_cast<double>(visible) / inside : 0.0;
+    out.truncated = all > 0 ? 1.0 - static_cast<double>(inside) / all : 0.0;
+    frame.movers.push_back(out);
+  }
+}
+
+void Street::World::renderImages(int index, StreetFrame& frame) const {
+  const double time_s = exposureTime(index);
+  const Sensor& sensor = scene.sensor;
+  const RowOfPixel same_row = [](int, int y) { return static_cast<float>(y); };
+  const RowOfPixel right_row =
+      sensor.row_offset_px == 0 ? same_row : [this](int x, int y) { return idealRow(x, y); };
+  // The shutter is open around the stamp.
+  const int samples = sensor.exposure_time_s > 0 ? 5 : 1;
+  cv::Mat1f left_radiance, right_radiance, radiance;
+  for (int i = 0; i < samples; ++i) {
+    // The middle sample, which has the ground truth, is the last one.
+    const int step = (i + samples / 2 + 1) % samples - samples / 2;
+    const double at_s = time_s + sensor.exposure_time_s * step / samples;
+    const Primitives primitives = primitivesAt(at_s);
+    const Isometry3d pose = cameraAt(at_s);
+    const RayGrid left(primitives, pose, rig, rig.cx_left_px);
+    const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
+    const Sunlight sunlight(primitives, scene.look.to_sun, pose.translation());
+    std::unique_ptr<const RayMap> around;
+    if (scene.look.glossy_cars)
+      around = std::make_unique<const RayMap>(primitives, pose.translation());
+    const uint32_t sky = hashOf(seed(), 5);
+    const auto lightOf = [&](const Isometry3d& T_world_cam) {
+      return Light{scene.look,
+                   sunlight,
+                   (T_world_cam.translation() - pose.translation()).cast<float>(),
+                   sky,
+                   T_world_cam.translation().cast<float>(),
+                   around.get()};
+    };
+    const Light left_light = lightOf(pose), right_light = lightOf(rightPose(pose));
+    const HitImage left_hits(left, left_light, rig.size, same_row);
+    const HitImage right_hits(right, right_light, rig.size, right_row);
+    renderRadiance(left, left_hits, left_light, same_row, radiance);
+    left_radiance = i == 0 ? radiance.clone() : cv::Mat1f(left_radiance + radiance);
+    renderRadiance(right, right_hits, right_light, right_row, radiance);
+    right_radiance = i == 0 ? radiance.clone() : cv::Mat1f(right_radiance + radiance);
+    if (step != 0) continue;
+    frame.T_world_cam = pose;
+    fillTruth(left, left_hits, right, frame);
+    fillMovers(left, left_hits, time_s, frame);
+  }
+  Exposure exposure;
+  exposure.gain =
+      255 * sensor.exposure / samples *
+      (1 + sensor.exposure_swing * std::sin(2 * kPi * time_s / sensor.exposure_period_s));
+  exposure.noise = sensor.noise;
+  exposure.shot_noise = sensor.shot_noise;
+  exposure.rain = sensor.rain;
+  exposure.seed = hashOf(exposureSeed(index), 1);
+  expose(left_radiance, exposure, frame.left);
+  exposure.gain *= sensor.right_gain;
+  exposure.offset = sensor.right_offset;
+  exposure.seed = hashOf(exposureSeed(index), 2);
+  expose(right_radiance, exposure, frame.right);
+}
+
+Street::Street(const StreetParams& params) : Street(params, sceneByName(params.scene)) {}
+Street::Street(const StreetParams& params, const Scene& scene)
+    : world_(std::make_unique<const World>(params, scene)) {}
+Street::~Street() = default;
+Street::Street(Street&&) noexcept = default;
+Street& Street::operator=(Street&&) noexcept = default;
+
+const StereoRig& Street::rig() const { return world_->rig; }
+int Street::frames() const { return world_->params.frames; }
+double Street::stampOf(int index) const { return world_->stamp(index); }
+double Street::exposureTimeOf(int index) const { return world_->exposureTime(index); }
+Isometry3d Street::poseAt(double time_s) const { return world_->cameraAt(time_s); }
+Isometry3d Street::cameraMount() const { return world_->T_body_cam; }
+double Street::rightRowOffset(double x, double y) const { return world_->rowOffset(x, y); }
+
+StreetFrame Street::render(int index) const {
+  if (index < 0 || index >= frames())
+    throw std::invalid_argument("index = " + std::to_string(index) +
+                                ": must be a frame of this street, 0 to " +
+                                std::to_string(frames() - 1));
+  StreetFrame frame;
+  frame.index = index;
+  frame.stamp_s = world_->stamp(index);
+  world_->renderImages(index, frame);
+  return frame;
+}
+
+std::vector<StreetSceneInfo> streetScenes() {
+  std::vector<StreetSceneInfo> infos;
+  for (const Scene& scene : scenes()) infos.push_back({scene.name, scene.summary});
+  return infos;
+}
+
+}  // namespace predictive_stereo

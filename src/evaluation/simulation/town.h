@@ -1,0 +1,43 @@
+/// Static world: an unbounded town of square blocks with streets between them along x and y.
+#pragma once
+
+#include "evaluation/simulation/models.h"
+
+namespace predictive_stereo::simulation {
+
+constexpr double kPitch_m = 100;      ///< between the centre lines of neighbouring streets
+constexpr double kKerb_m = 6.6;       ///< from a street's centre line to its kerbs
+constexpr double kSidewalk_m = 3.2;   ///< width of the pavement between kerb and houses
+constexpr double kPavement_m = 0.12;  ///< height of the pavement above the road
+constexpr double kLane_m = 1.75;      ///< from a street's centre line to that of a lane
+
+/// Road marking at a point.
+struct Marking {
+  float strength = 0;     ///< 0: no marking nearby
+  float inside_m = 0;     ///< distance to its nearest edge, negative outside
+  bool across_u = false;  ///< that edge runs along the world's y
+};
+Marking markingAt(double x_m, double y_m);
+
+/// The part of the world that a camera can see.
+struct View {
+  Eigen::Vector3d position_m;
+  Eigen::Vector2d forward;  ///< unit length
+  double tan_half_angle;
+  bool all_around = false;  ///< includes the world behind the camera, which mirrors show
+
+  bool reaches(const Eigen::Vector2d& centre_m, double radius_m) const;
+  double distance(const Eigen::Vector2d& centre_m) const {
+    return (centre_m - position_m.head<2>()).norm();
+  }
+};
+
+struct TownParams {
+  uint32_t seed = 1;
+  double parked_cars = 0.5;  ///< occupied share of the parking places
+  double trees = 0.5;        ///< occupied share of the places for trees
+};
+
+void addTown(const TownParams& params, const View& view, Primitives& out);
+
+}  // namespace predictive_stereo::simulation

@@ -1,0 +1,213 @@
+#include "evaluation/simulation/traffic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "evaluation/simulation/town.h"
+
+namespace predictive_stereo::simulation {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kPi = 3.14159265358979;
+
+Vector2d direction(double heading) { return {std::cos(heading), std::sin(heading)}; }
+
+// A rectangle on the ground.
+struct Outline {
+  Vector2d centre, ahead;
+  double half_length, half_width;
+
+  Outline(const Place& place, const Vector3d& size, double margin)
+      : centre(place.position_m.head<2>()),
+        ahead(direction(place.heading_rad)),
+        half_length(0.5 * size.x() + margin),
+        half_width(0.5 * size.y() + margin) {}
+
+  double extentAlong(const Vector2d& axis) const {
+    return half_length * std::abs(axis.dot(ahead)) +
+           half_width * std::abs(axis.x() * ahead.y() - axis.y() * ahead.x());
+  }
+};
+
+bool overlap(const Outline& a, const Outline& b) {
+  const Vector2d offset = b.centre - a.centre;
+  for (const Vector2d& axis :
+       {a.ahead, Vector2d(-a.ahead.y(), a.ahead.x()), b.ahead, Vector2d(-b.ahead.y(), b.ahead.x())})
+    if (std::abs(axis.dot(offset)) > a.extentAlong(axis) + b.extentAlong(axis)) return false;
+  return true;
+}
+
+// Whether it never collides with the camera's body or with another moving object.
+bool isFree(const Mover& mover, const std::vector<Mover>& others, const Path& path,
+            const Vector3d& body_m) {
+  const Vector3d size = sizeOf(mover.kind, mover.seed);
+  for (double t = std::max(0.0, mover.from_s); t <= mover.until_s; t += 0.2) {
+    const Place place = mover.placeAt(t, path);
+    const Outline outline(place, size, 0.15);
+    if (overlap(outline, Outline(path.placeAt(t), body_m, 0.35))) return false;
+    for (const Mover& other : others) {
+      if (t < other.from_s || t > other.until_s) continue;
+      const Place there = other.placeAt(t, path);
+      if ((there.position_m - place.position_m).squaredNorm() > 225) continue;
+      if (overlap(outline, Outline(there, sizeOf(other.kind, other.seed), 0.15))) return false;
+    }
+  }
+  return true;
+}
+
+// The street of the camera at a time.
+struct Street {
+  double heading_rad;  // of the camera, rounded to quarter turns
+  Vector2d ahead, left;
+  double along_m;   // of the camera, on the axis `ahead`
+  double middle_m;  // of the street, on the axis `left`
+  bool valid;       // false while it turns
+
+  Street(const Path& path, double time_s) {
+    const Place place = path.placeAt(time_s);
+    heading_rad = kPi / 2 * std::round(place.heading_rad / (kPi / 2));
+    ahead = direction(heading_rad);
+    left = {-ahead.y(), ahead.x()};
+    const Vector2d at = place.position_m.head<2>();
+    along_m = ahead.dot(at);
+    middle_m = kPitch_m * std::round(left.dot(at) / kPitch_m);
+    valid = std::abs(place.heading_rad - heading_rad) < 0.05;
+  }
+
+  Place place(double along, double lateral, double turn_rad, bool pavement) const {
+    const Vector2d at = ahead * along + left * (middle_m + lateral);
+    return {{at.x(), at.y(), pavement ? kPavement_m : 0.0}, heading_rad + turn_rad};
+  }
+};
+
+}  // namespace
+
+double Mover::gapAt(double time_s) const {
+  return along.gap_m + along.swing_m * std::sin(2 * kPi * time_s / along.period_s + id);
+}
+
+Place Mover::placeAt(double time_s, const Path& path) const {
+  if (goes_along) {
+    Place place = path.placeAhead(time_s, gapAt(time_s));
+    place.position_m +=
+        along.left_m * Vector3d(-std::sin(place.heading_rad), std::cos(place.heading_rad), 0);
+    return place;
+  }
+  Place place = met;
+  const double way = speed_mps * (time_s - met_s);
+  place.position_m += way * Vector3d(std::cos(met.heading_rad), std::sin(met.heading_rad), 0);
+  return place;
+}
+
+Vector3d Mover::velocityAt(double time_s, const Path& path) const {
+  constexpr double kHalf_s = 0.005;
+  const double before_s = std::max(0.0, time_s - kHalf_s), after_s = time_s + kHalf_s;
+  return (placeAt(after_s, path).position_m - placeAt(before_s, path).position_m) /
+         (after_s - before_s);
+}
+
+std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const Vector3d& body_m,
+                               double duration_s, uint32_t seed) {
+  std::vector<Mover> movers;
+  int next_id = 1;
+  for (const Companion& companion : traffic.companions) {
+    Mover mover;
+    mover.id = next_id++;
+    mover.kind = companion.kind;
+    mover.seed = hashOf(seed, 1, static_cast<uint32_t>(mover.id));
+    mover.goes_along = true;
+    mover.along = companion;
+    mover.along.gap_m += 0.5 * sizeOf(mover.kind, mover.seed).x();
+    mover.until_s = duration_s;
+    movers.push_back(mover);
+  }
+  for (const Walk& walk : traffic.walks) {
+    const Vector2d way = walk.to_m - walk.from_m;
+    Mover mover;
+    mover.id = next_id++;
+    mover.kind = walk.kind;
+    mover.seed = hashOf(seed, 3, static_cast<uint32_t>(mover.id));
+    mover.met_s = mover.from_s = walk.start_s;
+    mover.until_s = walk.start_s + way.norm() / walk.speed_mps;
+    mover.met = {{walk.from_m.x(), walk.from_m.y(), 0}, std::atan2(way.y(), way.x())};
+    mover.speed_mps = walk.speed_mps;
+    if (!isFree(mover, movers, path, body_m))
+      throw std::invalid_argument("walk " + std::to_string(mover.id) +
+                                  " collides with the camera or with another one; change its path");
+    movers.push_back(mover);
+  }
+  // Candidates of one kind after the other; those that would collide are left out.
+  const auto meet = [&](double period_s, uint32_t kind, double reach_s, const auto& make) {
+    if (period_s <= 0) return;
+    Random random(hashOf(seed, 2, kind));
+    for (double t = -reach_s + random.uniform(0, period_s); t < duration_s + reach_s;
+         t += period_s * random.uniform(0.6, 1.4)) {
+      const double known = std::clamp(t, 0.0, duration_s);
+      Mover mover;
+      mover.seed = random.bits();
+      mover.met_s = t;
+      const Street street(path, known);
+      Random own(mover.seed);
+      const bool possible = make(street, own, mover);
+      if (!street.valid || !possible) continue;
+      mover.from_s = t - reach_s;
+      mover.until_s = t + reach_s;
+      mover.id = next_id;
+      if (!isFree(mover, movers, path, body_m)) continue;
+      movers.push_back(mover);
+      ++next_id;
+    }
+  };
+  meet(traffic.oncoming_s, 2, 14, [&](const Street& s, Random& r, Mover& m) {
+    m.kind = r.chance(0.75) ? Kind::kCar : r.chance(0.6) ? Kind::kVan : Kind::kTruck;
+    m.speed_mps = r.uniform(6, 12);
+    m.met = s.place(s.along_m + r.uniform(3, 12), kLane_m + r.uniform(-0.1, 0.2), kPi, false);
+    return true;
+  });
+  meet(traffic.crossing_cars_s, 3, 12, [&](const Street& s, Random& r, Mover& m) {
+    m.kind = r.chance(0.7) ? Kind::kCar : Kind::kVan;
+    m.speed_mps = r.uniform(5, 10);
+    const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1);
+    if (junction - s.along_m > 55) return false;
+    const bool to_left = r.chance(0.5);
+    m.met =
+        s.place(junction + (to_left ? kLane_m : -kLane_m), 0, to_left ? kPi / 2 : -kPi / 2, false);
+    return true;
+  });
+  meet(traffic.cyclists_s, 4, 25, [&](const Street& s, Random& r, Mover& m) {
+    m.kind = Kind::kCyclist;
+    const bool right = r.chance(0.65);
+    m.speed_mps = r.uniform(3.2, 5.5);
+    m.met = s.place(s.along_m + r.uniform(6, 28), right ? -3.5 : 3.5, right ? 0 : kPi, false);
+    return true;
+  });
+  meet(traffic.crossing_people_s, 5, 12, [&](const Street& s, Random& r, Mover& m) {
+    m.kind = Kind::kPerson;
+    m.speed_mps = r.uniform(1.0, 2.0);
+    const bool to_left = r.chance(0.5);
+    // On the zebra crossing of the next junction if it is near, else anywhere.
+    const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1) - kKerb_m - 2.7;
+    const double ahead = junction - s.along_m;
+    const double along =
+        ahead > 5 && ahead < 40 ? junction + r.uniform(-1, 1) : s.along_m + r.uniform(9, 32);
+    m.met = s.place(along, r.uniform(-3, 3), (to_left ? 1 : -1) * kPi / 2 + r.uniform(-0.15, 0.15),
+                    false);
+    return true;
+  });
+  meet(traffic.walkers_s, 6, 50, [&](const Street& s, Random& r, Mover& m) {
+    m.kind = Kind::kPerson;
+    m.speed_mps = r.uniform(0.9, 2.0);
+    const double side = r.chance(0.5) ? 1 : -1;
+    m.met = s.place(s.along_m + r.uniform(5, 45), side * (kKerb_m + r.uniform(1.3, 2.6)),
+                    r.chance(0.5) ? 0 : kPi, true);
+    return true;
+  });
+  return movers;
+}
+
+}  // namespace predictive_stereo::simulation

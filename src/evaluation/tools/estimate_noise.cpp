@@ -1,0 +1,185 @@
+/// Estimates process and measurement noise from LiDAR and writes a parameter file.
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+
+#include "evaluation/kitti_scene_2015.h"
+#include "evaluation/noise_estimation.h"
+#include "evaluation/tools/tool_input.h"
+#include "tools/command_line.h"
+#include "tools/output_file.h"
+#include "tools/progress.h"
+
+namespace predictive_stereo {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kHelp[] =
+    R"(Usage: estimate_noise DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] --output DIR [options]
+
+Estimates from laser scans of the static scene (the paper's section 3):
+  process noise q      scans, moved by the estimated ego-motion, against the next frame's scans
+  measurement noise r  full search of each pair by itself, against the scan
+and, beyond the paper, the parameters of the published variance: in closed loop, such that sigma and
+2 sigma are as close as possible to the 68.3 and 95.4 % quantiles of the absolute error.
+
+Writes to DIR: noise.yaml (parameters in the format of config/*.yaml, with provenance),
+process_noise.{png,csv}, measurement_noise.{png,csv}, and for each drive DRIVE_process_error.png and
+DRIVE_measurement_error.png: absolute errors accumulated over the image (the paper's figure 3).
+
+  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
+  --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
+                      they are left out. Without labels the whole scene counts as static.
+  --street SCENE      adds a scene of the synthetic street, whose ground truth has no noise, to the
+                      data for the published variance; may be given several times
+  --street-frames N   its number of frames (default 20)
+  --kitti2015 DIR     adds the pairs of a KITTI 2015 "training" folder, each without a past;
+                      together they have the weight of one drive or scene
+  --all-errors        q and r are the variances of all errors, as in the paper; without this option
+                      gross errors (> 3 px) do not count, as they are not noise
+  --config YAML       parameters to start from, as in evaluate_kitti
+  --set NAME=VALUE    one parameter; may be given several times
+  --frames N          use at most N frames of each drive
+  --threads N         (default: all cores)
+)";
+
+void printErrors(const char* name, const ErrorHistogram& errors, std::ostream& out) {
+  char line[320];
+  std::snprintf(
+      line, sizeof(line),
+      "%s: %lld errors, mean %+.3f px, sigma %.3f px, robust sigma %.3f px, %.1f %% within "
+      "1 px, %.2f %% gross (> 3 px), sigma of all %.3f px",
+      name, static_cast<long long>(errors.count()), errors.mean_px(),
+      std::sqrt(errors.variance_px2()), errors.robustSigma_px(), 100 * errors.shareWithin(1),
+      100 * errors.grossShare(), std::sqrt(errors.varianceOfAll_px2()));
+  out << line << "\n";
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  char text[16];
+  std::strftime(text, sizeof(text), "%Y-%m-%d", std::gmtime(&now));
+  return text;
+}
+
+void writeHistogram(const fs::path& dir, const std::string& name, const std::string& title,
+                    const ErrorHistogram& errors) {
+  writeText(dir / (name + ".csv"), errors.csv());
+  writePicture(dir / (name + ".png"), picture(errors.plot(title)));
+}
+
+int estimate(const CommandLine& command_line) {
+  if (!command_line.has("output")) throw UsageError("--output is missing");
+  const auto drives = driveArguments(command_line.positional());
+  if (drives.empty()) throw UsageError("expected DATE_DIR DRIVE");
+  const PipelineParams params = readParams(command_line);
+  const int max_frames = command_line.getInt("frames", 0, 2);
+  useThreads(command_line);
+  const fs::path dir = command_line.get("output");
+  makeFolder(dir);
+
+  std::ostringstream provenance;
+  provenance << "# Noise, estimated from LiDAR by estimate_noise on " << today() << ".\n";
+  ErrorHistogram process, measurement;
+  std::vector<std::vector<VarianceSample>> published;
+  for (const DriveArgument& argument : drives) {
+    const KittiDrive drive(argument.date_dir, argument.drive);
+    std::vector<ObjectLabel> labels;
+    if (command_line.has("labels"))
+      labels = readObjectLabels(
+          (fs::path(command_line.get("labels")) / (drive.name() + ".csv")).string());
+    NoiseObservations seen;
+    {
+      Progress progress(drive.name(),
+                        max_frames ? std::min(max_frames, drive.frames()) : drive.frames());
+      seen = observeNoise(drive, labels, params, max_frames,
+                          [&](int frame) { progress.update(frame); });
+    }
+    provenance << "# " << drive.name() << ", " << seen.frames
+               << " frames with scans, moving objects "
+               << (labels.empty() ? "not masked" : "masked by labels") << "\n";
+    for (std::ostream* out : {static_cast<std::ostream*>(&provenance), &std::cout}) {
+      const char* indent = out == &std::cout ? "" : "#   ";
+      if (out == &std::cout) *out << drive.name() << "\n";
+      *out << indent;
+      printErrors("process", seen.process, *out);
+      *out << indent;
+      printErrors("measurement", seen.measurement, *out);
+    }
+    const std::string name = fileName(drive.name());  // stays in `dir`
+    writePicture(dir / (name + "_process_error.png"), seen.process_image.picture());
+    writePicture(dir / (name + "_measurement_error.png"), seen.measurement_image.picture());
+    process += seen.process;
+    measurement += seen.measurement;
+    published.push_back(std::move(seen.published));
+  }
+  for (const std::string& scene : command_line.all("street")) {
+    StreetParams street;
+    street.scene = scene;
+    street.frames = command_line.getInt("street-frames", 20, 2);
+    const auto sequence = streetSequence(street);
+    constexpr int kStep = 3;  // errors of neighbouring pixels are correlated
+    Progress progress(sequence->name(), street.frames);
+    published.push_back(
+        observePublished(*sequence, params, kStep, [&](int frame) { progress.update(frame); }));
+    provenance << "# " << sequence->name() << ", " << street.frames
+               << " frames with exact truth, for the published variance\n";
+  }
+  if (command_line.has("kitti2015")) {
+    const std::string training_dir = command_line.get("kitti2015");
+    const int pairs = static_cast<int>(listKittiScenes2015(training_dir).size());
+    constexpr int kStep = 2;
+    Progress progress("KITTI 2015", pairs);
+    published.push_back(observePublished2015(training_dir, params, kStep,
+                                             [&](int pair) { progress.update(pair); }));
+    provenance << "# KITTI 2015, " << pairs << " single pairs, for the published variance\n";
+  }
+  const VarianceParams variance = fitVariance(published, params.disparity.variance);
+
+  std::ostringstream yaml;
+  yaml.precision(3);
+  yaml << provenance.str() << "# all\n#   ";
+  printErrors("process", process, yaml);
+  yaml << "#   ";
+  printErrors("measurement", measurement, yaml);
+  const bool all = command_line.has("all-errors");
+  const char* const errors_used = all ? "all errors" : "errors that are not gross";
+  const auto varianceOf = [all](const ErrorHistogram& errors) {
+    return all ? errors.varianceOfAll_px2() : errors.variance_px2();
+  };
+  yaml << "disparity:\n  prediction:\n    process_noise_px2: " << varianceOf(process)
+       << "  # variance of " << errors_used << "; includes the scan noise twice\n"
+       << "  correction:\n    measurement_noise_px2: " << varianceOf(measurement)
+       << "  # variance of " << errors_used << "; includes the scan noise\n"
+       << "  variance:  # sigma, 2 sigma: 68.3, 95.4 % quantiles of the published error\n"
+       << "    sigma_floor_px: " << variance.sigma_floor_px
+       << "\n    sigma_ambiguous_px: " << variance.sigma_ambiguous_px
+       << "\n    ambiguity_onset: " << variance.ambiguity_onset
+       << "\n    innovation_weight: " << variance.innovation_weight
+       << "\n    sigma_unpredicted_px: " << variance.sigma_unpredicted_px
+       << "\n    sigma_kept_px: " << variance.sigma_kept_px
+       << "\n    sigma_filled_px: " << variance.sigma_filled_px
+       << "\n    sigma_disagreement_px: " << variance.sigma_disagreement_px
+       << "\n    sigma_far_px: " << variance.sigma_far_px
+       << "\n    sigma_per_row_offset: " << variance.sigma_per_row_offset << "\n";
+
+  writeHistogram(dir, "process_noise", "Process noise", process);
+  writeHistogram(dir, "measurement_noise", "Measurement noise", measurement);
+  writeText(dir / "noise.yaml", yaml.str());
+  std::cout << yaml.str().substr(yaml.str().find("# all"));
+  return 0;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
+                                    {"output", "labels", "street", "street-frames", "kitti2015",
+                                     "config", "set", "frames", "threads"},
+                                    {"all-errors"}, predictive_stereo::estimate);
+}

@@ -1,0 +1,262 @@
+/// Evaluates disparity (the paper's Table 2, and more) on KITTI drives, scenes of KITTI 2012 and
+/// 2015, and synthetic streets.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+
+#include "evaluation/disparity_report.h"
+#include "evaluation/html.h"
+#include "evaluation/kitti_evaluation_2015.h"
+#include "evaluation/tools/tool_input.h"
+#include "params/param_table.h"
+#include "tools/output_file.h"
+#include "tools/progress.h"
+
+namespace predictive_stereo {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kHelp[] =
+    R"(Usage: evaluate_kitti DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
+
+Measures disparities against ground truth: KITTI raw drives against their laser scans, scenes of
+KITTI 2012 and synthetic streets against dense ground truth. Outliers have an error above 3 px and
+5 %.
+
+  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it, e.g.
+                      2011_09_26 2011_09_26_drive_0009_sync
+  --kitti2012 DIR     all scenes of a KITTI 2012 "training" folder, counted as one sequence
+  --kitti2015 DIR     all pairs of a KITTI 2015 "training" folder, each by itself: D1 of background,
+                      vehicles and all pixels, counted as the devkit does, pooled over pairs. --csv
+                      writes them into FILE with _kitti2015 added to its name, --html writes
+                      DIR/kitti2015.html
+  --kitti2015-as-sequence
+                      its pairs as one sequence; only some neighbouring pairs show the same place
+  --street SCENE      a scene of the synthetic street; may be given several times
+  --street-frames N   its number of frames (default 40)
+  --shift-right PX    shifts all right images to the right, as if the right camera had been turned
+                      after the calibration
+  --methods LIST      of opencv_hh, opencv_3way, opencv_hh_aligned, ours, ours_diagonal, ours_8,
+                      ours_full; comma-separated (default: all). With matcher/exact_ranges, as in
+                      config/paper.yaml, also ours_widened and ours_8_widened: search ranges as
+                      widened by vector code; compare the times of these
+  --quick             only opencv_hh and ours
+  --cache DIR         stores OpenCV's disparities in DIR for the next run. Empty it after a change
+                      of images or of row alignment.
+  --config YAML       parameters of this package, e.g. one of config/*.yaml
+  --set NAME=VALUE    one parameter, e.g. disparity/matcher/p1=12; may be given several times
+  --list-parameters   prints all parameters with their values and limits, and exits
+  --csv FILE          writes all figures, and those of each frame into a second file, with _frames
+                      added to its name
+  --html DIR          writes DIR/index.html, one page with all figures, plots and pictures
+  --frames N          use at most N frames of each sequence
+  --threads N         for all methods (default: all cores)
+)";
+
+std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
+                                       const PipelineParams& params) {
+  const std::string cache = command_line.get("cache");
+  const auto ours = [](PipelineParams changed) {
+    return [changed](const std::string&) { return predictiveMethod(changed); };
+  };
+  const auto opencv = [&](OpencvMode mode, bool aligned) {
+    return [=](const std::string& sequence) {
+      return opencvMethod(mode, params.disparity, aligned, cache, sequence);
+    };
+  };
+  PipelineParams diagonal = params, all = params, full = params;
+  diagonal.disparity.matcher.paths = PathSet::kDiagonal4;
+  all.disparity.matcher.paths = PathSet::kAll8;
+  full.disparity.search.scheme = SearchScheme::kFull;
+  std::vector<NamedMethod> known = {
+      {kOpencvHh, opencv(OpencvMode::kHh, false)},
+      {kOpencv3Way, opencv(OpencvMode::k3Way, false)},
+      {kOpencvHhAligned, opencv(OpencvMode::kHh, true)},
+      {kOurs, ours(params)},
+      {kOursDiagonal, ours(diagonal)},
+      {kOurs8, ours(all)},
+      {kOursFull, ours(full)},
+  };
+  if (params.disparity.matcher.exact_ranges) {
+    PipelineParams widened = params, all_widened = all;
+    widened.disparity.matcher.exact_ranges = all_widened.disparity.matcher.exact_ranges = false;
+    known.push_back({kOursWidened, ours(widened)});
+    known.push_back({kOurs8Widened, ours(all_widened)});
+  }
+  const std::string list =
+      command_line.get("methods", command_line.has("quick") ? "opencv_hh,ours" : "");
+  if (list.empty()) return known;
+  std::vector<NamedMethod> chosen;
+  std::istringstream names(list);
+  for (std::string name; std::getline(names, name, ',');) {
+    const auto method = std::find_if(known.begin(), known.end(),
+                                     [&](const NamedMethod& m) { return m.name == name; });
+    if (method == known.end()) {
+      std::string names;
+      for (const NamedMethod& m : known) names += (names.empty() ? "" : ", ") + m.name;
+      throw UsageError("--methods: unknown method " + name + "; choose from " + names);
+    }
+    chosen.push_back(*method);
+  }
+  return chosen;
+}
+
+void print(const SequenceReport& report) {
+  std::cout << accuracyTable(report).text();
+  const DisparityEvaluation* ours = report.find(kOurs);
+  for (const Table& table : {regionTable(report), loopTable(report)})
+    if (!table.rows.empty()) std::cout << table.text();
+  if (ours && ours->variance.count() > 0) std::cout << calibrationTable(*ours).text();
+  std::cout << stageTable(report).text() << std::endl;
+}
+
+/// The command and the parameters that differ from their defaults.
+std::string provenance(const CommandLine& command_line, PipelineParams params) {
+  std::ostringstream text;
+  text << command_line.command() << "\nOpenCV " << CV_VERSION << ", " << cv::getNumThreads()
+       << " threads\n";
+  PipelineParams defaults;
+  const ParamTable used(params), known(defaults);
+  for (size_t i = 0; i < used.entries().size(); ++i)
+    if (used.entries()[i].get() != known.entries()[i].get())
+      text << used.entries()[i].name << " = " << used.entries()[i].get() << "\n";
+  return text.str();
+}
+
+/// HTML with the left image of one pair, and disparities and errors of OpenCV's and our method.
+std::string picturesOf(const KittiScene2015& scene, const std::vector<NamedMethod>& methods,
+                       const DisparityRange& range) {
+  std::vector<MethodOutput> outputs;
+  evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods, scene.name), range, outputs);
+  const SequenceFrame frame{scene.left, scene.right, scene.truth_px, {}};
+  std::string figures = "<h3>Scene " + scene.name + "</h3>\n";
+  for (size_t m = 0; m < methods.size(); ++m)
+    for (const Panel& panel :
+         panelsOf(frame, scene.name, methods[m].name, m == 0, range, outputs[m]))
+      figures += figureHtml(panel);
+  return figures;
+}
+
+void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& params,
+                       const std::vector<NamedMethod>& methods) {
+  const std::string training_dir = command_line.get("kitti2015");
+  const DisparityRange& range = params.disparity.matcher.range;
+  const auto names = listKittiScenes2015(training_dir);
+  std::vector<KittiSceneResult2015> results;
+  std::vector<MethodOutput> outputs;
+  {
+    Progress progress("KITTI 2015", static_cast<int>(names.size()));
+    const bool as_sequence = command_line.has("kitti2015-as-sequence");
+    VisualOdometry odometry(params.ego_motion, params.max_gap);
+    std::vector<std::unique_ptr<DisparityMethod>> running;
+    for (const std::string& name : names) {
+      const int index = static_cast<int>(results.size());
+      progress.update(index);
+      const KittiScene2015 scene = readKittiScene2015(training_dir, name);
+      MethodInput input = inputOf(scene, as_sequence ? index : 0);
+      if (!as_sequence || index == 0) running = startMethods(methods, name);
+      if (as_sequence) input.camera = odometry.process(input.frame);
+      results.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
+    }
+  }
+  std::vector<std::string> method_names;
+  size_t shown = 0;
+  for (const NamedMethod& method : methods) {
+    if (method.name == kOurs) shown = method_names.size();
+    method_names.push_back(method.name);
+  }
+  constexpr int kWorst = 10;
+  const std::vector<Table> tables = {kittiTable2015(method_names, results),
+                                     kittiCalibrationTable2015(results, shown),
+                                     worstScenes2015(method_names, results, shown, kWorst)};
+  for (const Table& table : tables)
+    if (!table.rows.empty()) std::cout << table.text();
+  if (command_line.has("csv")) {
+    const fs::path path = command_line.get("csv");
+    writeText(path.parent_path() / (path.stem().string() + "_kitti2015.csv"),
+              kittiCsv2015(method_names, results));
+  }
+  if (!command_line.has("html")) return;
+  std::string page =
+      "<p>D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity "
+      "are filled as the devkit does. Ground truth includes pixels that the right camera does not "
+      "see.</p>\n";
+  for (const Table& table : tables)
+    if (!table.rows.empty()) page += table.html();
+  for (const size_t scene : worstSceneIndices2015(results, shown, kWorst))
+    page += picturesOf(readKittiScene2015(training_dir, names[scene]), methods, range);
+  writeText(fs::path(command_line.get("html")) / "kitti2015.html",
+            htmlDocument("KITTI 2015, single pairs", page, provenance(command_line, params)));
+}
+
+int evaluate(const CommandLine& command_line) {
+  if (command_line.has("list-parameters")) {
+    std::cout << listParams(command_line);
+    return 0;
+  }
+  const PipelineParams params = readParams(command_line);
+  useThreads(command_line);
+  const int max_frames = command_line.getInt("frames", 0, 1);
+  const auto methods = chooseMethods(command_line, params);
+  const auto groups = openSequences(command_line);
+
+  // Makes folders now, not after an hour of computing.
+  if (command_line.has("html")) makeFolder(command_line.get("html"));
+  if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
+    makeFolder(folder);
+
+  if (command_line.has("kitti2015")) evaluateKitti2015(command_line, params, methods);
+  if (groups.empty()) return 0;
+
+  const DisparityRange& range = params.disparity.matcher.range;
+  const bool with_panels = command_line.has("html");
+  std::vector<SequenceReport> reports;
+  for (const SequenceGroup& group : groups) {
+    SequenceReport report;
+    report.name = group.name;
+    for (const NamedMethod& method : methods) report.methods.push_back(method.name);
+    for (const auto& sequence : group.sequences) {
+      const int frames =
+          max_frames > 0 ? std::min(max_frames, sequence->frames()) : sequence->frames();
+      const auto addPanels = [&](const SequenceFrame& frame, int index, size_t m,
+                                 const MethodOutput& output) {
+        const std::string& method = methods[m].name;
+        if (index + 1 != frames || !(m == 0 || method == kOpencvHh || method == kOurs)) return;
+        const auto panels = panelsOf(frame, sequence->name() + ", frame " + std::to_string(index),
+                                     method, m == 0, range, output);
+        report.panels.insert(report.panels.end(), panels.begin(), panels.end());
+      };
+      Progress progress(sequence->name(), frames);
+      evaluateDisparity(
+          *sequence, methods, params, max_frames, [&](int index) { progress.update(index); },
+          with_panels ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
+    }
+    print(report);
+    reports.push_back(std::move(report));
+  }
+  std::cout << paperTable(reports).text();
+  if (command_line.has("csv")) {
+    const fs::path path = command_line.get("csv");
+    writeText(path, csv(reports));
+    writeText(framesFile(path), framesCsv(reports));
+  }
+  if (command_line.has("html")) {
+    const fs::path dir = command_line.get("html");
+    writeText(dir / "index.html", htmlPage(reports, provenance(command_line, params)));
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  return predictive_stereo::runTool(
+      argc, argv, predictive_stereo::kHelp,
+      {"csv", "html", "kitti2012", "kitti2015", "street", "street-frames", "shift-right", "methods",
+       "cache", "config", "set", "frames", "threads"},
+      {"quick", "list-parameters", "kitti2015-as-sequence"}, predictive_stereo::evaluate);
+}

@@ -1,0 +1,190 @@
+/// Compares ego-motion with true poses, for KITTI drives and synthetic streets.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+
+#include "evaluation/loss_evaluation.h"
+#include "evaluation/odometry_evaluation.h"
+#include "evaluation/tools/tool_input.h"
+#include "tools/command_line.h"
+#include "tools/output_file.h"
+#include "tools/progress.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr char kHelp[] =
+    R"(Usage: evaluate_odometry DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
+
+Measures ego-motion against true poses: those of poses_gt_cam0.txt if the drive has this file,
+otherwise those of oxts (whose positions jitter by about 0.05 m from frame to frame, and drift where
+GPS is poor).
+
+  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it
+  --street SCENE      a scene of the synthetic street; may be given several times
+  --street-frames N   its number of frames (default 40)
+  --street-rate HZ    its frames per second (default: the scene's own)
+  --shift-right PX    shifts all right images to the right, as if the right camera had been turned
+                      after the calibration
+  --csv FILE          writes the figures of each sequence, and those of each frame into a second
+                      file, with _frames added to its name
+  --pictures DIR      writes each path, seen from above, as PNG and SVG
+  --config YAML       parameters, as in evaluate_kitti
+  --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
+  --frames N          use at most N frames of each sequence
+  --every N           use every Nth frame only
+  --rotation-prior KIND  rotation between frames from a simulated sensor: none (default), gyro, or a
+                      faulty one: opposite, axes, scaled, biased, stale, zero, random, nan
+  --losses            blackens, swaps (left and right) and leaves out 1 to 25 frames in the middle of
+                      each sequence, and 2 seconds, also several times, and prints how far the pose
+                      is off and its standard deviation: in the last frame of the loss, and in the
+                      first one that is tracked again. Streets are compared with their true poses,
+                      drives with their own odometry without a loss
+  --threads N         (default: all cores)
+
+Printed: mean error of the motion per frame; KITTI's relative errors over 5 to 100 m; the mean
+normalised error squared, divided by 6 (1: the covariance is consistent); ms per frame.
+)";
+
+void print(const OdometryEvaluation& e) {
+  std::printf("%s, %zu motions, %.1f m\n", e.name.c_str(), e.motions.size(), e.length_m);
+  std::printf("  per frame           %.4f m  %.4f deg (largest %.4f m  %.4f deg)\n",
+              e.mean.translation_m, e.mean.rotation_rad * 180 / M_PI, e.largest.translation_m,
+              e.largest.rotation_rad * 180 / M_PI);
+  std::printf("  length              %+.3f %% of the true one\n", e.length_error_percent);
+  for (const RelativePoseError& error : e.relative)
+    if (error.stretches)
+      std::printf("  over %5.0f m        %.3f %%  %.5f deg/m (%d stretches)\n", error.length_m,
+                  error.translation_percent, error.rotation_deg_per_m, error.stretches);
+  std::printf("  normalised error    %.3f (mean of e'C^-1e / 6), median %.3f\n",
+              e.mean_normalized_error, e.median_normalized_error);
+  for (const OdometryEvaluation::Window& window : e.windows)
+    std::printf(
+        "  over %5d motions   %.4f m  %.4f deg (root mean square); e'C^-1e / 6: mean %.2f, median "
+        "%.2f, beyond the truth's jitter %.2f\n",
+        window.motions, window.translation_m, window.rotation_rad * 180 / M_PI,
+        window.mean_normalized, window.median_normalized, window.median_without_jitter);
+  std::printf("  frames lost         %d\n", e.lost);
+  std::printf("  ms per frame        mean %.2f, median %.2f, 95 %% %.2f\n", e.mean_ms, e.median_ms,
+              e.p95_ms);
+  std::fflush(stdout);
+}
+
+std::string text(const PoseCheckpoint& pose) {
+  if (pose.sigma_m == 0) return "       -      -    -        -     -    -";
+  char line[100];
+  std::snprintf(line, sizeof line, "%8.2f %6.2f %4.1f   %6.2f %5.2f %4.1f", pose.error_m,
+                pose.sigma_m, pose.translationRatio(), pose.error_rad * 180 / M_PI,
+                pose.sigma_rad * 180 / M_PI, pose.rotationRatio());
+  return line;
+}
+
+void print(const std::string& name, const std::vector<LossResult>& results) {
+  std::printf("%s\n%-16s %14s   %37s   %37s   %9s\n", name.c_str(), "", "unseen way",
+              "at the end: error sigma [m], [deg]", "tracked again: error sigma [m], [deg]",
+              "worst");
+  for (const LossResult& r : results)
+    std::printf("%-16s %6.2f m %4.1f deg  %s   %s   %4.1f %4.1f\n", r.name.c_str(), r.unseen_m,
+                r.unseen_rad * 180 / M_PI, text(r.end).c_str(), text(r.after).c_str(),
+                r.worst_translation_ratio, r.worst_rotation_ratio);
+  std::fflush(stdout);
+}
+
+int evaluateLosses(const CommandLine& command_line) {
+  const PipelineParams params = readParams(command_line);
+  OdometryInput input;
+  input.max_frames = command_line.getInt("frames", 0, 2);
+  useThreads(command_line);
+  for (const SequenceGroup& group : openSequences(command_line))
+    for (const auto& sequence : group.sequences) {
+      const int frames = input.frames(*sequence);
+      const auto losses = usualLosses(frames, sequence->stamp_s(1) - sequence->stamp_s(0));
+      Progress progress(sequence->name(), static_cast<int>(losses.size()));
+      print(sequence->name(), evaluateLosses(*sequence, params.ego_motion, losses, frames,
+                                             [&](int index) { progress.update(index); }));
+    }
+  return 0;
+}
+
+std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
+  std::ostringstream csv;
+  csv << "sequence,motions,length_m,translation_error_m,rotation_error_deg,"
+         "largest_translation_error_m,length_error_percent,translation_error_percent,"
+         "rotation_error_deg_per_m,mean_normalized_error,median_normalized_error,lost,mean_ms,"
+         "median_ms,p95_ms\n";
+  for (const OdometryEvaluation& e : evaluations) {
+    // As in KITTI, over the longest segments of the path.
+    const auto relative = std::find_if(e.relative.rbegin(), e.relative.rend(),
+                                       [](const auto& error) { return error.stretches > 0; });
+    csv << e.name << ',' << e.motions.size() << ',' << e.length_m << ',' << e.mean.translation_m
+        << ',' << e.mean.rotation_rad * 180 / M_PI << ',' << e.largest.translation_m << ','
+        << e.length_error_percent << ',';
+    if (relative != e.relative.rend())
+      csv << relative->translation_percent << ',' << relative->rotation_deg_per_m;
+    else
+      csv << ',';
+    csv << ',' << e.mean_normalized_error << ',' << e.median_normalized_error << ',' << e.lost
+        << ',' << e.mean_ms << ',' << e.median_ms << ',' << e.p95_ms << '\n';
+  }
+  return csv.str();
+}
+
+std::string framesCsv(const std::vector<OdometryEvaluation>& evaluations) {
+  std::ostringstream csv;
+  csv << "sequence,frame,status,translation_error_m,rotation_error_deg,normalized_error,features,"
+         "inliers,residual_px,ms\n";
+  for (const OdometryEvaluation& e : evaluations)
+    for (const auto& m : e.motions)
+      csv << e.name << ',' << m.frame << ',' << (m.tracked ? "tracked" : "lost") << ','
+          << m.error.translation_m << ',' << m.error.rotation_rad * 180 / M_PI << ','
+          << m.normalized_error << ',' << m.features << ',' << m.inliers << ',' << m.residual_px
+          << ',' << m.ms << '\n';
+  return csv.str();
+}
+
+void drawPath(const std::string& dir, const OdometryEvaluation& e) {
+  const Plot plot = pathPlot(e);
+  const std::string file = (std::filesystem::path(dir) / fileName(e.name)).string();
+  writeText(file + ".svg", svg(plot));
+  writePicture(file + ".png", picture(plot));
+}
+
+int evaluate(const CommandLine& command_line) {
+  if (command_line.has("losses")) return evaluateLosses(command_line);
+  const PipelineParams params = readParams(command_line);
+  OdometryInput input;
+  input.max_frames = command_line.getInt("frames", 0, 2);
+  input.every = command_line.getInt("every", 1, 1);
+  input.rotation_prior = rotationPriorByName(command_line.get("rotation-prior", "none"));
+  useThreads(command_line);
+  std::vector<OdometryEvaluation> evaluations;
+  for (const SequenceGroup& group : openSequences(command_line))
+    for (const auto& sequence : group.sequences) {
+      const int frames = input.frames(*sequence);
+      Progress progress(sequence->name(), frames);
+      evaluations.push_back(evaluateOdometry(*sequence, params.ego_motion, input,
+                                             [&](int index) { progress.update(index); }));
+    }
+  for (const OdometryEvaluation& evaluation : evaluations) {
+    print(evaluation);
+    if (command_line.has("pictures")) drawPath(command_line.get("pictures"), evaluation);
+  }
+  if (command_line.has("csv")) {
+    const std::filesystem::path path = command_line.get("csv");
+    writeText(path, csv(evaluations));
+    writeText(framesFile(path), framesCsv(evaluations));
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  return predictive_stereo::runTool(
+      argc, argv, predictive_stereo::kHelp,
+      {"street", "street-frames", "shift-right", "csv", "pictures", "config", "set", "frames",
+       "every", "street-rate", "rotation-prior", "threads"},
+      {"losses"}, predictive_stereo::evaluate);
+}

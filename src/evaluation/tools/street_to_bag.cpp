@@ -1,0 +1,279 @@
+/// Writes a synthetic sequence to a bag: a stereo camera and the ground truth.
+#include <geometry_msgs/TransformStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <predictive_stereo/MovingObjectArray.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/image_encodings.h>
+#include <stereo_msgs/DisparityImage.h>
+#include <tf2_eigen/tf2_eigen.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <boost/make_shared.hpp>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <sstream>
+
+#include "evaluation/simulation/street.h"
+#include "tools/bag_file.h"
+#include "tools/command_line.h"
+#include "tools/interruption.h"
+#include "tools/progress.h"
+
+namespace predictive_stereo {
+namespace {
+
+std::string helpText() {
+  std::string text = R"(street_to_bag OUT.bag [options]
+
+Renders a synthetic street into the bag OUT.bag, as a driver of a rectified stereo camera would
+publish it, with exact ground truth. The same options give the same bag.
+
+  --scene NAME      one of the scenes below (default: street)
+  --frames N        number of stereo pairs (default: 150)
+  --seed S          seed of the town and its traffic (default: 1)
+  --size WxH        image size; the field of view stays the same
+  --rate HZ         frames per second
+                    (default of both: the scene's; for cars 1242x375 and 10 Hz, with KITTI's field
+                    of view)
+  --namespace NS    of all topics except tf (default: /street)
+  --compress        compress the bag (lz4)
+  --help
+
+Topics in NS:
+  left/image_rect, left/camera_info, right/image_rect, right/camera_info
+  truth/disparity         stereo_msgs/DisparityImage: of every pixel; 0 in the sky (infinitely far)
+  truth/odometry          nav_msgs/Odometry: odom is base_link in the first frame
+  truth/moving_objects    predictive_stereo/MovingObjectArray: moving objects with visible pixels;
+                          score is the visible share of their outline
+and /tf_static: base_link -> camera_link -> camera_left_optical_frame. The messages of both cameras
+have the left camera's frame_id, as usual for stereo pairs in ROS. About 2.8 MB per pair.
+
+Scenes:
+)";
+  for (const StreetSceneInfo& scene : streetScenes()) {
+    std::string name = scene.name;
+    name.resize(std::max<size_t>(name.size(), 17), ' ');
+    text += "  " + name + " " + scene.summary + "\n";
+  }
+  return text;
+}
+
+constexpr char kOdomFrame[] = "odom", kBaseFrame[] = "base_link", kCameraFrame[] = "camera_link",
+               kOpticalFrame[] = "camera_left_optical_frame";
+constexpr double kEpoch_s = 1577836800;  // 2020-01-01: a stamp of 0 means "none" in ROS
+
+// Writes a message as if from a latching publisher, so that players latch it again.
+template <class Message>
+void writeLatched(const std::string& topic, const ros::Time& time, const Message& message,
+                  BagFile& bag) {
+  const auto connection = boost::make_shared<ros::M_string>();
+  (*connection)["type"] = ros::message_traits::datatype(message);
+  (*connection)["md5sum"] = ros::message_traits::md5sum(message);
+  (*connection)["message_definition"] = ros::message_traits::definition(message);
+  (*connection)["latching"] = "1";
+  (*connection)["callerid"] = "/street_to_bag";
+  bag.write(topic, time, message, connection);
+}
+
+sensor_msgs::Image imageMessage(const std_msgs::Header& header, const cv::Mat& image,
+                                const std::string& encoding) {
+  sensor_msgs::Image message;
+  message.header = header;
+  message.height = static_cast<uint32_t>(image.rows);
+  message.width = static_cast<uint32_t>(image.cols);
+  message.encoding = encoding;
+  const size_t row_bytes = static_cast<size_t>(image.cols) * image.elemSize();
+  message.step = static_cast<uint32_t>(row_bytes);
+  message.data.resize(row_bytes * static_cast<size_t>(image.rows));
+  for (int y = 0; y < image.rows; ++y)
+    std::memcpy(&message.data[static_cast<size_t>(y) * row_bytes], image.ptr(y), row_bytes);
+  return message;
+}
+
+sensor_msgs::CameraInfo cameraInfo(const std_msgs::Header& header, const StereoRig& rig,
+                                   bool right) {
+  sensor_msgs::CameraInfo info;
+  info.header = header;
+  info.width = static_cast<uint32_t>(rig.size.width);
+  info.height = static_cast<uint32_t>(rig.size.height);
+  info.distortion_model = "plumb_bob";
+  info.D.assign(5, 0.0);
+  const double cx = right ? rig.cx_right_px : rig.cx_left_px;
+  info.K = {rig.fx_px, 0, cx, 0, rig.fy_px, rig.cy_px, 0, 0, 1};
+  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const double shift = right ? -rig.disparityTimesDepth() : 0.0;
+  info.P = {rig.fx_px, 0, cx, shift, 0, rig.fy_px, rig.cy_px, 0, 0, 0, 1, 0};
+  return info;
+}
+
+stereo_msgs::DisparityImage disparityMessage(const std_msgs::Header& header, const StereoRig& rig,
+                                             const cv::Mat1f& disparity_px) {
+  stereo_msgs::DisparityImage message;
+  message.header = header;
+  message.image = imageMessage(header, disparity_px, sensor_msgs::image_encodings::TYPE_32FC1);
+  message.f = static_cast<float>(rig.fx_px);
+  message.T = static_cast<float>(rig.baseline_m);
+  message.valid_window.width = static_cast<uint32_t>(rig.size.width);
+  message.valid_window.height = static_cast<uint32_t>(rig.size.height);
+  double largest = 0;
+  cv::minMaxLoc(disparity_px, nullptr, &largest);
+  message.min_disparity = 0;
+  message.max_disparity = static_cast<float>(largest);
+  message.delta_d = 0;
+  return message;
+}
+
+geometry_msgs::TransformStamped transformMessage(const ros::Time& stamp, const char* parent,
+                                                 const char* child, const Eigen::Isometry3d& T) {
+  geometry_msgs::TransformStamped message = tf2::eigenToTransform(T);
+  message.header.stamp = stamp;
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  return message;
+}
+
+// The sequence in the frames of a robot.
+class Robot {
+ public:
+  explicit Robot(const Street& street) : street_(street) {
+    R_link_optical_ << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+    T_base_cam_ = street.cameraMount();
+    T_world_odom_ = basePose(street.exposureTimeOf(0));
+  }
+
+  Eigen::Isometry3d basePose(double time_s) const {
+    return street_.poseAt(time_s) * T_base_cam_.inverse();
+  }
+  const Eigen::Isometry3d& worldFromOdom() const { return T_world_odom_; }
+
+  tf2_msgs::TFMessage extrinsics(const ros::Time& stamp) const {
+    Eigen::Isometry3d T_link_optical = Eigen::Isometry3d::Identity();
+    T_link_optical.linear() = R_link_optical_;
+    tf2_msgs::TFMessage message;
+    message.transforms = {
+        transformMessage(stamp, kBaseFrame, kCameraFrame, T_base_cam_ * T_link_optical.inverse()),
+        transformMessage(stamp, kCameraFrame, kOpticalFrame, T_link_optical)};
+    return message;
+  }
+
+  nav_msgs::Odometry odometry(const std_msgs::Header& header, int index) const {
+    const double time_s = street_.exposureTimeOf(index);
+    nav_msgs::Odometry message;
+    message.header = header;
+    message.header.frame_id = kOdomFrame;
+    message.child_frame_id = kBaseFrame;
+    message.pose.pose = tf2::toMsg(T_world_odom_.inverse() * basePose(time_s));
+    // Velocity in the axes of the base, as a central difference over two milliseconds.
+    const double half_s = 1e-3;
+    const double before_s = std::max(0.0, time_s - half_s), after_s = time_s + half_s;
+    const Eigen::Isometry3d T_before_after = basePose(before_s).inverse() * basePose(after_s);
+    const Eigen::AngleAxisd turn(T_before_after.linear());
+    const Eigen::Vector3d linear = T_before_after.translation() / (after_s - before_s);
+    const Eigen::Vector3d angular = turn.angle() * turn.axis() / (after_s - before_s);
+    tf2::toMsg(linear, message.twist.twist.linear);
+    tf2::toMsg(angular, message.twist.twist.angular);
+    return message;
+  }
+
+ private:
+  const Street& street_;
+  Eigen::Matrix3d R_link_optical_;
+  Eigen::Isometry3d T_base_cam_, T_world_odom_;
+};
+
+MovingObjectArray movingObjects(const std_msgs::Header& header, const StreetFrame& frame,
+                                const Eigen::Isometry3d& T_world_odom,
+                                std::map<int, int>& first_seen) {
+  MovingObjectArray message;
+  message.header = header;
+  for (const StreetMover& mover : frame.movers) {
+    MovingObject object;
+    object.id = static_cast<uint32_t>(mover.id);
+    object.bbox.center.x = mover.box_px.x + 0.5 * mover.box_px.width;
+    object.bbox.center.y = mover.box_px.y + 0.5 * mover.box_px.height;
+    object.bbox.size_x = mover.box_px.width;
+    object.bbox.size_y = mover.box_px.height;
+    object.pose.position = tf2::toMsg(mover.centre_m);
+    object.pose.orientation.w = 1;
+    tf2::toMsg(mover.extent_m, object.size);
+    const Eigen::Vector3d velocity = T_world_odom.linear().transpose() * mover.velocity_mps;
+    tf2::toMsg(velocity, object.velocity);
+    object.score = mover.visibleShare();
+    object.age = static_cast<uint32_t>(frame.index -
+                                       first_seen.emplace(mover.id, frame.index).first->second);
+    object.distance = mover.distance_m;
+    message.objects.push_back(object);
+  }
+  return message;
+}
+
+StreetParams paramsFrom(const CommandLine& line) {
+  StreetParams params;
+  params.scene = line.get("scene", params.scene);
+  params.frames = line.getInt("frames", params.frames, 1);
+  params.seed = line.getInt("seed", params.seed, 0);
+  if (line.has("size")) {
+    char rest = 0;
+    if (std::sscanf(line.get("size").c_str(), "%dx%d%c", &params.width, &params.height, &rest) != 2)
+      throw UsageError("--size = " + line.get("size") + ": must be WIDTHxHEIGHT, e.g. 1242x375");
+  }
+  if (line.has("rate")) {
+    char rest = 0;
+    if (std::sscanf(line.get("rate").c_str(), "%lf%c", &params.rate_hz, &rest) != 1)
+      throw UsageError("--rate = " + line.get("rate") + ": must be a number");
+  }
+  return params;
+}
+
+int streetToBag(const CommandLine& line) {
+  if (line.positional().size() != 1)
+    throw UsageError("give one bag to write, e.g. street_to_bag street.bag");
+  const Street street(paramsFrom(line));
+  const StereoRig& rig = street.rig();
+  const Robot robot(street);
+  std::string ns = line.get("namespace", "/street");
+  while (!ns.empty() && ns.back() == '/') ns.pop_back();
+  if (!ns.empty() && ns[0] != '/') ns = "/" + ns;
+
+  BagFile file(line.positional()[0]);
+  if (line.has("compress")) file.setCompression(rosbag::compression::LZ4);
+  catchInterruptions();
+  Progress progress(line.positional()[0], street.frames());
+  const ros::Time begin(kEpoch_s);
+  writeLatched("/tf_static", begin, robot.extrinsics(begin), file);
+  std::map<int, int> first_seen;
+  for (int i = 0; i < street.frames(); ++i) {
+    throwIfInterrupted();
+    const StreetFrame frame = street.render(i);
+    std_msgs::Header header;
+    header.seq = static_cast<uint32_t>(i);
+    header.stamp = begin + ros::Duration(frame.stamp_s);
+    header.frame_id = kOpticalFrame;
+    const auto write = [&](const char* topic, const auto& message) {
+      file.write(ns + "/" + topic, header.stamp, message);
+    };
+    const std::string mono = sensor_msgs::image_encodings::MONO8;
+    write("left/image_rect", imageMessage(header, frame.left, mono));
+    write("left/camera_info", cameraInfo(header, rig, false));
+    write("right/image_rect", imageMessage(header, frame.right, mono));
+    write("right/camera_info", cameraInfo(header, rig, true));
+    write("truth/disparity", disparityMessage(header, rig, frame.disparity_px));
+    write("truth/odometry", robot.odometry(header, i));
+    write("truth/moving_objects", movingObjects(header, frame, robot.worldFromOdom(), first_seen));
+    progress.update(i);
+  }
+  file.finish();
+  return 0;
+}
+
+}  // namespace
+}  // namespace predictive_stereo
+
+int main(int argc, char** argv) {
+  using namespace predictive_stereo;
+  const std::string help = helpText();
+  return runTool(argc, argv, help.c_str(), {"scene", "frames", "seed", "size", "rate", "namespace"},
+                 {"compress"}, streetToBag);
+}

@@ -1,0 +1,130 @@
+#include "evaluation/tools/tool_input.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+
+#include "evaluation/kitti_scene_2012.h"
+#include "evaluation/shifted_sequence.h"
+#include "nodelets/nodelet_params.h"
+#include "params/yaml_params.h"
+
+namespace predictive_stereo {
+namespace {
+
+namespace fs = std::filesystem;
+
+SequenceGroup groupOfOne(std::unique_ptr<Sequence> sequence) {
+  SequenceGroup group;
+  group.name = sequence->name();
+  group.sequences.push_back(std::move(sequence));
+  return group;
+}
+
+AllNodeletParams readConfig(const CommandLine& command_line) {
+  AllNodeletParams params;
+  ParamTable table(params);
+  if (command_line.has("config")) setFromYamlFile(command_line.get("config"), table);
+  for (const std::string& assignment : command_line.all("set")) table.setAssignment(assignment);
+  if (command_line.has("scheme"))
+    table.setAssignment("moving_objects/scheme=" + command_line.get("scheme"));
+  return params;
+}
+
+}  // namespace
+
+std::vector<DriveArgument> driveArguments(const std::vector<std::string>& positional) {
+  std::vector<DriveArgument> drives;
+  std::string date_dir;
+  bool date_used = true;
+  for (const std::string& argument : positional) {
+    const fs::path path =
+        fs::path(argument).has_filename() ? fs::path(argument) : fs::path(argument).parent_path();
+    if (date_dir.empty() && fs::is_regular_file(path / ".." / "calib_cam_to_cam.txt"))
+      throw UsageError(argument + " is a drive: give the folder of its day before it, as " +
+                       path.parent_path().string() + " " + path.filename().string());
+    if (date_dir.empty() || fs::is_regular_file(fs::path(argument) / "calib_cam_to_cam.txt")) {
+      if (!date_used) break;
+      date_dir = argument;
+      date_used = false;
+    } else {
+      drives.push_back({date_dir, argument});
+      date_used = true;
+    }
+  }
+  if (!date_used) throw UsageError("give a drive after the folder of the day, " + date_dir);
+  return drives;
+}
+
+std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
+                                         const OpenFile& open_file) {
+  std::vector<SequenceGroup> groups;
+  std::vector<std::string> folders;
+  for (const std::string& argument : command_line.positional()) {
+    if (open_file && (fs::is_regular_file(argument) || fs::path(argument).extension() == ".bag"))
+      groups.push_back(groupOfOne(open_file(argument)));
+    else
+      folders.push_back(argument);
+  }
+  for (const DriveArgument& drive : driveArguments(folders))
+    groups.push_back(groupOfOne(kittiDriveSequence(drive.date_dir, drive.drive)));
+  if (command_line.has("kitti2012")) {
+    const std::string training_dir = command_line.get("kitti2012");
+    SequenceGroup group;
+    for (const std::string& scene : KittiScene2012::list(training_dir))
+      group.sequences.push_back(kittiScene2012Sequence(training_dir, scene));
+    if (group.sequences.empty())
+      throw std::runtime_error(training_dir + ": has no scenes; give the training folder");
+    group.name = "KITTI 2012 (" + std::to_string(group.sequences.size()) + ")";
+    groups.push_back(std::move(group));
+  }
+  for (const std::string& scene : command_line.all("street")) {
+    StreetParams params;
+    params.scene = scene;
+    params.frames = command_line.getInt("street-frames", 40, 2);
+    params.rate_hz = command_line.getDouble("street-rate", 0);
+    groups.push_back(groupOfOne(streetSequence(params)));
+  }
+  if (groups.empty() && !command_line.has("kitti2015"))
+    throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
+  if (const double shift_px = command_line.getDouble("shift-right", 0); shift_px != 0)
+    for (SequenceGroup& group : groups) {
+      for (auto& sequence : group.sequences)
+        sequence = shiftedRightSequence(std::move(sequence), shift_px);
+      group.name += ", right " + command_line.get("shift-right") + " px";
+    }
+  return groups;
+}
+
+PipelineParams readParams(const CommandLine& command_line) {
+  const AllNodeletParams params = readConfig(command_line);
+  PipelineParams pipeline;
+  pipeline.max_gap = params.disparity.processor.max_gap;
+  pipeline.ego_motion = params.ego_motion.processor.ego_motion;
+  pipeline.disparity = params.disparity.processor.disparity;
+  pipeline.detection = params.moving_objects.processor.detection;
+  return pipeline;
+}
+
+std::string listParams(const CommandLine& command_line) {
+  AllNodeletParams params = readConfig(command_line);
+  return toYaml(ParamTable(params));
+}
+
+void useThreads(const CommandLine& command_line) {
+  if (command_line.has("threads")) cv::setNumThreads(command_line.getInt("threads", 1, 1));
+}
+
+std::string fileName(const std::string& name) {
+  std::string file = name;
+  std::replace_if(
+      file.begin(), file.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+  return file;
+}
+
+fs::path framesFile(const fs::path& csv) {
+  return csv.parent_path() / (csv.stem().string() + "_frames.csv");
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,273 @@
+#include "tools/kitti_drive.h"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+namespace predictive_stereo {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& file, const std::string& reason) {
+  throw std::runtime_error(file + ": " + reason);
+}
+
+constexpr int kLargestFile = 1000000000;
+
+/// Numbers of the files <number>.<extension> in a folder.
+std::set<int> fileNumbers(const std::string& folder, const std::string& extension) {
+  if (!fs::is_directory(folder)) fail(folder, "folder not found");
+  std::set<int> numbers;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string stem = entry.path().stem().string();
+    if (entry.path().extension() != extension || stem.size() != 10 ||
+        stem.find_first_not_of("0123456789") != std::string::npos)
+      continue;
+    const long long number = std::stoll(stem);
+    if (number > kLargestFile) fail(entry.path().string(), "its number is too large");
+    numbers.insert(static_cast<int>(number));
+  }
+  if (numbers.empty()) fail(folder, "has no images (0000000000" + extension + ", ...)");
+  return numbers;
+}
+
+/// Days since 1970-01-01 of a date of the Gregorian calendar.
+int64_t daysSinceEpoch(int year, int month, int day) {
+  // Years are counted from March, so that leap days come last.
+  const int64_t y = month <= 2 ? year - 1 : year;
+  const int64_t day_of_year = (153 * (month > 2 ? month - 3 : month + 9) + 2) / 5 + day - 1;
+  return 365 * y + y / 4 - y / 100 + y / 400 + day_of_year - 719468;
+}
+
+/// "2011-09-26 13:08:24.973999360" to nanoseconds; none if it is malformed.
+std::optional<int64_t> parseTimestamp(const std::string& line) {
+  int year, month, day, hour, minute, second, used = 0;
+  if (std::sscanf(line.c_str(), "%4d-%2d-%2d %2d:%2d:%2d%n", &year, &month, &day, &hour, &minute,
+                  &second, &used) != 6)
+    return std::nullopt;
+  // ROS has 32 bits for seconds, which overflow in 2106.
+  if (year < 1970 || year > 2105 || month < 1 || month > 12 || day < 1 || day > 31 || hour < 0 ||
+      hour > 23 || minute < 0 || minute > 59 || second < 0 || second > 60)
+    return std::nullopt;
+  std::string fraction = line.substr(static_cast<size_t>(used));
+  if (!fraction.empty()) {
+    if (fraction[0] != '.' || fraction.size() < 2 || fraction.size() > 10 ||
+        fraction.find_first_not_of("0123456789", 1) != std::string::npos)
+      return std::nullopt;
+    fraction.erase(0, 1);
+  }
+  fraction.resize(9, '0');
+  const int64_t seconds =
+      ((daysSinceEpoch(year, month, day) * 24 + hour) * 60 + minute) * 60 + second;
+  return seconds * 1000000000 + std::stoll(fraction);
+}
+
+std::string trimmed(const std::string& line) {
+  const size_t first = line.find_first_not_of(" \t\r");
+  if (first == std::string::npos) return "";
+  return line.substr(first, line.find_last_not_of(" \t\r") - first + 1);
+}
+
+std::vector<Eigen::Isometry3d> readPoses(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) fail(path, "cannot be read");
+  std::vector<Eigen::Isometry3d> poses;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    if (trimmed(line).empty()) continue;
+    std::istringstream text(line);
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    for (int i = 0; i < 12; ++i)
+      if (!(text >> pose.matrix()(i / 4, i % 4)))
+        fail(path, "line " + std::to_string(number) +
+                       " must have the 12 numbers of a 3x4 pose; unpack the file again");
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+}  // namespace
+
+std::vector<Eigen::Isometry3d> posesFromOxts(const std::vector<OxtsRecord>& records) {
+  constexpr double kEarthRadius_m = 6378137.0;
+  constexpr double kRadians = M_PI / 180.0;
+  std::vector<Eigen::Isometry3d> poses;
+  if (records.empty()) return poses;
+  const double scale = std::cos(records.front().latitude_deg() * kRadians) * kEarthRadius_m;
+  const auto position = [scale](const OxtsRecord& record) {
+    return Eigen::Vector3d(
+        scale * record.longitude_deg() * kRadians,
+        scale * std::log(std::tan((90.0 + record.latitude_deg()) * kRadians / 2)),
+        record.altitude_m());
+  };
+  const Eigen::Vector3d origin = position(records.front());
+  for (const OxtsRecord& record : records) {
+    Eigen::Isometry3d T_world_imu = Eigen::Isometry3d::Identity();
+    T_world_imu.linear() = (Eigen::AngleAxisd(record.yaw_rad(), Eigen::Vector3d::UnitZ()) *
+                            Eigen::AngleAxisd(record.pitch_rad(), Eigen::Vector3d::UnitY()) *
+                            Eigen::AngleAxisd(record.roll_rad(), Eigen::Vector3d::UnitX()))
+                               .toRotationMatrix();
+    T_world_imu.translation() = position(record) - origin;
+    poses.push_back(T_world_imu);
+  }
+  return poses;
+}
+
+std::vector<int64_t> readKittiTimestamps(const std::string& path, size_t max_count) {
+  std::ifstream file(path);
+  if (!file) fail(path, "cannot be read");
+  std::vector<int64_t> stamps;
+  std::string line;
+  for (int number = 1; stamps.size() < max_count && std::getline(file, line); ++number) {
+    line = trimmed(line);
+    if (line.empty()) continue;
+    const auto stamp = parseTimestamp(line);
+    if (!stamp)
+      fail(path, "line " + std::to_string(number) + " \"" + line +
+                     "\" is not a time stamp such as 2011-09-26 13:08:24.973999360");
+    stamps.push_back(*stamp);
+  }
+  return stamps;
+}
+
+KittiDrive::KittiDrive(const std::string& date_dir, const std::string& drive, KittiCameras cameras)
+    : date_dir_(date_dir), name_(drive), dir_((fs::path(date_dir) / drive).string()) {
+  if (!fs::is_directory(date_dir)) fail(date_dir, "folder not found");
+  if (!fs::is_directory(dir_)) fail(dir_, "folder not found");
+  const KittiCalibrationFile calibration((fs::path(date_dir) / "calib_cam_to_cam.txt").string());
+  left_ = kittiCamera(calibration, cameras == KittiCameras::kGray ? 0 : 2);
+  right_ = kittiCamera(calibration, left_.number + 1);
+
+  const auto left_files = fileNumbers(dir_ + "/" + imageFolder(left_) + "/data", ".png");
+  const auto right_files = fileNumbers(dir_ + "/" + imageFolder(right_) + "/data", ".png");
+  first_file_ = std::max(*left_files.begin(), *right_files.begin());
+  const int last_file = std::min(*left_files.rbegin(), *right_files.rbegin());
+  frames_ = std::max(0, last_file - first_file_ + 1);
+  if (frames_ == 0)
+    fail(dir_, "left and right images have no frame in common; unpack the drive again");
+  for (int frame = 0; frame < frames_; ++frame) {
+    if (!left_files.count(fileNumber(frame)))
+      fail(dataFile(imageFolder(left_), frame, "png"), "is missing, though later images exist");
+    if (!right_files.count(fileNumber(frame)))
+      fail(dataFile(imageFolder(right_), frame, "png"), "is missing, though later images exist");
+  }
+  const cv::Size size =
+      cv::imread(dataFile(imageFolder(left_), 0, "png"), cv::IMREAD_GRAYSCALE).size();
+  rig_ = StereoRig::fromProjections(left_.P_rect, right_.P_rect, size);
+}
+
+std::string KittiDrive::dataFile(const std::string& folder, int frame,
+                                 const std::string& extension) const {
+  char number[16];
+  std::snprintf(number, sizeof(number), "%010d", fileNumber(frame));
+  return dir_ + "/" + folder + "/data/" + number + "." + extension;
+}
+
+std::string KittiDrive::imageFolder(const KittiCamera& camera) {
+  return "image_0" + std::to_string(camera.number);
+}
+
+cv::Mat KittiDrive::image(const KittiCamera& camera, int frame) const {
+  const std::string path = dataFile(imageFolder(camera), frame, "png");
+  const bool gray = camera.number < 2;
+  const cv::Mat image = cv::imread(path, gray ? cv::IMREAD_GRAYSCALE : cv::IMREAD_COLOR);
+  if (image.empty()) fail(path, "cannot be read as an image");
+  if (image.size() != rig_.size)
+    fail(path, "is " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
+                   ", but the drive's first image is " + std::to_string(rig_.size.width) + "x" +
+                   std::to_string(rig_.size.height) + "; unpack the drive again");
+  return image;
+}
+
+cv::Mat1b KittiDrive::grayImage(const KittiCamera& camera, int frame) const {
+  cv::Mat gray = image(camera, frame);
+  if (gray.channels() == 3) cv::cvtColor(gray, gray, cv::COLOR_BGR2GRAY);
+  return gray;
+}
+
+std::vector<int64_t> KittiDrive::stamps(const std::string& folder) const {
+  const std::string path = dir_ + "/" + folder + "/timestamps.txt";
+  const size_t needed = static_cast<size_t>(first_file_ + frames_);
+  std::vector<int64_t> stamps = readKittiTimestamps(path, needed);
+  if (stamps.size() < needed)
+    fail(path, "has " + std::to_string(stamps.size()) + " time stamps, but the images go up to " +
+                   std::to_string(needed - 1));
+  stamps.erase(stamps.begin(), stamps.begin() + first_file_);
+  return stamps;
+}
+
+bool KittiDrive::hasLidar(int frame) const {
+  return fs::is_regular_file(dataFile("velodyne_points", frame, "bin"));
+}
+
+std::vector<LidarPoint> KittiDrive::lidar(int frame) const {
+  const std::string path = dataFile("velodyne_points", frame, "bin");
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) fail(path, "cannot be read");
+  const auto bytes = static_cast<size_t>(file.tellg());
+  if (bytes == 0 || bytes % sizeof(LidarPoint) != 0)
+    fail(path, "has " + std::to_string(bytes) +
+                   " bytes, which is not a multiple of 16 (one point); unpack the scan again");
+  std::vector<LidarPoint> points(bytes / sizeof(LidarPoint));
+  file.seekg(0);
+  file.read(reinterpret_cast<char*>(points.data()), static_cast<std::streamsize>(bytes));
+  if (!file) fail(path, "cannot be read to its end; unpack the scan again");
+  return points;
+}
+
+Eigen::Isometry3d KittiDrive::T_cam_velo() const {
+  const fs::path folder(date_dir_);
+  const KittiCalibrationFile velo_to_cam((folder / "calib_velo_to_cam.txt").string());
+  const KittiCalibrationFile cam_to_cam((folder / "calib_cam_to_cam.txt").string());
+  Eigen::Isometry3d R_rect = Eigen::Isometry3d::Identity();
+  R_rect.linear() = cam_to_cam.matrix3("R_rect_00");
+  return left_.T_cam_cam0 * R_rect * velo_to_cam.rigidMotion();
+}
+
+Eigen::Isometry3d KittiDrive::T_velo_imu() const {
+  return KittiCalibrationFile((fs::path(date_dir_) / "calib_imu_to_velo.txt").string())
+      .rigidMotion();
+}
+
+bool KittiDrive::hasOxts() const { return fs::is_regular_file(dataFile("oxts", 0, "txt")); }
+
+OxtsRecord KittiDrive::oxts(int frame) const {
+  const std::string path = dataFile("oxts", frame, "txt");
+  std::ifstream file(path);
+  if (!file) fail(path, "cannot be read");
+  OxtsRecord record;
+  for (size_t i = 0; i < record.fields.size(); ++i)
+    if (!(file >> record.fields[i]))
+      fail(path, "has " + std::to_string(i) + " numbers, expected 30; unpack the file again");
+  return record;
+}
+
+std::optional<std::vector<Eigen::Isometry3d>> KittiDrive::poses() const {
+  std::vector<Eigen::Isometry3d> poses;
+  const std::string truth = dir_ + "/poses_gt_cam0.txt";
+  if (fs::is_regular_file(truth)) {
+    poses = readPoses(truth);
+    if (poses.size() < static_cast<size_t>(frames_))
+      fail(truth, "has " + std::to_string(poses.size()) + " poses for " + std::to_string(frames_) +
+                      " images");
+    poses.resize(static_cast<size_t>(frames_));
+    for (auto& pose : poses) pose = pose * left_.T_cam_cam0.inverse();
+    return poses;
+  }
+  if (!hasOxts()) return std::nullopt;
+  std::vector<OxtsRecord> records;
+  for (int frame = 0; frame < frames_; ++frame) records.push_back(oxts(frame));
+  poses = posesFromOxts(records);
+  const Eigen::Isometry3d T_imu_cam = (T_cam_velo() * T_velo_imu()).inverse();
+  for (auto& pose : poses) pose = pose * T_imu_cam;
+  return poses;
+}
+
+}  // namespace predictive_stereo

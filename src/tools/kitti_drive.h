@@ -1,0 +1,110 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "predictive_stereo/stereo_rig.h"
+#include "tools/kitti_calibration.h"
+
+namespace predictive_stereo {
+
+enum class KittiCameras { kGray, kColor };
+
+/// One point of a laser scan, in the scanner's frame (x forward, y left, z up) [m].
+struct LidarPoint {
+  float x, y, z, reflectance;
+};
+
+/// One record of the inertial unit: the 30 fields of KITTI's oxts/dataformat.txt in their order.
+struct OxtsRecord {
+  std::array<double, 30> fields;
+
+  double latitude_deg() const { return fields[0]; }
+  double longitude_deg() const { return fields[1]; }
+  double altitude_m() const { return fields[2]; }
+  double roll_rad() const { return fields[3]; }
+  double pitch_rad() const { return fields[4]; }
+  double yaw_rad() const { return fields[5]; }
+};
+
+/// Positions and attitudes of the inertial unit: T_world_imu with axes east, north, up and the
+/// first record's position as origin. Mercator projection at the first record's latitude, as
+/// KITTI's devkit defines it (y = a s ln tan(45 deg + latitude / 2), s = cos of the first
+/// latitude).
+std::vector<Eigen::Isometry3d> posesFromOxts(const std::vector<OxtsRecord>& records);
+
+/// Lines of a KITTI timestamps.txt, "2011-09-26 13:08:24.973999360", taken as UTC, in nanoseconds
+/// since 1970. Blank lines are skipped. Reads at most `max_count` stamps: lines behind those of the
+/// images need not be valid.
+/// @throws std::runtime_error with file, line number and text of a malformed line, or if the file
+///   cannot be read.
+std::vector<int64_t> readKittiTimestamps(const std::string& path, size_t max_count);
+
+/// A rectified ("sync") drive of the KITTI raw recordings. Frames are counted from 0 over the
+/// images that exist for both cameras; there may be more timestamps and oxts records.
+///
+/// Every failure is a std::runtime_error with the name of the file.
+class KittiDrive {
+ public:
+  /// @param date_dir  folder of a day, with calib_cam_to_cam.txt.
+  /// @param drive  name of a drive's folder in it.
+  KittiDrive(const std::string& date_dir, const std::string& drive,
+             KittiCameras cameras = KittiCameras::kGray);
+
+  const std::string& name() const { return name_; }
+  const std::string& dateDir() const { return date_dir_; }
+  const StereoRig& rig() const { return rig_; }
+  const KittiCamera& leftCamera() const { return left_; }
+  const KittiCamera& rightCamera() const { return right_; }
+  int frames() const { return frames_; }
+  /// Number of the frame's files, which labels refer to. It differs from the frame if the drive's
+  /// first images are missing.
+  int fileNumber(int frame) const { return first_file_ + frame; }
+
+  /// Path of a frame's file, e.g. dataFile("image_00", 3, "png").
+  std::string dataFile(const std::string& folder, int frame, const std::string& extension) const;
+
+  /// 8-bit grey images (the colour pair's are converted).
+  cv::Mat1b left(int frame) const { return grayImage(left_, frame); }
+  cv::Mat1b right(int frame) const { return grayImage(right_, frame); }
+  /// The image of leftCamera() or rightCamera() as recorded: 8-bit grey, or BGR.
+  cv::Mat image(const KittiCamera& camera, int frame) const;
+
+  /// Folder of a camera's images, "image_00" to "image_03".
+  static std::string imageFolder(const KittiCamera& camera);
+
+  /// Stamps of the frames' files in a folder, e.g. "image_00", "oxts", "velodyne_points".
+  std::vector<int64_t> stamps(const std::string& folder) const;
+
+  /// Whether the frame has a laser scan (a few are missing in KITTI's drives).
+  bool hasLidar(int frame) const;
+  std::vector<LidarPoint> lidar(int frame) const;
+  /// Maps the scanner's points into the left camera's rectified frame.
+  Eigen::Isometry3d T_cam_velo() const;
+  /// Maps the inertial unit's frame to the scanner's.
+  Eigen::Isometry3d T_velo_imu() const;
+
+  bool hasOxts() const;
+  OxtsRecord oxts(int frame) const;
+  /// Poses T_world_cam of the left camera's optical frame: from poses_gt_cam0.txt if the drive has
+  /// it, else from oxts (with axes east, north, up). None without both.
+  std::optional<std::vector<Eigen::Isometry3d>> poses() const;
+
+ private:
+  cv::Mat1b grayImage(const KittiCamera& camera, int frame) const;
+
+  std::string date_dir_;
+  std::string name_;
+  std::string dir_;
+  KittiCamera left_, right_;
+  StereoRig rig_;
+  int first_file_ = 0;
+  int frames_ = 0;
+};
+
+}  // namespace predictive_stereo
