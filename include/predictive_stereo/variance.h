@@ -18,23 +18,29 @@ namespace predictive_stereo {
 /// A published disparity has a variance of its own, not the filter's p: p treats the errors of
 /// successive matches as independent, which they are not. The published variance grows with
 /// - the innovation,
-/// - the number of neighbours that do not continue the surface, see countDisagreements,
-/// - the distance: a census window covers several far surfaces, in every frame,
+/// - what the surroundings disagree, see measureDisagreement, times 1 + ambiguity_weight *
+///   ambiguity^2 (+ unpredicted_weight for a match without prediction): where the match is
+///   ambiguous as well, or no past confirms it, it may be wrong by any amount,
 /// - the row offset of the pair: row alignment removes it, but a pair with row offsets has column
-///   offsets too. These change disparities and are not removed.
+///   offsets too, and lenses that are not modelled exactly. These change disparities and are not
+///   removed,
+/// - the distance: a census window covers several far surfaces, in every frame.
+/// Distance, and a missing prediction, count only as far as rectificationShare says.
 struct VarianceParams {
   double sigma_floor_px = 0.15;
   double sigma_ambiguous_px = 0.84;
   double ambiguity_onset = 0.49;
-  double innovation_weight = 0.2;  ///< share of the squared innovation that adds to the variance
-  double max_innovation_px = 4.0;  ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 0.64;  ///< added to a match without prediction
-  double sigma_kept_px = 0.91;         ///< of a prediction without a measurement
-  double sigma_filled_px = 1.5;        ///< of filled holes
-  double sigma_disagreement_px = 1.5;  ///< added for each disagreement around the pixel
-  double sigma_far_px = 0.68;          ///< added at disparity 0, half of it at 10 px, a third at 20
-  double sigma_per_row_offset = 0.013;  ///< times row offset [px] times disparity [px] is added
-  double max_sigma_px = 0.0;            ///< less certain disparities are not published; 0: all are
+  double innovation_weight = 0.06;  ///< share of the squared innovation that adds to the variance
+  double max_innovation_px = 4.0;   ///< a larger innovation counts as this one
+  double sigma_unpredicted_px = 0.45;   ///< added to a match without prediction
+  double sigma_kept_px = 0.4;           ///< of a prediction without a measurement
+  double sigma_filled_px = 5.0;         ///< of filled holes
+  double sigma_disagreement_px = 0.14;  ///< added, times disagreement around the pixel
+  double ambiguity_weight = 8.0;        ///< of the ambiguity in the effect of disagreement
+  double unpredicted_weight = 0.6;      ///< of a missing prediction in the effect of disagreement
+  double sigma_far_px = 0.36;  ///< added at disparity 0, half of it at 10 px, a third at 20
+  double sigma_per_row_offset = 0.0095;  ///< times row offset [px] times disparity [px] is added
+  double max_sigma_px = 0.0;             ///< less certain disparities are not published; 0: all are
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -47,6 +53,8 @@ struct VarianceParams {
     v("sigma_kept_px", sigma_kept_px, 0.01, 100.0);
     v("sigma_filled_px", sigma_filled_px, 0.01, 100.0);
     v("sigma_disagreement_px", sigma_disagreement_px, 0.0, 100.0);
+    v("ambiguity_weight", ambiguity_weight, 0.0, 100.0);
+    v("unpredicted_weight", unpredicted_weight, 0.0, 100.0);
     v("sigma_far_px", sigma_far_px, 0.0, 100.0);
     v("sigma_per_row_offset", sigma_per_row_offset, 0.0, 1.0);
     v("max_sigma_px", max_sigma_px, 0.0, 1000.0);
@@ -65,26 +73,32 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
 /// sigma_far_px / (1 + d / kFarDisparityPx) is added, or sigma_far_px if d is negative.
 constexpr float kFarDisparityPx = 10.0f;
 
-/// For each pixel, how many of eight pixels around it do not continue its surface: 0..8. These
-/// eight are 4 rows, columns, or both away (less at the image's border). A pixel continues the
-/// surface if its disparity differs by at most 2.5 px, or if the pixel, its opposite and the centre
-/// are on one plane within 1 px. Unknown pixels do not. The count has no meaning where the centre
-/// is unknown.
-/// @param count  output of the disparity map's size.
-void countDisagreements(const cv::Mat1f& disparity_px, const DisparityRange& range,
-                        cv::Mat1b& count);
+/// For each pixel, how much its surroundings do not continue its surface: 0..8. The sum over eight
+/// pairs of opposite pixels, 4 and 9 rows, columns, or both away (less at the image's border), of
+/// how far the pixel is from the middle of the pair: 1 if twice this distance is 4 px or more, or
+/// if the pair is not known. Has no meaning where the pixel itself is unknown.
+/// @param disagreement  output of the disparity map's size.
+void measureDisagreement(const cv::Mat1f& disparity_px, const DisparityRange& range,
+                         cv::Mat1f& disagreement);
+
+/// Half of the errors of an imperfect rectification are counted at this row offset.
+constexpr double kHalfShareRowOffsetPx = 0.15;
+/// How far errors of rectification count: 0 for a perfect pair, towards 1 with its row offset; 1 at
+/// an offset of 0, which means that it was not measured.
+double rectificationShare(double row_offset_px);
 
 /// Selects the disparities that are certain enough to be published (params.max_sigma_px), and gives
 /// them a variance. All maps must have one size; this is not checked.
 /// @param disparity_px  the filters' disparities, with holes filled and median.
 /// @param state  the filters, see correct().
+/// @param ambiguity  of the match, see Match.
 /// @param row_offset_px  root mean square over the image, see RowOffsetModel.
 /// @param published_px, variance_px2  output; range.invalid() and 0 where nothing is published.
 /// @throws std::invalid_argument if disparity_px and published_px share memory.
 void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
              const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-             const cv::Mat1f& measured_variance_px2, double row_offset_px,
-             const DisparityRange& range, const VarianceParams& params, cv::Mat1f& published_px,
-             cv::Mat1f& variance_px2);
+             const cv::Mat1f& measured_variance_px2, const cv::Mat1b& ambiguity,
+             double row_offset_px, const DisparityRange& range, const VarianceParams& params,
+             cv::Mat1f& published_px, cv::Mat1f& variance_px2);
 
 }  // namespace predictive_stereo

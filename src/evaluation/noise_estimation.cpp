@@ -80,8 +80,8 @@ void addMeasurementErrors(const cv::Mat1f& measured_px, const DisparityRange& ra
 
 void addSamples(const DisparityOutput& maps, const DisparityRange& range, const cv::Mat1f& truth_px,
                 int step, std::vector<VarianceSample>& samples) {
-  cv::Mat1b disagreements;
-  countDisagreements(maps.disparity_px, range, disagreements);
+  cv::Mat1f disagreements;
+  measureDisagreement(maps.disparity_px, range, disagreements);
   for (int y = 0; y < truth_px.rows; y += step)
     for (int x = 0; x < truth_px.cols; x += step) {
       if (!hasTruth(truth_px(y, x)) || !range.isValid(maps.disparity_px(y, x))) continue;
@@ -93,7 +93,7 @@ void addSamples(const DisparityOutput& maps, const DisparityRange& range, const 
       sample.ambiguity = static_cast<float>(maps.ambiguity(y, x)) / 255.0f;
       sample.innovation_px =
           std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
-      sample.disagreements = disagreements(y, x);
+      sample.disagreement = disagreements(y, x);
       sample.row_offset_px = static_cast<float>(maps.row_alignment.rms_offset_px);
       samples.push_back(sample);
     }
@@ -107,16 +107,23 @@ double matchSigma(const VarianceSample& sample, const VarianceParams& params) {
 
 /// The part of the variance that is the same for measured, kept and filled disparities.
 double commonVariance(const VarianceSample& sample, const VarianceParams& params) {
-  const double around_px = params.sigma_disagreement_px * sample.disagreements;
-  const double far_px =
-      params.sigma_far_px / (1 + std::max(sample.disparity_px, 0.0f) / kFarDisparityPx);
+  const double ambiguity = sample.measured ? sample.ambiguity : 1;
+  const double doubt = 1 + params.ambiguity_weight * ambiguity * ambiguity +
+                       (sample.measured && !sample.predicted ? params.unpredicted_weight : 0);
+  const double around_px = params.sigma_disagreement_px * sample.disagreement * doubt;
+  const double far_px = rectificationShare(sample.row_offset_px) * params.sigma_far_px /
+                        (1 + std::max(sample.disparity_px, 0.0f) / kFarDisparityPx);
   const double rig_px = params.sigma_per_row_offset * sample.row_offset_px * sample.disparity_px;
   return around_px * around_px + far_px * far_px + rig_px * rig_px;
 }
 
 /// The part of a match's variance that depends on the prediction, or its absence.
 double innovationVariance(const VarianceSample& sample, const VarianceParams& params) {
-  if (!sample.predicted) return params.sigma_unpredicted_px * params.sigma_unpredicted_px;
+  if (!sample.predicted) {
+    const double unpredicted_px =
+        rectificationShare(sample.row_offset_px) * params.sigma_unpredicted_px;
+    return unpredicted_px * unpredicted_px;
+  }
   const double innovation_px = std::min<double>(sample.innovation_px, params.max_innovation_px);
   return params.innovation_weight * innovation_px * innovation_px;
 }
@@ -178,12 +185,12 @@ std::vector<VarianceSample> chooseSamples(const std::vector<std::vector<Variance
 }
 
 /// Mean loss as a function of floor, ambiguous, onset, innovation_weight, disagreement,
-/// per_row_offset (times 100), far, unpredicted.
+/// per_row_offset (times 100), far, unpredicted, ambiguity_weight, unpredicted_weight.
 class MatchLoss : public cv::MinProblemSolver::Function {
  public:
   MatchLoss(std::vector<VarianceSample> samples, const VarianceParams& start)
       : samples_(std::move(samples)), start_(start) {}
-  int getDims() const override { return 8; }
+  int getDims() const override { return 10; }
   double calc(const double* x) const override {
     // The solver has no bounds: the loss grows outside the limits.
     double penalty = 0;
@@ -201,6 +208,8 @@ class MatchLoss : public cv::MinProblemSolver::Function {
     params.sigma_per_row_offset = limited(x[5], 0, 100) / 100;
     params.sigma_far_px = limited(x[6], 0, 100);
     params.sigma_unpredicted_px = limited(x[7], 0, 100);
+    params.ambiguity_weight = limited(x[8], 0, 100);
+    params.unpredicted_weight = limited(x[9], 0, 100);
     double loss = 0;
     for (const VarianceSample& sample : samples_) {
       const double match_px = matchSigma(sample, params);
@@ -346,12 +355,12 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
         static_cast<size_t>(std::count_if(measured.begin(), measured.end(), isPredicted));
     const size_t without_past = measured.size() - with_past;
     const auto loss = cv::makePtr<MatchLoss>(std::move(measured), start);
-    cv::Mat1d x =
-        (cv::Mat1d(1, 8) << start.sigma_floor_px, start.sigma_ambiguous_px, start.ambiguity_onset,
-         start.innovation_weight, start.sigma_disagreement_px, 100 * start.sigma_per_row_offset,
-         start.sigma_far_px, start.sigma_unpredicted_px);
+    cv::Mat1d x = (cv::Mat1d(1, 10) << start.sigma_floor_px, start.sigma_ambiguous_px,
+                   start.ambiguity_onset, start.innovation_weight, start.sigma_disagreement_px,
+                   100 * start.sigma_per_row_offset, start.sigma_far_px, start.sigma_unpredicted_px,
+                   start.ambiguity_weight, start.unpredicted_weight);
     const auto solver = cv::DownhillSolver::create(
-        loss, cv::Mat1d((cv::Mat1d(1, 8) << 0.1, 0.3, 0.1, 0.1, 0.5, 0.5, 0.2, 0.2)),
+        loss, cv::Mat1d((cv::Mat1d(1, 10) << 0.1, 0.3, 0.1, 0.1, 0.2, 0.5, 0.2, 0.2, 1.0, 0.5)),
         cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 1200, 1e-7));
     solver->minimize(x);
     fitted.sigma_floor_px = rounded(std::clamp(x(0), 0.05, 10.0));
@@ -363,6 +372,9 @@ VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
     fitted.sigma_far_px = rounded(std::clamp(x(6), 0.0, 100.0));
     if (without_past >= kMinSamples)
       fitted.sigma_unpredicted_px = rounded(std::clamp(x(7), 0.0, 100.0));
+    fitted.ambiguity_weight = rounded(std::clamp(x(8), 0.0, 100.0));
+    if (with_past >= kMinSamples && without_past >= kMinSamples)
+      fitted.unpredicted_weight = rounded(std::clamp(x(9), 0.0, 100.0));
   }
   const auto beyondCommon = [&](bool (*kind)(const VarianceSample&)) {
     std::vector<KnownPart> parts;

@@ -21,7 +21,7 @@ struct VarianceSample {
   float disparity_px;
   float ambiguity;      ///< 0..1; only where measured
   float innovation_px;  ///< |measured - predicted|; only where both exist
-  float disagreements;  ///< see countDisagreements
+  float disagreement;   ///< see measureDisagreement
   float row_offset_px;  ///< of the frame, see RowOffsetModel::rms_offset_px
   bool measured, predicted;
 };

@@ -46,58 +46,75 @@ HWY_INLINE hn::Vec<D> knownOrNan(D d, hn::Vec<D> disparity, hn::Vec<D> smallest)
   return hn::Or(disparity, hn::VecFromMask(d, hn::Lt(disparity, smallest)));
 }
 
-// The count of countDisagreements at x, as floats. Of two opposite pixels, each one continues the
-// surface if its disparity is similar; both do if the three are on one plane of any slope.
+// The columns of a pixel and of its neighbours in each ring.
+struct Columns {
+  int left[kDisagreementRings], x, right[kDisagreementRings];
+};
+
+// The disagreement of measureDisagreement at x.
 template <class D>
-HWY_INLINE hn::Vec<D> disagreeing(D d, const DisagreementRows& rows, int left, int x, int right,
+HWY_INLINE hn::Vec<D> disagreeing(D d, const DisagreementRows& rows, const Columns& columns,
                                   hn::Vec<D> smallest) {
-  const hn::RebindToSigned<D> di;
-  const auto same_px = hn::Set(d, 2.5f), plane_px = hn::Set(d, 2.0f);
+  const int x = columns.x;
+  const auto largest_px = hn::Set(d, kLargestBendPx);
   const auto disparity = hn::LoadU(d, rows.centre + x);
-  auto count = hn::Set(di, 8);
+  auto sum_px = hn::Zero(d);
   const auto addOpposite = [&](const float* a, const float* b) HWY_ATTR {
     const auto rise_a = hn::Sub(knownOrNan(d, hn::LoadU(d, a), smallest), disparity);
     const auto rise_b = hn::Sub(knownOrNan(d, hn::LoadU(d, b), smallest), disparity);
-    const auto plane = hn::Le(hn::Abs(hn::Add(rise_a, rise_b)), plane_px);
-    const auto agrees_a = hn::Or(hn::Le(hn::Abs(rise_a), same_px), plane);
-    const auto agrees_b = hn::Or(hn::Le(hn::Abs(rise_b), same_px), plane);
-    count = hn::Add(count, hn::VecFromMask(di, hn::RebindMask(di, agrees_a)));
-    count = hn::Add(count, hn::VecFromMask(di, hn::RebindMask(di, agrees_b)));
+    const auto bend_px = hn::Abs(hn::Add(rise_a, rise_b));
+    const auto known_and_less = hn::Lt(bend_px, largest_px);
+    sum_px = hn::Add(sum_px, hn::IfThenElse(known_and_less, bend_px, largest_px));
   };
-  addOpposite(rows.above + left, rows.below + right);
-  addOpposite(rows.above + x, rows.below + x);
-  addOpposite(rows.above + right, rows.below + left);
-  addOpposite(rows.centre + left, rows.centre + right);
-  return hn::ConvertTo(d, count);
+  for (int ring = 0; ring < kDisagreementRings; ++ring) {
+    const float *above = rows.above[ring], *below = rows.below[ring];
+    const int left = columns.left[ring], right = columns.right[ring];
+    addOpposite(above + left, below + right);
+    addOpposite(above + x, below + x);
+    addOpposite(above + right, below + left);
+    addOpposite(rows.centre + left, rows.centre + right);
+  }
+  return hn::Mul(sum_px, hn::Set(d, 1.0f / kLargestBendPx));
 }
 
-// Calls pixels(tag, x, columns of the left and right neighbour) for a whole row; in vectors where
-// these and their neighbours are inside the row.
+// Calls pixels(tag, columns) for a whole row; in vectors where these and their neighbours are
+// inside the row.
 template <class Pixels>
 HWY_INLINE void forPixelsWithNeighbours(int width, const Pixels& pixels) {
   const hn::ScalableTag<float> vectors;
   const hn::FixedTag<float, 1> one;
-  const int lanes = static_cast<int>(hn::Lanes(vectors)), reach = kDisagreementReachPx;
+  const int lanes = static_cast<int>(hn::Lanes(vectors));
+  const int reach = kDisagreementReachPx[kDisagreementRings - 1];
+  const auto around = [width](int x) {
+    Columns columns;
+    columns.x = x;
+    for (int ring = 0; ring < kDisagreementRings; ++ring) {
+      columns.left[ring] = std::max(x - kDisagreementReachPx[ring], 0);
+      columns.right[ring] = std::min(x + kDisagreementReachPx[ring], width - 1);
+    }
+    return columns;
+  };
   int x = 0;
-  for (; x < std::min(reach, width); ++x) pixels(one, 0, x, std::min(x + reach, width - 1));
-  for (; x + lanes + reach <= width; x += lanes) pixels(vectors, x - reach, x, x + reach);
-  for (; x < width; ++x) pixels(one, x - reach, x, std::min(x + reach, width - 1));
+  for (; x < std::min(reach, width); ++x) pixels(one, around(x));
+  for (; x + lanes + reach <= width; x += lanes) pixels(vectors, around(x));
+  for (; x < width; ++x) pixels(one, around(x));
 }
 
-void countDisagreementsOfRow(const DisagreementRows& rows, int width, float smallest_valid,
-                             uint8_t* count) {
-  forPixelsWithNeighbours(width, [&](auto d, int left, int x, int right) HWY_ATTR {
-    const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<uint8_t, decltype(d)> d8;
-    const auto strangers = disagreeing(d, rows, left, x, right, hn::Set(d, smallest_valid));
-    hn::StoreU(hn::DemoteTo(d8, hn::ConvertTo(di, strangers)), d8, count + x);
+void measureDisagreementOfRow(const DisagreementRows& rows, int width, float smallest_valid,
+                              float* disagreement) {
+  forPixelsWithNeighbours(width, [&](auto d, const Columns& columns) HWY_ATTR {
+    hn::StoreU(disagreeing(d, rows, columns, hn::Set(d, smallest_valid)), d,
+               disagreement + columns.x);
   });
 }
 
 void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms) {
-  forPixelsWithNeighbours(width, [&](auto d, int left, int x, int right) HWY_ATTR {
+  forPixelsWithNeighbours(width, [&](auto d, const Columns& columns) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const int x = columns.x;
     const auto smallest = hn::Set(d, terms.smallest_valid);
-    const auto strangers = disagreeing(d, row.disparity_px, left, x, right, smallest);
+    const auto disagreement = disagreeing(d, row.disparity_px, columns, smallest);
     const auto disparity = hn::LoadU(d, row.disparity_px.centre + x);
     const auto filtered = hn::LoadU(d, row.filtered_px + x);
     const auto predicted = hn::LoadU(d, row.predicted_px + x);
@@ -114,8 +131,16 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
                                             hn::Set(d, terms.kept_px2));
     const auto of_any =
         hn::IfThenElse(hn::Ge(filtered, smallest), of_filtered, hn::Set(d, terms.filled_px2));
-    const auto of_surroundings =
-        hn::Mul(hn::Mul(hn::Set(d, terms.disagreement_px2), strangers), strangers);
+    const auto byte = hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, row.ambiguity + x)));
+    const auto ambiguity = hn::IfThenElse(hn::Ge(measured, smallest),
+                                          hn::Mul(byte, hn::Set(d, 1.0f / 255)), hn::Set(d, 1.0f));
+    const auto alone = hn::And(hn::Ge(measured, smallest), hn::Lt(predicted, smallest));
+    const auto doubt =
+        hn::Add(hn::Add(hn::Set(d, 1.0f),
+                        hn::Mul(hn::Mul(hn::Set(d, terms.ambiguity_weight), ambiguity), ambiguity)),
+                hn::IfThenElseZero(alone, hn::Set(d, terms.unpredicted_weight)));
+    const auto around = hn::Mul(hn::Mul(hn::Set(d, terms.disagreement_px), disagreement), doubt);
+    const auto of_surroundings = hn::Mul(around, around);
     const auto of_rectification =
         hn::Mul(hn::Mul(hn::Set(d, terms.per_squared_disparity), disparity), disparity);
     const auto nearness =
@@ -141,7 +166,7 @@ HWY_AFTER_NAMESPACE();
 namespace predictive_stereo {
 
 HWY_EXPORT(measurementVarianceRow);
-HWY_EXPORT(countDisagreementsOfRow);
+HWY_EXPORT(measureDisagreementOfRow);
 HWY_EXPORT(publishRow);
 
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
@@ -150,9 +175,9 @@ void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, 
   (measured_px, ambiguity, width, terms, variance_px2);
 }
 
-void countDisagreementsOfRow(const DisagreementRows& rows, int width, float smallest_valid,
-                             uint8_t* count) {
-  HWY_DYNAMIC_DISPATCH(countDisagreementsOfRow)(rows, width, smallest_valid, count);
+void measureDisagreementOfRow(const DisagreementRows& rows, int width, float smallest_valid,
+                              float* disagreement) {
+  HWY_DYNAMIC_DISPATCH(measureDisagreementOfRow)(rows, width, smallest_valid, disagreement);
 }
 
 void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms) {

@@ -12,17 +12,20 @@ struct MeasurementTerms {
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
                             const MeasurementTerms& terms, float* variance_px2);
 
-/// A row and the rows kDisagreementReachPx above and below it, or the image's first and last row if
+/// Neighbours in two rings: the inner one sees specks, the outer one whole regions that are wrong.
+constexpr int kDisagreementRings = 2;
+constexpr int kDisagreementReachPx[kDisagreementRings] = {4, 9};
+constexpr float kLargestBendPx = 4.0f;
+/// A row and, for each ring, the rows above and below it, or the image's first and last row if
 /// these are outside.
 struct DisagreementRows {
-  const float* above;
   const float* centre;
-  const float* below;
+  const float* above[kDisagreementRings];
+  const float* below[kDisagreementRings];
 };
-constexpr int kDisagreementReachPx = 4;
-/// See countDisagreements.
-void countDisagreementsOfRow(const DisagreementRows& rows, int width, float smallest_valid,
-                             uint8_t* count);
+/// See measureDisagreement.
+void measureDisagreementOfRow(const DisagreementRows& rows, int width, float smallest_valid,
+                              float* disagreement);
 
 struct PublishedRow {
   DisagreementRows disparity_px;
@@ -30,13 +33,14 @@ struct PublishedRow {
   const float* predicted_px;
   const float* measured_px;
   const float* measured_variance_px2;
+  const uint8_t* ambiguity;
   float* published_px;
   float* variance_px2;
 };
 struct PublishedTerms {
   float smallest_valid, invalid;
   float unpredicted_px2, kept_px2, filled_px2;
-  float disagreement_px2;  ///< times the squared number of disagreements
+  float disagreement_px, ambiguity_weight, unpredicted_weight;
   float largest_innovation_px, innovation_weight;
   float far_px, per_far_disparity;
   float per_squared_disparity;

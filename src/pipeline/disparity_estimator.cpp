@@ -120,8 +120,8 @@ void DisparityEstimator::publish(const DisparityState& filters, DisparityOutput&
                         median_disparity_px_);
   predictive_stereo::publish(median_disparity_px_, filters, prediction_,
                              output.measured_disparity_px, output.measured_variance_px2,
-                             row_alignment_.rms_offset_px, range, params_.variance,
-                             output.disparity_px, output.disparity_variance_px2);
+                             output.ambiguity, row_alignment_.rms_offset_px, range,
+                             params_.variance, output.disparity_px, output.disparity_variance_px2);
   watch.lap("median", times_);
 }
 

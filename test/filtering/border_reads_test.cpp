@@ -126,16 +126,16 @@ TEST(BorderReads, OfVariance) {
                  below = disparities(guard), filtered = disparities(guard),
                  predicted = disparities(guard), measured = disparities(guard),
                  variance = variances(guard), published = disparities(guard),
-                 published_variance = variances(guard);
-    const Bytes ambiguity = bytes(guard, 256), count = bytes(guard);
+                 published_variance = variances(guard), disagreement = variances(guard);
+    const Bytes ambiguity = bytes(guard, 256);
     const MeasurementTerms terms{kSmallest, {}};
-    const PublishedTerms published_terms{kSmallest, kInvalid, 1, 1, 1, 1, 4, 1, 1, 1, 0, 100};
+    const PublishedTerms published_terms{kSmallest, kInvalid, 1, 1, 1, 1, 1, 1, 4, 1, 1, 1, 0, 100};
     for_every_width([&](int n) {
       measurementVarianceRow(measured(n), ambiguity(n), n, terms, variance(n));
-      const DisagreementRows rows{above(n), centre(n), below(n)};
-      countDisagreementsOfRow(rows, n, kSmallest, count(n));
-      publishRow({rows, filtered(n), predicted(n), measured(n), variance(n), published(n),
-                  published_variance(n)},
+      const DisagreementRows rows{centre(n), {above(n), above(n)}, {below(n), below(n)}};
+      measureDisagreementOfRow(rows, n, kSmallest, disagreement(n));
+      publishRow({rows, filtered(n), predicted(n), measured(n), variance(n), ambiguity(n),
+                  published(n), published_variance(n)},
                  n, published_terms);
     });
   });

@@ -55,26 +55,25 @@ TEST(Variance, MeasurementVarianceIsTheFormulaOnEveryTarget) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-/// A pixel continues the surface of (x, y) if it has a similar disparity, or is on a plane with its
-/// opposite.
-int disagreementsNaively(const cv::Mat1f& map, const DisparityRange& range, int x, int y) {
-  const auto at = [&](int dx, int dy) {
-    return map(std::clamp(y + dy, 0, map.rows - 1), std::clamp(x + dx, 0, map.cols - 1));
+/// Eight pairs of opposite pixels, in the order of the kernel: sums of floats depend on it.
+float disagreementNaively(const cv::Mat1f& map, const DisparityRange& range, int x, int y) {
+  const auto rise = [&](int dx, int dy) {
+    const float there =
+        map(std::clamp(y + dy, 0, map.rows - 1), std::clamp(x + dx, 0, map.cols - 1));
+    return range.isValid(there) ? there - map(y, x) : std::nanf("");
   };
-  int count = 0;
-  for (int dy : {-4, 0, 4})
-    for (int dx : {-4, 0, 4}) {
-      if (dx == 0 && dy == 0) continue;
-      const float d = map(y, x), one = at(dx, dy), opposite = at(-dx, -dy);
-      const bool same = range.isValid(one) && std::abs(one - d) <= 2.5f;
-      const bool plane = range.isValid(one) && range.isValid(opposite) &&
-                         std::abs((one - d) + (opposite - d)) <= 2.0f;
-      count += !same && !plane;
+  float sum_px = 0;
+  for (int reach : {4, 9})
+    for (const cv::Point& step :
+         {cv::Point(-1, -1), cv::Point(0, -1), cv::Point(1, -1), cv::Point(-1, 0)}) {
+      const float bend_px =
+          std::abs(rise(reach * step.x, reach * step.y) + rise(-reach * step.x, -reach * step.y));
+      sum_px += bend_px < 4 ? bend_px : 4.0f;
     }
-  return count;
+  return sum_px * 0.25f;
 }
 
-TEST(Variance, DisagreementsAreThoseOfTheDefinitionOnEveryTarget) {
+TEST(Variance, DisagreementIsThatOfTheDefinitionOnEveryTarget) {
   cv::RNG rng(5);
   for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
     hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
@@ -85,38 +84,50 @@ TEST(Variance, DisagreementsAreThoseOfTheDefinitionOnEveryTarget) {
         cv::Mat1f map(size);
         rng.fill(map, cv::RNG::UNIFORM, min_disparity - 1.0f, min_disparity + 8.0f);
         map.setTo(range.invalid(), map < min_disparity);
-        cv::Mat1b count;
-        countDisagreements(map, range, count);
+        cv::Mat1f disagreement;
+        measureDisagreement(map, range, disagreement);
         for (int y = 0; y < size.height; ++y)
-          for (int x = 0; x < size.width; ++x)
-            ASSERT_EQ(count(y, x), disagreementsNaively(map, range, x, y)) << size << x << "," << y;
+          for (int x = 0; x < size.width; ++x) {
+            if (!range.isValid(map(y, x))) continue;
+            ASSERT_EQ(disagreement(y, x), disagreementNaively(map, range, x, y))
+                << size << x << "," << y;
+          }
       }
   }
   hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(Variance, SteepSurfacesAgreeAndSpecksDoNot) {
-  cv::Mat1f map(40, 40);
+  cv::Mat1f map(60, 60);
   for (int y = 0; y < map.rows; ++y)
     for (int x = 0; x < map.cols; ++x) map(y, x) = static_cast<float>(y + x);
-  map(cv::Rect(25, 25, 5, 5)) = 5.0f;
-  cv::Mat1b count;
-  countDisagreements(map, kRange, count);
-  EXPECT_EQ(count(12, 12), 0);
-  EXPECT_EQ(count(27, 27), 8);
-  EXPECT_EQ(count(27, 23), 2);  // beside the speck: the pixel in it, and then its opposite
+  map(cv::Rect(35, 35, 5, 5)) = 5.0f;
+  cv::Mat1f disagreement;
+  measureDisagreement(map, kRange, disagreement);
+  EXPECT_EQ(disagreement(12, 12), 0);
+  EXPECT_EQ(disagreement(37, 37), 8);
+  EXPECT_EQ(disagreement(37, 33), 1);  // beside the speck: the pair with a pixel in it
+}
+
+TEST(Variance, RectificationCountsByItsRowOffset) {
+  EXPECT_EQ(rectificationShare(0), 1);  // not measured
+  EXPECT_LT(rectificationShare(0.03), 0.05);
+  EXPECT_DOUBLE_EQ(rectificationShare(kHalfShareRowOffsetPx), 0.5);
+  EXPECT_GT(rectificationShare(1), 0.95);
 }
 
 /// One pixel of each kind, far from others of its row.
 class PublishedVarianceTest : public testing::Test {
  protected:
-  static constexpr int kApart = 9;
+  static constexpr int kApart = 10;
   void SetUp() override {
     params_.innovation_weight = 0.5;
     params_.sigma_unpredicted_px = 1.0;
     params_.sigma_kept_px = 1.5;
     params_.sigma_filled_px = 2.0;
     params_.sigma_disagreement_px = 0.1;
+    params_.ambiguity_weight = 2;
+    params_.unpredicted_weight = 0.25;
     params_.sigma_far_px = 0;
     params_.sigma_per_row_offset = 0.02;
   }
@@ -143,8 +154,9 @@ class PublishedVarianceTest : public testing::Test {
       state.disparity_px(x) = filtered_[i];
     }
     cv::Mat1f certain_px, variance_px2, picked(1, static_cast<int>(published_.size()));
-    publish(published, state, prediction, measured, cv::Mat1f(1, width, 0.1f), row_offset_px,
-            kRange, params_, certain_px, variance_px2);
+    publish(published, state, prediction, measured, cv::Mat1f(1, width, 0.1f),
+            cv::Mat1b(1, width, uchar{51}), row_offset_px, kRange, params_, certain_px,
+            variance_px2);
     for (int i = 0; i < picked.cols; ++i) picked(i) = variance_px2(i * kApart);
     return picked;
   }
@@ -164,14 +176,18 @@ TEST_F(PublishedVarianceTest, TellsHowTheDisparityCameAbout) {
   add(20, no, no, false);  // filled
   add(no, no, no, false);  // unknown
   const cv::Mat1f variance_px2 = run(0);
-  const float around = 0.01f * 36, border = 0.01f * 9;
+  // Eight pairs, or two in a column of one row; ambiguity 0.2 of matches, 1 of others.
+  const auto surroundings = [](float pairs, float doubt) {
+    return 0.01f * pairs * pairs * doubt * doubt;
+  };
+  const float around = surroundings(6, 1.08f), border = surroundings(6, 1.08f);
   const float expected[] = {0.1f + border,
                             0.1f + around,
                             0.1f + 0.5f * 4 + around,
                             0.1f + 8 + around,
-                            1.1f + around,
-                            2.25f + around,
-                            4 + around,
+                            1.1f + surroundings(6, 1.33f),
+                            2.25f + surroundings(6, 3),
+                            4 + surroundings(6, 3),
                             0};
   for (int i = 0; i < variance_px2.cols; ++i) EXPECT_NEAR(variance_px2(i), expected[i], 1e-5) << i;
 }
@@ -207,9 +223,12 @@ struct RandomFrame {
       rng.fill(*map, cv::RNG::UNIFORM, smallest - 2.0f, smallest + 8.0f);
       map->setTo(range.invalid(), *map < smallest);
     }
+    ambiguity.create(size);
+    rng.fill(ambiguity, cv::RNG::UNIFORM, 0, 256);
     rng.fill(measured_variance_px2, cv::RNG::UNIFORM, 0.05f, 2.0f);
   }
   cv::Mat1f disparity_px, measured_px, measured_variance_px2;
+  cv::Mat1b ambiguity;
   DisparityState state;
   Prediction prediction;
 };
@@ -219,23 +238,29 @@ float varianceNaively(const RandomFrame& frame, double row_offset_px, const Disp
   const auto squared = [](double value) { return static_cast<float>(value * value); };
   const float d = frame.disparity_px(y, x), measured = frame.measured_px(y, x);
   const float predicted = frame.prediction.disparity_px(y, x);
-  const auto strangers = static_cast<float>(disagreementsNaively(frame.disparity_px, range, x, y));
+  const bool is_measured = range.isValid(measured), alone = !range.isValid(predicted);
+  const float ambiguity = is_measured ? frame.ambiguity(y, x) * (1.0f / 255) : 1.0f;
+  const float doubt = 1 + static_cast<float>(params.ambiguity_weight) * ambiguity * ambiguity +
+                      (is_measured && alone ? static_cast<float>(params.unpredicted_weight) : 0);
+  const float around = static_cast<float>(params.sigma_disagreement_px) *
+                       disagreementNaively(frame.disparity_px, range, x, y) * doubt;
+  const double share = rectificationShare(row_offset_px);
   float variance_px2;
   if (!range.isValid(frame.state.disparity_px(y, x))) {
     variance_px2 = squared(params.sigma_filled_px);
   } else if (!range.isValid(measured)) {
     variance_px2 = squared(params.sigma_kept_px);
   } else if (!range.isValid(predicted)) {
-    variance_px2 = frame.measured_variance_px2(y, x) + squared(params.sigma_unpredicted_px);
+    variance_px2 = frame.measured_variance_px2(y, x) + squared(params.sigma_unpredicted_px * share);
   } else {
     const float innovation =
         std::min(std::abs(measured - predicted), static_cast<float>(params.max_innovation_px));
     variance_px2 = frame.measured_variance_px2(y, x) +
                    static_cast<float>(params.innovation_weight) * innovation * innovation;
   }
-  variance_px2 += squared(params.sigma_disagreement_px) * strangers * strangers;
+  variance_px2 += around * around;
   const float nearness = std::max(d, 0.0f) * (1.0f / kFarDisparityPx);
-  const float far_px = static_cast<float>(params.sigma_far_px) / (1 + nearness);
+  const float far_px = static_cast<float>(params.sigma_far_px * share) / (1 + nearness);
   const float common_px2 =
       far_px * far_px + squared(params.sigma_per_row_offset * row_offset_px) * d * d;
   return variance_px2 + common_px2;
@@ -259,8 +284,8 @@ TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
             params.max_sigma_px = max_sigma_px;
             cv::Mat1f published_px, variance_px2;
             publish(frame.disparity_px, frame.state, frame.prediction, frame.measured_px,
-                    frame.measured_variance_px2, kRowOffset_px, range, params, published_px,
-                    variance_px2);
+                    frame.measured_variance_px2, frame.ambiguity, kRowOffset_px, range, params,
+                    published_px, variance_px2);
             for (int y = 0; y < size.height; ++y)
               for (int x = 0; x < size.width; ++x) {
                 const float d = frame.disparity_px(y, x);
@@ -281,8 +306,8 @@ TEST(Variance, PublishesNothingInPlace) {
   RandomFrame frame({20, 5}, kRange, rng);
   cv::Mat1f variance_px2;
   EXPECT_THROW(publish(frame.disparity_px, frame.state, frame.prediction, frame.measured_px,
-                       frame.measured_variance_px2, 0, kRange, VarianceParams(), frame.disparity_px,
-                       variance_px2),
+                       frame.measured_variance_px2, frame.ambiguity, 0, kRange, VarianceParams(),
+                       frame.disparity_px, variance_px2),
                std::invalid_argument);
 }
 

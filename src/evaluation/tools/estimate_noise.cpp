@@ -164,6 +164,8 @@ int estimate(const CommandLine& command_line) {
        << "\n    sigma_kept_px: " << variance.sigma_kept_px
        << "\n    sigma_filled_px: " << variance.sigma_filled_px
        << "\n    sigma_disagreement_px: " << variance.sigma_disagreement_px
+       << "\n    ambiguity_weight: " << variance.ambiguity_weight
+       << "\n    unpredicted_weight: " << variance.unpredicted_weight
        << "\n    sigma_far_px: " << variance.sigma_far_px
        << "\n    sigma_per_row_offset: " << variance.sigma_per_row_offset << "\n";
 
