@@ -14,7 +14,8 @@ constexpr int kCellCentre_px = 2;
 /// Distance of the points of DepthCells::nearest_px [px].
 constexpr int kLatticeStep_px = 2;
 
-struct DepthCells {
+class DepthCells {
+ public:
   cv::Mat1f disparity_px;  ///< of each cell; 0: unknown
   cv::Mat1f variance_px2;  ///< of disparity_px
   /// Largest and smallest known disparity of the 3x3 lattice points around each lattice point,
@@ -25,6 +26,9 @@ struct DepthCells {
   /// @param disparity_px, variance_px2  of one frame, in full resolution.
   void setFrame(const DisparityRange& range, const cv::Mat1f& disparity_px,
                 const cv::Mat1f& variance_px2);
+
+ private:
+  cv::Mat1f lattice_px_;  // disparities of the lattice points; 0: unknown
 };
 
 }  // namespace predictive_stereo

@@ -1,7 +1,7 @@
 #include "detection/free_space.h"
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 
 #include "detection/patch_difference.h"
 #include "parallel/tasks.h"
@@ -36,6 +36,17 @@ bool isInside(const cv::Mat1f& map, cv::Point p) {
 
 }  // namespace
 
+PastSight FreeSpace::sightOf(const StereoRig& rig, const Lag& lag, int y) {
+  const Remembered& past = lag.past;
+  return {lag.into_past.H().data(),
+          past.nearest_px[0],
+          past.farthest_px[0],
+          static_cast<int>(past.nearest_px.step1()),
+          past.nearest_px.cols,
+          past.nearest_px.rows,
+          lag.noise.along(static_cast<float>((y - rig.cy_px) / rig.fy_px))};
+}
+
 std::vector<FreeSpace::Lag> FreeSpace::lagsOf(const DetectionInput& input) const {
   std::vector<Lag> lags;
   for (int k : kLags) {
@@ -55,31 +66,6 @@ void FreeSpace::continueMotions(const DetectionInput& input) {
                             toldCovariance(input.motion_covariance)};
   for (Remembered& frame : frames_) frame.motion_since.add(motion, CommonErrors::Zero());
   T_odom_last_ = input.T_odom_cam;
-}
-
-FreeSpace::Sight FreeSpace::sightOf(const StereoRig& rig, const Lag& lag, const Cell& cell) {
-  const Eigen::Vector3f then = lag.into_past(cell.x, cell.y, cell.disparity_px);
-  const float expected = then.z();
-  if (!(expected > 0)) return Sight::kUnknown;
-  const cv::Point p = latticePoint(then);
-  if (!isInside(lag.past.nearest_px, p)) return Sight::kUnknown;
-  const float nearest = lag.past.nearest_px(p), farthest = lag.past.farthest_px(p);
-  if (!(nearest > 0)) return Sight::kUnknown;
-  if (farthest <= expected && expected <= nearest) return Sight::kSame;  // whatever the noise
-  const auto disparity_times_depth = static_cast<float>(rig.disparityTimesDepth());
-  const float by_depth = expected * expected / disparity_times_depth;
-  const float depth_variance = lag.noise.variance(
-      (cell.x - static_cast<float>(rig.cx_left_px)) / static_cast<float>(rig.fx_px),
-      (cell.y - static_cast<float>(rig.cy_px)) / static_cast<float>(rig.fy_px),
-      disparity_times_depth / cell.disparity_px);
-  const float by_scale = kScaleSigma * expected;
-  const float threshold =
-      kSigmas * std::sqrt(cell.variance_px2 + kMapSigma_px * kMapSigma_px +
-                          by_depth * by_depth * depth_variance + by_scale * by_scale);
-  if (nearest < expected - threshold)
-    return cell.width_px * expected < kThinnest_px * cell.disparity_px ? Sight::kUnknown
-                                                                       : Sight::kThrough;
-  return farthest < expected + threshold ? Sight::kSame : Sight::kHidden;
 }
 
 // Whether a past image contradicts that the surface has come since then.
@@ -112,37 +98,49 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
                         const cv::Mat1b& half_image, const cv::Mat1f& width_px) {
   evidence_.moved.create(cells.disparity_px.size());
   evidence_.fixed.create(cells.disparity_px.size());
-  evidence_.moved.setTo(0);
-  evidence_.fixed.setTo(0);
   endPastBefore(input.stamp_s);
   continueMotions(input);
   const std::vector<Lag> lags = lagsOf(input);
-  if (static_cast<int>(lags.size()) < kFewestThrough) return;
-  const auto disparity_times_depth = static_cast<float>(input.rig.disparityTimesDepth());
+  if (static_cast<int>(lags.size()) < kFewestThrough) {
+    evidence_.moved.setTo(0);
+    evidence_.fixed.setTo(0);
+    return;
+  }
+  const StereoRig& rig = input.rig;
+  const auto disparity_times_depth = static_cast<float>(rig.disparityTimesDepth());
+  const SightLimits limits{disparity_times_depth / kFarthest_m,
+                           kSigmas,
+                           kMapSigma_px * kMapSigma_px,
+                           kScaleSigma,
+                           kThinnest_px,
+                           kFewestThrough};
   parallelFor(cv::Range(0, cells.disparity_px.rows), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v)
-      for (int u = 0; u < cells.disparity_px.cols; ++u) {
+    std::array<PastSight, std::size(kLags)> past;
+    for (int v = rows.start; v < rows.end; ++v) {
+      const int y = kCellSide_px * v + kCellCentre_px;
+      for (size_t k = 0; k < lags.size(); ++k) past[k] = sightOf(rig, lags[k], y);
+      const SightRow row{cells.disparity_px[v],
+                         cells.variance_px2[v],
+                         width_px[v],
+                         cells.disparity_px.cols,
+                         kCellCentre_px,
+                         kCellSide_px,
+                         y,
+                         kLatticeStep_px,
+                         static_cast<float>(rig.cx_left_px),
+                         static_cast<float>(rig.fx_px),
+                         disparity_times_depth};
+      uchar *const moved = evidence_.moved[v], *const fixed = evidence_.fixed[v];
+      sightsRow(row, past.data(), static_cast<int>(lags.size()), limits, moved, fixed);
+      for (int u = 0; u < row.cells; ++u) {
+        if (moved[u] == 0) continue;
         const Cell cell{static_cast<float>(kCellSide_px * u + kCellCentre_px),
-                        static_cast<float>(kCellSide_px * v + kCellCentre_px),
-                        cells.disparity_px(v, u), cells.variance_px2(v, u), width_px(v, u)};
-        if (!(cell.disparity_px * kFarthest_m >= disparity_times_depth)) continue;
-        int through = 0, same = 0, came_back = 0;
-        const Lag* last_through = nullptr;
-        for (const Lag& lag : lags) {
-          // Nothing changes any more: it is fixed, and too few frames are left.
-          if (same > 0 && through + (&lags.back() - &lag) + 1 < kFewestThrough) break;
-          const Sight sight = sightOf(input.rig, lag, cell);
-          if (sight == Sight::kThrough && through++ == 0) last_through = &lag;
-          if (sight != Sight::kSame) continue;
-          ++same;
-          came_back += through > 0;
-        }
-        if (through >= kFewestThrough && through > came_back &&
-            !isRefuted(*last_through, half_image, cell))
-          evidence_.moved(v, u) = 255;
-        else if (same > 0)
-          evidence_.fixed(v, u) = 255;
+                        static_cast<float>(y), row.disparity_px[u]};
+        const Lag& last_through = lags[static_cast<size_t>(moved[u] - 1)];
+        moved[u] = isRefuted(last_through, half_image, cell) ? 0 : 255;
+        if (moved[u] != 0) fixed[u] = 0;
       }
+    }
   });
 }
 
@@ -152,7 +150,7 @@ void FreeSpace::endPastBefore(double stamp_s) {
   if (apart_s > kLongestGap_s || apart_s <= 0) reset();
 }
 
-void FreeSpace::remember(const DetectionInput& input, const DepthCells& cells,
+void FreeSpace::remember(const DetectionInput& input, DepthCells& cells,
                          const cv::Mat1b& half_image) {
   endPastBefore(input.stamp_s);
   if (count_ > 0 && input.stamp_s - frames_[0].stamp_s < kLeastApart_s) return;
@@ -162,8 +160,8 @@ void FreeSpace::remember(const DetectionInput& input, const DepthCells& cells,
   newest.stamp_s = input.stamp_s;
   newest.T_odom_cam = input.T_odom_cam;
   newest.motion_since = PathCovariance();
-  cells.nearest_px.copyTo(newest.nearest_px);
-  cells.farthest_px.copyTo(newest.farthest_px);
+  cv::swap(cells.nearest_px, newest.nearest_px);
+  cv::swap(cells.farthest_px, newest.farthest_px);
   half_image.copyTo(newest.half_image);
 }
 

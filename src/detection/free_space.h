@@ -8,6 +8,7 @@
 
 #include "detection/depth_cells.h"
 #include "detection/frame_comparison.h"
+#include "detection/free_space_rows.h"
 #include "detection/motion_noise.h"
 #include "predictive_stereo/moving_objects.h"
 #include "predictive_stereo/path_covariance.h"
@@ -37,7 +38,8 @@ class FreeSpace {
                const cv::Mat1f& width_px);
   const FreeSpaceEvidence& evidence() const { return evidence_; }
   /// Remembers the frame. Its pose must be known.
-  void remember(const DetectionInput& input, const DepthCells& cells, const cv::Mat1b& half_image);
+  /// @param cells  nearest_px and farthest_px are taken over, and undefined afterwards.
+  void remember(const DetectionInput& input, DepthCells& cells, const cv::Mat1b& half_image);
   /// Adds `step_px` to the disparities of the past, after a change of the column correction.
   void addToDisparities(float step_px);
   void reset() { count_ = 0; }
@@ -59,14 +61,14 @@ class FreeSpace {
   };
   // A cell of the current frame.
   struct Cell {
-    float x, y, disparity_px, variance_px2, width_px;
+    float x, y, disparity_px;
   };
-  enum class Sight { kUnknown, kHidden, kThrough, kSame };
 
   void endPastBefore(double stamp_s);
   void continueMotions(const DetectionInput& input);
   std::vector<Lag> lagsOf(const DetectionInput& input) const;
-  static Sight sightOf(const StereoRig& rig, const Lag& lag, const Cell& cell);
+  // The lag as the cells of one row of pixels see it.
+  static PastSight sightOf(const StereoRig& rig, const Lag& lag, int y);
   static bool isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cell& cell);
 
   std::array<Remembered, kRemembered> frames_;                     // the last one first

@@ -11,26 +11,35 @@ constexpr size_t kMostSamples = 1500, kFewestSamples = 30;
 constexpr int kMostTrials = 150, kFits = 5;
 constexpr double kMayMiss = 1e-3;  // probability that no trial has three samples of the plane
 constexpr uint64_t kSeed = 7;
-constexpr double kLeastShare = 0.06;                      // of the known cells, on the plane
-constexpr double kTolerance_px = 0.6, kTolerance = 0.02;  // of a disparity, and relative to it
-constexpr double kLeastTriangle_px2 = 100;                // twice its area
+constexpr double kLeastShare = 0.06;                       // of the known cells, on the plane
+constexpr float kTolerance_px = 0.6f, kTolerance = 0.02f;  // of a disparity, and relative to it
+constexpr double kLeastTriangle_px2 = 100;                 // twice its area
 const double kLeastCos = std::cos(80 * M_PI / 180), kMostSinRoll = std::sin(30 * M_PI / 180);
 
-struct Sample {
-  double x, y, d;
+struct Samples {
+  std::vector<float> x_px, y_px, d_px;
+
+  size_t size() const { return d_px.size(); }
+  Eigen::Vector3d at(size_t i) const { return {x_px[i], y_px[i], d_px[i]}; }
 };
 
 // An even sample of the known cells.
-std::vector<Sample> samplesOf(const DepthCells& cells) {
-  std::vector<Sample> all;
-  for (int v = 0; v < cells.disparity_px.rows; ++v)
-    for (int u = 0; u < cells.disparity_px.cols; ++u)
-      if (const float d = cells.disparity_px(v, u); d > 0)
-        all.push_back({double(kCellSide_px * u + kCellCentre_px),
-                       double(kCellSide_px * v + kCellCentre_px), d});
-  const size_t step = all.size() / kMostSamples + 1;
-  std::vector<Sample> samples;
-  for (size_t i = 0; i < all.size(); i += step) samples.push_back(all[i]);
+Samples samplesOf(const DepthCells& cells) {
+  const cv::Mat1f& map = cells.disparity_px;
+  const size_t known = static_cast<size_t>(cv::countNonZero(map)), step = known / kMostSamples + 1;
+  Samples samples;
+  for (std::vector<float>* values : {&samples.x_px, &samples.y_px, &samples.d_px})
+    values->reserve(known / step + 1);
+  size_t skipped = step - 1;  // since the last sample
+  for (int v = 0; v < map.rows; ++v)
+    for (int u = 0; u < map.cols; ++u) {
+      if (!(map(v, u) > 0)) continue;
+      if (++skipped < step) continue;
+      skipped = 0;
+      samples.x_px.push_back(static_cast<float>(kCellSide_px * u + kCellCentre_px));
+      samples.y_px.push_back(static_cast<float>(kCellSide_px * v + kCellCentre_px));
+      samples.d_px.push_back(map(v, u));
+    }
   return samples;
 }
 
@@ -45,20 +54,28 @@ std::optional<GroundPlane> planeOf(const StereoRig& rig, const Eigen::Vector3d& 
   return GroundPlane{abc[0], abc[1], abc[2], rig.disparityTimesDepth() / length};
 }
 
-double toleranceAt(double disparity_px) { return kTolerance_px + kTolerance * disparity_px; }
+float toleranceAt(float disparity_px) { return kTolerance_px + kTolerance * disparity_px; }
 
-// Samples on the plane, minus those that are seen through it.
-int scoreOf(const GroundPlane& plane, const std::vector<Sample>& samples, int& on_plane) {
-  on_plane = 0;
-  int below = 0;
-  for (const Sample& s : samples) {
-    const double expected = plane.disparityAt(s.x, s.y);
-    if (!(expected > 0)) continue;
-    const double tolerance = toleranceAt(expected);
-    on_plane += std::abs(s.d - expected) < tolerance;
-    below += s.d < expected - 2 * tolerance;
+struct Score {
+  int on_plane = 0;  // samples
+  int value = 0;     // these, minus those that are seen through it
+};
+
+// Without branches, so that compilers vectorise the loop.
+Score scoreOf(const GroundPlane& plane, const Samples& samples) {
+  const auto a = static_cast<float>(plane.a), b = static_cast<float>(plane.b),
+             c = static_cast<float>(plane.c);
+  const float *x = samples.x_px.data(), *y = samples.y_px.data(), *d = samples.d_px.data();
+  const int count = static_cast<int>(samples.size());
+  int on_plane = 0, below = 0;
+  for (int i = 0; i < count; ++i) {
+    const float expected = a * x[i] + b * y[i] + c, tolerance = toleranceAt(expected);
+    const float above = d[i] - expected;
+    const int exists = expected > 0 ? 1 : 0;
+    on_plane += std::abs(above) < tolerance ? exists : 0;
+    below += above < -2 * tolerance ? exists : 0;
   }
-  return on_plane - below;
+  return {on_plane, on_plane - below};
 }
 
 // Trials until a plane with so many of the samples is found, but for kMayMiss.
@@ -68,54 +85,58 @@ int trialsFor(int on_plane, size_t samples) {
   return trials < kMostTrials ? static_cast<int>(trials) + 1 : kMostTrials;
 }
 
-std::optional<GroundPlane> fitTo(const StereoRig& rig, const std::vector<Sample>& samples,
+// Least squares over the samples on a plane.
+std::optional<GroundPlane> fitTo(const StereoRig& rig, const Samples& samples,
                                  const GroundPlane& near) {
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Sample& s : samples) {
-    const double expected = near.disparityAt(s.x, s.y);
-    if (!(expected > 0) || std::abs(s.d - expected) > toleranceAt(expected)) continue;
-    const Eigen::Vector3d row(s.x, s.y, 1);
-    A += row * row.transpose();
-    b += row * s.d;
+  const auto a = static_cast<float>(near.a), b = static_cast<float>(near.b),
+             c = static_cast<float>(near.c);
+  double n = 0, sx = 0, sy = 0, sd = 0, xx = 0, xy = 0, yy = 0, xd = 0, yd = 0;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const float expected = a * samples.x_px[i] + b * samples.y_px[i] + c;
+    if (!(expected > 0) || std::abs(samples.d_px[i] - expected) > toleranceAt(expected)) continue;
+    const double x = samples.x_px[i], y = samples.y_px[i], d = samples.d_px[i];
+    n += 1, sx += x, sy += y, sd += d;
+    xx += x * x, xy += x * y, yy += y * y, xd += x * d, yd += y * d;
   }
-  return planeOf(rig, A.ldlt().solve(b));
+  Eigen::Matrix3d A;
+  A << xx, xy, sx, xy, yy, sy, sx, sy, n;
+  return planeOf(rig, A.ldlt().solve(Eigen::Vector3d(xd, yd, sd)));
 }
 
 }  // namespace
 
 std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCells& cells,
                                            const std::optional<GroundPlane>& last) {
-  const std::vector<Sample> samples = samplesOf(cells);
+  const Samples samples = samplesOf(cells);
   if (samples.size() < kFewestSamples) return std::nullopt;
   std::optional<GroundPlane> best;
-  int on_plane = 0, best_on_plane = 0, best_score = 0;
+  Score of_best;
   const auto tryPlane = [&](std::optional<GroundPlane> plane) {
-    if (!plane || scoreOf(*plane, samples, on_plane) <= best_score) return;
+    if (!plane || scoreOf(*plane, samples).value <= of_best.value) return;
     // On a wall, a plane with an allowed slope can pass within the tolerance. The fits turn it to
     // the wall, whose slope is not allowed.
     for (int k = 0; k < kFits && plane; ++k) plane = fitTo(rig, samples, *plane);
     if (!plane) return;
-    const int score = scoreOf(*plane, samples, on_plane);
-    if (score <= best_score) return;
+    const Score score = scoreOf(*plane, samples);
+    if (score.value <= of_best.value) return;
     best = plane;
-    best_score = score;
-    best_on_plane = on_plane;
+    of_best = score;
   };
   tryPlane(last);
   cv::RNG random(kSeed);
-  for (int trial = 0; trial < trialsFor(best_on_plane, samples.size()); ++trial) {
+  for (int trial = 0; trial < trialsFor(of_best.on_plane, samples.size()); ++trial) {
     Eigen::Matrix3d A;
     Eigen::Vector3d d;
     for (int k = 0; k < 3; ++k) {
-      const Sample& s = samples[random.uniform(0, static_cast<int>(samples.size()))];
-      A.row(k) << s.x, s.y, 1;
-      d[k] = s.d;
+      const Eigen::Vector3d sample =
+          samples.at(static_cast<size_t>(random.uniform(0, static_cast<int>(samples.size()))));
+      A.row(k) << sample.x(), sample.y(), 1;
+      d[k] = sample.z();
     }
     if (std::abs(A.determinant()) < kLeastTriangle_px2) continue;
     tryPlane(planeOf(rig, A.inverse() * d));
   }
-  if (!best || best_on_plane < kLeastShare * static_cast<double>(samples.size()))
+  if (!best || of_best.on_plane < kLeastShare * static_cast<double>(samples.size()))
     return std::nullopt;
   return best;
 }

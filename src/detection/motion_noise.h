@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 
+#include "detection/free_space_rows.h"
 #include "predictive_stereo/disparity_motion.h"
 
 namespace predictive_stereo {
@@ -28,12 +29,12 @@ class PastDepthNoise {
  public:
   PastDepthNoise(const Eigen::Isometry3d& T_past_cam, const Matrix6d& covariance);
 
-  /// @param x, y  direction of the point (x, y, 1) in the current camera's frame.
-  /// @param depth_m  in that frame.
-  /// @returns [m^2].
-  float variance(float x, float y, float depth_m) const {
-    const Eigen::Vector3f q(x, y, 1);
-    return translation_ + depth_m * (2 * coupling_.dot(q) + depth_m * q.dot(rotation_ * q));
+  /// Of the points z (x, y, 1) m with this y, in the current camera's frame.
+  DepthNoiseOfRow along(float y) const {
+    const Eigen::Vector3f q(0, y, 1);
+    return {translation_,
+            {coupling_.dot(q), coupling_.x()},
+            {q.dot(rotation_ * q), 2 * rotation_.row(0).dot(q), rotation_(0, 0)}};
   }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
@@ -38,40 +39,92 @@ class JoinedCells {
 // Cells that can belong to obstacles.
 cv::Mat1b usableCells(const StereoRig& rig, const DepthCells& cells,
                       const std::optional<GroundPlane>& ground) {
-  const auto least_px = static_cast<float>(rig.disparityTimesDepth() / kFarthest_m);
+  const float least_px = std::max(static_cast<float>(rig.disparityTimesDepth() / kFarthest_m),
+                                  std::numeric_limits<float>::denorm_min());
+  // Its height is h (1 - expected / d): see GroundPlane::heightOf.
+  const auto h = ground ? static_cast<float>(ground->camera_height_m) : 0.0f;
+  const auto per_column_px = ground ? static_cast<float>(kCellSide_px * ground->a) : 0.0f;
+  const auto margin_m = ground ? static_cast<float>(kGroundMargin_m) : -1.0f;
   cv::Mat1b usable(cells.disparity_px.size());
-  for (int v = 0; v < usable.rows; ++v)
+  for (int v = 0; v < usable.rows; ++v) {
+    const float* const disparity = cells.disparity_px[v];
+    uchar* const of_row = usable[v];
+    const auto first_px = ground ? static_cast<float>(ground->disparityAt(
+                                       kCellCentre_px, kCellSide_px * v + kCellCentre_px))
+                                 : 0.0f;
     for (int u = 0; u < usable.cols; ++u) {
-      const float d = cells.disparity_px(v, u);
-      usable(v, u) =
-          d > 0 && d >= least_px && (!ground || ground->heightOf({u, v}, d) > kGroundMargin_m);
+      const float d = disparity[u], expected = first_px + per_column_px * static_cast<float>(u);
+      of_row[u] = (d >= least_px) & (d * (h - margin_m) > expected * h) ? 1 : 0;
     }
+  }
   return usable;
 }
 
 JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv::Mat1b& usable) {
   const int columns = usable.cols;
   const auto step_per_px2 = kStep_m / static_cast<float>(rig.disparityTimesDepth());
+  constexpr float kVariances = kStepSigmas * kStepSigmas;
   JoinedCells joined(usable.rows * columns);
-  const auto joinIfLevel = [&](int u, int v, int s, int t) {
-    if (s < 0 || s >= columns || t >= usable.rows || !usable(t, s)) return;
-    const float d = cells.disparity_px(v, u), e = cells.disparity_px(t, s);
-    const float larger = std::max(d, e);
-    const float sigma_px = std::sqrt(cells.variance_px2(v, u) + cells.variance_px2(t, s));
-    if (std::abs(d - e) <=
-        std::max({kStep_px, step_per_px2 * larger * larger, kStepSigmas * sigma_px}))
-      joined.join(v * columns + u, t * columns + s);
+  const float *const disparity = cells.disparity_px[0], *const variance = cells.variance_px2[0];
+  const auto joinIfLevel = [&](int i, int j) {
+    const float d = disparity[i], e = disparity[j];
+    const float larger = std::max(d, e), step = std::abs(d - e);
+    if (step <= kStep_px || step <= step_per_px2 * larger * larger ||
+        step * step <= kVariances * (variance[i] + variance[j]))
+      joined.join(i, j);
   };
-  for (int v = 0; v < usable.rows; ++v)
+  for (int v = 0; v < usable.rows; ++v) {
+    const uchar* const row = usable[v];
+    const uchar* const below = v + 1 < usable.rows ? usable[v + 1] : nullptr;
+    const uchar* const second = v + 2 < usable.rows ? usable[v + 2] : nullptr;
     for (int u = 0; u < columns; ++u) {
-      if (!usable(v, u)) continue;
-      joinIfLevel(u, v, u + 1, v);
-      for (int s = u - 1; s <= u + 1; ++s) joinIfLevel(u, v, s, v + 1);
-      if (u + 1 < columns && !usable(v, u + 1)) joinIfLevel(u, v, u + 2, v);
-      if (v + 1 < usable.rows && !usable(v + 1, u)) joinIfLevel(u, v, u, v + 2);
+      if (!row[u]) continue;
+      const int i = v * columns + u;
+      if (u + 1 < columns && row[u + 1])
+        joinIfLevel(i, i + 1);
+      else if (u + 2 < columns && row[u + 2])
+        joinIfLevel(i, i + 2);
+      if (!below) continue;
+      if (u > 0 && below[u - 1]) joinIfLevel(i, i + columns - 1);
+      if (u + 1 < columns && below[u + 1]) joinIfLevel(i, i + columns + 1);
+      if (below[u])
+        joinIfLevel(i, i + columns);
+      else if (second && second[u])
+        joinIfLevel(i, i + 2 * columns);
     }
+  }
   return joined;
 }
+
+// Whether a cell ends its obstacle: a farther surface begins beside it.
+class ObstacleEnds {
+ public:
+  ObstacleEnds(const cv::Mat1i& number, const cv::Mat1f& disparity_px)
+      : number_(number), disparity_px_(disparity_px) {}
+
+  /// 0 on cells that end an obstacle or are on none, 255 elsewhere.
+  void innerRow(int v, uchar* inner) const {
+    const int last = number_.cols - 1;
+    const int32_t* const number = number_[v];
+    for (int u = 0; u <= last; ++u) inner[u] = number[u] != 0 ? 255 : 0;
+    for (int t = std::max(v - 1, 0); t <= std::min(v + 1, number_.rows - 1); ++t)
+      for (int step = -1; step <= 1; ++step) dropEnds(v, t, step, inner);
+  }
+
+ private:
+  // Without branches, so that compilers vectorise the loop.
+  void dropEnds(int v, int t, int step, uchar* inner) const {
+    const int32_t *const number = number_[v], *const other = number_[t] + step;
+    const float *const disparity = disparity_px_[v], *const behind = disparity_px_[t] + step;
+    const int end = number_.cols - std::max(step, 0);
+    for (int u = std::max(-step, 0); u < end; ++u)
+      inner[u] = static_cast<uchar>(
+          inner[u] & ((other[u] != number[u]) & (behind[u] < disparity[u]) ? 0 : 255));
+  }
+
+  const cv::Mat1i& number_;
+  const cv::Mat1f& disparity_px_;
+};
 
 }  // namespace
 
@@ -104,15 +157,9 @@ cv::Mat1f obstacleWidths(const std::vector<Obstacle>& obstacles, const DepthCell
     ++last;
     for (const cv::Point p : obstacle.cells) number(p) = last;
   }
-  cv::Mat1b inner(disparity.size(), uchar(0));
-  for (int v = 0; v < number.rows; ++v)
-    for (int u = 0; u < number.cols; ++u) {
-      bool at_end = number(v, u) == 0;
-      for (int t = std::max(v - 1, 0); t <= std::min(v + 1, number.rows - 1); ++t)
-        for (int s = std::max(u - 1, 0); s <= std::min(u + 1, number.cols - 1); ++s)
-          at_end |= number(t, s) != number(v, u) && disparity(t, s) < disparity(v, u);
-      inner(v, u) = at_end ? 0 : 255;
-    }
+  cv::Mat1b inner(disparity.size());
+  const ObstacleEnds ends(number, disparity);
+  for (int v = 0; v < number.rows; ++v) ends.innerRow(v, inner[v]);
   cv::Mat1f from_end, width_px(disparity.size(), kWide_px);
   cv::distanceTransform(inner, from_end, cv::DIST_C, 3);
   for (const Obstacle& obstacle : obstacles) {

@@ -8,6 +8,7 @@
 
 #include "detection/comparison_rows.h"
 #include "detection/displacement_search.h"
+#include "detection/free_space_rows.h"
 #include "detection/ground_rows.h"
 #include "detection/long_rows.h"
 #include "detection/patch_rows.h"
@@ -134,6 +135,22 @@ TEST(BorderReads, OfPastDisparities) {
       const PastPairOfRow pair{camera, then, then, 2};
       longResidualRow({disparity(span(n, kLongStep_px)), 2, n, &pair, 1, 0, 100, 8, kUnknown, 255},
                       residual(n), known(n));
+    });
+  });
+}
+
+TEST(BorderReads, OfFreeSpace) {
+  forEveryRow([](Guard guard, const auto& for_every_width) {
+    const Floats disparity = floats(guard, -1, 30), variance = floats(guard, 0, 1),
+                 width = floats(guard, 0, 40);
+    const Bytes through_by(kMostGuarded, guard), fixed(kMostGuarded, guard);
+    for_every_width([&](int n) {
+      constexpr int kRows = 3;
+      const Floats nearest = floats(guard, -1, 30, n * kRows),
+                   farthest = floats(guard, -1, 30, n * kRows);
+      const PastSight past{kMoved, nearest(n * kRows), farthest(n * kRows), n, n, kRows, {}};
+      sightsRow({disparity(n), variance(n), width(n), n, 0, 2, 4, 2, 10, 100, 50}, &past, 1,
+                {1, 2, 0.2f, 0.02f, 20, 1}, through_by(n), fixed(n));
     });
   });
 }

@@ -53,8 +53,8 @@ TEST(MotionNoise, OfManyDepthsIsThatOfEachPoint) {
       for (const double y : {-0.3, 0.4}) {
         const double expected = pointCovariance(someMotion(), someCovariance(),
                                                 depth_m * Eigen::Vector3d(x, y, 1))(2, 2);
-        const auto got = noise.variance(static_cast<float>(x), static_cast<float>(y),
-                                        static_cast<float>(depth_m));
+        const auto got = noise.along(static_cast<float>(y))
+                             .variance(static_cast<float>(x), static_cast<float>(depth_m));
         EXPECT_NEAR(got, expected, 1e-4 * expected) << depth_m << " m, " << x << ", " << y;
       }
 }

@@ -1,0 +1,142 @@
+#include "detection/free_space_rows.h"
+
+#include <algorithm>
+
+#include "simd/simd_dispatch.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/free_space_rows.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+// Short loops without branches over kChunk cells at a time, see comparison_rows.cpp.
+constexpr int kChunk = 64;
+
+// What is known of a chunk of cells.
+struct Cells {
+  int first, count;
+  const float *d, *variance, *width;
+  float depth[kChunk];
+  int32_t through[kChunk], same[kChunk], came_back[kChunk], through_by[kChunk];
+};
+
+// Where the cells were in a past frame.
+struct Places {
+  float expected[kChunk], variance[kChunk];  // disparity, and variance of its difference
+  int32_t offset[kChunk], inside[kChunk];
+};
+
+HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const SightLimits& limits,
+                         const Cells& cells, Places& places) {
+  const float* H = past.H;
+  const float h0 = H[0], h1 = H[1], h2 = H[2], h3 = H[3];
+  const float h8 = H[8], h9 = H[9], h10 = H[10], h11 = H[11];
+  const float h12 = H[12], h13 = H[13], h14 = H[14], h15 = H[15];
+  const auto y = static_cast<float>(row.y);
+  const float y0 = H[4] * y, y1 = H[5] * y, y2 = H[6] * y, y3 = H[7] * y;
+  const auto columns = static_cast<float>(past.columns), rows = static_cast<float>(past.rows);
+  const float per_step = 1 / static_cast<float>(row.lattice_step_px);
+  const float per_fB = 1 / row.disparity_times_depth, per_focal = 1 / row.focal_px;
+  const DepthNoiseOfRow noise = past.noise;
+  const float sigmas2 = limits.sigmas * limits.sigmas, of_maps = limits.map_variance_px2;
+  const float scale2 = limits.scale_sigma * limits.scale_sigma;
+  const int stride = past.stride, step_x = row.step_x, x0 = row.first_x + step_x * cells.first;
+  for (int i = 0; i < cells.count; ++i) {
+    const auto x = static_cast<float>(x0 + step_x * i);
+    const float d = cells.d[i];
+    const float w = h3 * x + y3 + h11 * d + h15;
+    const float per_w = 1 / w;
+    const float column = (h0 * x + y0 + h8 * d + h12) * per_w * per_step + 0.5f;
+    const float line = (h1 * x + y1 + h9 * d + h13) * per_w * per_step + 0.5f;
+    const float expected = (h2 * x + y2 + h10 * d + h14) * per_w;
+    const bool is_inside =
+        (expected > 0) & (column >= 0) & (line >= 0) & (column < columns) & (line < rows);
+    const float usable_column = is_inside ? column : 0.0f, usable_line = is_inside ? line : 0.0f;
+    places.inside[i] = is_inside ? 1 : 0;
+    places.offset[i] =
+        static_cast<int32_t>(usable_line) * stride + static_cast<int32_t>(usable_column);
+    places.expected[i] = expected;
+    const float of_depth = noise.variance((x - row.cx_px) * per_focal, cells.depth[i]);
+    const float by_depth = expected * expected * per_fB;
+    places.variance[i] = sigmas2 * (cells.variance[i] + of_maps + by_depth * by_depth * of_depth +
+                                    scale2 * expected * expected);
+  }
+}
+
+HWY_INLINE void addSights(const PastSight& past, const SightLimits& limits, int number,
+                          const Places& places, Cells& cells) {
+  float nearest[kChunk], farthest[kChunk];
+  for (int i = 0; i < cells.count; ++i) {
+    nearest[i] = past.nearest_px[places.offset[i]];
+    farthest[i] = past.farthest_px[places.offset[i]];
+  }
+  const float thinnest = limits.thinnest_px;
+  for (int i = 0; i < cells.count; ++i) {
+    const float expected = places.expected[i], variance = places.variance[i];
+    const float behind = expected - nearest[i], before = farthest[i] - expected;
+    const int32_t known = places.inside[i] & (nearest[i] > 0 ? 1 : 0);
+    // Within what was measured around the place: the same, whatever the noise.
+    const int32_t within = (before <= 0) & (behind <= 0) ? 1 : 0;
+    const int32_t farther = (behind > 0) & (behind * behind > variance) ? 1 : 0;
+    const int32_t not_nearer = (before < 0) | (before * before < variance) ? 1 : 0;
+    const int32_t thin = cells.width[i] * expected < thinnest * cells.d[i] ? 1 : 0;
+    const int32_t is_through = known & (1 - within) & farther & (1 - thin);
+    const int32_t is_same = known & (within | ((1 - farther) & not_nearer));
+    cells.through_by[i] =
+        is_through & (cells.through[i] == 0 ? 1 : 0) ? number : cells.through_by[i];
+    cells.through[i] += is_through;
+    cells.same[i] += is_same;
+    cells.came_back[i] += is_same & (cells.through[i] > 0 ? 1 : 0);
+  }
+}
+
+HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int count,
+                            const SightLimits& limits, uint8_t* HWY_RESTRICT through_by,
+                            uint8_t* HWY_RESTRICT fixed) {
+  Cells cells;
+  Places places;
+  for (cells.first = 0; cells.first < row.cells; cells.first += kChunk) {
+    const int n = std::min(kChunk, row.cells - cells.first);
+    cells.count = n;
+    cells.d = row.disparity_px + cells.first;
+    cells.variance = row.variance_px2 + cells.first;
+    cells.width = row.width_px + cells.first;
+    for (int i = 0; i < n; ++i) cells.depth[i] = row.disparity_times_depth / cells.d[i];
+    for (int32_t* counts : {cells.through, cells.same, cells.came_back, cells.through_by})
+      std::fill_n(counts, n, 0);
+    for (int k = 0; k < count; ++k) {
+      placesOf(row, past[k], limits, cells, places);
+      addSights(past[k], limits, k + 1, places, cells);
+    }
+    const float least = limits.least_px;
+    const int32_t fewest = limits.fewest_through;
+    for (int i = 0; i < n; ++i) {
+      const int32_t compared = cells.d[i] >= least ? 1 : 0;
+      const int32_t enough =
+          (cells.through[i] >= fewest) & (cells.through[i] > cells.came_back[i]) ? compared : 0;
+      through_by[cells.first + i] = static_cast<uint8_t>(enough * cells.through_by[i]);
+      fixed[cells.first + i] = static_cast<uint8_t>(-(compared & (cells.same[i] > 0 ? 1 : 0)));
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(sightsRow);
+
+void sightsRow(const SightRow& row, const PastSight* past, int count, const SightLimits& limits,
+               uint8_t* through_by, uint8_t* fixed) {
+  HWY_DYNAMIC_DISPATCH(sightsRow)(row, past, count, limits, through_by, fixed);
+}
+
+}  // namespace predictive_stereo
+#endif
