@@ -61,6 +61,54 @@ def filled(text, tables):
     return text
 
 
+def tables_of(text):
+    """name -> row -> column -> cell, of all tables between markers of a page."""
+    tables = {}
+    for name, body in re.findall(r'<!-- table: (\w+) -->\n(.*?)<!-- end -->', text, re.DOTALL):
+        lines = [[entry.strip() for entry in line.strip('|').split('|')]
+                 for line in body.splitlines() if line.startswith('|')]
+        tables[name] = {line[0]: dict(zip(lines[0][1:], line[1:])) for line in lines[2:]}
+    return tables
+
+
+# What README says, by figures of docs/benchmarks.md: {table: row: column}.
+SUMMARY = [
+    ('machine', '{machine: CPU: }'),
+    ('time per frame, all three parts', '{speed: whole pipeline, ms: 2 threads} ms on two threads, '
+     '{speed: whole pipeline, ms: 1 thread} ms on one; 1242x375, 128 disparities'),
+    ("OpenCV's StereoSGBM, disparity only", 'fast mode (3WAY) {speed: OpenCV MODE_SGBM_3WAY, disparity alone, ms: 2 threads} and '
+     '{speed: OpenCV MODE_SGBM_3WAY, disparity alone, ms: 1 thread} ms; '
+     'MODE_HH {speed: OpenCV MODE_HH, disparity alone, ms: 2 threads} ms'),
+    ('all three nodelets, live', '{latency: as fast as nothing is lost: reached Hz} Hz without a lost frame; '
+     'at 10 Hz the latency is {latency: 10.0: p50 ms} ms (median), {latency: 10.0: p95 ms} ms (95 %)'),
+    ('memory', '{latency: 10.0: memory MB} MB: one process with all nodelets and five seconds of images'),
+    ('disparity, KITTI 2015', 'D1 {kitti2015: **ours**: D1 of valid pixels, all} % at a density of {kitti2015: **ours**: density, all} %; '
+     "OpenCV's MODE_HH: {kitti2015: OpenCV MODE_HH: D1 of valid pixels, all} % at {kitti2015: OpenCV MODE_HH: density, all} % *(a)*"),
+    ('its variance, drive 0009', 'errors within 1, 2, 3 sigma: {variance: errors within 1 sigma, %: 0009}, '
+     '{variance: errors within 2 sigma, %: 0009}, {variance: errors within 3 sigma, %: 0009} % *(a)*'),
+    ('odometry, KITTI 0020', 'relative error {ego_motion: KITTI 0020: relative errors, %} % of the way *(a)*'),
+    ('moving objects, KITTI', 'recall {moving_objects: KITTI, all: recall, IoU 0.3}, precision {moving_objects: KITTI, all: precision, IoU 0.3} '
+     '({moving_objects: KITTI, all: objects} boxes of seven road users) *(a)*'),
+    ('people at 0.8 to 2 m', 'recall {near_objects: people, both: recall, IoU 0.3}, precision {near_objects: people, both: precision, IoU 0.3} '
+     '({near_objects: people, both: objects} boxes of three people) *(a)*'),
+    ('moving objects, synthetic streets', 'recall {synthetic_objects: 11 scenes, seeds 101 and 102: recall, IoU 0.3}, '
+     'precision {synthetic_objects: 11 scenes, seeds 101 and 102: precision, IoU 0.3} '
+     '({synthetic_objects: 11 scenes, seeds 101 and 102: objects} boxes) *(b)*'),
+]
+
+
+def summarised(readme, benchmarks):
+    """README's text with its table of figures, <!-- summary --> to <!-- end -->, from the text of docs/benchmarks.md."""
+    tables = tables_of(benchmarks)
+
+    def figure(match):
+        table, row, column = match.group(1).split(': ')
+        return tables[table][row][column.strip()]
+    lines = ''.join('| %s | %s |\n' % (what, re.sub(r'{([^}]*)}', figure, text)) for what, text in SUMMARY)
+    block = '<!-- summary -->\n| | |\n|---|---|\n' + lines + '<!-- end -->'
+    return re.sub(r'<!-- summary -->\n.*?<!-- end -->', lambda _: block, readme, flags=re.DOTALL)
+
+
 def write_figures(path, tables):
     with open(path, 'w', newline='') as file:
         writer = csv.writer(file)

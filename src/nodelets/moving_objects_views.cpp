@@ -108,6 +108,20 @@ Marker arrow(const MovingObjectArray& objects, const MovingObject& object,
   return result;
 }
 
+// Above `corner`, as far as it is within the image. Letters are 14 px high.
+void writeLabel(const std::string& text, const cv::Point& corner, cv::Mat3b& image) {
+  constexpr double kScale = 0.65;
+  constexpr int kMargin = 4;
+  int below = 0;  // the letters' lower line
+  const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kScale, 1, &below);
+  cv::Rect strip(corner, cv::Size(size.width + 2 * kMargin, size.height + 2 * kMargin));
+  strip.x = std::max(0, std::min(strip.x, image.cols - strip.width));
+  strip.y = std::max(0, strip.y - strip.height);
+  cv::rectangle(image, strip, {0, 0, 0}, cv::FILLED);
+  cv::putText(image, text, {strip.x + kMargin, strip.y + kMargin + size.height},
+              cv::FONT_HERSHEY_SIMPLEX, kScale, {255, 255, 255}, 1, cv::LINE_AA);
+}
+
 }  // namespace
 
 visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
@@ -147,13 +161,7 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
                          object.bbox.center.y - object.bbox.size_y / 2, object.bbox.size_x,
                          object.bbox.size_y);
     cv::rectangle(image, box, colour, 2);
-    const cv::Point at(cvRound(box.x), std::max(12, cvRound(box.y) - 4));
-    const auto write = [&](const cv::Scalar& ink, int thickness) {
-      cv::putText(image, label(object), at, cv::FONT_HERSHEY_SIMPLEX, 0.45, ink, thickness,
-                  cv::LINE_AA);
-    };
-    write({0, 0, 0}, 3);
-    write(colour, 1);
+    writeLabel(label(object), cv::Point(cvRound(box.x), cvRound(box.y)), image);
   }
   return message;
 }

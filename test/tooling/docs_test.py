@@ -5,6 +5,7 @@ Arguments: the repository, a folder with the tools.
 """
 
 import functools
+import importlib
 import os
 import pathlib
 import re
@@ -124,6 +125,14 @@ class Docs(unittest.TestCase):
         self.assertIn('disparity_variance', topics())
         reference = text(REPOSITORY / 'docs/nodes.md')
         self.assertEqual([topic for topic in sorted(topics()) if '`%s`' % topic not in reference], [])
+
+    def test_figures_of_readme_are_those_of_the_benchmarks(self):
+        sys.dont_write_bytecode = True
+        sys.path.insert(0, str(REPOSITORY / 'scripts/benchmark_tools'))
+        page = importlib.import_module('page')
+        readme = text(REPOSITORY / 'README.md')
+        self.assertIn('<!-- summary -->', readme)
+        self.assertEqual(readme, page.summarised(readme, text(REPOSITORY / 'docs/benchmarks.md')))
 
     def test_reference_is_up_to_date(self):
         self.assertEqual(output(REPOSITORY / 'scripts/make_reference', '--check'), '')
