@@ -8,7 +8,7 @@
 #include "evaluation/kitti_scene_2015.h"
 #include "evaluation/kitti_score_2015.h"
 #include "evaluation/noise_estimation.h"
-#include "kitti_fixture.h"
+#include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
 namespace {
