@@ -171,7 +171,7 @@ TEST(KittiScene2015, NamesWhatIsMissing) {
 class Constant : public DisparityMethod {
  public:
   void run(const MethodInput& input, MethodOutput& output) override {
-    EXPECT_EQ(PoseState::kLost, input.ego_motion.state);
+    EXPECT_EQ(PoseState::kLost, input.camera.ego_motion.state);
     output.maps.disparity_px = cv::Mat1f(input.frame.left.size(), 8.0f);
     output.maps.disparity_px.colRange(0, 8) = kX;
   }
