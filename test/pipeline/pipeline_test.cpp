@@ -395,7 +395,7 @@ TEST(DisparityLoopAtRest, VarianceStaysBoundedAndDisparityUnbiased) {
   }
   EXPECT_LT(std::abs(bias[1]), 0.1);
   EXPECT_LT(std::abs(bias[1] - bias[0]), 0.03);
-  EXPECT_GT(sigma[1], 0.2);
+  EXPECT_GE(sigma[1], VarianceParams().sigma_floor_px);  // the rows of this street are aligned
 }
 
 TEST(Pipeline, FollowsTheStreetEndToEnd) {
