@@ -114,12 +114,13 @@ class ObstacleEnds {
  private:
   // Without branches, so that compilers vectorise the loop.
   void dropEnds(int v, int t, int step, uchar* inner) const {
-    const int32_t *const number = number_[v], *const other = number_[t] + step;
-    const float *const disparity = disparity_px_[v], *const behind = disparity_px_[t] + step;
+    const int32_t *const number = number_[v], *const other = number_[t];
+    const float *const disparity = disparity_px_[v], *const behind = disparity_px_[t];
     const int end = number_.cols - std::max(step, 0);
     for (int u = std::max(-step, 0); u < end; ++u)
       inner[u] = static_cast<uchar>(
-          inner[u] & ((other[u] != number[u]) & (behind[u] < disparity[u]) ? 0 : 255));
+          inner[u] &
+          ((other[u + step] != number[u]) & (behind[u + step] < disparity[u]) ? 0 : 255));
   }
 
   const cv::Mat1i& number_;

@@ -152,6 +152,13 @@ TEST(ObstacleWidths, AreThoseOfTheThickestPlace) {
   EXPECT_EQ(widthAt(cells, {10, 30}), 20);
 }
 
+TEST(ObstacleWidths, OfAnImageNarrowerThanACellAreNone) {
+  DepthCells cells;
+  cells.disparity_px = cells.variance_px2 = cv::Mat1f(40, 0);
+  EXPECT_TRUE(obstaclesIn(cells).empty());
+  EXPECT_EQ(obstacleWidths({}, cells).size(), cv::Size(0, 40));
+}
+
 TEST(ObstacleWidths, AreLargeOnTheGround) {
   DepthCells cells = emptyCells();
   cells.disparity_px(cv::Rect(10, 5, 5, 10)) = 15;
