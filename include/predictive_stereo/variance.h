@@ -10,7 +10,7 @@
 namespace predictive_stereo {
 
 /// Standard deviations of disparities [px] by their origin. The defaults were estimated by
-/// estimate_noise on KITTI and the synthetic street (config/noise_kitti.yaml).
+/// estimate_noise in part, and by hand on rooms, KITTI and streets (config/noise_kitti.yaml).
 ///
 /// A match has sigma_match = sigma_floor + sigma_ambiguous t^2, where t grows from 0 to 1 as its
 /// ambiguity (lowest over second lowest aggregated cost) grows from `ambiguity_onset` to 1.
