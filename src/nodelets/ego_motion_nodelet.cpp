@@ -120,7 +120,8 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
 
   void report(const EgoMotionProcessor::Output& output) {
     const EgoMotionEstimate& estimate = output.estimate;
-    health_->problem("tracking", Health::Severity::kDegraded, describeLoss(output));
+    const std::string why = describeLoss(output);
+    health_->problem("tracking", Health::Severity::kDegraded, why.empty() ? "" : "lost: " + why);
     health_->figure("pose", std::string(nameOf(output.pose_state)));
     health_->figure("features", estimate.features, "%.0f");
     health_->figure("inliers", estimate.inliers, "%.0f");
@@ -132,18 +133,17 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
   std::string describeLoss(const EgoMotionProcessor::Output& output) const {
     if (output.frozen) {
       std::ostringstream text;
-      text << "lost: both images have been the same for more than max_gap = "
-           << params_.processor.max_gap
+      text << "both images have been the same for more than max_gap = " << params_.processor.max_gap
            << " s. Does the camera driver hang? (A simulator needs image noise.)";
       return text.str();
     }
     if (output.estimate.swapped)
-      return "lost: the left image shows what the right camera sees. Are the topics of left and "
+      return "the left image shows what the right camera sees. Are the topics of left and "
              "right "
              "swapped? (The pose goes on with the last velocity.)";
     const bool goes_on = output.sequence.verdict == SequenceGuard::Verdict::kContinues;
     if (goes_on && output.pose_state != PoseState::kKnown)
-      return "lost: too few features agree on a motion; the pose goes on with the last velocity";
+      return "too few features agree on a motion; the pose goes on with the last velocity";
     return "";
   }
 
