@@ -1,5 +1,6 @@
 #include "detection/across_channel.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "detection/candidates.h"
@@ -23,6 +24,9 @@ void AcrossChannel::find(const FrameView& frame, Verification& verification) {
   const StereoRig& rig = frame.input.rig;
   const MotionDetectionParams& params = frame.params;
   const TrackingView view = frame.trackingInto(past_);
+  suspects_px_.erase(std::remove_if(suspects_px_.begin(), suspects_px_.end(),
+                                    [&](cv::Point p_px) { return verification.isTaken(p_px / 2); }),
+                     suspects_px_.end());
   unexplainedPoints(view, params, past_.seconds, suspects_px_, unexplained_px_);
   const std::vector<PointTrack> tracks =
       followGroups(view, params, groupSuspects(view, params, unexplained_px_, past_.seconds));

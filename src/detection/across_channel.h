@@ -22,7 +22,8 @@ class AcrossChannel {
   /// Valid until the next compare().
   Baseline baseline() const { return {past_, static_world_}; }
 
-  /// Adds the objects that it finds. Call after compare().
+  /// Adds the objects that it finds; those that were found before are not sought again. Call after
+  /// compare().
   void find(const FrameView& frame, Verification& verification);
 
  private:

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 namespace predictive_stereo {
@@ -15,16 +14,17 @@ constexpr float kStep_m = 0.3f, kStep_px = 1, kStepSigmas = 1;
 constexpr float kFarthest_m = 60;
 constexpr float kWide_px = 1e6f;
 
-// Sets of cells; the root of a set is its first cell.
+// Sets of cells; the root of a set is its first cell. Cells are added row by row.
 class JoinedCells {
  public:
-  explicit JoinedCells(int count) : parent_(static_cast<size_t>(count)) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
+  explicit JoinedCells(int count) : parent_(static_cast<size_t>(count)) {}
+  void add(int i) { at(i) = i; }
   int rootOf(int i) {
     while (at(i) != i) i = at(i) = at(at(i));  // halves the path for the next call
     return i;
   }
+  /// May miss that they are.
+  bool areJoined(int i, int j) { return at(i) == at(j); }
   void join(int i, int j) {
     i = rootOf(i);
     j = rootOf(j);
@@ -67,6 +67,7 @@ JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv
   JoinedCells joined(usable.rows * columns);
   const float *const disparity = cells.disparity_px[0], *const variance = cells.variance_px2[0];
   const auto joinIfLevel = [&](int i, int j) {
+    if (joined.areJoined(i, j)) return;
     const float d = disparity[i], e = disparity[j];
     const float larger = std::max(d, e), step = std::abs(d - e);
     if (step <= kStep_px || step <= step_per_px2 * larger * larger ||
@@ -75,22 +76,23 @@ JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv
   };
   for (int v = 0; v < usable.rows; ++v) {
     const uchar* const row = usable[v];
-    const uchar* const below = v + 1 < usable.rows ? usable[v + 1] : nullptr;
-    const uchar* const second = v + 2 < usable.rows ? usable[v + 2] : nullptr;
+    const uchar* const above = v > 0 ? usable[v - 1] : nullptr;
+    const uchar* const second = v > 1 ? usable[v - 2] : nullptr;
     for (int u = 0; u < columns; ++u) {
       if (!row[u]) continue;
       const int i = v * columns + u;
-      if (u + 1 < columns && row[u + 1])
-        joinIfLevel(i, i + 1);
-      else if (u + 2 < columns && row[u + 2])
-        joinIfLevel(i, i + 2);
-      if (!below) continue;
-      if (u > 0 && below[u - 1]) joinIfLevel(i, i + columns - 1);
-      if (u + 1 < columns && below[u + 1]) joinIfLevel(i, i + columns + 1);
-      if (below[u])
-        joinIfLevel(i, i + columns);
+      joined.add(i);
+      if (u > 0 && row[u - 1])
+        joinIfLevel(i, i - 1);
+      else if (u > 1 && row[u - 2])
+        joinIfLevel(i, i - 2);
+      if (!above) continue;
+      if (u > 0 && above[u - 1]) joinIfLevel(i, i - columns - 1);
+      if (u + 1 < columns && above[u + 1]) joinIfLevel(i, i - columns + 1);
+      if (above[u])
+        joinIfLevel(i, i - columns);
       else if (second && second[u])
-        joinIfLevel(i, i + 2 * columns);
+        joinIfLevel(i, i - 2 * columns);
     }
   }
   return joined;
@@ -133,20 +135,27 @@ std::vector<Obstacle> findObstacles(const StereoRig& rig, const DepthCells& cell
                                     const std::optional<GroundPlane>& ground) {
   const cv::Mat1b usable = usableCells(rig, cells, ground);
   JoinedCells joined = joinSurfaces(rig, cells, usable);
-  std::vector<int> number_of_root(usable.total(), -1);
-  std::vector<Obstacle> obstacles;
-  for (int v = 0; v < usable.rows; ++v)
-    for (int u = 0; u < usable.cols; ++u) {
-      if (!usable(v, u)) continue;
-      int& number = number_of_root[static_cast<size_t>(joined.rootOf(v * usable.cols + u))];
-      if (number < 0) {
-        number = static_cast<int>(obstacles.size());
-        obstacles.emplace_back();
-      }
-      Obstacle& obstacle = obstacles[static_cast<size_t>(number)];
-      obstacle.cells.emplace_back(u, v);
-      obstacle.area |= cv::Rect(u, v, 1, 1);
+  // Roots come first: a set's first cell is its root.
+  cv::Mat1i number(usable.size(), -1);
+  std::vector<size_t> sizes;
+  int* const number_of = number[0];
+  for (int i = 0; i < static_cast<int>(usable.total()); ++i) {
+    if (!usable.data[i]) continue;
+    const int root = joined.rootOf(i);
+    if (root == i) {
+      number_of[i] = static_cast<int>(sizes.size());
+      sizes.push_back(0);
+    } else {
+      number_of[i] = number_of[root];
     }
+    ++sizes[static_cast<size_t>(number_of[i])];
+  }
+  std::vector<Obstacle> obstacles(sizes.size());
+  for (size_t k = 0; k < sizes.size(); ++k) obstacles[k].cells.reserve(sizes[k]);
+  for (int v = 0; v < usable.rows; ++v)
+    for (int u = 0; u < usable.cols; ++u)
+      if (number(v, u) >= 0) obstacles[static_cast<size_t>(number(v, u))].cells.emplace_back(u, v);
+  for (Obstacle& obstacle : obstacles) obstacle.area = cv::boundingRect(obstacle.cells);
   return obstacles;
 }
 

@@ -41,6 +41,8 @@ class Verification {
   const LevelGround& ground() const { return ground_; }
   const std::vector<ObservedObject>& objects() const { return objects_; }
 
+  /// Whether a found object has this lattice point.
+  bool isTaken(cv::Point lattice_point) const { return taken_(lattice_point) != 0; }
   /// Whether most of its seeds are outside the objects found so far.
   bool isFree(const Hypothesis& hypothesis) const;
   /// The object, if the hypothesis is confirmed.

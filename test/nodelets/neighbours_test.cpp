@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
@@ -169,9 +170,13 @@ TEST_F(Neighbours, depth_image_proc_makes_our_cloud) {
 TEST_F(Neighbours, disparity_view_shows_our_disparity) {
   if (!hasProgram("Xvfb") || !hasProgram("import"))
     GTEST_SKIP() << "Xvfb (xvfb) and import (imagemagick) are needed to look at a window";
-  const Program screen("Xvfb :93 -screen 0 800x600x24 2> /dev/null");
-  ASSERT_TRUE(eventually([] { return access("/tmp/.X11-unix/X93", F_OK) == 0; }, 10));
-  setenv("DISPLAY", ":93", 1);
+  // Xvfb says which display it took as soon as it answers.
+  const std::string said = folder_ + "/display";
+  const Program screen("Xvfb -displayfd 3 -screen 0 800x600x24 3> " + said + " 2> /dev/null");
+  std::string display;
+  ASSERT_TRUE(eventually(
+      [&] { return static_cast<bool>(std::getline(std::ifstream(said), display)); }, 60));
+  setenv("DISPLAY", (":" + display).c_str(), 1);
   const std::string shot = folder_ + "/shot.png";
   const auto colours = [&] {
     std::system(("import -window root " + shot + " 2> /dev/null").c_str());
