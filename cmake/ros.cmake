@@ -28,7 +28,6 @@ target_link_libraries(predictive_stereo_ros
 
 # The nodelets, and each of them as a separate node.
 predictive_stereo_library(predictive_stereo_nodelets FILES
-  src/nodelets/cloud_output.cpp
   src/nodelets/disparity_input.cpp
   src/nodelets/disparity_nodelet.cpp
   src/nodelets/ego_motion_nodelet.cpp
@@ -37,6 +36,7 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/live_params.cpp
   src/nodelets/mask_input.cpp
   src/nodelets/moving_objects_nodelet.cpp
+  src/nodelets/odometry_input.cpp
   src/nodelets/rectify_nodelet.cpp
   src/nodelets/ros_params.cpp
   src/nodelets/rotation_prior.cpp
@@ -45,6 +45,7 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/tf_output.cpp
   src/nodelets/thread_limit.cpp
   src/nodelets/topic_state.cpp
+  src/nodelets/view_output.cpp
 )
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)

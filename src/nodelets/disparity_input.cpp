@@ -39,7 +39,8 @@ DisparityInput::DisparityInput(const ros::NodeHandle& node, Health& health,
       params_(params),
       on_frame_(std::move(on_frame)),
       on_backward_(std::move(on_backward)),
-      matcher_(resolved(node), exactSync(params.queue_size)) {}
+      matcher_(resolved(node), exactSync(params.queue_size)),
+      columns_(node, health, "row_alignment") {}
 
 void DisparityInput::start() {
   Subscribers subscribers;
@@ -56,11 +57,7 @@ void DisparityInput::start() {
   subscribeTo(kMeasuredVariance, boost::shared_ptr<sensor_msgs::Image>());
   subscribeTo(kPredicted, boost::shared_ptr<stereo_msgs::DisparityImage>());
   subscribeTo(kPredictedVariance, boost::shared_ptr<sensor_msgs::Image>());
-  subscribers.columns = subscribe<RowAlignment>(node_, health_, "row_alignment", queue,
-                                                [this](const RowAlignmentConstPtr& columns) {
-                                                  requireRowAlignment(*columns);
-                                                  columns_.add(columns);
-                                                });
+  columns_.start(queue);
   subscribers.left =
       ImageSubscriber(node_, health_, kNames[kLeft], queue, params_.image_transport,
                       [this](const sensor_msgs::ImageConstPtr& image) { add(kLeft, image); });
@@ -76,9 +73,8 @@ void DisparityInput::stop() {
   }
   // Without the lock: shutdown() waits for callbacks, and these take the lock.
   subscribers.left.shutdown();
-  subscribers.columns.shutdown();
   for (ros::Subscriber& subscriber : subscribers.others) subscriber.shutdown();
-  columns_.clear();
+  columns_.stop();
   const std::lock_guard<std::mutex> lock(mutex_);
   matcher_.clear();
 }
@@ -111,7 +107,7 @@ MovingObjectsInput DisparityInput::frameOf(const StampMatcher::Set& set) const {
   input.measured_variance = static_pointer_cast<const sensor_msgs::Image>(set[kMeasuredVariance]);
   input.predicted_variance = static_pointer_cast<const sensor_msgs::Image>(set[kPredictedVariance]);
   const ros::Time of_set = input.left->header.stamp;
-  const RowAlignmentConstPtr columns = columns_.at(of_set);
+  const RowAlignmentConstPtr columns = columns_.history().at(of_set);
   if (columns && columns->header.stamp == of_set) input.row_alignment = columns;
   return input;
 }

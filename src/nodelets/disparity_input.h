@@ -9,8 +9,8 @@
 #include <string>
 
 #include "nodelets/callbacks.h"
+#include "nodelets/columns_input.h"
 #include "nodelets/image_subscriber.h"
-#include "nodelets/message_history.h"
 #include "nodelets/moving_objects_processor.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stamp_matcher.h"
@@ -21,6 +21,8 @@ namespace predictive_stereo {
 /// between start() and stop(). It can be started and stopped repeatedly.
 class DisparityInput {
  public:
+  using Frame = MovingObjectsInput;
+
   /// @param on_frame  called with each frame, from the node handle's callback queue.
   /// @param on_backward  called when stamps of left images went back, with the next one.
   DisparityInput(const ros::NodeHandle& node, Health& health,
@@ -45,7 +47,6 @@ class DisparityInput {
   static constexpr size_t kTopics = 6;
   struct Subscribers {
     std::array<ros::Subscriber, kTopics> others;
-    ros::Subscriber columns;
     ImageSubscriber left;
   };
 
@@ -63,7 +64,7 @@ class DisparityInput {
   StampMatcher matcher_;
   std::array<std::chrono::steady_clock::time_point, kTopics> last_received_{};
   ros::Time last_left_;
-  MessageHistory<RowAlignment> columns_;
+  ColumnsInput columns_;
   Subscribers subscribers_;
 };
 

@@ -27,8 +27,8 @@ namespace predictive_stereo {
 ///   base_frame there.
 /// Services: ~reset (the next frame is the origin), and those of dynamic_reconfigure.
 /// Parameters: EgoMotionNodeletParams.
-class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoPair, EgoMotionProcessor,
-                                             EgoMotion, EgoMotionParams> {
+class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput,
+                                             EgoMotionProcessor, EgoMotion, EgoMotionParams> {
  public:
   EgoMotionNodelet()
       : FrameNodelet("EgoMotion", "ego_motion", &EgoMotionProcessorParams::ego_motion, {}) {}
@@ -46,9 +46,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoPair,
     if (params_.publish_tf) tf_output_.start(node);
     masks_ = std::make_unique<MaskInput>(node, *health_, arrivals_);
     rotation_ = std::make_unique<RotationPrior>(node, *health_, arrivals_, *tf_, params_);
-    input_ = std::make_unique<StereoInput>(
-        node, *health_, params_.sync, [this](const StereoPair& pair) { loop_->push(pair); },
-        [this](ros::Time stamp) { tf_->goBackTo(stamp); });
+    makeInput(node, params_.sync);
     odometry_ = outputs_.advertise<nav_msgs::Odometry>(node, "odometry", 10);
     alignment_ = outputs_.advertise<RowAlignment>(node, "odometry/row_alignment", 10);
     pose_ = outputs_.advertise<geometry_msgs::PoseWithCovarianceStamped>(node, "odometry/pose", 10);
@@ -63,17 +61,11 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoPair,
     if (params_.use_moving_mask)
       masks_->listenTo(mustNotSleep() ? MaskInput::kTopic : MaskInput::kPassiveTopic);
     rotation_->start();
-    input_->start();
   }
 
   void unsubscribeInputs() override {
-    if (input_) input_->stop();
     if (masks_) masks_->stop();
     if (rotation_) rotation_->stop();
-  }
-
-  std::string describeMissingInput() const override {
-    return input_ ? input_->describeMissingInput() : "";
   }
 
   void process(const Job& job) override {
@@ -96,7 +88,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoPair,
     publish(*output.messages);
     report(output);
     last_stamp_ = header.stamp;
-    finish(job, times, "pairs", "left images", input_->unmatched());
+    finish(job, times, "pairs", "left images");
   }
 
   std::optional<Eigen::Isometry3d> extrinsic(const StereoPair& pair) {
@@ -129,10 +121,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoPair,
   void report(const EgoMotionProcessor::Output& output) {
     const EgoMotionEstimate& estimate = output.estimate;
     const std::string why = describeLoss(output);
-    if (why.empty())
-      health_->solved("tracking");
-    else
-      health_->problem("tracking", Health::Severity::kDegraded, "lost: " + why);
+    health_->problem("tracking", Health::Severity::kDegraded, why.empty() ? "" : "lost: " + why);
     health_->figure("pose", std::string(nameOf(output.pose_state)));
     health_->figure("features", estimate.features, "%.0f");
     health_->figure("inliers", estimate.inliers, "%.0f");
@@ -149,7 +138,8 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoPair,
       return text.str();
     }
     if (output.estimate.swapped)
-      return "the left image shows what the right camera sees. Are the topics of left and right "
+      return "the left image shows what the right camera sees. Are the topics of left and "
+             "right "
              "swapped? (The pose goes on with the last velocity.)";
     const bool goes_on = output.sequence.verdict == SequenceGuard::Verdict::kContinues;
     if (goes_on && output.pose_state != PoseState::kKnown)
@@ -181,7 +171,6 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoPair,
   ros::Publisher odometry_, pose_, alignment_;
   std::unique_ptr<MaskInput> masks_;
   std::unique_ptr<RotationPrior> rotation_;
-  std::unique_ptr<StereoInput> input_;
   ros::Time last_stamp_;
 };
 

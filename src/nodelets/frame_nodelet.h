@@ -18,15 +18,17 @@
 
 namespace predictive_stereo {
 
-/// The skeleton of a nodelet that processes frames: parameters, health, demand, the loop in a
-/// thread of its own. A nodelet says its topics, and what happens to a frame. Its destructor calls
-/// shutDown() first.
+/// The skeleton of a nodelet that processes frames: parameters, health, demand, the input of the
+/// frames, the loop in a thread of its own. A nodelet says its topics, and what happens to a frame.
+/// Its destructor calls shutDown() first.
 ///
 /// Awake, it receives its inputs; asleep, because nobody wants its outputs, only tf.
+/// @tparam Input  of the frames: StereoInput or DisparityInput.
 /// @tparam Core  of the processor: refuses Live parameters that exclude each other.
-template <class Params, class Frame, class Processor, class Core, class Live>
+template <class Params, class Input, class Processor, class Core, class Live>
 class FrameNodelet : public nodelet::Nodelet {
  protected:
+  using Frame = typename Input::Frame;
   using Loop = FrameLoop<Frame, Processor, Live>;
   using Job = typename Loop::Job;
   using ProcessorParams = decltype(Params::processor);
@@ -38,20 +40,32 @@ class FrameNodelet : public nodelet::Nodelet {
                const std::vector<std::string>& fixed)
       : title_(title), section_(section), live_(live), fixed_(fixed) {}
 
-  /// Makes inputs and outputs. The nodelet is asleep.
+  /// Makes inputs and outputs, the input of the frames by makeInput(). The nodelet is asleep.
   virtual void connect(ros::NodeHandle& node) = 0;
   virtual bool wanted() const { return outputs_.wanted(); }
+  /// Inputs other than the frames. Before the frames, so that no motion is missed.
   virtual void subscribeInputs() = 0;
   /// Also called if connect() was not, or was not completed. After it has returned, no callback of
   /// an input runs.
   virtual void unsubscribeInputs() = 0;
+  /// The stamps of the frames went back to this one.
+  virtual void goBackTo(ros::Time) {}
   /// Called whenever demand may have changed.
   virtual void followDemand() {}
-  /// Why no frame arrives, and the cure; empty: frames arrive.
-  virtual std::string describeMissingInput() const = 0;
   /// Called in the loop's thread; may throw.
   virtual void process(const Job& job) = 0;
   virtual TfInput::Listener tfListener() { return {}; }
+
+  /// @param params  see the constructor of Input.
+  template <class InputParams>
+  void makeInput(ros::NodeHandle& node, const InputParams& params) {
+    input_ = std::make_unique<Input>(
+        node, *health_, params, [this](const Frame& frame) { loop_->push(frame); },
+        [this](ros::Time stamp) {
+          tf_->goBackTo(stamp);
+          goBackTo(stamp);
+        });
+  }
 
   /// After this has returned, nothing calls the nodelet.
   void shutDown() {
@@ -65,9 +79,9 @@ class FrameNodelet : public nodelet::Nodelet {
 
   /// @param frames, images  what is dropped, and what finds no partner.
   void finish(const Job& job, const StageTimes& times, const std::string& frames,
-              const std::string& images, size_t unmatched) {
+              const std::string& images) {
     health_->figure("dropped " + frames, static_cast<double>(loop_->dropped()), "%.0f");
-    health_->figure("unmatched " + images, static_cast<double>(unmatched), "%.0f");
+    health_->figure("unmatched " + images, static_cast<double>(input_->unmatched()), "%.0f");
     health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
   }
 
@@ -83,8 +97,9 @@ class FrameNodelet : public nodelet::Nodelet {
 
  private:
   void onInit() override {
-    health_ = std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(), title_,
-                                       [this] { return describeMissingInput(); });
+    health_ =
+        std::make_unique<Health>(getNodeHandle(), getPrivateNodeHandle(), getName(), title_,
+                                 [this] { return input_ ? input_->describeMissingInput() : ""; });
     health_->guard(
         "parameters", [this] { start(); }, Health::Severity::kBroken);
     health_->start();
@@ -109,13 +124,16 @@ class FrameNodelet : public nodelet::Nodelet {
   void wake() {
     loop_->setAwake(true);
     subscribeInputs();
+    input_->start();
   }
 
   void sleep() {
+    if (input_) input_->stop();
     unsubscribeInputs();
     if (loop_) loop_->setAwake(false);
   }
 
+  std::unique_ptr<Input> input_;
   const std::string title_, section_;
   Live ProcessorParams::*const live_;
   const std::vector<std::string> fixed_;

@@ -81,6 +81,7 @@ void Health::endOldProblems() {
 }
 
 void Health::problem(const std::string& cause, Severity severity, const std::string& text) {
+  if (text.empty()) return solved(cause);
   const std::lock_guard<std::mutex> lock(mutex_);
   tell(cause, severity, text);
 }

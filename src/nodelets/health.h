@@ -59,7 +59,7 @@ class Health {
   }
 
   /// Reports a problem. It is logged if `text` differs from the last text of this cause by more
-  /// than its numbers.
+  /// than its numbers. An empty text: it is solved.
   void problem(const std::string& cause, Severity severity, const std::string& text);
   /// Ends the problem of this cause.
   void solved(const std::string& cause);

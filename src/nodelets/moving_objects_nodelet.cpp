@@ -50,7 +50,7 @@ std::string describeSigma(const Matrix6d& covariance) {
 /// Services: ~reset, and those of dynamic_reconfigure.
 /// Parameters: MovingObjectsNodeletParams.
 class MovingObjectsNodelet
-    : public FrameNodelet<MovingObjectsNodeletParams, MovingObjectsInput, MovingObjectsProcessor,
+    : public FrameNodelet<MovingObjectsNodeletParams, DisparityInput, MovingObjectsProcessor,
                           MovingObjectDetector, DetectionParams> {
  public:
   MovingObjectsNodelet()
@@ -60,13 +60,9 @@ class MovingObjectsNodelet
 
  private:
   void connect(ros::NodeHandle& node) override {
-    odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_);
-    input_ = std::make_unique<DisparityInput>(
-        node, *health_, params_, [this](const MovingObjectsInput& frame) { loop_->push(frame); },
-        [this](ros::Time stamp) {
-          tf_->goBackTo(stamp);
-          odometry_->goBackTo(stamp);
-        });
+    odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
+                                                params_.transform_timeout);
+    makeInput(node, params_);
     objects_ = outputs_.advertise<MovingObjectArray>(node, "moving_objects", 10);
     mask_ = outputs_.advertiseImage(node, MaskInput::kTopic, 5);
     residual_ = outputs_.advertise<sensor_msgs::Image>(node, "moving_objects/residual", 5);
@@ -80,25 +76,18 @@ class MovingObjectsNodelet
     passive_mask_ = node.advertise<sensor_msgs::Image>(MaskInput::kPassiveTopic, 5);
   }
 
-  void subscribeInputs() override {
-    odometry_->start();
-    input_->start();
-  }
-
+  void subscribeInputs() override { odometry_->start(); }
   void unsubscribeInputs() override {
-    if (input_) input_->stop();
     if (odometry_) odometry_->stop();
   }
-
-  std::string describeMissingInput() const override {
-    return input_ ? input_->describeMissingInput() : "";
-  }
+  void goBackTo(ros::Time stamp) override { odometry_->goBackTo(stamp); }
 
   void process(const Job& job) override {
     const std_msgs::Header& header = job.frame.left->header;
     Stopwatch watch;
     StageTimes times;
-    const std::optional<CameraPose> pose = cameraPoseOf(header);
+    const std::optional<CameraPose> pose = odometry_->pose(processor_->lastWithPose(), header);
+    if (pose) health_->figure("sigma of the motion", describeSigma(pose->motion_covariance));
     watch.lap("waiting for the pose", times);
     const MovingObjectsProcessor::Output output = processor_->process(job.frame, pose);
     watch.lap("detection", times);
@@ -107,7 +96,7 @@ class MovingObjectsNodelet
     publish(job.frame, *output.messages, pose);
     health_->figure("objects", static_cast<double>(output.messages->objects->objects.size()),
                     "%.0f");
-    finish(job, times, "frames", "frames", input_->unmatched());
+    finish(job, times, "frames", "frames");
   }
 
   void publish(const MovingObjectsInput& frame, const MovingObjectsMessages& messages,
@@ -127,33 +116,9 @@ class MovingObjectsNodelet
       image_.publish(overlay(*frame.left, *messages.objects, *messages.mask));
   }
 
-  std::optional<CameraPose> cameraPoseOf(const std_msgs::Header& now) {
-    const PoseAnswer answer =
-        odometry_->waitFor(params_.transform_timeout, [&](const OdometryHistory* odometry) {
-          return cameraPose(tf_->buffer, odometry, now.frame_id, processor_->lastWithPose(),
-                            now.stamp, params_.odom_frame);
-        });
-    if (!answer.pose) {
-      health_->problem("pose", Health::Severity::kDegraded, describeMissingPose(now, answer));
-      return std::nullopt;
-    }
-    health_->solved("pose");
-    health_->figure("sigma of the motion", describeSigma(answer.pose->motion_covariance));
-    return answer.pose;
-  }
-
-  std::string describeMissingPose(const std_msgs::Header& now, const PoseAnswer& answer) const {
-    if (now.frame_id.empty()) return std::string(kNoFrame) + ": no velocities";
-    if (answer.complete) return answer.reason + ": no velocities";
-    return "tf has no pose of '" + now.frame_id + "' in odom_frame '" + params_.odom_frame +
-           "' at the image's stamp: no velocities. Run the EgoMotion nodelet with publish_tf, or "
-           "set odom_frame to the fixed frame of your odometry";
-  }
-
   ros::Publisher objects_, detections_, residual_, markers_, passive_mask_;
   image_transport::Publisher mask_, image_;
   std::unique_ptr<OdometryInput> odometry_;
-  std::unique_ptr<DisparityInput> input_;
 };
 
 }  // namespace predictive_stereo

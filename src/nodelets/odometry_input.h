@@ -2,60 +2,57 @@
 
 #include <nav_msgs/Odometry.h>
 #include <ros/node_handle.h>
+#include <std_msgs/Header.h>
 
 #include <atomic>
+#include <optional>
+#include <string>
 
 #include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
-#include "nodelets/message_checks.h"
 #include "nodelets/motion_source.h"
+#include "nodelets/tf_input.h"
 
 namespace predictive_stereo {
 
-/// Receives odometry, and waits for that of a given frame.
+/// The camera's motion and pose from tf, with the covariance from odometry. It waits for both, and
+/// reports what is missing.
 class OdometryInput {
  public:
-  OdometryInput(const ros::NodeHandle& node, Health& health, Arrivals& arrivals)
-      : node_(node), health_(health), arrivals_(arrivals) {}
+  /// @param fixed_frame  the parameter odom_frame. @param timeout_s  transform_timeout.
+  OdometryInput(const ros::NodeHandle& node, Health& health, Arrivals& arrivals, const TfInput& tf,
+                const std::string& fixed_frame, double timeout_s)
+      : node_(node),
+        health_(health),
+        arrivals_(arrivals),
+        tf_(tf),
+        fixed_frame_(fixed_frame),
+        timeout_s_(timeout_s) {}
 
-  void start() {
-    subscription_.replace(subscribe<nav_msgs::Odometry>(
-        node_, health_, "odometry", 50, [this](const nav_msgs::OdometryConstPtr& odometry) {
-          requireOdometry(*odometry);
-          history_.add(odometry);
-          silent_ = false;
-          arrivals_.notify();
-        }));
-  }
+  void start();
   /// After this has returned, nothing is received.
-  void stop() {
-    subscription_.shutdown();
-    history_.clear();
-    silent_ = false;
-  }
+  void stop();
   void goBackTo(ros::Time stamp) { history_.goBackTo(stamp); }
 
-  /// Calls `ask` after each arrival until its answer is complete or timeout_s has passed. After a
-  /// timeout with a usable answer, it does not wait again until odometry has arrived.
-  /// @param ask  gives a MotionAnswer or PoseAnswer from an OdometryHistory; from nullptr if there
-  /// is
-  ///   nothing to wait for.
-  template <class Ask>
-  auto waitFor(double timeout_s, const Ask& ask) {
-    decltype(ask(nullptr)) answer;
-    const bool complete = arrivals_.waitFor(timeout_s, [&] {
-      const bool listen = subscription_.isPublished() && !silent_;
-      answer = ask(listen ? &history_ : nullptr);
-      return answer.complete;
-    });
-    if (answer.known() && !complete) silent_ = true;
-    return answer;
-  }
+  /// Motion since the frame of `previous`, see cameraMotion; none: unknown.
+  std::optional<CameraMotion> motion(ros::Time previous, const std_msgs::Header& now);
+  /// See cameraPose; none: unknown.
+  std::optional<CameraPose> pose(std::optional<ros::Time> previous, const std_msgs::Header& now);
 
  private:
+  /// Calls `ask` after each arrival until its answer is complete or the time is over. After a
+  /// timeout with a usable answer, it does not wait again until odometry has arrived.
+  /// @param ask  gives a MotionAnswer or PoseAnswer from an OdometryHistory; from nullptr if there
+  ///   is nothing to wait for.
+  template <class Ask>
+  auto waitFor(const Ask& ask);
+
   ros::NodeHandle node_;
   Health& health_;
   Arrivals& arrivals_;
+  const TfInput& tf_;
+  const std::string fixed_frame_;
+  const double timeout_s_;
   OdometryHistory history_;
   std::atomic<bool> silent_{false};
   Subscription subscription_;

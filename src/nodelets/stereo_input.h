@@ -18,6 +18,8 @@ namespace predictive_stereo {
 /// stop(). It can be started and stopped repeatedly.
 class StereoInput {
  public:
+  using Frame = StereoPair;
+
   /// @param health  gets what is refused of each topic.
   /// @param on_pair  called with each pair, from the node handle's callback queue.
   /// @param on_backward  called when stamps went back, with the stamp of the next pair, before that

@@ -21,8 +21,9 @@ INTERNAL = {
 def quoted():
     """The messages of the page: lists of their fixed parts."""
     text = (REPOSITORY / 'docs/troubleshooting.md').read_text()
-    rows = [line for line in text.splitlines() if line.startswith('| `')]
-    cells = [cell for row in rows for cell in re.findall(r'`([^`]+)`', row.split(' | ')[0])]
+    # Each entry of a list begins with its messages.
+    entries = re.findall(r'^- ((?:`[^`]+`(?:,\s+)?)+)', text, re.MULTILINE)
+    cells = [cell for entry in entries for cell in re.findall(r'`([^`]+)`', entry)]
     # '...' is a gap; dots of a message itself are written as one character.
     return [[part.strip(" '\"():;,").replace('…', '...') for part in cell.split('...')]
             for cell in cells]

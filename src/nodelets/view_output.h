@@ -1,5 +1,6 @@
 #pragma once
 
+#include <image_transport/image_transport.h>
 #include <ros/node_handle.h>
 #include <sensor_msgs/Image.h>
 #include <stereo_msgs/DisparityImage.h>
@@ -7,6 +8,7 @@
 #include <mutex>
 #include <optional>
 
+#include "nodelets/disparity_processor.h"
 #include "nodelets/health.h"
 #include "nodelets/mask_input.h"
 #include "nodelets/nodelet_params.h"
@@ -15,22 +17,22 @@
 
 namespace predictive_stereo {
 
-/// points2 and points2_static. They need the mask of moving objects of their frame, which arrives a
-/// little later, or not at all.
+/// The topics of disparity_views.h, made while they have subscribers. The clouds, points2 and
+/// points2_static, need the mask of moving objects of their frame, which arrives a little later, or
+/// not at all.
 ///
 /// Thread-safe.
-class CloudOutput {
+class ViewOutput {
  public:
-  CloudOutput(ros::NodeHandle& node, Outputs& outputs, Health& health, const PointsParams& params);
+  ViewOutput(ros::NodeHandle& node, Outputs& outputs, Health& health, const PointsParams& params);
 
-  bool areWanted() const {
+  bool needsMask() const {
     return cloud_.getNumSubscribers() > 0 || static_cloud_.getNumSubscribers() > 0;
   }
-  /// Publishes the clouds, or keeps them until their mask or the next frame arrives.
-  void prepare(const stereo_msgs::DisparityImageConstPtr& disparity, const StereoPair& pair,
-               const MaskInput& masks);
+  /// Publishes all but the clouds, which may wait until their mask or the next frame arrives.
+  void publish(const DisparityMessages& messages, const StereoPair& pair, const MaskInput& masks);
   /// Publishes the clouds that wait for this mask.
-  void finish(const sensor_msgs::ImageConstPtr& mask);
+  void finishClouds(const sensor_msgs::ImageConstPtr& mask);
   void forget();
 
  private:
@@ -38,12 +40,13 @@ class CloudOutput {
     stereo_msgs::DisparityImageConstPtr disparity;
     StereoPair pair;
   };
-  void publish(const sensor_msgs::Image* mask);
+  void publishClouds(const sensor_msgs::Image* mask);
   void reportMissingMask(bool missing);
 
   Health& health_;
   const PointsParams params_;
-  ros::Publisher cloud_, static_cloud_;
+  ros::Publisher disparity_, standard_deviation_, depth_, depth_info_, cloud_, static_cloud_;
+  image_transport::Publisher colour_;
   std::mutex mutex_;
   std::optional<Pending> pending_;
   int missing_masks_ = 0;  // consecutive clouds without a mask
