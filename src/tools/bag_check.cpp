@@ -133,10 +133,7 @@ class Checker {
       streams_.push_back({topic, {}});
     rosbag::View all(bag_);
     const ros::Time end = timeAfter(all.getBeginTime(), kLookedAt_s);
-    rosbag::View view(bag_,
-                      rosbag::TopicQuery(std::vector<std::string>{
-                          topics.left, topics.right, topics.left_info, topics.right_info}),
-                      all.getBeginTime(), end);
+    rosbag::View view(bag_, rosbag::TopicQuery(topics.all()), all.getBeginTime(), end);
     for (const rosbag::MessageInstance& message : view) {
       const bool left_image = message.getTopic() == topics.left;
       auto& first_image = left_image ? pair_.left : pair_.right;
@@ -372,7 +369,7 @@ class Checker {
   const rosbag::Bag& bag_;
   const StereoTopicChoice choice_;
   BagCheck result_;
-  std::map<std::string, std::string> types_;
+  TopicTypes types_;
   CameraLayout camera_;
   StereoPair pair_;              // first message of each topic
   std::vector<Stream> streams_;  // left, right, left_info, right_info

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/stereo_topics.h"
+#include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
 

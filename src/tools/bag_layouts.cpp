@@ -1,16 +1,10 @@
 #include "tools/bag_layouts.h"
 
-#include <rosbag/view.h>
-
 #include <set>
 #include <utility>
 
-#include "nodelets/compressed_image.h"
-
 namespace predictive_stereo {
 namespace {
-
-using Types = std::map<std::string, std::string>;
 
 constexpr char kRobot[] = "predictive_stereo.launch", kKitti[] = "kitti.launch";
 
@@ -20,36 +14,23 @@ StereoTopics topicsOf(const std::string& left_folder, const std::string& right_f
           right_folder + "/camera_info"};
 }
 
-bool hasType(const Types& types, const std::string& topic, const char* type) {
-  const auto found = types.find(topic);
-  return found != types.end() && found->second == type;
-}
-
 // Selects the compressed images if there are no raw ones.
-void takeAsRecorded(const Types& types, CameraLayout& layout) {
+void takeAsRecorded(const TopicTypes& types, CameraLayout& layout) {
   StereoTopics& topics = layout.topics;
-  for (const std::string& images : {topics.left, topics.right})
-    if (hasType(types, images, "sensor_msgs/Image") ||
-        !hasType(types, images + kCompressedTopic, "sensor_msgs/CompressedImage"))
-      return;
-  topics.left += kCompressedTopic;
-  topics.right += kCompressedTopic;
+  const std::string left = asRecorded(types, topics.left), right = asRecorded(types, topics.right);
+  if (left == topics.left || right == topics.right) return;
+  topics.left = left;
+  topics.right = right;
   layout.arguments.push_back("image_transport:=compressed");
 }
 
-void addIfThere(const Types& types, CameraLayout layout, std::vector<CameraLayout>& found) {
+void addIfThere(const TopicTypes& types, CameraLayout layout, std::vector<CameraLayout>& found) {
   takeAsRecorded(types, layout);
-  const StereoTopics& topics = layout.topics;
-  const bool compressed = imageTopic(topics.left) != topics.left;
-  const char* type = compressed ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image";
-  if (hasType(types, topics.left, type) && hasType(types, topics.right, type) &&
-      hasType(types, topics.left_info, "sensor_msgs/CameraInfo") &&
-      hasType(types, topics.right_info, "sensor_msgs/CameraInfo"))
-    found.push_back(std::move(layout));
+  if (layout.topics.areIn(types)) found.push_back(std::move(layout));
 }
 
 // Image topics of any transport, without the suffix of the transport.
-std::set<std::string> imageTopics(const Types& types) {
+std::set<std::string> imageTopics(const TopicTypes& types) {
   std::set<std::string> topics;
   for (const auto& known : types) topics.insert(imageTopic(known.first));
   return topics;
@@ -101,15 +82,7 @@ std::vector<CameraLayout> kittiLayouts() {
 
 }  // namespace
 
-std::map<std::string, std::string> topicTypes(const rosbag::Bag& bag) {
-  Types types;
-  rosbag::View view(bag);
-  for (const rosbag::ConnectionInfo* connection : view.getConnections())
-    types[connection->topic] = connection->datatype;
-  return types;
-}
-
-std::vector<CameraLayout> findCameras(const Types& types) {
+std::vector<CameraLayout> findCameras(const TopicTypes& types) {
   std::vector<CameraLayout> found;
   for (const CameraLayout& layout : kittiLayouts()) addIfThere(types, layout, found);
 
@@ -141,13 +114,10 @@ std::vector<CameraLayout> findCameras(const Types& types) {
   return found;
 }
 
-CameraLayout chosenCamera(const StereoTopicChoice& choice, const Types& types) {
+CameraLayout chosenCamera(const StereoTopicChoice& choice, const TopicTypes& types) {
   CameraLayout layout;
   if (!choice.camera.empty()) {
-    std::string camera = choice.camera;
-    while (!camera.empty() && camera.back() == '/') camera.pop_back();
-    if (camera.empty() || camera[0] != '/') camera = "/" + camera;
-    if (camera == "/") camera.clear();
+    const std::string camera = cameraNamespace(choice.camera);
     const std::string ns = camera.empty() ? "/" : camera;
     layout = {"stereo camera " + ns,
               topicsOf(camera + "/left", camera + "/right", "image_rect"),

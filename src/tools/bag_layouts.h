@@ -1,12 +1,9 @@
 #pragma once
 
-#include <rosbag/bag.h>
-
-#include <map>
 #include <string>
 #include <vector>
 
-#include "tools/stereo_topics.h"
+#include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
 
@@ -21,15 +18,11 @@ struct CameraLayout {
   bool knows_tf = false;
 };
 
-/// Types of a bag's topics by name.
-std::map<std::string, std::string> topicTypes(const rosbag::Bag& bag);
-
 /// All cameras with a known layout in order of preference: rectified before raw, grey before
 /// colour.
-std::vector<CameraLayout> findCameras(const std::map<std::string, std::string>& types);
+std::vector<CameraLayout> findCameras(const TopicTypes& types);
 
 /// The camera that a user chose; its topics may be missing.
-CameraLayout chosenCamera(const StereoTopicChoice& choice,
-                          const std::map<std::string, std::string>& types);
+CameraLayout chosenCamera(const StereoTopicChoice& choice, const TopicTypes& types);
 
 }  // namespace predictive_stereo

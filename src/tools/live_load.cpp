@@ -18,12 +18,12 @@
 #include <condition_variable>
 #include <fstream>
 #include <functional>
+#include <iostream>
 #include <map>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
 
-#include "nodelets/stamp_matcher.h"
 #include "params/param_table.h"
 #include "tools/interruption.h"
 
@@ -197,36 +197,20 @@ double LiveLoadResult::reachedHz() const {
 
 LiveLoad::LiveLoad(const std::string& path, const StereoTopicChoice& choice, int max_pairs) {
   rosbag::Bag bag;
-  try {
-    bag.open(path, rosbag::bagmode::Read);
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(path + ": cannot be read as a bag (" + error.what() + ")");
-  }
+  openBag(path, bag);
   const StereoTopics topics = findStereoTopics(bag, choice);
-  const std::vector<std::string> names = {topics.left, topics.left_info, topics.right,
-                                          topics.right_info};
+  RefusedMessages refused(
+      [](const std::string& text) { std::cerr << "warning: " << text << "\n"; });
   SyncParams sync;
-  sync.queue_size = 1000;
   sync.sync_tolerance = 0.02;
-  StampMatcher matcher(names, sync);
-  for (const auto& message : rosbag::View(bag, rosbag::TopicQuery(names))) {
+  BagPairs reader(topics, sync, refused);
+  for (const auto& message : rosbag::View(bag, rosbag::TopicQuery(topics.all()))) {
     if (pairs() == max_pairs) break;
-    std::vector<StampMatcher::Set> sets;
-    const auto slot = static_cast<size_t>(
-        std::find(names.begin(), names.end(), message.getTopic()) - names.begin());
-    if (const auto image = imageOf(message))
-      sets = matcher.add(slot, image->header.stamp, image);
-    else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>())
-      sets = matcher.add(slot, info->header.stamp, info, info->header.stamp.isZero());
-    for (const StampMatcher::Set& set : sets)
-      pairs_.push_back({boost::static_pointer_cast<const sensor_msgs::Image>(set[0]),
-                        boost::static_pointer_cast<const sensor_msgs::Image>(set[2]),
-                        boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[1]),
-                        boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[3])});
+    for (const BagPair& found : reader.add(message)) pairs_.push_back(found.pair);
   }
   if (pairs_.size() < 2)
     throw std::runtime_error(path + ": has fewer than two stereo pairs. " +
-                             matcher.describeMismatch());
+                             reader.describeMismatch());
   period_ = (pairs_.back().left->header.stamp - pairs_.front().left->header.stamp) *
             (1.0 / (pairs() - 1));
 }

@@ -7,7 +7,7 @@
 
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
-#include "tools/stereo_topics.h"
+#include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
 

@@ -1,8 +1,6 @@
 /// Runs the nodelets' processors on a bag, without roscore and player; no frame is dropped.
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <iostream>
@@ -18,17 +16,15 @@
 #include "nodelets/moving_objects_views.h"
 #include "nodelets/pipeline_processor.h"
 #include "nodelets/rectifier.h"
-#include "nodelets/stamp_matcher.h"
 #include "params/yaml_params.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/interruption.h"
 #include "tools/output_file.h"
 #include "tools/progress.h"
-#include "tools/refused_messages.h"
 #include "tools/replay_figures.h"
 #include "tools/stage_table.h"
-#include "tools/stereo_topics.h"
+#include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
 namespace {
@@ -217,11 +213,7 @@ class Replay {
     ParamTable table(params_);
     if (!options.config.empty()) setFromYamlFile(options.config, table);
     for (const std::string& assignment : options.assignments) table.setAssignment(assignment);
-    try {
-      in_.open(options.bag, rosbag::bagmode::Read);
-    } catch (const rosbag::BagException& error) {
-      throw std::runtime_error(options.bag + ": cannot be read as a bag (" + error.what() + ")");
-    }
+    openBag(options.bag, in_);
     topics_ = findStereoTopics(in_, options.topics);
     rosbag::View everything(in_);
     begin_ = timeAfter(everything.getBeginTime(), options.start_s);
@@ -230,21 +222,14 @@ class Replay {
 
   void run() {
     readTf();
-    std::string ns = options_.topics.camera;
-    while (!ns.empty() && ns.back() == '/') ns.pop_back();
-    if (!ns.empty() && ns[0] != '/') ns = "/" + ns;
-    OutputBag out(options_.output, options_.outputs, ns, options_.compress);
-
-    rosbag::View view(in_,
-                      rosbag::TopicQuery({topics_.left, topics_.left_info, topics_.right,
-                                          topics_.right_info, "/tf", "/tf_static"}),
-                      begin_, end_);
+    OutputBag out(options_.output, options_.outputs, cameraNamespace(options_.topics.camera),
+                  options_.compress);
+    std::vector<std::string> topics = topics_.all();
+    topics.insert(topics.end(), {"/tf", "/tf_static"});
+    rosbag::View view(in_, rosbag::TopicQuery(topics), begin_, end_);
     rosbag::View lefts(in_, rosbag::TopicQuery(topics_.left), begin_, end_);
     Progress progress("replay", static_cast<int>(lefts.size()));
-    SyncParams sync = params_.disparity.sync;
-    sync.queue_size = 1000;  // nothing is dropped, whatever the order of the bag's messages
-    StampMatcher matcher({topics_.left, topics_.left_info, topics_.right, topics_.right_info},
-                         sync);
+    BagPairs pairs(topics_, params_.disparity.sync, refused_);
     for (const rosbag::MessageInstance& message : view) {
       throwIfInterrupted();
       const std::string& topic = message.getTopic();
@@ -252,20 +237,18 @@ class Replay {
         copyTf(message, out);
         continue;
       }
-      for (const auto& set : add(message, matcher)) processSet(set, message.getTime(), out);
+      for (const BagPair& found : pairs.add(message))
+        processPair(found.pair, message.getTime(), out);
       if (topic == topics_.left) progress.update(lefts_++);
     }
-    if (figures_.pairs() == 0)
-      throw std::runtime_error(describeMissingPairs(lefts.size(), matcher));
+    if (figures_.pairs() == 0) throw std::runtime_error(describeMissingPairs(lefts.size(), pairs));
     out.finish();
     if (!options_.csv.empty())
-      writeText(options_.csv, figures_.csv(options_.bag, matcher.unmatched(), duplicates_, table_));
-    report(matcher);
+      writeText(options_.csv, figures_.csv(options_.bag, pairs.unmatched(), duplicates_, table_));
+    report(pairs);
   }
 
  private:
-  enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
-
   // Reads all transforms before the first frame, so that no frame has to wait.
   void readTf() {
     for (const rosbag::MessageInstance& message :
@@ -314,27 +297,7 @@ class Replay {
                    "ego_motion/publish_tf=false keeps them)\n";
   }
 
-  std::vector<StampMatcher::Set> add(const rosbag::MessageInstance& message,
-                                     StampMatcher& matcher) {
-    const std::string& topic = message.getTopic();
-    if (const auto image = imageOf(message)) {
-      if (refused_.has(topic, image->header.stamp, ZeroStamp::kRefused)) return {};
-      return matcher.add(topic == topics_.left ? kLeft : kRight, image->header.stamp, image);
-    }
-    if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
-      if (refused_.has(topic, info->header.stamp, ZeroStamp::kLegal)) return {};
-      return matcher.add(topic == topics_.left_info ? kLeftInfo : kRightInfo, info->header.stamp,
-                         info, info->header.stamp.isZero());
-    }
-    return {};
-  }
-
-  void processSet(const StampMatcher::Set& set, ros::Time time, OutputBag& out) {
-    StereoPair pair;
-    pair.left = boost::static_pointer_cast<const sensor_msgs::Image>(set[kLeft]);
-    pair.right = boost::static_pointer_cast<const sensor_msgs::Image>(set[kRight]);
-    pair.left_info = boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[kLeftInfo]);
-    pair.right_info = boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[kRightInfo]);
+  void processPair(StereoPair pair, ros::Time time, OutputBag& out) {
     if (options_.topics.raw) {
       pair.left = left_rectifier_.rectify(*pair.left, *pair.left_info);
       pair.right = right_rectifier_.rectify(*pair.right, *pair.right_info);
@@ -362,18 +325,18 @@ class Replay {
     out.copy(message);
   }
 
-  std::string describeMissingPairs(size_t lefts, const StampMatcher& matcher) const {
+  std::string describeMissingPairs(size_t lefts, const BagPairs& pairs) const {
     if (lefts == 0)
       return options_.bag + ": has no left image between --start and --start plus --duration";
-    const std::string mismatch = matcher.describeMismatch();
+    const std::string mismatch = pairs.describeMismatch();
     return options_.bag + ": has " + std::to_string(lefts) +
            " left images but not one stereo pair; run check_bag" +
            (mismatch.empty() ? "" : ": " + mismatch);
   }
 
-  void report(const StampMatcher& matcher) const {
+  void report(const BagPairs& pairs) const {
     std::cout << figures_.pairs() << " pairs";
-    if (matcher.unmatched()) std::cout << ", " << matcher.unmatched() << " left images unmatched";
+    if (pairs.unmatched()) std::cout << ", " << pairs.unmatched() << " left images unmatched";
     if (duplicates_) std::cout << ", " << duplicates_ << " duplicates ignored";
     for (const auto& [topic, count] : refused_.counts())
       std::cout << ", " << count << " of " << topic << " refused";

@@ -13,7 +13,7 @@
 
 #include "nodelets/stereo_messages.h"
 #include "recorder.h"
-#include "tools/stereo_topics.h"
+#include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
 

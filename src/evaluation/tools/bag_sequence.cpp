@@ -4,21 +4,17 @@
 #include <predictive_stereo/MovingObjectArray.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
-#include <sensor_msgs/CompressedImage.h>
 #include <tf2/buffer_core.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <vector>
 
-#include "nodelets/message_checks.h"
-#include "nodelets/stamp_matcher.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
 
@@ -26,14 +22,6 @@ namespace predictive_stereo {
 namespace {
 
 using Topics = std::vector<std::string>;
-
-void open(const std::string& path, rosbag::Bag& bag) {
-  try {
-    bag.open(path, rosbag::bagmode::Read);
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(path + ": cannot be read as a bag (" + error.what() + ")");
-  }
-}
 
 cv::Rect2d boxOf(const MovingObject& object) {
   return {object.bbox.center.x - object.bbox.size_x / 2,
@@ -60,7 +48,7 @@ class BagSequence : public Sequence {
  public:
   BagSequence(const std::string& path, const StereoTopicChoice& choice)
       : name_(std::filesystem::path(path).stem().string()) {
-    open(path, bag_);
+    openBag(path, bag_);
     topics_ = findStereoTopics(bag_, choice);
     findPairs(path);
     readTruth();
@@ -96,52 +84,25 @@ class BagSequence : public Sequence {
   }
 
  private:
-  enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
-
   // Stores the positions of the pairs' messages, because the images would fill the memory.
   void findPairs(const std::string& path) {
-    const Topics names = {topics_.left, topics_.left_info, topics_.right, topics_.right_info};
-    SyncParams sync;
-    sync.queue_size = 1000;
-    StampMatcher matcher(names, sync);
-    for (const rosbag::MessageInstance& message : rosbag::View(bag_, rosbag::TopicQuery(names))) {
-      ros::Time stamp;
-      bool constant = false;
-      size_t slot = 0;
-      while (names[slot] != message.getTopic()) ++slot;
-      if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
-        stamp = info->header.stamp;
-        constant = stamp.isZero();
-      } else if (const auto image = message.instantiate<sensor_msgs::Image>()) {
-        stamp = image->header.stamp;
-      } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
-        stamp = packed->header.stamp;
+    RefusedMessages refused(
+        [&](const std::string& text) { throw std::runtime_error(path + ": " + text); });
+    BagPairs reader(topics_, SyncParams(), refused);
+    for (const auto& message : rosbag::View(bag_, rosbag::TopicQuery(topics_.all())))
+      for (BagPair& found : reader.add(message)) {
+        found.pair = StereoPair();
+        pairs_.push_back(found);
       }
-      const ZeroStamp zero =
-          slot == kLeftInfo || slot == kRightInfo ? ZeroStamp::kLegal : ZeroStamp::kRefused;
-      if (const std::string objection = objectionTo(stamp, zero); !objection.empty())
-        throw std::runtime_error(path + ": " + names[slot] + ": " + objection);
-      const auto place = boost::make_shared<rosbag::MessageInstance>(message);
-      for (const StampMatcher::Set& set : matcher.add(slot, stamp, place, constant))
-        pairs_.push_back(set);
-    }
     if (pairs_.empty())
       throw std::runtime_error(path + ": has no stereo pair on " + topics_.left + " and " +
                                topics_.right + " with their camera_info. " +
-                               matcher.describeMismatch());
-  }
-
-  const rosbag::MessageInstance& messageAt(int index, Slot slot) const {
-    return *static_cast<const rosbag::MessageInstance*>(
-        pairs_.at(static_cast<size_t>(index))[slot].get());
+                               reader.describeMismatch());
   }
 
   const StereoPair& pairAt(int index) const {
     if (index != read_index_) {
-      read_.left = imageOf(messageAt(index, kLeft));
-      read_.right = imageOf(messageAt(index, kRight));
-      read_.left_info = messageAt(index, kLeftInfo).instantiate<sensor_msgs::CameraInfo>();
-      read_.right_info = messageAt(index, kRightInfo).instantiate<sensor_msgs::CameraInfo>();
+      read_ = readPair(pairs_.at(static_cast<size_t>(index)));
       read_index_ = index;
     }
     return read_;
@@ -188,7 +149,7 @@ class BagSequence : public Sequence {
   mutable rosbag::Bag bag_;  // mutable because reading changes its file position
   StereoTopics topics_;
   StereoRig rig_;
-  std::vector<StampMatcher::Set> pairs_;
+  std::vector<BagPair> pairs_;
   std::map<ros::Time, std::vector<ObjectLabel>> truth_;
   mutable int read_index_ = -1;
   mutable StereoPair read_;
@@ -215,7 +176,7 @@ std::unique_ptr<Sequence> bagSequence(const std::string& path, const StereoTopic
 
 Detector recordedDetector(const std::string& path, const Sequence& sequence) {
   rosbag::Bag bag;
-  open(path, bag);
+  openBag(path, bag);
   Topics topics = topicsNamed(bag, "moving_objects", "predictive_stereo/MovingObjectArray");
   topics.erase(std::remove_if(topics.begin(), topics.end(),
                               [](const std::string& topic) {

@@ -6,7 +6,7 @@
 #include "evaluation/detection_evaluation.h"
 #include "evaluation/sequence.h"
 #include "predictive_stereo/MovingObject.h"
-#include "tools/stereo_topics.h"
+#include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
 

@@ -1,0 +1,209 @@
+#include "tools/stereo_bag.h"
+
+#include <rosbag/view.h>
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <stdexcept>
+
+#include "nodelets/compressed_image.h"
+
+namespace predictive_stereo {
+namespace {
+
+bool hasImages(const TopicTypes& types, const std::string& topic) {
+  return hasType(types, topic, "sensor_msgs/Image") ||
+         (imageTopic(topic) != topic && hasType(types, topic, "sensor_msgs/CompressedImage"));
+}
+
+void require(const rosbag::Bag& bag, const TopicTypes& types, const std::string& topic,
+             const std::string& type) {
+  if (hasType(types, topic, type)) return;
+  std::string text =
+      bag.getFileName() + " has no " + type + " on " + topic + "; topics of this type are";
+  const char* separator = " ";
+  for (const auto& known : types)
+    if (known.second == type) {
+      text += separator + known.first;
+      separator = ", ";
+    }
+  throw std::runtime_error(*separator == ' ' ? text + " none" : text);
+}
+
+std::vector<std::string> imageTopics(const TopicTypes& types) {
+  std::vector<std::string> result;
+  for (const auto& known : types)
+    if (hasImages(types, known.first)) result.push_back(known.first);
+  return result;
+}
+
+std::string cameraInfoTopic(const std::string& topic) {
+  const std::string images = imageTopic(topic);
+  const size_t slash = images.rfind('/');
+  return (slash == std::string::npos ? "" : images.substr(0, slash + 1)) + "camera_info";
+}
+
+StereoTopics fromImages(const std::string& left, const std::string& right) {
+  return {left, cameraInfoTopic(left), right, cameraInfoTopic(right)};
+}
+
+// Pairs of topics whose names differ only in "left" and "right".
+std::vector<StereoTopics> knownLayouts(const TopicTypes& types, bool raw) {
+  std::vector<StereoTopics> found;
+  for (const std::string& left : imageTopics(types)) {
+    const size_t place = left.rfind("left");
+    if (place == std::string::npos) continue;
+    const std::string images = imageTopic(left);
+    if (images != left && hasImages(types, images)) continue;  // recorded raw and compressed
+    const std::string kind = images.substr(images.rfind('/') + 1);
+    const bool kitti = left.find("/camera_") != std::string::npos && kind == "image_raw";
+    // KITTI's images are rectified, although they are named image_raw.
+    if (raw ? kind != "image_raw" || kitti : kind != "image_rect" && !kitti) continue;
+    std::string right = left;
+    right.replace(place, 4, "right");
+    const StereoTopics topics = fromImages(left, right);
+    if (topics.areIn(types)) found.push_back(topics);
+  }
+  return found;
+}
+
+// A message that waits for its partners.
+struct Held {
+  rosbag::MessageInstance place;
+  sensor_msgs::ImageConstPtr image;  // one of the two
+  sensor_msgs::CameraInfoConstPtr info;
+};
+
+enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
+
+SyncParams withoutLimit(SyncParams sync) {
+  sync.queue_size = 1000;
+  return sync;
+}
+
+}  // namespace
+
+void openBag(const std::string& path, rosbag::Bag& bag) {
+  try {
+    bag.open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(path + ": cannot be read as a bag (" + error.what() + ")");
+  }
+}
+
+TopicTypes topicTypes(const rosbag::Bag& bag) {
+  TopicTypes types;
+  rosbag::View view(bag);
+  for (const rosbag::ConnectionInfo* connection : view.getConnections())
+    types[connection->topic] = connection->datatype;
+  return types;
+}
+
+bool hasType(const TopicTypes& types, const std::string& topic, const std::string& type) {
+  const auto found = types.find(topic);
+  return found != types.end() && found->second == type;
+}
+
+bool StereoTopics::areIn(const TopicTypes& types) const {
+  return hasImages(types, left) && hasImages(types, right) &&
+         hasType(types, left_info, "sensor_msgs/CameraInfo") &&
+         hasType(types, right_info, "sensor_msgs/CameraInfo");
+}
+
+std::string asRecorded(const TopicTypes& types, const std::string& topic) {
+  return !hasImages(types, topic) && hasImages(types, topic + kCompressedTopic)
+             ? topic + kCompressedTopic
+             : topic;
+}
+
+std::string cameraNamespace(std::string name) {
+  while (!name.empty() && name.back() == '/') name.pop_back();
+  return name.empty() || name[0] == '/' ? name : "/" + name;
+}
+
+std::string imageTopic(const std::string& topic) {
+  const std::string end = kCompressedTopic;
+  const bool compressed =
+      topic.size() > end.size() && topic.compare(topic.size() - end.size(), end.size(), end) == 0;
+  return compressed ? topic.substr(0, topic.size() - end.size()) : topic;
+}
+
+sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
+  if (const auto image = message.instantiate<sensor_msgs::Image>()) return image;
+  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+  return compressed ? decodedImage(*compressed) : nullptr;
+}
+
+ros::Time timeAfter(ros::Time begin, double seconds) {
+  const bool in_range =
+      seconds < ros::DURATION_MAX.toSec() && begin.toSec() + seconds < ros::TIME_MAX.toSec();
+  return in_range ? begin + ros::Duration(seconds) : ros::TIME_MAX;
+}
+
+StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice) {
+  const TopicTypes types = topicTypes(bag);
+  StereoTopics topics;
+  if (!choice.camera.empty()) {
+    const std::string camera = cameraNamespace(choice.camera);
+    const std::string image = choice.raw ? "image_raw" : "image_rect";
+    topics = fromImages(asRecorded(types, camera + "/left/" + image),
+                        asRecorded(types, camera + "/right/" + image));
+  } else if (!choice.left.empty()) {
+    topics = fromImages(asRecorded(types, choice.left), asRecorded(types, choice.right));
+  } else {
+    const std::vector<StereoTopics> candidates = knownLayouts(types, choice.raw);
+    if (candidates.size() == 1) return candidates[0];
+    std::string text = candidates.empty()
+                           ? bag.getFileName() + " has no stereo camera of a known layout"
+                           : bag.getFileName() + " has more than one stereo camera";
+    text += "; choose with --camera, or --left and --right, from these image topics:";
+    for (const std::string& topic : imageTopics(types)) text += "\n  " + topic;
+    if (imageTopics(types).empty()) text += " none";
+    throw std::runtime_error(text);
+  }
+  for (const std::string& images : {topics.left, topics.right})
+    if (!hasImages(types, images)) require(bag, types, images, "sensor_msgs/Image");
+  require(bag, types, topics.left_info, "sensor_msgs/CameraInfo");
+  require(bag, types, topics.right_info, "sensor_msgs/CameraInfo");
+  return topics;
+}
+
+StereoPair readPair(const BagPair& pair) {
+  return {imageOf(pair.places[kLeft]), imageOf(pair.places[kRight]),
+          pair.places[kLeftInfo].instantiate<sensor_msgs::CameraInfo>(),
+          pair.places[kRightInfo].instantiate<sensor_msgs::CameraInfo>()};
+}
+
+BagPairs::BagPairs(const StereoTopics& topics, SyncParams sync, RefusedMessages& refused)
+    : topics_(topics.all()), refused_(refused), matcher_(topics_, withoutLimit(sync)) {}
+
+std::vector<BagPair> BagPairs::add(const rosbag::MessageInstance& message) {
+  const std::string& topic = message.getTopic();
+  const auto place = std::find(topics_.begin(), topics_.end(), topic);
+  if (place == topics_.end()) return {};
+  const auto slot = static_cast<size_t>(place - topics_.begin());
+  Held held{message, {}, {}};
+  ros::Time stamp;
+  if (slot == kLeft || slot == kRight) {
+    held.image = imageOf(message);
+    if (!held.image) return {};
+    stamp = held.image->header.stamp;
+    if (refused_.has(topic, stamp, ZeroStamp::kRefused)) return {};
+  } else {
+    held.info = message.instantiate<sensor_msgs::CameraInfo>();
+    if (!held.info) return {};
+    stamp = held.info->header.stamp;
+    if (refused_.has(topic, stamp, ZeroStamp::kLegal)) return {};
+  }
+  std::vector<BagPair> pairs;
+  for (const StampMatcher::Set& set :
+       matcher_.add(slot, stamp, boost::make_shared<const Held>(held), stamp.isZero())) {
+    const auto at = [&](Slot s) -> const Held& { return *static_cast<const Held*>(set[s].get()); };
+    pairs.push_back(
+        {{at(kLeft).image, at(kRight).image, at(kLeftInfo).info, at(kRightInfo).info},
+         {at(kLeft).place, at(kLeftInfo).place, at(kRight).place, at(kRightInfo).place}});
+  }
+  return pairs;
+}
+
+}  // namespace predictive_stereo

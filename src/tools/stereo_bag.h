@@ -1,0 +1,97 @@
+#pragma once
+
+#include <rosbag/bag.h>
+#include <rosbag/message_instance.h>
+#include <sensor_msgs/Image.h>
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "nodelets/stamp_matcher.h"
+#include "nodelets/stereo_messages.h"
+#include "tools/refused_messages.h"
+
+namespace predictive_stereo {
+
+/// @throws std::runtime_error if the file cannot be read as a bag.
+void openBag(const std::string& path, rosbag::Bag& bag);
+
+/// Types of a bag's topics by name.
+using TopicTypes = std::map<std::string, std::string>;
+TopicTypes topicTypes(const rosbag::Bag& bag);
+bool hasType(const TopicTypes& types, const std::string& topic, const std::string& type);
+
+/// The topics of a stereo camera in a bag. Topics of compressed images end in /compressed.
+struct StereoTopics {
+  std::string left, left_info, right, right_info;
+
+  std::vector<std::string> all() const { return {left, left_info, right, right_info}; }
+  /// Whether the bag has them all.
+  bool areIn(const TopicTypes& types) const;
+};
+
+/// The user's choice of a camera.
+struct StereoTopicChoice {
+  std::string camera;       ///< namespace: <camera>/left/image_rect, ...; or empty
+  std::string left, right;  ///< image topics, with camera_info in the same namespaces; or empty
+  bool raw = false;         ///< images are not rectified: image_raw, not image_rect
+};
+
+/// `topic` without the suffix /compressed.
+std::string imageTopic(const std::string& topic);
+
+/// `topic`, or that of its compressed images if the bag has only these.
+std::string asRecorded(const TopicTypes& types, const std::string& topic);
+
+/// `name` with a slash before and none behind; empty: the root.
+std::string cameraNamespace(std::string name);
+
+/// The image of a sensor_msgs/Image, or the decoded image of a sensor_msgs/CompressedImage; nullptr
+/// for other messages.
+/// @throws std::invalid_argument if it cannot be decoded.
+sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message);
+
+/// Finds the chosen topics. Without a choice, those of the only camera with a known layout:
+/// <camera>/left/image_rect (image_raw if `choice.raw`), or KITTI's
+/// camera_{gray,color}_{left,right}.
+/// @throws std::runtime_error if a topic is missing, or without a choice if there is not exactly
+///   one such camera; it lists the bag's image topics.
+StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice);
+
+/// A stereo pair in a bag.
+struct BagPair {
+  StereoPair pair;
+  /// Where its messages are, in the order of StereoTopics: readPair() reads them again.
+  std::array<rosbag::MessageInstance, 4> places;
+};
+StereoPair readPair(const BagPair& pair);
+
+/// Joins the messages of a camera to pairs by their stamps.
+class BagPairs {
+ public:
+  /// @param sync  its queue size is ignored: nothing is dropped, whatever the order of the bag's
+  ///   messages.
+  /// @param refused  gets the messages that nodelets would refuse.
+  BagPairs(const StereoTopics& topics, SyncParams sync, RefusedMessages& refused);
+
+  /// @param message  of any topic.
+  /// @returns the pairs that it completes, oldest first.
+  std::vector<BagPair> add(const rosbag::MessageInstance& message);
+
+  /// See StampMatcher.
+  size_t unmatched() const { return matcher_.unmatched(); }
+  std::string describeMismatch() const { return matcher_.describeMismatch(); }
+
+ private:
+  std::vector<std::string> topics_;
+  RefusedMessages& refused_;
+  StampMatcher matcher_;
+};
+
+/// The time `seconds` after `begin`, or the last one that ros::Time has: recorded times may be
+/// anything, and ros::Time throws beyond.
+ros::Time timeAfter(ros::Time begin, double seconds);
+
+}  // namespace predictive_stereo
