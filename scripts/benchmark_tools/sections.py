@@ -352,7 +352,7 @@ def near_objects(run):
 
 CLIPS = ['street', 'straight', 'turn', 'brake', 'standstill', 'static', 'fast_rotation', 'leader', 'crowded',
          'near_half_moves', 'misaligned']
-CLIP_SEEDS = ['101', '102']  # no parameter was set by these clips
+CLIP_SEEDS = ['201', '202']  # no parameter was set by these clips
 
 
 @section('tool:evaluate_detection', 'tool:street_to_bag')
