@@ -96,41 +96,29 @@ struct PaperDetectionParams {
 struct MotionDetectionParams {
   // Points that are tracked back into a past frame.
   double min_mismatch = 0.4;    ///< image difference from a static scene, relative to the texture
-  int max_tracks = 500;         ///< points tracked; an even sample if there are more
-  double flow_sigma_px = 0.4;   ///< standard deviation of a point's position
   double min_mahalanobis = 20;  ///< squared distance from a static point, in 3 dimensions
   // Groups of these points.
-  double link_distance_m = 2.5;  ///< across the line of sight
-  double link_depth_m = 1.5;     ///< along it
+  double link_distance_m = 2.5;  ///< between them, across the line of sight; 0.6 times it along
   int min_tracks = 4;
   // Dense disparity residuals.
   double dense_min_residual_px = 0.7;  ///< mean over 10x10 pixels
-  double dense_min_area_m2 = 0.3;      ///< of a group of such pixels
   // Verification in the object's disparity layer.
   double layer_margin_m = 0.6;  ///< of the layer before and behind the depths of the points
-  double reach_m = 4;           ///< largest extent of an object beyond its points
-  double gap_m = 0.25;          ///< largest gap without texture within an object
   double min_explained = 0.6;   ///< share of the layer that the object's motion explains better
   // Limits of a plausible object; the defaults are for roads.
   double min_height_m = 0.8, max_height_m = 4.5;
   double min_width_m = 0.2, max_width_m = 9;
   double max_foot_m = 1.2;  ///< height of its lower end above road or floor, where this is visible
-  double largest_speed_mps = 40;  ///< over ground
+  double largest_speed_mps = 40;  ///< over ground; 3 sigma of a new object's speed
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("min_mismatch", min_mismatch, 0.01, 10.0);
-    v("max_tracks", max_tracks, 10, 10000);
-    v("flow_sigma_px", flow_sigma_px, 0.05, 10.0);
     v("min_mahalanobis", min_mahalanobis, 0.0, 1e6);
     v("link_distance_m", link_distance_m, 0.01, 100.0);
-    v("link_depth_m", link_depth_m, 0.01, 100.0);
     v("min_tracks", min_tracks, 2, 1000);
     v("dense_min_residual_px", dense_min_residual_px, 0.05, 100.0);
-    v("dense_min_area_m2", dense_min_area_m2, 0.0, 100.0);
     v("layer_margin_m", layer_margin_m, 0.1, 100.0);
-    v("reach_m", reach_m, 0.1, 100.0);
-    v("gap_m", gap_m, 0.0, 10.0);
     v("min_explained", min_explained, 0.0, 1.0);
     v("min_height_m", min_height_m, 0.0, 100.0);
     v("max_height_m", max_height_m, 0.1, 100.0);
@@ -147,10 +135,7 @@ struct TrackingParams {
   int confirm_within = 3;     ///< ... of this many successive frames, at least confirm_frames
   int max_missed_frames = 2;  ///< a confirmed object is dropped after more frames without detection
   double min_iou = 0.2;       ///< of predicted and observed box, to associate them
-  double min_overlap_of_smaller = 0.6;  ///< or the overlap as a share of the smaller box
-  double max_depth_ratio = 1.35;        ///< of predicted and observed distance
-  double acceleration_mps2 = 4;         ///< standard deviation of an object's acceleration
-  double largest_speed_mps = 30;        ///< 3 sigma of a new object's speed
+  double acceleration_mps2 = 4;  ///< standard deviation of an object's acceleration
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -158,10 +143,7 @@ struct TrackingParams {
     v("confirm_within", confirm_within, 1, 8);
     v("max_missed_frames", max_missed_frames, 0, 16);
     v("min_iou", min_iou, 0.0, 1.0);
-    v("min_overlap_of_smaller", min_overlap_of_smaller, 0.0, 1.0);
-    v("max_depth_ratio", max_depth_ratio, 1.01, 10.0);
     v("acceleration_mps2", acceleration_mps2, 0.01, 100.0);
-    v("largest_speed_mps", largest_speed_mps, 0.1, 300.0);
   }
 };
 

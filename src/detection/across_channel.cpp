@@ -31,7 +31,7 @@ void AcrossChannel::find(const FrameView& frame, Verification& verification) {
   const std::vector<PointTrack> tracks =
       followGroups(view, params, groupSuspects(view, params, unexplained_px_, past_.seconds));
   const auto hypothesisOf = [&](const std::vector<size_t>& members) -> std::optional<Hypothesis> {
-    const Displacement fit = fitDisplacement(view, params, tracks, members);
+    const Displacement fit = fitDisplacement(view, tracks, members);
     if (static_cast<int>(fit.inliers.size()) < params.min_tracks || !fit.isSignificant(params))
       return std::nullopt;
     Hypothesis hypothesis;

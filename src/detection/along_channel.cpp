@@ -22,7 +22,7 @@ bool isSteady(const FrameView& frame, const PastPair& pair, const GroupMotion& m
   const auto tracks = followPoints(view, frame.params, motion.sample_px,
                                    static_cast<float>(share) * motion.shift_px);
   if (static_cast<int>(tracks.size()) < frame.params.min_tracks) return false;
-  const Displacement half = fitDisplacement(view, frame.params, tracks);
+  const Displacement half = fitDisplacement(view, tracks);
   if (static_cast<int>(half.inliers.size()) < frame.params.min_tracks) return false;
   const Eigen::Matrix3d R = (past.T_past_cam * halfway.T_past_cam.inverse()).linear();
   const Eigen::Vector3d difference = R * half.moved_m - share * fit.moved_m;
@@ -46,9 +46,7 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) {
       kMostAlong,
       groups_.find(residual_px_, pair_, frame.input.measured_disparity_px, frame.params),
       [&](const ResidualGroup& group) {
-        return group.disparity_px >= kLeastDisparity_px && isLargeEnough(frame, group)
-                   ? std::optional(&group)
-                   : std::nullopt;
+        return group.disparity_px >= kLeastDisparity_px ? std::optional(&group) : std::nullopt;
       });
   verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, VerificationWork& work) {
     return verify(frame, *groups[static_cast<size_t>(i)], verification, work);

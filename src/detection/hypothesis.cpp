@@ -33,13 +33,6 @@ std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
   return pixels;
 }
 
-bool isLargeEnough(const FrameView& frame, const ResidualGroup& group) {
-  const double pixels_per_m = group.disparity_px / frame.input.rig.baseline_m;
-  const double area_m2 =
-      static_cast<double>(group.points.size()) * 4 / (pixels_per_m * pixels_per_m);
-  return area_m2 >= frame.params.dense_min_area_m2;
-}
-
 std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& past,
                                     const ResidualGroup& group) {
   const MotionDetectionParams& params = frame.params;
@@ -54,7 +47,7 @@ std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& pas
   const std::vector<PointTrack> followed =
       followPoints(view, params, motion.sample_px, shift->shift_px);
   if (static_cast<int>(followed.size()) < params.min_tracks) return std::nullopt;
-  motion.fit = fitDisplacement(view, params, followed);
+  motion.fit = fitDisplacement(view, followed);
   if (static_cast<int>(motion.fit.inliers.size()) < params.min_tracks ||
       !motion.fit.isSignificant(params))
     return std::nullopt;

@@ -33,11 +33,9 @@ struct GroupMotion {
   std::vector<cv::Point> sample_px;  ///< points that were tracked
   cv::Point2f shift_px;              ///< of the whole group, relative to a static world
 };
-/// None if the group is too small, or if too few of its points are found in the past frame.
+/// None if too few of its points are found in the past frame.
 std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& past,
                                     const ResidualGroup& group);
-/// Whether a group is as large as the smallest object.
-bool isLargeEnough(const FrameView& frame, const ResidualGroup& group);
 
 /// The hypothesis of a known object at its predicted position. None if it hardly moves, or if too
 /// few pixels there have its disparity.

@@ -86,7 +86,7 @@ struct MovingObjectDetector::State {
   cv::Mat1b unseen_mask;
 
   explicit State(const DetectionParams& p)
-      : params(p), tracker(trackingOf(p)), motion(p.range, p.motion) {}
+      : params(p), tracker(trackingOf(p), p.motion.largest_speed_mps), motion(p.range, p.motion) {}
 
   void reset() {
     tracker.reset();
@@ -179,7 +179,7 @@ void MovingObjectDetector::setParams(const DetectionParams& params) {
     return;
   }
   state.params = params;
-  state.tracker.setParams(trackingOf(params));
+  state.tracker.setParams(trackingOf(params), params.motion.largest_speed_mps);
   state.motion.setParams(params.motion);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "detection/constants.h"
 #include "detection/frame_comparison.h"
 #include "detection/motion_noise.h"
 #include "imaging/tracking.h"
@@ -48,7 +49,7 @@ void compareWithStatic(const TrackingView& view, const MotionDetectionParams& pa
   covariance += by_bias * by_bias.transpose() * kDisparityBias_px2;
   covariance +=
       j * pointCovariance(view.T_prev_cam, view.motion_covariance, track.point_m) * j.transpose();
-  const double flow = params.flow_sigma_px * params.flow_sigma_px;
+  const double flow = DetectionConstants::kFlowSigma_px * DetectionConstants::kFlowSigma_px;
   covariance.diagonal() +=
       Vector3d(flow, flow, kPreviousDisparitySigma_px * kPreviousDisparitySigma_px);
   Vector3d residual = track.found_px - track.static_px;
@@ -114,8 +115,7 @@ bool Displacement::isSignificant(const MotionDetectionParams& params) const {
   return moved_m.dot(covariance.inverse() * moved_m) >= params.min_mahalanobis;
 }
 
-Displacement fitDisplacement(const TrackingView& view, const MotionDetectionParams& params,
-                             const std::vector<PointTrack>& tracks,
+Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members) {
   const StereoRig& rig = view.rig;
   Displacement fit;
@@ -143,12 +143,13 @@ Displacement fitDisplacement(const TrackingView& view, const MotionDetectionPara
       const Vector3d before = track.static_m - fit.moved_m;
       if (!(before.z() > 0.5)) continue;
       Vector3d residual = track.found_px - rig.disparityFromPoint(before);
-      const double flow_variance = params.flow_sigma_px * params.flow_sigma_px;
+      const double flow_variance =
+          DetectionConstants::kFlowSigma_px * DetectionConstants::kFlowSigma_px;
       Vector3d weight(
           1 / flow_variance, 1 / flow_variance,
           1 / (track.variance_px2 + kPreviousDisparitySigma_px * kPreviousDisparitySigma_px));
       if (track.found_px.z() < 0) weight.z() = residual.z() = 0;
-      const double flow_error = residual.head<2>().norm() / params.flow_sigma_px;
+      const double flow_error = residual.head<2>().norm() / DetectionConstants::kFlowSigma_px;
       const double disparity_error = std::abs(residual.z()) * std::sqrt(weight.z());
       if (flow_error < kInlier) fit.inliers.push_back(i);
       weight.head<2>() *= std::min(1.0, kHuber / std::max(flow_error, 1e-9));
@@ -173,11 +174,10 @@ Displacement fitDisplacement(const TrackingView& view, const MotionDetectionPara
   return fit;
 }
 
-Displacement fitDisplacement(const TrackingView& view, const MotionDetectionParams& params,
-                             const std::vector<PointTrack>& tracks) {
+Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTrack>& tracks) {
   std::vector<size_t> all(tracks.size());
   std::iota(all.begin(), all.end(), size_t{0});
-  return fitDisplacement(view, params, tracks, all);
+  return fitDisplacement(view, tracks, all);
 }
 
 std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
@@ -202,7 +202,8 @@ std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
     return i;
   };
   const double linked_px = params.link_distance_m / rig.baseline_m;  // [px] per px of disparity
-  const double linked_depth = params.link_depth_m / rig.disparityTimesDepth();
+  const double linked_depth =
+      DetectionConstants::kLinkDepth * params.link_distance_m / rig.disparityTimesDepth();
   for (size_t a = 0; a < moving.size(); ++a)
     for (size_t b = a + 1; b < moving.size(); ++b) {
       const Moving &p = moving[a], &q = moving[b];

@@ -58,12 +58,10 @@ struct Displacement {
 };
 
 /// Robust fit of the translation of these points since the previous frame.
-Displacement fitDisplacement(const TrackingView& view, const MotionDetectionParams& params,
-                             const std::vector<PointTrack>& tracks,
+Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members);
 /// The same for all tracks.
-Displacement fitDisplacement(const TrackingView& view, const MotionDetectionParams& params,
-                             const std::vector<PointTrack>& tracks);
+Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTrack>& tracks);
 
 /// Groups moving points that are close in space and move alike.
 std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detection/constants.h"
+
 namespace predictive_stereo {
 
 bool overlaps(const MotionDetectionParams& params, const Observation& seen,
@@ -12,11 +14,11 @@ bool overlaps(const MotionDetectionParams& params, const Observation& seen,
          std::abs(object.distance_m - seen.distance_m) < params.max_width_m / 2;
 }
 
-bool belongsTo(const MotionDetectionParams& params, const Observation& seen,
-               const Observation& object, double largest_share) {
+bool belongsTo(const Observation& seen, const Observation& object, double largest_share) {
   constexpr double kSigma_mps = 2, kMostSigmas = 3;  // for sides, whose motion along them is vague
   constexpr double kDepthGap_m = 4.5, kMostHidden = 0.3;
-  const int gap_px = static_cast<int>(params.gap_m / object.size_m.x() * object.box_px.width) + 8;
+  const int gap_px =
+      static_cast<int>(DetectionConstants::kGap_m / object.size_m.x() * object.box_px.width) + 8;
   const cv::Rect around(object.box_px.x - gap_px, object.box_px.y - gap_px,
                         object.box_px.width + 2 * gap_px, object.box_px.height + 2 * gap_px);
   if ((around & seen.box_px).empty()) return false;

@@ -13,7 +13,6 @@ bool overlaps(const MotionDetectionParams& params, const Observation& seen,
 /// of a vehicle whose rear was found; or it is behind it, where the background was occluded in the
 /// past.
 /// @param largest_share  largest area of a part, as a share of the object's.
-bool belongsTo(const MotionDetectionParams& params, const Observation& seen,
-               const Observation& object, double largest_share);
+bool belongsTo(const Observation& seen, const Observation& object, double largest_share);
 
 }  // namespace predictive_stereo

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/constants.h"
 #include "detection/long_residual.h"
 #include "detection/segmentation_rows.h"
 
@@ -68,8 +69,9 @@ cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
                  const Hypothesis& hypothesis, cv::Size lattice) {
   const cv::Rect seen = cv::boundingRect(hypothesis.seeds);
   const double lattice_per_m = latticePerMetre(rig, hypothesis);
-  const int wide = static_cast<int>(params.reach_m * lattice_per_m) + 3;
-  const int high = static_cast<int>(params.reach_m * 0.6 * lattice_per_m) + 3;
+  const double reach_m = DetectionConstants::kReach * params.link_distance_m;
+  const int wide = static_cast<int>(reach_m * lattice_per_m) + 3;
+  const int high = static_cast<int>(reach_m * 0.6 * lattice_per_m) + 3;
   return cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
          cv::Rect(cv::Point(), lattice);
 }
@@ -86,7 +88,7 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
              hypothesis.farthest_px, hypothesis.nearest_px, lowest_m, whole_layer[v]);
   // Only parts that are connected to a seed matter, and their surroundings.
   const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
-  const int gap = std::clamp(static_cast<int>(params.gap_m * lattice_per_m), 1, 20);
+  const int gap = std::clamp(static_cast<int>(DetectionConstants::kGap_m * lattice_per_m), 1, 20);
   const int near = gap + kReachOfWindows;
   const cv::Rect layer_box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole_layer);
   if (layer_box.empty()) return std::nullopt;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detection/constants.h"
 #include "detection/displacement_search.h"
 #include "detection/frame_comparison.h"
 #include "parallel/tasks.h"
@@ -13,7 +14,8 @@ namespace {
 constexpr float kLeastGain = 1.5f;
 
 double linkDisparity(const StereoRig& rig, const MotionDetectionParams& params, double d) {
-  return 1 + params.link_depth_m * d * d / rig.disparityTimesDepth();
+  return 1 + DetectionConstants::kLinkDepth * params.link_distance_m * d * d /
+                 rig.disparityTimesDepth();
 }
 
 // Repeatedly takes the first free point, and all free points around it.
@@ -95,7 +97,7 @@ std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetec
                                      const std::vector<SuspectGroup>& groups) {
   size_t points = 0;
   for (const SuspectGroup& group : groups) points += group.points_px.size();
-  const size_t step = points / (static_cast<size_t>(params.max_tracks) + 1) + 1;
+  const size_t step = points / (DetectionConstants::kMostTracks + 1) + 1;
   std::vector<std::vector<PointTrack>> followed(groups.size());
   const auto follow = [&](size_t i) {
     SuspectGroup group = groups[i];

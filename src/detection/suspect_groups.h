@@ -24,7 +24,8 @@ std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
                                         const MotionDetectionParams& params,
                                         const std::vector<cv::Point>& points_px, double seconds);
 
-/// Tracks the points of groups from the groups' displacements, at most params.max_tracks points.
+/// Tracks the points of groups from the groups' displacements, at most
+/// DetectionConstants::kMostTracks.
 std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetectionParams& params,
                                      const std::vector<SuspectGroup>& groups);
 

@@ -7,16 +7,15 @@
 namespace predictive_stereo {
 namespace {
 
+// Of the distances of a track and an observation that can be the same object.
+constexpr double kMostDepthRatio = 1.35;
+
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix36 = Eigen::Matrix<double, 3, 6>;
 
 double overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
   const double both = (a & b).area();
   return both / std::max(a.area() + b.area() - both, 1e-9);
-}
-
-double overlapOfSmaller(const cv::Rect2d& a, const cv::Rect2d& b) {
-  return (a & b).area() / std::max(std::min(a.area(), b.area()), 1e-9);
 }
 
 int countOfBits(unsigned bits) {
@@ -108,11 +107,9 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
 double ObjectTracker::agreementOf(const Observation& seen, const cv::Rect& box_px,
                                   double distance_m) const {
   const double ratio = seen.distance_m / std::max(distance_m, 0.1);
-  if (ratio < 1 / params_.max_depth_ratio || ratio > params_.max_depth_ratio) return 0;
+  if (ratio < 1 / kMostDepthRatio || ratio > kMostDepthRatio) return 0;
   const double iou = overlap(seen.box_px, box_px);
-  const double smaller = overlapOfSmaller(seen.box_px, box_px);
-  if (iou < params_.min_iou && smaller < params_.min_overlap_of_smaller) return 0;
-  return iou + 0.1 * smaller;
+  return iou < params_.min_iou ? 0 : iou;
 }
 
 void ObjectTracker::update(const std::vector<Observation>& observations) {
@@ -175,7 +172,7 @@ void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) 
 void ObjectTracker::locate(const Observation& observation, ObjectTrack& track) const {
   track.located = true;
   const Eigen::Matrix3d R = T_odom_cam_->linear();
-  const double speed = params_.largest_speed_mps;
+  const double speed = largest_speed_mps_;
   track.state << *T_odom_cam_ * observation.centre_m, Eigen::Vector3d::Zero();
   track.covariance.setZero();
   track.covariance.topLeftCorner<3, 3>() = R * observation.centre_covariance * R.transpose();

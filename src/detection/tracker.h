@@ -47,9 +47,14 @@ struct ObjectTrack {
 /// the odom frame.
 class ObjectTracker {
  public:
-  explicit ObjectTracker(const TrackingParams& params) : params_(params) {}
+  /// @param largest_speed_mps  3 sigma of a new object's speed.
+  ObjectTracker(const TrackingParams& params, double largest_speed_mps)
+      : params_(params), largest_speed_mps_(largest_speed_mps) {}
   /// Keeps the tracks.
-  void setParams(const TrackingParams& params) { params_ = params; }
+  void setParams(const TrackingParams& params, double largest_speed_mps) {
+    params_ = params;
+    largest_speed_mps_ = largest_speed_mps;
+  }
 
   /// Predicts all tracks to this frame.
   /// @param T_odom_cam  none: not known. Boxes and positions in the odom frame then stay as they
@@ -72,6 +77,7 @@ class ObjectTracker {
   ObjectTrack start(const Observation& observation);
 
   TrackingParams params_;
+  double largest_speed_mps_;
   std::vector<ObjectTrack> tracks_;
   int next_id_ = 1;
   bool has_stamp_ = false;

@@ -142,7 +142,7 @@ bool Verification::add(const FrameView& frame, VerifiedObject&& verified) {
       hypothesis.source == Source::kKnown ? std::numeric_limits<double>::infinity() : kLargestPart;
   for (const ObservedObject& other : objects_)
     if (overlaps(frame.params, seen, other.observation) ||
-        belongsTo(frame.params, seen, other.observation, largest_part))
+        belongsTo(seen, other.observation, largest_part))
       return false;
   taken_(verified.segment.area).setTo(255, verified.segment.mask);
   objects_.push_back(std::move(verified.object));

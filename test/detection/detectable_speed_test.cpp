@@ -5,6 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/constants.h"
 #include "detection/motion_noise.h"
 
 namespace predictive_stereo {
@@ -24,10 +25,11 @@ TEST(DetectableSpeed, AcrossTheLineOfSightIsAFewPixels) {
   const StereoRig rig = kittiRig();
   const MotionDetectionParams params;
   // Noise of the point and of the ego-motion, over two frames.
-  const double at_60_m = std::sqrt(params.min_mahalanobis) *
-                         std::hypot(params.flow_sigma_px, std::sqrt(2) * rig.fx_px *
-                                                              std::hypot(kUntoldMotionSigma_m / 60,
-                                                                         kUntoldMotionSigma_rad));
+  const double at_60_m =
+      std::sqrt(params.min_mahalanobis) *
+      std::hypot(
+          DetectionConstants::kFlowSigma_px,
+          std::sqrt(2) * rig.fx_px * std::hypot(kUntoldMotionSigma_m / 60, kUntoldMotionSigma_rad));
   EXPECT_NEAR(detectableSpeed(rig, 60, 0.1).across_mps, at_60_m * 60 / rig.fx_px / 0.2, 1e-9);
 }
 
@@ -61,7 +63,7 @@ TEST(DetectableSpeed, FollowsFromRigRateAndThresholds) {
   params.dense_min_residual_px = 0.5;
   EXPECT_LT(detectableSpeed(rig, 30, 0.1, params).along_mps, base.along_mps);
   params = MotionDetectionParams();
-  params.flow_sigma_px = 1;
+  params.min_mahalanobis *= 2;
   EXPECT_GT(detectableSpeed(rig, 30, 0.1, params).across_mps, base.across_mps);
   params.dense_min_residual_px = 100;  // only points
   VarianceParams noisy;

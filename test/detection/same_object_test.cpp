@@ -6,6 +6,8 @@
 
 #include <limits>
 
+#include "detection/constants.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -56,32 +58,32 @@ TEST(Overlaps, AtAboutTheSameDistance) {
 
 TEST(BelongsTo, WithinAGapOfTheBox) {
   const Observation car = at(kCar, 10);
-  const int gap_px = static_cast<int>(kParams.gap_m / 2.0 * kCar.width) + 8;
+  const int gap_px = static_cast<int>(DetectionConstants::kGap_m / 2.0 * kCar.width) + 8;
   const auto beside = [&](int pixels) { return at({kCar.br().x + pixels, kCar.y, 20, 20}, 10); };
-  EXPECT_TRUE(belongsTo(kParams, beside(0), car, kAny));
-  EXPECT_TRUE(belongsTo(kParams, beside(gap_px - 1), car, kAny));
-  EXPECT_FALSE(belongsTo(kParams, beside(gap_px), car, kAny));
+  EXPECT_TRUE(belongsTo(beside(0), car, kAny));
+  EXPECT_TRUE(belongsTo(beside(gap_px - 1), car, kAny));
+  EXPECT_FALSE(belongsTo(beside(gap_px), car, kAny));
   const auto above = [&](int pixels) { return at({kCar.x, kCar.y - 20 - pixels, 20, 20}, 10); };
-  EXPECT_TRUE(belongsTo(kParams, above(gap_px - 1), car, kAny));
-  EXPECT_FALSE(belongsTo(kParams, above(gap_px), car, kAny));
+  EXPECT_TRUE(belongsTo(above(gap_px - 1), car, kAny));
+  EXPECT_FALSE(belongsTo(above(gap_px), car, kAny));
 }
 
 TEST(BelongsTo, PartsAreSmaller) {
   const Observation car = at(kCar, 10);
   const Observation quarter = at({kCar.br().x, kCar.y, 50, 40}, 10);
-  EXPECT_TRUE(belongsTo(kParams, quarter, car, 0.2501));
-  EXPECT_FALSE(belongsTo(kParams, quarter, car, 0.2499));
+  EXPECT_TRUE(belongsTo(quarter, car, 0.2501));
+  EXPECT_FALSE(belongsTo(quarter, car, 0.2499));
   // The metric size counts, not that in the image.
-  EXPECT_FALSE(belongsTo(kParams, at({kCar.br().x, kCar.y, 50, 40}, 12), car, 0.2501));
+  EXPECT_FALSE(belongsTo(at({kCar.br().x, kCar.y, 50, 40}, 12), car, 0.2501));
 }
 
 TEST(BelongsTo, AtDepthsThatGoOn) {
   const Observation car = at(kCar, 10);  // to 10.5 m
   const cv::Rect beside(kCar.br().x, kCar.y, 20, 20);
-  EXPECT_TRUE(belongsTo(kParams, at(beside, 14.99), car, kAny));
-  EXPECT_FALSE(belongsTo(kParams, at(beside, 15.01), car, kAny));
-  EXPECT_TRUE(belongsTo(kParams, at(beside, 5.01), car, kAny));  // to 5.51 m
-  EXPECT_FALSE(belongsTo(kParams, at(beside, 4.99), car, kAny));
+  EXPECT_TRUE(belongsTo(at(beside, 14.99), car, kAny));
+  EXPECT_FALSE(belongsTo(at(beside, 15.01), car, kAny));
+  EXPECT_TRUE(belongsTo(at(beside, 5.01), car, kAny));  // to 5.51 m
+  EXPECT_FALSE(belongsTo(at(beside, 4.99), car, kAny));
 }
 
 TEST(BelongsTo, WhatTheObjectHides) {
@@ -89,10 +91,10 @@ TEST(BelongsTo, WhatTheObjectHides) {
   const auto hidden = [&](int columns, double distance_m) {
     return moving(at({kCar.br().x - columns, kCar.y, 100, 80}, distance_m), {9, 0, 0});
   };
-  EXPECT_TRUE(belongsTo(kParams, hidden(31, 40), moving(car, {0, 0, 0}), kAny))
+  EXPECT_TRUE(belongsTo(hidden(31, 40), moving(car, {0, 0, 0}), kAny))
       << "however deep, however fast";
-  EXPECT_FALSE(belongsTo(kParams, hidden(30, 40), moving(car, {0, 0, 0}), kAny));
-  EXPECT_FALSE(belongsTo(kParams, hidden(31, 4), moving(car, {0, 0, 0}), kAny))
+  EXPECT_FALSE(belongsTo(hidden(30, 40), moving(car, {0, 0, 0}), kAny));
+  EXPECT_FALSE(belongsTo(hidden(31, 4), moving(car, {0, 0, 0}), kAny))
       << "what is nearer is not hidden";
 }
 
@@ -101,11 +103,11 @@ TEST(BelongsTo, OfAVelocityWithinThreeSigmas) {
   // Both variances plus 2 m/s for a side that slides along itself: 9 m/s.
   const Observation car = moving(at(kCar, 10), {0, 0, 5}, 38.5);
   const auto part = [&](const Eigen::Vector3d& v) { return moving(at(beside, 10), v, 38.5); };
-  EXPECT_TRUE(belongsTo(kParams, part({0, 0, 5 + 26.9}), car, kAny));
-  EXPECT_FALSE(belongsTo(kParams, part({0, 0, 5 + 27.1}), car, kAny));
-  EXPECT_FALSE(belongsTo(kParams, part({20, 0, 5 + 20}), car, kAny));
-  EXPECT_TRUE(belongsTo(kParams, at(beside, 10), car, kAny)) << "of one nothing is known";
-  EXPECT_TRUE(belongsTo(kParams, part({0, 0, 99}), at(kCar, 10), kAny));
+  EXPECT_TRUE(belongsTo(part({0, 0, 5 + 26.9}), car, kAny));
+  EXPECT_FALSE(belongsTo(part({0, 0, 5 + 27.1}), car, kAny));
+  EXPECT_FALSE(belongsTo(part({20, 0, 5 + 20}), car, kAny));
+  EXPECT_TRUE(belongsTo(at(beside, 10), car, kAny)) << "of one nothing is known";
+  EXPECT_TRUE(belongsTo(part({0, 0, 99}), at(kCar, 10), kAny));
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ Observation at(const StereoRig& rig, const Eigen::Vector3d& centre_m) {
 
 TEST(ObjectTracker, FollowsThroughTheCamerasMotion) {
   const StereoRig rig = testRig();
-  ObjectTracker tracker{TrackingParams()};
+  ObjectTracker tracker{TrackingParams(), 40};
   const Eigen::Vector3d velocity(-6, 0, -8);
   int id = 0;
   for (int k = 0; k < 15; ++k) {
@@ -61,7 +61,7 @@ TEST(ObjectTracker, FollowsThroughTheCamerasMotion) {
 
 TEST(ObjectTracker, ConfirmsTwoOfThreeAndForgets) {
   const StereoRig rig = testRig();
-  ObjectTracker tracker{TrackingParams()};
+  ObjectTracker tracker{TrackingParams(), 40};
   const Observation seen = at(rig, {0, 0, 20});
   const auto step = [&](int k, bool visible) {
     tracker.predict(0.1 * k, rig, Eigen::Isometry3d::Identity());
@@ -88,7 +88,7 @@ TEST(ObjectTracker, ConfirmsTwoOfThreeAndForgets) {
 
 TEST(ObjectTracker, KeepsObjectsThatPassApart) {
   const StereoRig rig = testRig();
-  ObjectTracker tracker{TrackingParams()};
+  ObjectTracker tracker{TrackingParams(), 40};
   int near_id = 0, far_id = 0;
   for (int k = 0; k < 12; ++k) {
     const double t = 0.1 * k;
