@@ -98,6 +98,8 @@ struct EgoMotionEstimate {
   ColumnOffset column_offset;  ///< its lasting part; not known if estimate_disparity_offset is off
 };
 
+struct EgoMotionState;
+
 /// Stereo odometry: corners, tracks, depth by a search along the row, RANSAC, robust Gauss-Newton
 /// on both cameras' reprojection errors. It stands in for the paper's libviso2.
 ///
@@ -133,9 +135,7 @@ class EgoMotion {
   void reset();
 
  private:
-  friend struct EgoMotionFault;
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<EgoMotionState> state_;
 };
 
 }  // namespace predictive_stereo

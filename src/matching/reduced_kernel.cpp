@@ -271,13 +271,9 @@ class RowAggregation {
       const int k = backward ? pixels - 1 - i : i;
       const int x = run * kWindowRun + k, at = window.position + k * window.width;
       for (int v = 0; v < paths.vectors(); ++v) {
-        uint8_t* const known = row.costs + at + v * kLanesOfD;
-        if (visit.matches) {
-          costs[v] = matchingCosts(d, row, x, window.first + v * kLanesOfD, counter);
-          hn::StoreU(costs[v], d, known);
-        } else {
-          costs[v] = hn::LoadU(d, known);
-        }
+        const int index = v * kLanesOfD;
+        costs[v] = visit.matches ? storedCosts(d, row, x, window.first + index, at + index, counter)
+                                 : hn::LoadU(d, row.costs + at + index);
         sums[v] = hn::Zero(d);
       }
       if (visit.walker) {
@@ -334,6 +330,15 @@ class RowAggregation {
       differing[b] = hn::Xor(hn::Set(d, static_cast<uint8_t>(left >> (8 * b))),
                              hn::LoadU(d, right + b * row.right_stride));
     return counter.count(differing);
+  }
+
+  /// The same, stored for the second visit.
+  template <class D>
+  static HWY_INLINE hn::Vec<D> storedCosts(D d, const ReducedSearchRow& row, int x, int index,
+                                           int place, const BitCounter<D, kBytes>& counter) {
+    const hn::Vec<D> costs = matchingCosts(d, row, x, index, counter);
+    hn::StoreU(costs, d, row.costs + place);
+    return costs;
   }
 
   const Bytes16 d_{};

@@ -6,13 +6,9 @@
 #include <utility>
 
 #include "imaging/size_check.h"
-#include "odometry/ego_motion_fault.h"
-#include "odometry/motion_choice.h"
+#include "odometry/ego_motion_state.h"
 #include "odometry/pose_solver.h"
-#include "odometry/reference_frame.h"
 #include "odometry/rival_motions.h"
-#include "odometry/steady_offset.h"
-#include "odometry/stereo_features.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
@@ -62,57 +58,9 @@ void hold(ReferenceFrame& reference, const PoseSolution& solution) {
 
 }  // namespace
 
-struct EgoMotion::State {
-  explicit State(const EgoMotionParams& p) : params(p), features(p) {
-    validate(p, "ego_motion/");
-    startOffset();
-  }
-
-  void setParams(const EgoMotionParams& p) {
-    validate(p, "ego_motion/");
-    const bool other_offset = p.estimate_disparity_offset != params.estimate_disparity_offset;
-    params = p;
-    features.setParams(p);
-    if (!other_offset) return;
-    reset();
-    startOffset();
-  }
-  void startOffset() {
-    offset = DisparityOffset();
-    steady_offset = SteadyOffset();
-    if (params.estimate_disparity_offset)
-      offset.variance_px2 = params.disparity_offset_sigma_px * params.disparity_offset_sigma_px;
-  }
-  void reset() {
-    references.clear();
-    features.reset();
-    usual = UsualMotion();
-  }
-
-  EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
-                             const cv::Mat1b& moving_mask,
-                             const std::optional<Eigen::Matrix3d>& R_cam_prev);
-
-  MotionChoice motionSince(const ReferenceFrame& reference, const cv::Mat1b& moving_mask);
-  void describeMotion(const PoseSolution& solution, const ReferenceFrame& reference,
-                      EgoMotionEstimate& estimate) const;
-  void describeOffset(EgoMotionEstimate& estimate) const;
-  void chooseReference(const MotionChoice& choice, size_t used);
-  PoseState chooseReferencesAfterLoss(bool swapped);
-  ReferenceFrame makeReference(const MotionChoice& choice);
-
-  EgoMotionParams params;
-  StereoFeatures features;  // of the current frame
-  DisparityOffset offset;   // of the last frame that was tracked
-  SteadyOffset steady_offset;
-  UsualMotion usual;
-  // Reference frames for the next frame, best first: one, or two after a loss.
-  std::vector<ReferenceFrame> references;
-};
-
-EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                                             const StereoRig& rig, const cv::Mat1b& moving_mask,
-                                             const std::optional<Eigen::Matrix3d>& R_cam_prev) {
+EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
+                                           const StereoRig& rig, const cv::Mat1b& moving_mask,
+                                           const std::optional<Eigen::Matrix3d>& R_cam_prev) {
   requireSize("left image", left.size(), rig.size);
   requireSize("right image", right.size(), rig.size);
   if (!moving_mask.empty()) requireSize("mask of moving objects", moving_mask.size(), rig.size);
@@ -155,8 +103,8 @@ EgoMotionEstimate EgoMotion::State::estimate(const cv::Mat1b& left, const cv::Ma
   return estimate;
 }
 
-MotionChoice EgoMotion::State::motionSince(const ReferenceFrame& reference,
-                                           const cv::Mat1b& moving_mask) {
+MotionChoice EgoMotionState::motionSince(const ReferenceFrame& reference,
+                                         const cv::Mat1b& moving_mask) {
   return chooseMotion(features.rig(), reference, usual, params.disparity_jitter_px,
                       [&](const Eigen::Isometry3d& T_expected) {
                         return features.follow(reference, T_expected, moving_mask);
@@ -164,8 +112,8 @@ MotionChoice EgoMotion::State::motionSince(const ReferenceFrame& reference,
 }
 
 // The estimate's motion starts at the last frame that was tracked against the reference.
-void EgoMotion::State::describeMotion(const PoseSolution& solution, const ReferenceFrame& reference,
-                                      EgoMotionEstimate& estimate) const {
+void EgoMotionState::describeMotion(const PoseSolution& solution, const ReferenceFrame& reference,
+                                    EgoMotionEstimate& estimate) const {
   estimate.motion.T_cam_prev =
       compose(solution.T_cam_prev, reference.to_previous.T_cam_prev.inverse());
   // Both motions were estimated against the reference, with the same disparity offset.
@@ -178,7 +126,7 @@ void EgoMotion::State::describeMotion(const PoseSolution& solution, const Refere
   estimate.frames = reference.age;
 }
 
-void EgoMotion::State::describeOffset(EgoMotionEstimate& estimate) const {
+void EgoMotionState::describeOffset(EgoMotionEstimate& estimate) const {
   estimate.disparity_offset_px = offset.offset_px;
   estimate.disparity_offset_sigma_px = std::sqrt(offset.variance_px2);
   estimate.column_offset.known = steady_offset.isCertain();
@@ -188,7 +136,7 @@ void EgoMotion::State::describeOffset(EgoMotionEstimate& estimate) const {
 }
 
 // The reference for the next frame: the same while the image hardly moves, otherwise this frame.
-void EgoMotion::State::chooseReference(const MotionChoice& choice, size_t used) {
+void EgoMotionState::chooseReference(const MotionChoice& choice, size_t used) {
   if (used == 0 && hardlyMoved(references.front(), choice)) {
     hold(references.front(), choice.solution);
     references.resize(1);
@@ -200,7 +148,7 @@ void EgoMotion::State::chooseReference(const MotionChoice& choice, size_t used) 
 }
 
 // References for the next frame: the last good one, then this one.
-PoseState EgoMotion::State::chooseReferencesAfterLoss(bool swapped) {
+PoseState EgoMotionState::chooseReferencesAfterLoss(bool swapped) {
   ReferenceFrame here = makeReference(MotionChoice());
   if (!references.empty() && references.front().age >= EgoMotionEstimate::kMostFrames)
     references.clear();
@@ -212,7 +160,7 @@ PoseState EgoMotion::State::chooseReferencesAfterLoss(bool swapped) {
 }
 
 // Makes the current frame a reference, with what its motion says about its features.
-ReferenceFrame EgoMotion::State::makeReference(const MotionChoice& choice) {
+ReferenceFrame EgoMotionState::makeReference(const MotionChoice& choice) {
   ReferenceFrame here = features.makeReference(choice.correspondences, choice.solution.inlier);
   if (!params.estimate_disparity_offset) return here;
   here.offset = offset;
@@ -220,7 +168,8 @@ ReferenceFrame EgoMotion::State::makeReference(const MotionChoice& choice) {
   return here;
 }
 
-EgoMotion::EgoMotion(const EgoMotionParams& params) : state_(std::make_unique<State>(params)) {}
+EgoMotion::EgoMotion(const EgoMotionParams& params)
+    : state_(std::make_unique<EgoMotionState>(params)) {}
 EgoMotion::~EgoMotion() = default;
 EgoMotion::EgoMotion(EgoMotion&&) noexcept = default;
 EgoMotion& EgoMotion::operator=(EgoMotion&&) noexcept = default;
@@ -234,13 +183,5 @@ EgoMotionEstimate EgoMotion::estimate(const cv::Mat1b& left, const cv::Mat1b& ri
 void EgoMotion::setParams(const EgoMotionParams& params) { state_->setParams(params); }
 
 void EgoMotion::reset() { state_->reset(); }
-
-void EgoMotionFault::setExpectedMotion(EgoMotion& ego_motion, const Eigen::Isometry3d& T_cam_prev) {
-  ego_motion.state_->usual.T_cam_prev = T_cam_prev;
-}
-
-Eigen::Isometry3d EgoMotionFault::expectedMotion(const EgoMotion& ego_motion) {
-  return ego_motion.state_->usual.T_cam_prev;
-}
 
 }  // namespace predictive_stereo

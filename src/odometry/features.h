@@ -3,6 +3,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "odometry/corner_kernel.h"
+
 namespace predictive_stereo {
 
 /// Finds FAST corners that are spread evenly: the strongest ones in every cell of a grid, with a
@@ -21,6 +23,19 @@ class CornerDetector {
     int vacant = 0;
     std::vector<cv::Point2f> taken;
   };
+  struct Grid {
+    Grid(const cv::Rect& image_area, int count);
+    int column(float x) const;
+    int row(float y) const;
+    cv::Rect strip(int row) const;  ///< the pixels of a row of cells
+
+    cv::Rect area;
+    int columns, rows;
+  };
+
+  void fillRow(const cv::Mat1b& image, const Grid& grid, int row, FastCorners& fast,
+               std::vector<cv::Point2f>& found);
+
   std::vector<Cell> cells_;
 };
 

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "odometry/motion_vote.h"
 #include "odometry/pose_model.h"
@@ -97,6 +98,14 @@ bool explains(const Matrix8d& spread, const Correspondence& c, const PosePredict
   return p.residual.dot((noise + J_spread * J.transpose()).inverse() * p.residual) < gate * gate;
 }
 
+// Where the iterations ended.
+struct Fit {
+  Estimate estimate;
+  double sigma, gate;
+  bool held = true;  ///< the previous offset is
+  NormalEquations equations;
+};
+
 class Solver {
  public:
   Solver(const StereoRig& rig, const std::vector<Correspondence>& all,
@@ -117,6 +126,12 @@ class Solver {
   PoseSolution refine(const Eigen::Isometry3d& T_start);
 
  private:
+  std::optional<Fit> iterate(const Eigen::Isometry3d& T_start);
+  // Takes the step that the equations ask for; false: there is none.
+  bool advance(const Eigen::Vector2d& prior_information, Fit& fit, Vector8d& step,
+               Matrix8d& spread) const;
+  PoseSolution assess(const Fit& fit) const;
+  double varianceFactor() const { return kRobustCovariance * params_.common_errors; }
   void sum(const Estimate& estimate, const Weighting& weighting, NormalEquations& equations);
   void sumBlock(const PoseModel& model, const Weighting& weighting, size_t begin,
                 NormalEquations& equations) const;
@@ -175,53 +190,62 @@ void Solver::sum(const Estimate& estimate, const Weighting& weighting, NormalEqu
 // Iteratively reweighted Gauss-Newton with Cauchy weights; the scale of the residuals is estimated
 // in every iteration. Unknowns: the motion; the offset of the previous frame, which is held if the
 // motion does not make it observable; and its change since then.
-PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
+std::optional<Fit> Solver::iterate(const Eigen::Isometry3d& T_start) {
   constexpr double kFixed = 1e12;  // information of an unknown that is known
   const double jitter = params_.offset_jitter_px;
   Eigen::Vector2d prior_information(kFixed, jitter > 0 ? 1 / (jitter * jitter) : kFixed);
-  bool held = true;
-  const double variance_factor = kRobustCovariance * params_.common_errors;
-  PoseSolution solution;
-  solution.inlier.assign(all_.size(), 0);
-  Estimate estimate{T_start, offset_.offset_px, 0};
-  double sigma = expected_sigma_;
-  double gate = coarse_.gate();
-  Matrix8d spread;  // covariance of the unknowns after the last iteration
-  NormalEquations equations;
+  Fit fit{{T_start, offset_.offset_px, 0}, expected_sigma_, coarse_.gate(), true, {}};
+  Vector8d step;
+  Matrix8d spread;       // covariance of the unknowns after the last iteration
   bool tolerant = true;  // whether residuals that explains() accepts are used
   for (int iteration = 0; iteration < 10; ++iteration) {
     if (iteration == kIterationsToHold && offset_.variance_px2 > 0 &&
-        median(equations.parallax_px) >= kSmallestParallaxPx) {
-      held = false;
+        median(fit.equations.parallax_px) >= kSmallestParallaxPx) {
+      fit.held = false;
       prior_information[0] = 1 / offset_.variance_px2;
     }
     const bool first = iteration == 0;
-    sum(estimate, {gate, sigma, first ? &coarse_ : nullptr, tolerant && !first ? &spread : nullptr},
-        equations);
-    if (static_cast<int>(equations.squared.size()) < params_.min_inliers) return solution;
-    // A is in units of the residuals; the factor converts the prior to these units.
-    const Eigen::Vector2d prior = variance_factor * sigma * sigma * prior_information;
-    equations.A.diagonal().tail<2>() += prior;
-    equations.b.tail<2>() += prior.cwiseProduct(
-        Eigen::Vector2d(offset_.offset_px - estimate.previous_offset_px, -estimate.change_px));
-    const Eigen::LDLT<Matrix8d> factors(equations.A);
-    const Vector8d step = factors.solve(equations.b);
-    if (!step.allFinite()) return solution;
-    spread = params_.common_errors * factors.solve(Matrix8d::Identity());
-    estimate.T = perturbed(estimate.T, step.head<6>());
-    estimate.previous_offset_px += step[6];
-    estimate.change_px += step[7];
-    // Median of chi-square with three degrees of freedom: 2.366.
-    sigma = std::max(std::sqrt(median(equations.squared) / 2.366), 0.1 * expected_sigma_);
-    gate = std::min(coarse_.gate(), std::max(params_.outlier_sigma * sigma, expected_sigma_));
+    sum(fit.estimate,
+        {fit.gate, fit.sigma, first ? &coarse_ : nullptr, tolerant && !first ? &spread : nullptr},
+        fit.equations);
+    if (static_cast<int>(fit.equations.squared.size()) < params_.min_inliers) return {};
+    if (!advance(prior_information, fit, step, spread)) return {};
     if (iteration < kIterationsToHold || step.head<3>().norm() > 1e-5 ||
         step.segment<3>(3).norm() > 1e-6)
       continue;
     // After convergence the motion is known: points that still disagree are outliers.
-    if (!equations.excused) break;
+    if (!fit.equations.excused) break;
     tolerant = false;
   }
+  return fit;
+}
 
+bool Solver::advance(const Eigen::Vector2d& prior_information, Fit& fit, Vector8d& step,
+                     Matrix8d& spread) const {
+  auto& [estimate, sigma, gate, held, equations] = fit;
+  // A is in units of the residuals; the factor converts the prior to these units.
+  const Eigen::Vector2d prior = varianceFactor() * sigma * sigma * prior_information;
+  equations.A.diagonal().tail<2>() += prior;
+  equations.b.tail<2>() += prior.cwiseProduct(
+      Eigen::Vector2d(offset_.offset_px - estimate.previous_offset_px, -estimate.change_px));
+  const Eigen::LDLT<Matrix8d> factors(equations.A);
+  step = factors.solve(equations.b);
+  if (!step.allFinite()) return false;
+  spread = params_.common_errors * factors.solve(Matrix8d::Identity());
+  estimate.T = perturbed(estimate.T, step.head<6>());
+  estimate.previous_offset_px += step[6];
+  estimate.change_px += step[7];
+  // Median of chi-square with three degrees of freedom: 2.366.
+  sigma = std::max(std::sqrt(median(equations.squared) / 2.366), 0.1 * expected_sigma_);
+  gate = std::min(coarse_.gate(), std::max(params_.outlier_sigma * sigma, expected_sigma_));
+  return true;
+}
+
+// The inliers of a fit and its covariance.
+PoseSolution Solver::assess(const Fit& fit) const {
+  const auto& [estimate, sigma, gate, held, equations] = fit;
+  PoseSolution solution;
+  solution.inlier.assign(all_.size(), 0);
   const PoseModel model = estimate.model(rig_);
   double sum = 0;
   Eigen::Matrix<double, 8, 2> by_tilt = Eigen::Matrix<double, 8, 2>::Zero();
@@ -243,7 +267,7 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
   const Eigen::FullPivLU<Matrix8d> lu(equations.A);
   if (!lu.isInvertible()) return solution;
   const Matrix8d inverse = lu.inverse();
-  const Matrix8d covariance = variance_factor * sigma * sigma * inverse;
+  const Matrix8d covariance = varianceFactor() * sigma * sigma * inverse;
   solution.found = true;
   solution.T_cam_prev = estimate.T;
   solution.sigma_px = sigma;
@@ -258,6 +282,13 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
     solution.offset.variance_px2 =
         held ? offset_.variance_px2 + covariance(7, 7) : covariance.bottomRightCorner<2, 2>().sum();
   return solution;
+}
+
+PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
+  if (const std::optional<Fit> fit = iterate(T_start)) return assess(*fit);
+  PoseSolution nothing;
+  nothing.inlier.assign(all_.size(), 0);
+  return nothing;
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "evaluation/sequence.h"
-#include "odometry/ego_motion_fault.h"
+#include "odometry/ego_motion_state.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
@@ -38,15 +38,15 @@ struct Differences {
 // faults: in frames after a fault (`after`), and in those with one (`within`).
 void inject(const Sequence& sequence, int first, int frames, int seed, Differences& after,
             Differences& within) {
-  EgoMotion undisturbed{EgoMotionParams()}, disturbed{EgoMotionParams()};
+  EgoMotion undisturbed{EgoMotionParams()};
+  EgoMotionState disturbed{EgoMotionParams()};
   for (int k = 0; k < frames; ++k) {
     const SequenceFrame frame = sequence.frame(first + k);
     const auto expected = undisturbed.estimate(frame.left, frame.right, sequence.rig());
     const bool faulty = k == 4 || (k >= 8 && k < 18);
     if (faulty)
-      EgoMotionFault::setExpectedMotion(
-          disturbed, compose(fault(100 * seed + k), EgoMotionFault::expectedMotion(disturbed)));
-    const auto found = disturbed.estimate(frame.left, frame.right, sequence.rig());
+      disturbed.usual.T_cam_prev = compose(fault(100 * seed + k), disturbed.usual.T_cam_prev);
+    const auto found = disturbed.estimate(frame.left, frame.right, sequence.rig(), {}, {});
     if (k == 0) continue;
     Differences& differences = faulty ? within : after;
     differences.lost += found.state != PoseState::kKnown;
