@@ -13,6 +13,15 @@ bool isTooNew(const nav_msgs::Odometry& odometry, ros::Time frame) {
   return odometry.header.stamp - frame > ros::Duration(0.1);
 }
 
+// The odometry of this frame; nullptr: there is none.
+// @param complete  waiting longer does not help.
+nav_msgs::OdometryConstPtr odometryOf(ros::Time frame, const OdometryHistory* odometry,
+                                      bool& complete) {
+  const nav_msgs::OdometryConstPtr found = odometry ? odometry->at(frame) : nullptr;
+  complete = !odometry || found;
+  return found && !isTooNew(*found, frame) ? found : nullptr;
+}
+
 // Whether the odometry did not see the motion to one of the frames from `previous` until before
 // `now`. (To the first frame of a path there is none.)
 bool wasUnseen(const OdometryHistory& odometry, ros::Time previous, ros::Time now) {
@@ -44,13 +53,8 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
   const auto T_cam_prev = lookUpCameraMotion(tf, camera, previous, now, fixed_frame, answer.reason);
   if (!T_cam_prev) return answer;
   answer.motion = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
-  answer.complete = !odometry;
-  if (!odometry) return answer;
-
-  const nav_msgs::OdometryConstPtr odometry_now = odometry->at(now);
+  const auto odometry_now = odometryOf(now, odometry, answer.complete);
   if (!odometry_now) return answer;
-  answer.complete = true;
-  if (isTooNew(*odometry_now, now)) return answer;
   const double dt_s = (now - previous).toSec();
   bool seen = !twistIsUnknown(*odometry_now);
   if (seen && wasUnseen(*odometry, previous, now)) {
@@ -77,12 +81,8 @@ PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry
   const auto T_odom_cam = lookUpTransform(tf, fixed_frame, camera, now, answer.reason);
   if (!T_odom_cam) return answer;
   answer.pose = CameraPose{*T_odom_cam, Matrix6d::Zero()};
-  answer.complete = !odometry;
-  if (!odometry) return answer;
-  const nav_msgs::OdometryConstPtr odometry_now = odometry->at(now);
+  const auto odometry_now = odometryOf(now, odometry, answer.complete);
   if (!odometry_now) return answer;
-  answer.complete = true;
-  if (isTooNew(*odometry_now, now)) return answer;
   if (twistIsUnknown(*odometry_now)) {
     // The first pose of a path has no twist.
     if (!previous) return answer;

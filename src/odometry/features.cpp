@@ -37,14 +37,6 @@ CornerDetector::Grid::Grid(const cv::Rect& image_area, int count) : area(image_a
   rows = std::max(1, static_cast<int>(std::lround(area.height / side)));
 }
 
-int CornerDetector::Grid::column(float x) const {
-  return std::clamp(static_cast<int>((x - area.x) * columns / area.width), 0, columns - 1);
-}
-
-int CornerDetector::Grid::row(float y) const {
-  return std::clamp(static_cast<int>((y - area.y) * rows / area.height), 0, rows - 1);
-}
-
 cv::Rect CornerDetector::Grid::strip(int row) const {
   const int top = area.y + (row * area.height + rows - 1) / rows;
   const int bottom = area.y + ((row + 1) * area.height + rows - 1) / rows;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -25,8 +26,12 @@ class CornerDetector {
   };
   struct Grid {
     Grid(const cv::Rect& image_area, int count);
-    int column(float x) const;
-    int row(float y) const;
+    int column(float x) const {
+      return std::clamp(static_cast<int>((x - area.x) * columns / area.width), 0, columns - 1);
+    }
+    int row(float y) const {
+      return std::clamp(static_cast<int>((y - area.y) * rows / area.height), 0, rows - 1);
+    }
     cv::Rect strip(int row) const;  ///< the pixels of a row of cells
 
     cv::Rect area;

@@ -188,11 +188,8 @@ int evaluate(const CommandLine& command_line) {
   if (perturb)
     std::cout << spreadTable(runs).text() << "\n" << perturbationTable(runs).text() << "\n";
   for (const Table& table : limits) std::cout << table.text();
-  if (command_line.has("csv")) {
-    const fs::path path = command_line.get("csv");
-    writeText(path, csv(evaluations));
-    writeText(framesFile(path), framesCsv(evaluations));
-  }
+  if (command_line.has("csv"))
+    writeCsv(command_line.get("csv"), csv(evaluations), framesCsv(evaluations));
   if (pictures)
     writeText(fs::path(command_line.get("html")) / "index.html",
               htmlPage(evaluations, limits, pictures->withErrors(), command_line.command()));

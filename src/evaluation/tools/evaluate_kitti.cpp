@@ -238,11 +238,7 @@ int evaluate(const CommandLine& command_line) {
     reports.push_back(std::move(report));
   }
   std::cout << paperTable(reports).text();
-  if (command_line.has("csv")) {
-    const fs::path path = command_line.get("csv");
-    writeText(path, csv(reports));
-    writeText(framesFile(path), framesCsv(reports));
-  }
+  if (command_line.has("csv")) writeCsv(command_line.get("csv"), csv(reports), framesCsv(reports));
   if (command_line.has("html")) {
     const fs::path dir = command_line.get("html");
     writeText(dir / "index.html", htmlPage(reports, provenance(command_line, params)));

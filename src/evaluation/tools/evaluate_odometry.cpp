@@ -170,11 +170,8 @@ int evaluate(const CommandLine& command_line) {
     print(evaluation);
     if (command_line.has("pictures")) drawPath(command_line.get("pictures"), evaluation);
   }
-  if (command_line.has("csv")) {
-    const std::filesystem::path path = command_line.get("csv");
-    writeText(path, csv(evaluations));
-    writeText(framesFile(path), framesCsv(evaluations));
-  }
+  if (command_line.has("csv"))
+    writeCsv(command_line.get("csv"), csv(evaluations), framesCsv(evaluations));
   return 0;
 }
 

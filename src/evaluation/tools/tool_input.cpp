@@ -9,6 +9,7 @@
 #include "evaluation/shifted_sequence.h"
 #include "nodelets/nodelet_params.h"
 #include "params/yaml_params.h"
+#include "tools/output_file.h"
 
 namespace predictive_stereo {
 namespace {
@@ -123,8 +124,9 @@ std::string fileName(const std::string& name) {
   return file;
 }
 
-fs::path framesFile(const fs::path& csv) {
-  return csv.parent_path() / (csv.stem().string() + "_frames.csv");
+void writeCsv(const fs::path& path, const std::string& csv, const std::string& frames_csv) {
+  writeText(path, csv);
+  writeText(path.parent_path() / (path.stem().string() + "_frames.csv"), frames_csv);
 }
 
 }  // namespace predictive_stereo

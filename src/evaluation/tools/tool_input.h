@@ -51,7 +51,8 @@ void useThreads(const CommandLine& command_line);
 /// The name with all characters except letters and digits replaced by underscores.
 std::string fileName(const std::string& name);
 
-/// The file for the figures of each frame beside `csv`: NAME_frames.csv.
-std::filesystem::path framesFile(const std::filesystem::path& csv);
+/// Writes the figures to `path`, and those of each frame to NAME_frames.csv beside it.
+void writeCsv(const std::filesystem::path& path, const std::string& csv,
+              const std::string& frames_csv);
 
 }  // namespace predictive_stereo
