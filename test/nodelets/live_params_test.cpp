@@ -205,6 +205,9 @@ TEST_F(LiveParamsTest, a_nodelet_that_is_loaded_again_goes_on_with_what_was_set)
   ASSERT_TRUE(request("Disparity", call));
   EXPECT_EQ(findIn<int>(call.response.config, "min_support"), 3);
   ASSERT_TRUE(loader_->unload(ns_ + "/Disparity"));
+  // The calls below must not reach the server that is ending.
+  ASSERT_TRUE(
+      eventually([&] { return !ros::service::exists(ns_ + "/Disparity/set_parameters", false); }));
   load("Disparity");
   Reconfigure nothing;
   ASSERT_TRUE(request("Disparity", nothing));
