@@ -26,7 +26,7 @@ struct DetectedObject {
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< [m^2/s^2]; zero: not known
   double score = 0;                                               ///< confidence, 0..1
   int age = 0;            ///< frames since the first detection
-  double distance_m = 0;  ///< from the left camera to the nearest part of the object
+  double distance_m = 0;  ///< depth of its nearest part, along the optical axis
 };
 
 /// Input of the detector for one frame. All maps have rig.size; unknown disparities are

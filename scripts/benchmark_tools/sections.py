@@ -108,7 +108,7 @@ def speed(run):
     for name, label in SPEED.items():
         table.add(label + ', ms', [one[name] for one in times], 1)
     for name in list(SPEED)[1:]:
-        table.add('the pipeline is faster than %s by' % name.split()[1].rstrip(','),
+        table.add('times faster than %s' % name.split()[1].rstrip(','),
                   [one[name] / one[list(SPEED)[0]] for one in times], 1)
     for name in stages[0]:
         table.add('stage: %s, ms' % name, [one[name] for one in stages], 1)
