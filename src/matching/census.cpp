@@ -1,24 +1,34 @@
 #include "matching/census.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace predictive_stereo {
 
-CensusPattern::CensusPattern(CensusForm form) {
-  const bool with_centre = form == CensusForm::k5x5;
-  const int radius_x = with_centre ? 2 : 4;
-  const int radius_y = form == CensusForm::kCentreSymmetric9x7 ? 3 : 2;
-  for (int y = -radius_y; y <= radius_y; ++y)
-    for (int x = -radius_x; x <= radius_x; ++x) {
+CensusPattern censusPattern(CensusForm form) {
+  constexpr int kNear = 2;  // within 5x5
+  CensusPattern pattern;
+  size_t size = 0;
+  for (int y = -kNear; y <= kNear; ++y)
+    for (int x = -kCensusMargin; x <= kCensusMargin; ++x) {
+      const bool is_near = std::abs(x) <= kNear;
       const bool is_centre = y == 0 && x == 0;
+      if (form == CensusForm::k5x5) {
+        if (is_near && !is_centre) pattern[size++] = {x, y, 0, 0};
+        continue;
+      }
       const bool before_centre = y < 0 || (y == 0 && x < 0);
-      if (with_centre && !is_centre) comparisons_[size_++] = {x, y, 0, 0};
-      if (!with_centre && before_centre) comparisons_[size_++] = {x, y, -x, -y};
+      if (is_near && before_centre) pattern[size++] = {x, y, -x, -y};
+      // Of the far pixels every second one, and those above and below.
+      const bool is_second = (x + y) % 2 == 0;
+      if ((!is_near && is_second) || (x == 0 && std::abs(y) == kNear))
+        pattern[size++] = {x, y, 0, 0};
     }
+  return pattern;
 }
 
 void censusReference(const cv::Mat1b& image, CensusForm form, cv::Mat1i& words) {
-  const CensusPattern pattern(form);
+  const CensusPattern pattern = censusPattern(form);
   const auto at = [&](int x, int y) {
     return image(std::clamp(y, 0, image.rows - 1), std::clamp(x, 0, image.cols - 1));
   };

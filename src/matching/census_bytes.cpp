@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "matching/census.h"
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
 
@@ -28,7 +29,7 @@ HWY_INLINE hn::Vec<Bytes> reversed(hn::Vec<Bytes> v) {
 }
 
 /// Entry e of plane b, at target + b * stride, becomes byte b of words[size - 1 - e].
-void SplitReversed(const int* words, int size, int bytes, size_t stride, uint8_t* target) {
+void SplitReversed(const int* words, int size, size_t stride, uint8_t* target) {
   const Bytes d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto* const source = reinterpret_cast<const uint8_t*>(words);
@@ -38,11 +39,11 @@ void SplitReversed(const int* words, int size, int bytes, size_t stride, uint8_t
     hn::StoreU(reversed(byte0), d, target + e);
     hn::StoreU(reversed(byte1), d, target + e + stride);
     hn::StoreU(reversed(byte2), d, target + e + 2 * stride);
-    if (bytes == 4) hn::StoreU(reversed(byte3), d, target + e + 3 * stride);
   };
   if (size < lanes) {
     for (int e = 0; e < size; ++e)
-      for (int b = 0; b < bytes; ++b) target[e + b * stride] = source[4 * (size - 1 - e) + b];
+      for (int b = 0; b < kCensusBytes; ++b)
+        target[e + b * stride] = source[4 * (size - 1 - e) + b];
     return;
   }
   for (int e = 0; e + lanes <= size; e += lanes) split(e);
@@ -50,7 +51,7 @@ void SplitReversed(const int* words, int size, int bytes, size_t stride, uint8_t
 }
 
 #else
-void SplitReversed(const int*, int, int, size_t, uint8_t*) {}
+void SplitReversed(const int*, int, size_t, uint8_t*) {}
 #endif
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -63,8 +64,6 @@ namespace predictive_stereo {
 
 HWY_EXPORT(SplitReversed);
 
-int censusBytes(CensusForm form) { return form == CensusForm::kCentreSymmetric9x7 ? 4 : 3; }
-
 void CensusBytes::build(const cv::Mat1i& right_words, const DisparityRange& shifts) {
   constexpr int kLargestVector = 64;
   const auto split = PREDICTIVE_STEREO_DISPATCH(SplitReversed, simd_target_);
@@ -74,11 +73,11 @@ void CensusBytes::build(const cv::Mat1i& right_words, const DisparityRange& shif
   const int behind = std::max(shifts.max_disparity(), 0) + kLargestVector;
   plane_stride_ = before + width + behind;
   row_offset_ = before + shifts.min_disparity;
-  planes_.create(right_words.rows, static_cast<int>(plane_stride_) * bytes_);
+  planes_.create(right_words.rows, static_cast<int>(plane_stride_) * kCensusBytes);
   parallelFor(cv::Range(0, right_words.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
-      split(right_words[y], width, bytes_, plane_stride_, planes_[y] + before);
-      for (int b = 0; b < bytes_; ++b) {
+      split(right_words[y], width, plane_stride_, planes_[y] + before);
+      for (int b = 0; b < kCensusBytes; ++b) {
         uint8_t* const plane = planes_[y] + b * plane_stride_;
         std::memset(plane, plane[before], before);
         std::memset(plane + before + width, plane[before + width - 1], behind);

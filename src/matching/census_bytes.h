@@ -10,13 +10,9 @@
 
 namespace predictive_stereo {
 
-/// Number of bytes of a census word: 3 or 4.
-int censusBytes(CensusForm form);
-
 class CensusBytes {
  public:
-  CensusBytes(CensusForm form, int64_t simd_target)
-      : bytes_(censusBytes(form)), simd_target_(simd_target) {}
+  explicit CensusBytes(int64_t simd_target) : simd_target_(simd_target) {}
 
   /// @param shifts  of columns, see PrincipalOffset.
   void build(const cv::Mat1i& right_words, const DisparityRange& shifts);
@@ -29,7 +25,6 @@ class CensusBytes {
   size_t plane_stride() const { return plane_stride_; }
 
  private:
-  const int bytes_;
   const int64_t simd_target_;
   size_t plane_stride_ = 0;
   int row_offset_ = 0;

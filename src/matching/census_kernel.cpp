@@ -22,13 +22,12 @@ using Bytes = hn::ScalableTag<uint8_t>;
 using SignedBytes = hn::RebindToSigned<Bytes>;
 using BytesV = hn::Vec<Bytes>;
 
-/// kComparisons comparisons of the pixels from x on: one byte per pixel.
-template <int kComparisons>
-HWY_INLINE BytesV compare(const int8_t* const* first, const int8_t* const* second, size_t x) {
+/// Eight comparisons of the pixels from x on: one byte per pixel.
+HWY_INLINE BytesV compareEight(const int8_t* const* first, const int8_t* const* second, size_t x) {
   const Bytes d;
   const SignedBytes ds;
   BytesV bits = hn::Zero(d);
-  for (int i = 0; i < kComparisons; ++i) {
+  for (int i = 0; i < 8; ++i) {
     const auto darker = hn::Lt(hn::LoadU(ds, first[i] + x), hn::LoadU(ds, second[i] + x));
     const auto bit = hn::Set(d, static_cast<uint8_t>(1 << i));
     bits = hn::Or(bits, hn::And(hn::BitCast(d, hn::VecFromMask(ds, darker)), bit));
@@ -36,33 +35,24 @@ HWY_INLINE BytesV compare(const int8_t* const* first, const int8_t* const* secon
   return bits;
 }
 
-template <int kComparisons>
-void censusRow(const int8_t* const* first, const int8_t* const* second, int width, int* words) {
+/// first[i] and second[i] point to the pixels that bit i of the row's first word compares.
+void CensusRow(const int8_t* const* first, const int8_t* const* second, int width, int* words) {
   const Bytes d;
   const int step = static_cast<int>(hn::Lanes(d));
   HWY_ALIGN int last[hn::MaxLanes(d)];
   for (int x = 0; x < width; x += step) {
-    const BytesV byte0 = compare<8>(first, second, x);
-    const BytesV byte1 = compare<8>(first + 8, second + 8, x);
-    const BytesV byte2 = compare<std::min(kComparisons - 16, 8)>(first + 16, second + 16, x);
-    const BytesV byte3 = compare<std::max(kComparisons - 24, 0)>(first + 24, second + 24, x);
+    const BytesV byte0 = compareEight(first, second, x);
+    const BytesV byte1 = compareEight(first + 8, second + 8, x);
+    const BytesV byte2 = compareEight(first + 16, second + 16, x);
     const bool fits = x + step <= width;
     int* const target = fits ? words + x : last;
-    hn::StoreInterleaved4(byte0, byte1, byte2, byte3, d, reinterpret_cast<uint8_t*>(target));
+    hn::StoreInterleaved4(byte0, byte1, byte2, hn::Zero(d), d, reinterpret_cast<uint8_t*>(target));
     if (!fits) std::copy_n(last, width - x, words + x);
   }
 }
 
-/// first[i] and second[i] point to the pixels that bit i of the row's first word compares.
-void CensusRow(const int8_t* const* first, const int8_t* const* second, int comparisons, int width,
-               int* words) {
-  if (comparisons == 22) censusRow<22>(first, second, width, words);
-  if (comparisons == 24) censusRow<24>(first, second, width, words);
-  if (comparisons == 31) censusRow<31>(first, second, width, words);
-}
-
 #else
-void CensusRow(const int8_t* const*, const int8_t* const*, int, int, int*) {}
+void CensusRow(const int8_t* const*, const int8_t* const*, int, int*) {}
 #endif
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -76,7 +66,7 @@ namespace predictive_stereo {
 HWY_EXPORT(CensusRow);
 
 void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
-  constexpr int kMargin = CensusPattern::kMarginX;
+  constexpr int kMargin = kCensusMargin;
   constexpr int kLargestVector = 64;
   padded_.create(image.rows, image.cols + 2 * kMargin + kLargestVector);
   words.create(image.size());
@@ -95,11 +85,11 @@ void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
     }
   });
 
-  const CensusPattern pattern(form_);
+  const CensusPattern pattern = censusPattern(form_);
   const auto censusRow = PREDICTIVE_STEREO_DISPATCH(CensusRow, simd_target_);
   parallelFor(rows, [&](const cv::Range& part) {
-    const int8_t* first[CensusPattern::kMostComparisons + 1] = {};
-    const int8_t* second[CensusPattern::kMostComparisons + 1] = {};
+    const int8_t* first[kCensusBits];
+    const int8_t* second[kCensusBits];
     for (int y = part.start; y < part.end; ++y) {
       const auto pixel = [&](int dx, int dy) {
         const uint8_t* row = padded_[std::clamp(y + dy, 0, image.rows - 1)];
@@ -110,7 +100,7 @@ void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
         first[i] = pixel(c.first_x, c.first_y);
         second[i++] = pixel(c.second_x, c.second_y);
       }
-      censusRow(first, second, pattern.size(), image.cols, words[y]);
+      censusRow(first, second, image.cols, words[y]);
     }
   });
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "matching/census.h"
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
 
@@ -21,7 +22,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// Writes bits 4 n to 4 n + 3 of each word to target + n * stride: into the high half of the byte
 /// if kHighHalf, else into the low half. Reads and writes whole vectors.
 template <bool kHighHalf>
-void splitWords(const int* words, int size, int nibbles, size_t stride, uint8_t* target) {
+void splitWords(const int* words, int size, size_t stride, uint8_t* target) {
   const hn::ScalableTag<uint8_t> d;
   const hn::Repartition<uint16_t, decltype(d)> d16;
   const auto half = hn::Set(d, kHighHalf ? 0xF0 : 0x0F);
@@ -43,20 +44,19 @@ void splitWords(const int* words, int size, int nibbles, size_t stride, uint8_t*
     split(0, byte0);
     split(2, byte1);
     split(4, byte2);
-    if (nibbles == 8) split(6, byte3);
   }
 }
 
-void SplitIntoTableRows(const int* words, int size, int nibbles, size_t stride, uint8_t* target) {
-  splitWords<true>(words, size, nibbles, stride, target);
+void SplitIntoTableRows(const int* words, int size, size_t stride, uint8_t* target) {
+  splitWords<true>(words, size, stride, target);
 }
-void SplitIntoIndices(const int* words, int size, int nibbles, size_t stride, uint8_t* target) {
-  splitWords<false>(words, size, nibbles, stride, target);
+void SplitIntoIndices(const int* words, int size, size_t stride, uint8_t* target) {
+  splitWords<false>(words, size, stride, target);
 }
 
 #else
-void SplitIntoTableRows(const int*, int, int, size_t, uint8_t*) {}
-void SplitIntoIndices(const int*, int, int, size_t, uint8_t*) {}
+void SplitIntoTableRows(const int*, int, size_t, uint8_t*) {}
+void SplitIntoIndices(const int*, int, size_t, uint8_t*) {}
 #endif
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -92,17 +92,15 @@ void orderPhase(const int* source, int width, int x, int step, int count, int* o
 
 }  // namespace
 
-int nibbleCount(CensusForm form) { return form == CensusForm::kCentreSymmetric9x7 ? 8 : 6; }
-
 void CensusPlanes::buildLeft(const cv::Mat1i& words) {
   const auto split = PREDICTIVE_STEREO_DISPATCH(SplitIntoTableRows, simd_target_);
   plane_stride_ = paddedStride(words.cols);
-  planes_.create(words.rows, static_cast<int>(plane_stride_) * nibbles_);
+  planes_.create(words.rows, static_cast<int>(plane_stride_) * kCensusNibbles);
   ordered_.create(words.rows, static_cast<int>(plane_stride_));
   parallelFor(cv::Range(0, words.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       std::copy_n(words[y], words.cols, ordered_[y]);
-      split(ordered_[y], words.cols, nibbles_, plane_stride_, planes_[y]);
+      split(ordered_[y], words.cols, plane_stride_, planes_[y]);
     }
   });
 }
@@ -117,7 +115,7 @@ void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& shif
   entry_offsets_.resize(entries);
   for (int entry = 0; entry < entries; ++entry)
     entry_offsets_[entry] = static_cast<uint32_t>(entry % phases * phase_stride + entry / phases);
-  planes_.create(words.rows, static_cast<int>(plane_stride_) * nibbles_);
+  planes_.create(words.rows, static_cast<int>(plane_stride_) * kCensusNibbles);
   ordered_.create(words.rows, static_cast<int>(plane_stride_));
   parallelFor(cv::Range(0, words.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
@@ -125,7 +123,7 @@ void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& shif
       for (int phase = 0; phase < phases; ++phase)
         orderPhase(source, width, width - 1 - shifts.min_disparity - phase, phases, per_phase,
                    ordered_[y] + phase * phase_stride);
-      split(ordered_[y], static_cast<int>(plane_stride_) - 64, nibbles_, plane_stride_, planes_[y]);
+      split(ordered_[y], static_cast<int>(plane_stride_) - 64, plane_stride_, planes_[y]);
     }
   });
 }

@@ -10,14 +10,10 @@
 
 namespace predictive_stereo {
 
-/// Number of groups of four bits in a word of this census form: 6 or 8.
-int nibbleCount(CensusForm form);
-
 /// Four-bit planes of every row. Bits 4 n, ... of row y begin at row(y) + n * plane_stride().
 class CensusPlanes {
  public:
-  CensusPlanes(CensusForm form, int64_t simd_target)
-      : nibbles_(nibbleCount(form)), simd_target_(simd_target) {}
+  explicit CensusPlanes(int64_t simd_target) : simd_target_(simd_target) {}
 
   /// Of the left image, in the order of columns. Bytes hold 16 times their four bits, which is the
   /// position of a row of CostTables.
@@ -34,7 +30,6 @@ class CensusPlanes {
   const uint32_t* entry_offsets() const { return entry_offsets_.data(); }
 
  private:
-  int nibbles_;
   int64_t simd_target_;
   size_t plane_stride_ = 0;
   std::vector<uint32_t> entry_offsets_;

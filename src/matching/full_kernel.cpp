@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "matching/census.h"
 #include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -21,8 +22,8 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Aggregates a row. kK: vectors per pixel, kNibbles as in FullSearchRow.
-template <int kK, int kNibbles, bool kStraight, bool kDiagonal>
+/// Aggregates a row. kK: vectors per pixel.
+template <int kK, bool kStraight, bool kDiagonal>
 class RowAggregation {
   using D = StripedBytes;
   using V = hn::Vec<D>;
@@ -45,7 +46,7 @@ class RowAggregation {
       : row_(row),
         p1_(hn::Set(d_, static_cast<uint8_t>(row.p1))),
         p2_(hn::Set(d_, static_cast<uint8_t>(row.p2))) {
-    for (int n = 0; n < kNibbles; ++n) right_[n] = row.right_planes + n * row.right_stride;
+    for (int n = 0; n < kCensusNibbles; ++n) right_[n] = row.right_planes + n * row.right_stride;
   }
 
   HWY_INLINE void run() const {
@@ -208,16 +209,16 @@ class RowAggregation {
   HWY_INLINE void matchingCosts(int x, Pixel& costs) const {
     const uint8_t* const left = row_.left_planes + x;
     const uint32_t* const offsets = row_.entry_offsets + (row_.width - 1 - x);
-    V tables[kNibbles];
-    for (int n = 0; n < kNibbles; ++n) {
+    V tables[kCensusNibbles];
+    for (int n = 0; n < kCensusNibbles; ++n) {
       const uint8_t* rows = n == 0 ? row_.tables->distance_and_p2 : row_.tables->distance;
       tables[n] = hn::LoadDup128(d_, rows + left[n * row_.left_stride]);
     }
     for (int k = 0; k < kK; ++k) {
-      V parts[kNibbles];
-      for (int n = 0; n < kNibbles; ++n)
+      V parts[kCensusNibbles];
+      for (int n = 0; n < kCensusNibbles; ++n)
         parts[n] = hn::TableLookupBytes(tables[n], hn::LoadU(d_, right_[n] + offsets[k]));
-      for (int n = 2; n < kNibbles; n += 2) {
+      for (int n = 2; n < kCensusNibbles; n += 2) {
         parts[0] = hn::Add(parts[0], parts[n]);
         parts[1] = hn::Add(parts[1], parts[n + 1]);
       }
@@ -268,21 +269,19 @@ class RowAggregation {
   const D d_{};
   const FullSearchRow row_;
   const V p1_, p2_;
-  const uint8_t* right_[kNibbles];
+  const uint8_t* right_[kCensusNibbles];
 };
 
-template <int kK, int kNibbles>
+template <int kK>
 void aggregate(const FullSearchRow& row) {
-  if (row.paths == PathSet::kStraight4) RowAggregation<kK, kNibbles, true, false>(row).run();
-  if (row.paths == PathSet::kDiagonal4) RowAggregation<kK, kNibbles, false, true>(row).run();
-  if (row.paths == PathSet::kAll8) RowAggregation<kK, kNibbles, true, true>(row).run();
+  if (row.paths == PathSet::kStraight4) RowAggregation<kK, true, false>(row).run();
+  if (row.paths == PathSet::kDiagonal4) RowAggregation<kK, false, true>(row).run();
+  if (row.paths == PathSet::kAll8) RowAggregation<kK, true, true>(row).run();
 }
 
 void AggregateFullRow(const FullSearchRow& row) {
-  callWithVectors(row.layout.vectors, [&](auto vectors) {
-    constexpr int kK = decltype(vectors)::value;
-    row.nibbles == 6 ? aggregate<kK, 6>(row) : aggregate<kK, 8>(row);
-  });
+  callWithVectors(row.layout.vectors,
+                  [&](auto vectors) { aggregate<decltype(vectors)::value>(row); });
 }
 
 StripedLayout LayOutStripes(int count) { return layOutStripes(count); }

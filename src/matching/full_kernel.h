@@ -36,7 +36,6 @@ struct FullSearchRow {
   int width;
   StripedLayout layout;
   int p1, p2;
-  int nibbles;
   PathSet paths;
   bool upward;
   RowPart part;                  ///< kWhole unless paths are straight

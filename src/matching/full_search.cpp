@@ -12,8 +12,8 @@ FullSearch::FullSearch(const MatcherParams& params, int64_t simd_target)
       simd_target_(simd_target),
       layout_(stripedLayout(simd_target, params.range.count)),
       tables_(params.p2),
-      left_planes_(params.census, simd_target),
-      right_planes_(params.census, simd_target) {
+      left_planes_(simd_target),
+      right_planes_(simd_target) {
   uint8_t* const dead = dead_.reserve(layout_.size());
   for (int i = 0; i < layout_.size(); ++i) {
     const int index = i % layout_.lanes * layout_.vectors + i / layout_.lanes;
@@ -109,7 +109,6 @@ FullSearchRow FullSearch::rowOf(const RowVisit& visit, RowPart part, const JumpF
   row.layout = layout_;
   row.p1 = params_.p1;
   row.p2 = params_.p2;
-  row.nibbles = nibbleCount(params_.census);
   row.paths = params_.paths;
   row.upward = visit.upward;
   row.part = part;

@@ -57,7 +57,7 @@ struct VerticalStep {
   }
 };
 
-template <int kBytes, bool kStraight, bool kDiagonal>
+template <bool kStraight, bool kDiagonal>
 class RowAggregation {
  public:
   explicit RowAggregation(const ReducedSearchRow& row)
@@ -127,7 +127,7 @@ class RowAggregation {
     const int runs = runs_;
     const PairBytes d;
     const auto p1 = lowLanes(d, run_d_, p1_), p2 = lowLanes(d, run_d_, p2_);
-    const BitCounter<RunBytes, kBytes> counter(row.p2);
+    const BitCounter<RunBytes> counter(row.p2);
     uint8_t* const sums = kComeFirst ? row.half_sums : row.sums;
     const uint8_t* const sums_before = kDown ? row.sums : row.half_sums;
     Pair goodness = loadPair(d, forward_.goodness, backward_.goodness);
@@ -191,14 +191,14 @@ class RowAggregation {
   }
 
   static HWY_INLINE void matchNarrow(const ReducedSearchRow& row, int run, const WindowRun& window,
-                                     const BitCounter<RunBytes, kBytes>& counter) {
+                                     const BitCounter<RunBytes>& counter) {
     const RunBytes d;
     const int x = run * kWindowRun;
     const auto words = hn::LoadDup128(d, reinterpret_cast<const uint8_t*>(row.left_words + x));
     const uint8_t* const right = row.right_bytes + (row.columns - 1 - x + window.first);
     for (int k = 0; k < kWindowRun; k += kPixelsOfVector) {
-      hn::Vec<RunBytes> differing[kBytes];
-      for (int b = 0; b < kBytes; ++b) {
+      hn::Vec<RunBytes> differing[kCensusBytes];
+      for (int b = 0; b < kCensusBytes; ++b) {
         const auto left = hn::TableLookupBytes(words, hn::Load(d, kSpread.of_byte[b] + k * kLanes));
         differing[b] = hn::Xor(left, loadDescending(d, right + b * row.right_stride - k));
       }
@@ -261,7 +261,7 @@ class RowAggregation {
     const Visit visit = visit_of_run;
     const WindowRun window = run_window;
     const Window paths(window, row.p1, row.p2);
-    const BitCounter<D, kBytes> counter(row.p2);
+    const BitCounter<D> counter(row.p2);
     const int pixels = std::min(kWindowRun, row.columns - run * kWindowRun);
     const bool backward = visit.walker && visit.walker->backward;
     typename Window::Passed along, carried;
@@ -322,11 +322,11 @@ class RowAggregation {
   /// Hamming distances + P2 of the disparities from `index` on.
   template <class D>
   static HWY_INLINE hn::Vec<D> matchingCosts(D d, const ReducedSearchRow& row, int x, int index,
-                                             const BitCounter<D, kBytes>& counter) {
+                                             const BitCounter<D>& counter) {
     const auto left = static_cast<unsigned>(row.left_words[x]);
     const uint8_t* const right = row.right_bytes + (row.columns - 1 - x + index);
-    hn::Vec<D> differing[kBytes];
-    for (int b = 0; b < kBytes; ++b)
+    hn::Vec<D> differing[kCensusBytes];
+    for (int b = 0; b < kCensusBytes; ++b)
       differing[b] = hn::Xor(hn::Set(d, static_cast<uint8_t>(left >> (8 * b))),
                              hn::LoadU(d, right + b * row.right_stride));
     return counter.count(differing);
@@ -335,7 +335,7 @@ class RowAggregation {
   /// The same, stored for the second visit.
   template <class D>
   static HWY_INLINE hn::Vec<D> storedCosts(D d, const ReducedSearchRow& row, int x, int index,
-                                           int place, const BitCounter<D, kBytes>& counter) {
+                                           int place, const BitCounter<D>& counter) {
     const hn::Vec<D> costs = matchingCosts(d, row, x, index, counter);
     hn::StoreU(costs, d, row.costs + place);
     return costs;
@@ -349,15 +349,10 @@ class RowAggregation {
   Walker forward_{false}, backward_{true};
 };
 
-template <int kBytes>
-void aggregate(const ReducedSearchRow& row) {
-  if (row.paths == PathSet::kStraight4) RowAggregation<kBytes, true, false>(row).run();
-  if (row.paths == PathSet::kDiagonal4) RowAggregation<kBytes, false, true>(row).run();
-  if (row.paths == PathSet::kAll8) RowAggregation<kBytes, true, true>(row).run();
-}
-
 void AggregateReducedRow(const ReducedSearchRow& row) {
-  row.bytes == 3 ? aggregate<3>(row) : aggregate<4>(row);
+  if (row.paths == PathSet::kStraight4) RowAggregation<true, false>(row).run();
+  if (row.paths == PathSet::kDiagonal4) RowAggregation<false, true>(row).run();
+  if (row.paths == PathSet::kAll8) RowAggregation<true, true>(row).run();
 }
 
 #else

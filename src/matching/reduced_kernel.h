@@ -37,7 +37,6 @@ struct PathStates {
 struct ReducedSearchRow {
   int columns;
   int p1, p2;
-  int bytes;  ///< of a census word
   PathSet paths;
   bool upward;
   RowPart part;            ///< kWhole unless paths are straight

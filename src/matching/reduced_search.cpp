@@ -20,7 +20,7 @@ int rowInTheMiddle(const SearchWindows& windows) {
 }  // namespace
 
 ReducedSearch::ReducedSearch(const MatcherParams& params, int64_t simd_target)
-    : params_(params), simd_target_(simd_target), right_bytes_(params.census, simd_target) {}
+    : params_(params), simd_target_(simd_target), right_bytes_(simd_target) {}
 
 void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words,
                           const PrincipalOffset& offset, const JumpFloors& floors,
@@ -105,7 +105,6 @@ ReducedSearchRow ReducedSearch::rowOf(const RowVisit& visit, RowPart part,
   row.columns = windows.width.cols;
   row.p1 = params_.p1;
   row.p2 = params_.p2;
-  row.bytes = censusBytes(params_.census);
   row.paths = params_.paths;
   row.upward = visit.upward;
   row.part = part;

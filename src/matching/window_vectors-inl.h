@@ -12,6 +12,7 @@
 
 #include <algorithm>
 
+#include "matching/census.h"
 #include "matching/path_step-inl.h"
 #include "matching/reduced_kernel.h"
 
@@ -169,8 +170,8 @@ HWY_INLINE hn::Vec<D> loadDescending(D d, const uint8_t* source) {
   }
 }
 
-/// Number of set bits in kBytes bytes, + P2.
-template <class D, int kBytes, class V = hn::Vec<D>>
+/// Number of set bits in the kCensusBytes bytes of a word, + P2.
+template <class D, class V = hn::Vec<D>>
 class BitCounter {
  public:
   HWY_INLINE explicit BitCounter(int p2) {
@@ -188,11 +189,9 @@ class BitCounter {
     const V first_two = hn::Xor(bytes[0], bytes[1]);
     const V ones = hn::Xor(first_two, bytes[2]);
     const V twos = hn::Or(hn::And(bytes[0], bytes[1]), hn::And(first_two, bytes[2]));
-    V sum = hn::Add(hn::Add(inLow(once_and_p2_, ones), inHigh(once_, ones)),
-                    hn::Add(inLow(twice_, twos), inHigh(twice_, twos)));
-    if constexpr (kBytes == 4)
-      sum = hn::Add(sum, hn::Add(inLow(once_, bytes[3]), inHigh(once_, bytes[3])));
-    return sum;
+    static_assert(kCensusBytes == 3, "the full adder takes three");
+    return hn::Add(hn::Add(inLow(once_and_p2_, ones), inHigh(once_, ones)),
+                   hn::Add(inLow(twice_, twos), inHigh(twice_, twos)));
   }
 
  private:

@@ -19,8 +19,7 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr CensusForm kForms[] = {CensusForm::k5x5, CensusForm::kCentreSymmetric9x5,
-                                 CensusForm::kCentreSymmetric9x7};
+constexpr CensusForm kForms[] = {CensusForm::k5x5, CensusForm::kMixed9x5};
 constexpr PathSet kPathSets[] = {PathSet::kStraight4, PathSet::kDiagonal4, PathSet::kAll8};
 
 template <class T>
@@ -207,7 +206,6 @@ TEST(Kernels, FullSearchOfNoise) {
       MatcherParams params;
       params.range.count = count;
       params.paths = paths;
-      params.census = CensusForm::kCentreSymmetric9x7;
       expectFullSearchEqualsReference(pair, params);
     }
 }
