@@ -64,7 +64,7 @@ TEST(Matcher, EightPathsFindNoLessThanFourInNoise) {
   cv::RNG random(8);
   cv::Mat1b noise(pair.left.size());
   random.fill(noise, cv::RNG::UNIFORM, 0, 160);
-  cv::addWeighted(pair.left, 0.08, noise, 0.92, 0, pair.left);
+  cv::addWeighted(pair.left, 0.1, noise, 0.9, 0, pair.left);
   MatcherParams params = smallParams(0, 32);
   params.p1 = 20;
   params.p2 = 120;
