@@ -12,14 +12,15 @@
 namespace predictive_stereo {
 
 enum class CensusForm {
-  k5x5,       ///< 24 comparisons with the centre (the paper)
-  kMixed9x5,  ///< 12 of opposite pixels within 5x5, 12 of far pixels with the centre (the default)
+  k5x5,                 ///< 24 comparisons with the centre (the paper)
+  kCentreSymmetric9x5,  ///< 22 comparisons of opposite pixels (the default)
+  kMixed9x5,            ///< 12 of opposite pixels within 5x5, 12 of far pixels with the centre
 };
 enum class PathSet { kStraight4, kDiagonal4, kAll8 };
 
 struct MatcherParams {
   DisparityRange range;
-  CensusForm census = CensusForm::kMixed9x5;
+  CensusForm census = CensusForm::kCentreSymmetric9x5;
   PathSet paths = PathSet::kStraight4;
   int p1 = 10;                       ///< penalty of a disparity change by 1 (eq. 1)
   int p2 = 70;                       ///< penalty of a larger change, > p1 (eq. 1)
@@ -33,7 +34,9 @@ struct MatcherParams {
   void visit(Visitor&& v) {
     v("range", range);
     v("census", census,
-      Choices<CensusForm>{{"5x5", CensusForm::k5x5}, {"mixed_9x5", CensusForm::kMixed9x5}});
+      Choices<CensusForm>{{"5x5", CensusForm::k5x5},
+                          {"centre_symmetric_9x5", CensusForm::kCentreSymmetric9x5},
+                          {"mixed_9x5", CensusForm::kMixed9x5}});
     v("paths", paths,
       Choices<PathSet>{{"straight_4", PathSet::kStraight4},
                        {"diagonal_4", PathSet::kDiagonal4},

@@ -7,7 +7,7 @@ namespace predictive_stereo {
 
 CensusPattern censusPattern(CensusForm form) {
   constexpr int kNear = 2;  // within 5x5
-  CensusPattern pattern;
+  CensusPattern pattern{};
   size_t size = 0;
   for (int y = -kNear; y <= kNear; ++y)
     for (int x = -kCensusMargin; x <= kCensusMargin; ++x) {
@@ -17,11 +17,12 @@ CensusPattern censusPattern(CensusForm form) {
         if (is_near && !is_centre) pattern[size++] = {x, y, 0, 0};
         continue;
       }
+      const bool is_mixed = form == CensusForm::kMixed9x5;
       const bool before_centre = y < 0 || (y == 0 && x < 0);
-      if (is_near && before_centre) pattern[size++] = {x, y, -x, -y};
+      if (before_centre && (is_near || !is_mixed)) pattern[size++] = {x, y, -x, -y};
       // Of the far pixels every second one, and those above and below.
       const bool is_second = (x + y) % 2 == 0;
-      if ((!is_near && is_second) || (x == 0 && std::abs(y) == kNear))
+      if (is_mixed && ((!is_near && is_second) || (x == 0 && std::abs(y) == kNear)))
         pattern[size++] = {x, y, 0, 0};
     }
   return pattern;

@@ -19,7 +19,8 @@ constexpr int kCensusBytes = kCensusBits / 8;
 constexpr int kCensusNibbles = kCensusBits / 4;  ///< groups of four bits
 constexpr int kCensusMargin = 4;                 ///< largest column offset of all forms
 
-/// The comparisons of a census form; the first of them is bit 0.
+/// The comparisons of a census form; the first of them is bit 0. The last ones may compare the
+/// centre with itself, which gives 0.
 using CensusPattern = std::array<CensusComparison, kCensusBits>;
 CensusPattern censusPattern(CensusForm form);
 

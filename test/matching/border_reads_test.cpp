@@ -24,7 +24,8 @@ using testing::GuardEveryMat;
 using testing::kMostGuarded;
 
 constexpr Guard kGuards[] = {Guard::kBehind, Guard::kBefore};
-constexpr CensusForm kForms[] = {CensusForm::k5x5, CensusForm::kMixed9x5};
+constexpr CensusForm kForms[] = {CensusForm::k5x5, CensusForm::kCentreSymmetric9x5,
+                                 CensusForm::kMixed9x5};
 constexpr PathSet kPathSets[] = {PathSet::kStraight4, PathSet::kDiagonal4, PathSet::kAll8};
 
 template <class T>
@@ -85,7 +86,7 @@ TEST(BorderReads, OfMatchedImages) {
           params.paths = paths;
           params.simd_target = target;
           expectNoReadsBeyond(size, params, 0);
-          if (form == CensusForm::kMixed9x5)
+          if (form == CensusForm::kCentreSymmetric9x5)
             for (const double offset_px : {-130.5, -7.25, 46.0, 129.75})
               expectNoReadsBeyond(size, params, offset_px);
         }

@@ -19,7 +19,8 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr CensusForm kForms[] = {CensusForm::k5x5, CensusForm::kMixed9x5};
+constexpr CensusForm kForms[] = {CensusForm::k5x5, CensusForm::kCentreSymmetric9x5,
+                                 CensusForm::kMixed9x5};
 constexpr PathSet kPathSets[] = {PathSet::kStraight4, PathSet::kDiagonal4, PathSet::kAll8};
 
 template <class T>

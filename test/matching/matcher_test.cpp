@@ -44,7 +44,8 @@ TEST(Matcher, FindsTheDisparitiesOfEveryPathSetAndCensusForm) {
   for (const int min_disparity : {-16, 0, 16}) {
     const TestPair pair = makeTestPair({160, 90}, min_disparity + 3, min_disparity + 40, 1);
     for (const PathSet paths : {PathSet::kStraight4, PathSet::kDiagonal4, PathSet::kAll8})
-      for (const CensusForm census : {CensusForm::k5x5, CensusForm::kMixed9x5}) {
+      for (const CensusForm census :
+           {CensusForm::k5x5, CensusForm::kCentreSymmetric9x5, CensusForm::kMixed9x5}) {
         MatcherParams params = smallParams(min_disparity, 48);
         params.paths = paths;
         params.census = census;
@@ -64,7 +65,7 @@ TEST(Matcher, EightPathsFindNoLessThanFourInNoise) {
   cv::RNG random(8);
   cv::Mat1b noise(pair.left.size());
   random.fill(noise, cv::RNG::UNIFORM, 0, 160);
-  cv::addWeighted(pair.left, 0.1, noise, 0.9, 0, pair.left);
+  cv::addWeighted(pair.left, 0.08, noise, 0.92, 0, pair.left);
   MatcherParams params = smallParams(0, 32);
   params.p1 = 20;
   params.p2 = 120;
