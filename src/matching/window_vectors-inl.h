@@ -141,11 +141,11 @@ constexpr StepTable kStep;
 /// Shuffles that copy one byte of each pixel's census word to all lanes of that pixel, for a run.
 struct SpreadTable {
   constexpr SpreadTable() {
-    for (int b = 0; b < 4; ++b)
+    for (int b = 0; b < kCensusBytes; ++b)
       for (int i = 0; i < kWindowRun * kLanes; ++i)
         of_byte[b][i] = static_cast<uint8_t>(i / kLanes * 4 + b);
   }
-  alignas(64) uint8_t of_byte[4][kWindowRun * kLanes] = {};
+  alignas(64) uint8_t of_byte[kCensusBytes][kWindowRun * kLanes] = {};
 };
 constexpr SpreadTable kSpread;
 

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "imaging/half_image.h"
@@ -113,6 +116,32 @@ void expectReducedSearchEqualsReference(const TestPair& pair, MatcherParams para
   }
 }
 
+TEST(Kernels, CensusFormsCompareWhatTheirNamesSay) {
+  struct Counts {
+    CensusForm form;
+    int opposite, with_centre;
+  };
+  for (const auto& [form, opposite, with_centre] : {Counts{CensusForm::k5x5, 0, 24},
+                                                    {CensusForm::kCentreSymmetric9x5, 22, 0},
+                                                    {CensusForm::kMixed9x5, 12, 12}}) {
+    std::set<std::tuple<int, int, int, int>> opposites, with_centres;
+    for (const CensusComparison& c : censusPattern(form)) {
+      EXPECT_LE(std::abs(c.first_x), form == CensusForm::k5x5 ? 2 : 4);
+      EXPECT_LE(std::abs(c.first_y), 2);
+      if (c.first_x == 0 && c.first_y == 0) continue;  // no comparison
+      const bool is_opposite = c.second_x == -c.first_x && c.second_y == -c.first_y;
+      const bool is_with_centre = c.second_x == 0 && c.second_y == 0;
+      EXPECT_TRUE(is_opposite || is_with_centre);
+      if (form == CensusForm::kMixed9x5 && is_with_centre)
+        EXPECT_EQ((c.first_x + c.first_y) % 2, 0);
+      (is_opposite ? opposites : with_centres)
+          .emplace(c.first_x, c.first_y, c.second_x, c.second_y);
+    }
+    EXPECT_EQ(opposites.size(), static_cast<size_t>(opposite));
+    EXPECT_EQ(with_centres.size(), static_cast<size_t>(with_centre));
+  }
+}
+
 TEST(Kernels, CensusEqualsReference) {
   cv::RNG random(1);
   for (const cv::Size size : {cv::Size(1, 1), {3, 1}, {1, 9}, {17, 4}, {64, 7}, {131, 9}}) {
@@ -207,6 +236,7 @@ TEST(Kernels, FullSearchOfNoise) {
       MatcherParams params;
       params.range.count = count;
       params.paths = paths;
+      params.census = CensusForm::k5x5;  // the most comparisons: the largest costs
       expectFullSearchEqualsReference(pair, params);
     }
 }
