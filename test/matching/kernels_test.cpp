@@ -132,8 +132,9 @@ TEST(Kernels, CensusFormsCompareWhatTheirNamesSay) {
       const bool is_opposite = c.second_x == -c.first_x && c.second_y == -c.first_y;
       const bool is_with_centre = c.second_x == 0 && c.second_y == 0;
       EXPECT_TRUE(is_opposite || is_with_centre);
-      if (form == CensusForm::kMixed9x5 && is_with_centre)
+      if (form == CensusForm::kMixed9x5 && is_with_centre) {
         EXPECT_EQ((c.first_x + c.first_y) % 2, 0);
+      }
       (is_opposite ? opposites : with_centres)
           .emplace(c.first_x, c.first_y, c.second_x, c.second_y);
     }
