@@ -90,7 +90,7 @@ EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1
   if (choice.solution.found) {
     estimate.state = PoseState::kKnown;
     describeMotion(choice.solution, references[used], estimate);
-    usual = {estimate.motion.T_cam_prev, choice.usual_share};
+    usual = {true, estimate.motion.T_cam_prev, choice.usual_share};
     offset = choice.solution.offset;
     steady_offset.update(offset);
     chooseReference(choice, used);

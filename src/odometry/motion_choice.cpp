@@ -19,6 +19,8 @@ constexpr double kLargestSigma_m = 0.5, kLargestSigma_rad = 0.05;
 // A motion is doubtful, and others are tried, if its share of inliers among the tracked points is
 // below this part of the usual share.
 constexpr double kUsualShare = 2.0 / 3;
+// Of the median depth, see movedAhead.
+constexpr double kAheadByDepth = 0.1;
 
 bool isCertain(const Matrix6d& covariance) {
   const double largest_m2 = covariance.diagonal().head<3>().maxCoeff();
@@ -42,85 +44,140 @@ Eigen::Isometry3d atConstantVelocity(const ReferenceFrame& reference,
   return T;
 }
 
+// A camera that moves ahead, by a part of the median depth: between its capture range around zero
+// and around this motion, tracking finds the static points of most drives.
+Eigen::Isometry3d movedAhead(const StereoRig& rig, const ReferenceFrame& reference) {
+  std::vector<float> disparities_px;
+  for (const Feature& feature : reference.features)
+    if (feature.disparity_px > 0) disparities_px.push_back(feature.disparity_px);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  if (disparities_px.empty()) return T;
+  const auto middle =
+      disparities_px.begin() + static_cast<std::ptrdiff_t>(disparities_px.size() / 2);
+  std::nth_element(disparities_px.begin(), middle, disparities_px.end());
+  T.translation().z() = -kAheadByDepth * rig.fx_px * rig.baseline_m / *middle;
+  return T;
+}
+
+// The features of the reference, followed from one expectation, and what most of them agree with.
+struct Trial {
+  FollowedFeatures points;
+  PoseSolution solution;
+};
+
 // Estimates the motion from several expectations, and keeps the best result.
 class MotionTrials {
  public:
-  MotionTrials(const StereoRig& rig, const ReferenceFrame& reference, double usual_share,
+  MotionTrials(const StereoRig& rig, const ReferenceFrame& reference, const UsualMotion& usual,
                double offset_jitter_px, const FollowFeatures& follow)
-      : rig_(rig), reference_(reference), usual_share_(usual_share), follow_(follow) {
+      : rig_(rig), reference_(reference), usual_(usual), follow_(follow) {
     params_.offset_jitter_px = offset_jitter_px;
     params_.common_errors = kCommonErrors;
   }
 
   // Does nothing if an earlier expectation was almost the same.
   void tryFrom(const Eigen::Isometry3d& T_expected) {
-    for (const Eigen::Isometry3d& before : tried_)
-      if (predictSamePositions(rig_, reference_, before, T_expected)) return;
-    FollowedFeatures points = follow_(T_expected);
-    PoseSolution solution = solve(points.correspondences, T_expected);
-    // The covariance contains the effect of the offset, which is reported separately: remove it.
-    const Vector6d by_offset = solution.by_disparity_errors.col(0);
-    solution.covariance -= by_offset * by_offset.transpose();
-    solution.found = solution.found && isCertain(solution.covariance);
+    if (wasTried(T_expected)) return;
     const bool is_first = tried_.empty();
-    tried_.push_back(T_expected);
-    if (!is_first && !isBetter(solution, points.correspondences)) return;
-    best_ = std::move(solution);
-    correspondences_ = std::move(points.correspondences);
-    rows_ = std::move(points.rows);
-    searched_ = std::max(points.searched, 1);
+    Trial trial = follow(T_expected);
+    if (is_first || isBetter(trial)) best_ = std::move(trial);
+  }
+  // The same for a motion that replaces only a different one.
+  void tryRivalFrom(const Eigen::Isometry3d& T_expected) {
+    if (wasTried(T_expected)) return;
+    Trial trial = follow(T_expected);
+    if (!isSameAsBest(trial.solution) && isBetter(trial)) best_ = std::move(trial);
   }
   void tryFromBest() {
-    if (best_.found) tryFrom(best_.T_cam_prev);
+    if (best_.solution.found) tryFrom(best_.solution.T_cam_prev);
   }
   void tryFromOutliers() {
-    if (!best_.found) return;
-    std::vector<Correspondence> rest;
-    for (size_t i = 0; i < correspondences_.size(); ++i)
-      if (!best_.inlier[i]) rest.push_back(correspondences_[i]);
-    const PoseSolution second = solve(rest, best_.T_cam_prev);
+    if (!best_.solution.found) return;
+    const PoseSolution second =
+        solve(outliers(best_.points, best_.solution), best_.solution.T_cam_prev);
     if (second.found) tryFrom(second.T_cam_prev);
   }
 
-  double inlierShare() const { return best_.inliers / searched_; }
+  double inlierShare() const { return best_.solution.inliers / searched(); }
   bool isAsUsual() const {
-    return best_.found && best_.inliers > kUsualShare * usual_share_ * searched_;
+    return best_.solution.found && inlierShare() > kUsualShare * usual_.inlier_share;
   }
-  bool hasFewInliers() const { return best_.inliers < kFirstUsualShare * searched_; }
+  bool hasFewInliers() const { return inlierShare() < kFirstUsualShare; }
 
   // Moves the result.
   MotionChoice result(bool doubtful) {
     MotionChoice choice;
     choice.doubtful = doubtful;
-    choice.usual_share = usual_share_;
-    if (best_.found) choice.usual_share = std::max(doubtful ? 0 : usual_share_, inlierShare());
-    choice.solution = std::move(best_);
-    choice.correspondences = std::move(correspondences_);
-    choice.rows = std::move(rows_);
+    choice.usual_share = usual_.inlier_share;
+    if (best_.solution.found)
+      choice.usual_share = std::max(doubtful ? 0 : usual_.inlier_share, inlierShare());
+    choice.solution = std::move(best_.solution);
+    choice.correspondences = std::move(best_.points.correspondences);
+    choice.rows = std::move(best_.points.rows);
     return choice;
   }
 
  private:
+  bool wasTried(const Eigen::Isometry3d& T_expected) const {
+    return std::any_of(tried_.begin(), tried_.end(), [&](const Eigen::Isometry3d& before) {
+      return predictSamePositions(rig_, reference_, before, T_expected);
+    });
+  }
+  Trial follow(const Eigen::Isometry3d& T_expected) {
+    tried_.push_back(T_expected);
+    Trial trial{follow_(T_expected), {}};
+    trial.solution = solve(trial.points.correspondences, T_expected);
+    if (!usual_.known) weighSecondMotion(T_expected, trial);
+    return trial;
+  }
   PoseSolution solve(const std::vector<Correspondence>& correspondences,
                      const Eigen::Isometry3d& T_expected) const {
-    return solvePose(rig_, correspondences, T_expected, reference_.offset, kExpectedSigmaPx,
-                     params_);
+    PoseSolution solution =
+        solvePose(rig_, correspondences, T_expected, reference_.offset, kExpectedSigmaPx, params_);
+    // The covariance contains the effect of the offset, which is reported separately: remove it.
+    const Vector6d by_offset = solution.by_disparity_errors.col(0);
+    solution.covariance -= by_offset * by_offset.transpose();
+    solution.found = solution.found && isCertain(solution.covariance);
+    return solution;
   }
-  bool isBetter(const PoseSolution& other, const std::vector<Correspondence>& others) const {
-    if (!other.found || !best_.found) return other.found;
-    return isPreferred(other, support(other, others), best_, support(best_, correspondences_));
+  static std::vector<Correspondence> outliers(const FollowedFeatures& points,
+                                              const PoseSolution& solution) {
+    std::vector<Correspondence> rest;
+    for (size_t i = 0; i < points.correspondences.size(); ++i)
+      if (!solution.inlier[i]) rest.push_back(points.correspondences[i]);
+    return rest;
   }
+  // Takes the motion that the outliers of a trial agree with, if it is preferred.
+  void weighSecondMotion(const Eigen::Isometry3d& T_expected, Trial& trial) const {
+    PoseSolution& first = trial.solution;
+    if (!first.found) return;
+    PoseSolution second = solve(outliers(trial.points, first), T_expected);
+    if (!second.found) return;
+    std::vector<char> inlier(trial.points.correspondences.size(), 0);
+    for (size_t i = 0, k = 0; i < inlier.size(); ++i)
+      if (!first.inlier[i]) inlier[i] = second.inlier[k++];
+    second.inlier = std::move(inlier);
+    const std::vector<Correspondence>& points = trial.points.correspondences;
+    if (motionWorth(second, points) > motionWorth(first, points)) first = std::move(second);
+  }
+  bool isSameAsBest(const PoseSolution& solution) const {
+    return solution.found && best_.solution.found &&
+           predictSamePositions(rig_, reference_, solution.T_cam_prev, best_.solution.T_cam_prev);
+  }
+  bool isBetter(const Trial& other) const {
+    if (!other.solution.found || !best_.solution.found) return other.solution.found;
+    return motionWorth(other.solution, other.points.correspondences) >
+           motionWorth(best_.solution, best_.points.correspondences);
+  }
+  double searched() const { return std::max(best_.points.searched, 1); }
 
   const StereoRig& rig_;
   const ReferenceFrame& reference_;
-  const double usual_share_;
+  const UsualMotion& usual_;
   const FollowFeatures& follow_;
   PoseSolverParams params_;
   std::vector<Eigen::Isometry3d> tried_;
-  PoseSolution best_;
-  std::vector<Correspondence> correspondences_;  // of the best
-  std::optional<FeatureRows> rows_;              // likewise
-  double searched_ = 1;                          // features, the same in all trials
+  Trial best_;
 };
 
 }  // namespace
@@ -130,8 +187,9 @@ MotionChoice chooseMotion(const StereoRig& rig, const ReferenceFrame& reference,
                           const FollowFeatures& follow) {
   const Eigen::Isometry3d T_previous = reference.to_previous.T_cam_prev;
   const Eigen::Isometry3d T_expected = atConstantVelocity(reference, usual.T_cam_prev);
-  MotionTrials trials(rig, reference, usual.inlier_share, offset_jitter_px, follow);
+  MotionTrials trials(rig, reference, usual, offset_jitter_px, follow);
   trials.tryFrom(T_expected);
+  if (!usual.known) trials.tryRivalFrom(compose(movedAhead(rig, reference), T_previous));
   const bool doubtful = !trials.isAsUsual();
   const bool ask_sensor = reference.R_since && (doubtful || trials.hasFewInliers());
   if (!doubtful && !ask_sensor) return trials.result(doubtful);

@@ -15,6 +15,7 @@ constexpr double kFirstUsualShare = 0.5;
 
 /// What the last frames say about the next one.
 struct UsualMotion {
+  bool known = false;                                            ///< false before the first motion
   Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();  ///< the last frame's motion
   /// Usual share of inliers among the tracked points, of motions that are not doubtful.
   double inlier_share = kFirstUsualShare;
@@ -44,6 +45,10 @@ using FollowFeatures = std::function<FollowedFeatures(const Eigen::Isometry3d& T
 /// - the motion that the outliers agree with: among vehicles that move with the camera, most static
 ///   points are tracked only if they are expected at the right position.
 /// The best motion is used, so that a wrong one does not become the next expectation.
+///
+/// The first motion of all has rivals even if it is not doubtful, because no history says what is
+/// static: the second motion that its points agree with, and the two of the points that are found
+/// where a camera that moves ahead would see them.
 /// @param offset_jitter_px  as PoseSolverParams::offset_jitter_px.
 MotionChoice chooseMotion(const StereoRig& rig, const ReferenceFrame& reference,
                           const UsualMotion& usual, double offset_jitter_px,

@@ -2,29 +2,24 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "predictive_stereo/disparity_motion.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr double kSimilarSupport = 2.0 / 3;
 constexpr double kSamePlacePx = 2;  // tracking finds features from much farther away
 constexpr double kFarPx = 1e6;      // also replaces NaN, of points beside the camera
 
 }  // namespace
 
-double support(const PoseSolution& solution, const std::vector<Correspondence>& correspondences) {
-  double sum = 0;
+double motionWorth(const PoseSolution& solution,
+                   const std::vector<Correspondence>& correspondences) {
+  double support = 0;
   for (size_t i = 0; i < correspondences.size(); ++i)
-    if (solution.inlier[i]) sum += correspondences[i].trust;
-  return sum;
-}
-
-bool isPreferred(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b) {
-  if (support_a < kSimilarSupport * support_b) return false;
-  if (support_b < kSimilarSupport * support_a) return true;
-  return a.covariance.determinant() < b.covariance.determinant();
+    if (solution.inlier[i]) support += correspondences[i].trust;
+  return support / std::pow(solution.covariance.determinant(), 1.0 / 12);
 }
 
 bool predictSamePositions(const StereoRig& rig, const ReferenceFrame& reference,

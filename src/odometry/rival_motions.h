@@ -8,12 +8,11 @@
 
 namespace predictive_stereo {
 
-/// Sum of the trust of the inliers of a motion.
-double support(const PoseSolution& solution, const std::vector<Correspondence>& correspondences);
-
-/// Whether motion `a` is preferred to `b`. If both have similar support, the one with the smaller
-/// covariance is: static points surround the camera, those of a moving object are close together.
-bool isPreferred(const PoseSolution& a, double support_a, const PoseSolution& b, double support_b);
+/// How much speaks for a motion that was found: the trust of its inliers, divided by the geometric
+/// mean of its six standard deviations. Static points are many and surround the camera; those of a
+/// moving object are few, or close together.
+double motionWorth(const PoseSolution& solution,
+                   const std::vector<Correspondence>& correspondences);
 
 /// Whether two motions predict most features at the same positions.
 bool predictSamePositions(const StereoRig& rig, const ReferenceFrame& reference,
