@@ -19,7 +19,8 @@ double motionWorth(const PoseSolution& solution,
   double support = 0;
   for (size_t i = 0; i < correspondences.size(); ++i)
     if (solution.inlier[i]) support += correspondences[i].trust;
-  return support / std::pow(solution.covariance.determinant(), 1.0 / 12);
+  const double determinant = solution.covariance.determinant();
+  return determinant > 0 ? support / std::pow(determinant, 1.0 / 12) : 0;
 }
 
 bool predictSamePositions(const StereoRig& rig, const ReferenceFrame& reference,

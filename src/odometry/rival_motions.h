@@ -10,7 +10,8 @@ namespace predictive_stereo {
 
 /// How much speaks for a motion that was found: the trust of its inliers, divided by the geometric
 /// mean of its six standard deviations. Static points are many and surround the camera; those of a
-/// moving object are few, or close together.
+/// moving object are few, or close together. 0 if the determinant of the covariance is not
+/// positive: its sigmas say nothing then.
 double motionWorth(const PoseSolution& solution,
                    const std::vector<Correspondence>& correspondences);
 
