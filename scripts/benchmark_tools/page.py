@@ -1,6 +1,8 @@
 """Tables of figures: as markdown, within a page, and compared with their expected ranges."""
 
 import csv
+import hashlib
+import pathlib
 import re
 
 
@@ -69,6 +71,28 @@ def tables_of(text):
                  for line in body.splitlines() if line.startswith('|')]
         tables[name] = {line[0]: dict(zip(lines[0][1:], line[1:])) for line in lines[2:]}
     return tables
+
+
+# Folders of src/ whose code the figures depend on; "include" is that of the public headers.
+STAGES = ('detection', 'filtering', 'geometry', 'imaging', 'include', 'matching', 'nodelets', 'odometry', 'parallel',
+          'pipeline', 'simd')
+
+
+def sums_of_stages(repository):
+    """folder -> checksum of its code, without comments and line breaks."""
+    repository, sums = pathlib.Path(repository), {}
+    for stage in STAGES:
+        folder = repository / ('include' if stage == 'include' else 'src/' + stage)
+        code = ''.join(path.read_text() for path in sorted(folder.rglob('*')) if path.suffix in ('.h', '.cpp'))
+        code = ''.join(re.sub('//.*', '', code).split())
+        sums[stage] = hashlib.sha256(code.encode()).hexdigest()[:8]
+    return sums
+
+
+def newer_stages(benchmarks, repository):
+    """Stages whose code is not that of the tables in the text of docs/benchmarks.md."""
+    measured = dict(re.findall('([a-z]+) ([0-9a-f]{8})', tables_of(benchmarks)['machine']['code']['']))
+    return {stage for stage, checksum in sums_of_stages(repository).items() if measured.get(stage) != checksum}
 
 
 # What README says, by figures of docs/benchmarks.md: {table: row: column}.

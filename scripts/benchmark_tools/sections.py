@@ -7,7 +7,7 @@ import re
 import subprocess
 
 import running
-from page import Table
+from page import Table, sums_of_stages
 from running import find, number
 
 DAY, OTHER_DAY = '2011_09_26', '2011_09_30'
@@ -81,6 +81,7 @@ def machine(run):
     compiler = _output(_cached(run, 'CMAKE_CXX_COMPILER') or 'c++', '-dumpfullversion')
     table = Table('machine', '', [''])
     table.add('commit', [_output('git', '-C', REPOSITORY, 'describe', '--always', '--dirty') or 'unknown'])
+    table.add('code', [', '.join('%s %s' % item for item in sums_of_stages(REPOSITORY).items())])
     table.add('date', [_output('date', '+%Y-%m-%d')])
     table.add('CPU', ['%s, %d cores' % (_cpu(), os.cpu_count())])
     table.add('system', ['%s, compiler %s' % (system.group(1) if system else platform.system(), compiler)])

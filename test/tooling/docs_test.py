@@ -60,6 +60,12 @@ def parameters():
     return names
 
 
+def benchmark_page():
+    sys.dont_write_bytecode = True
+    sys.path.insert(0, str(REPOSITORY / 'scripts/benchmark_tools'))
+    return importlib.import_module('page')
+
+
 def tools():
     """Programs of the package: those whose source is in a folder tools, and the benchmarks."""
     names = {path.stem for path in (REPOSITORY / 'src').rglob('tools/*.cpp') if 'runTool' in path.read_text()}
@@ -127,12 +133,16 @@ class Docs(unittest.TestCase):
         self.assertEqual([topic for topic in sorted(topics()) if '`%s`' % topic not in reference], [])
 
     def test_figures_of_readme_are_those_of_the_benchmarks(self):
-        sys.dont_write_bytecode = True
-        sys.path.insert(0, str(REPOSITORY / 'scripts/benchmark_tools'))
-        page = importlib.import_module('page')
         readme = text(REPOSITORY / 'README.md')
         self.assertIn('<!-- summary -->', readme)
-        self.assertEqual(readme, page.summarised(readme, text(REPOSITORY / 'docs/benchmarks.md')))
+        self.assertEqual(readme, benchmark_page().summarised(readme, text(REPOSITORY / 'docs/benchmarks.md')))
+
+    def test_tables_say_which_code_is_newer(self):
+        """A line "- Newer than the tables: `FOLDER`, ..." names exactly the stages that changed since they were measured."""
+        benchmarks = text(REPOSITORY / 'docs/benchmarks.md')
+        line = re.search(r'^- Newer than the tables: (.*)$', benchmarks, re.MULTILINE)
+        said = set(re.findall('`([a-z]+)`', line.group(1))) if line else set()
+        self.assertEqual(benchmark_page().newer_stages(benchmarks, REPOSITORY), said)
 
     def test_reference_is_up_to_date(self):
         self.assertEqual(output(REPOSITORY / 'scripts/make_reference', '--check'), '')
