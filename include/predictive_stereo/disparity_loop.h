@@ -27,7 +27,7 @@ class DisparityLoop {
   DisparityLoop(const DisparityParams& params, double max_gap_s);
 
   /// Takes a frame. If it does not continue the previous one, all earlier frames are forgotten.
-  /// @returns kDuplicate if the frame must be ignored: measure() must not be called then.
+  /// If the result says isIgnored(), measure() must not be called.
   /// @throws std::invalid_argument if an image does not have rig.size; the state is then unchanged.
   SequenceGuard::Result begin(const StereoFrame& frame);
   /// All maps but the published ones, of the frame that begin() took.
@@ -42,7 +42,7 @@ class DisparityLoop {
   /// begin(), measure() and publish() in one call.
   /// @returns false for a duplicate; `maps` are then unchanged.
   bool process(const StereoFrame& frame, const Motion& motion, DisparityOutput& maps) {
-    if (begin(frame).verdict == SequenceGuard::Verdict::kDuplicate) return false;
+    if (begin(frame).isIgnored()) return false;
     measure(motion, {}, maps);
     publish(maps);
     return true;

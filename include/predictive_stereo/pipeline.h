@@ -54,7 +54,7 @@ class Pipeline {
 
   /// Takes a frame. If it does not continue the previous one (time went back, a gap, another
   /// calibration), all earlier frames are forgotten; see VisualOdometry::begin.
-  /// @returns kDuplicate if the frame must be ignored: process() must not be called then.
+  /// If the result says isIgnored(), process() must not be called.
   /// @throws std::invalid_argument if an image does not have rig.size; the state is then unchanged.
   SequenceGuard::Result begin(const StereoFrame& frame);
   /// Processes the frame that begin() took. Buffers of `output` are reused.
@@ -65,7 +65,7 @@ class Pipeline {
   /// begin() and process() in one call.
   /// @returns false for a duplicate; `output` is then unchanged.
   bool process(const StereoFrame& frame, const Follow& follow, PipelineOutput& output) {
-    if (begin(frame).verdict == SequenceGuard::Verdict::kDuplicate) return false;
+    if (begin(frame).isIgnored()) return false;
     process(follow, output);
     return true;
   }

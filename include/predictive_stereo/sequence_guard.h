@@ -33,25 +33,30 @@ class SequenceGuard {
   enum class Verdict {
     kContinues,
     kFirst,
-    kDuplicate,  ///< the same stamp again: the frame must be ignored
-    kBackward,   ///< time went back: another pass of a bag, or another source
+    kDuplicate,  ///< the same stamp again
+    kLate,       ///< up to kLargestDelay_s older than the previous frame, as if frames were swapped
+    kBackward,   ///< time went back farther: another pass of a bag, or another source
     kBroken,     ///< a gap, or another calibration or image size
   };
   struct Result {
     Verdict verdict;
     std::string reason;  ///< one sentence for logs; empty if kContinues
 
+    /// Whether the frame must be ignored: it is no step of the sequence.
+    bool isIgnored() const { return verdict == Verdict::kDuplicate || verdict == Verdict::kLate; }
     /// Whether the state of past frames must be discarded. The caller should log `reason` then.
     bool startsAnew() const { return verdict == Verdict::kBackward || verdict == Verdict::kBroken; }
   };
 
+  static constexpr double kLargestDelay_s = 0.5;
+
   /// @param max_gap_s  a longer gap between two frames breaks the sequence.
   explicit SequenceGuard(double max_gap_s) : max_gap_s_(max_gap_s) {}
 
-  /// Compares a frame with the last one. It then becomes the last one, unless it is a duplicate.
+  /// Compares a frame with the last one. It then becomes the last one, unless it is ignored.
   Result next(Stamp stamp, const StereoRig& rig) {
     const Result result = compareWithLast(stamp, rig);
-    if (result.verdict != Verdict::kDuplicate) last_ = Frame{stamp, rig};
+    if (!result.isIgnored()) last_ = Frame{stamp, rig};
     return result;
   }
 
@@ -69,6 +74,12 @@ class SequenceGuard {
     const double gap_s = toSeconds(stamp - last_->stamp);
     std::ostringstream reason;
     if (gap_s == 0) return {Verdict::kDuplicate, "the frame has the stamp of the previous one"};
+    if (gap_s < 0 && gap_s >= -kLargestDelay_s) {
+      reason << "the pair is " << -gap_s
+             << " s older than the one before, and is ignored: its publisher must send pairs in "
+                "the order of their stamps";
+      return {Verdict::kLate, reason.str()};
+    }
     if (gap_s < 0) {
       reason << "stamps went back by " << -gap_s << " s: starting anew";
       return {Verdict::kBackward, reason.str()};

@@ -37,14 +37,14 @@ class VisualOdometry {
   /// Takes a frame. If it does not continue the previous one (time went back, a gap, another
   /// calibration), all earlier frames are forgotten. The pose goes on over a gap, see CameraPath.
   /// If time went back, it starts at the origin again.
-  /// @returns kDuplicate if the frame must be ignored: follow() must not be called then.
+  /// If the result says isIgnored(), follow() must not be called.
   /// @throws std::invalid_argument if an image does not have rig.size; the state is then unchanged.
   SequenceGuard::Result begin(const StereoFrame& frame);
   /// Estimates the motion to the frame that begin() took.
   const OdometryOutput& follow(const OdometryHints& hints = {});
   /// begin() and follow() in one call; of a duplicate it returns the last output.
   const OdometryOutput& process(const StereoFrame& frame, const OdometryHints& hints = {}) {
-    const bool ignored = begin(frame).verdict == SequenceGuard::Verdict::kDuplicate;
+    const bool ignored = begin(frame).isIgnored();
     return ignored ? output_ : follow(hints);
   }
 

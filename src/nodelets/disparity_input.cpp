@@ -20,7 +20,7 @@ std::vector<std::string> resolved(const ros::NodeHandle& node) {
   return topics;
 }
 
-// Every input has the left image's stamp.
+// Every input has the left image's stamp, but for the calibration.
 SyncParams exactSync(int queue_size) {
   SyncParams exact;
   exact.approximate_sync = false;
@@ -91,8 +91,9 @@ void DisparityInput::add(Slot slot, const boost::shared_ptr<const Message>& mess
     }
     last_left_ = stamp;
   }
-  for (const StampMatcher::Set& set :
-       matcher_.add(slot, stamp, message, slot == kLeftInfo && stamp.isZero()))
+  // The last calibration belongs to all frames: its stamp may differ from the image's, as far as
+  // the other nodelets allow (sync_tolerance).
+  for (const StampMatcher::Set& set : matcher_.add(slot, stamp, message, slot == kLeftInfo))
     on_frame_(frameOf(set));
 }
 

@@ -93,8 +93,8 @@ class DisparityNodelet
 
   void process(const Job& job) override {
     const SequenceGuard::Result sequence = processor_->begin(job.frame);
-    if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return;
-    if (sequence.startsAnew()) health_->event(sequence.reason);
+    tell(sequence);
+    if (sequence.isIgnored()) return;
     if (sequence.verdict != SequenceGuard::Verdict::kContinues) masks_->forget();
 
     StageTimes waiting;

@@ -53,7 +53,7 @@ std::string DisparityProcessor::slowTargetWarning() const {
 SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {
   const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
   const SequenceGuard::Result sequence = loop_.begin(frame);
-  if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return sequence;
+  if (sequence.isIgnored()) return sequence;
   pair_ = pair;
   rig_ = frame.rig;
   return sequence;

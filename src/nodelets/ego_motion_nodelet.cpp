@@ -82,9 +82,10 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     const EgoMotionProcessor::Output output = processor_->process(
         job.frame, *T_base_cam, masks_->usable(mask, *job.frame.left), R_cam_prev);
     watch.lap("ego-motion", times);
-    rotation_->learnBias(last_stamp_, header.stamp, output.estimate);
-    if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
+    tell(output.sequence);
     if (!output.messages) return;
+    // Images that repeat show no motion, whatever the gyroscope measures.
+    if (!output.repeated) rotation_->learnBias(last_stamp_, header.stamp, output.estimate);
     publish(*output.messages);
     report(output);
     last_stamp_ = header.stamp;

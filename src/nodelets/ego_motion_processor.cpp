@@ -37,12 +37,15 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(
   const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
   Output output;
   output.sequence = odometry_.begin(frame);
-  if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
+  if (output.sequence.isIgnored()) return output;
   if (odometry_.isOrigin())
     odometry_.setOrigin(cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity());
   output_ = odometry_.follow({moving_mask, R_cam_prev, T_base_cam});
   output.estimate = output_.ego_motion;
-  frozen_ = isFrozen(pair);
+  output.repeated = repeatsLast(pair);
+  const ros::Time stamp = pair.left->header.stamp;
+  if (!output.repeated || stamp < last_change_) last_change_ = stamp;
+  frozen_ = (stamp - last_change_).toSec() > params_.max_gap;
   output.frozen = frozen_;
   output.pose_state = frozen_ ? PoseState::kLost : output_.pose.state;
   output.messages = messages(pair);
@@ -50,14 +53,12 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(
 }
 
 // Because of noise, consecutive images of a live camera always differ, also of a static scene.
-bool EgoMotionProcessor::isFrozen(const StereoPair& pair) {
-  const ros::Time stamp = pair.left->header.stamp;
-  const bool repeated =
+bool EgoMotionProcessor::repeatsLast(const StereoPair& pair) {
+  const bool repeats =
       last_left_ && last_left_->data == pair.left->data && last_right_->data == pair.right->data;
-  if (!repeated || stamp < last_change_) last_change_ = stamp;
   last_left_ = pair.left;
   last_right_ = pair.right;
-  return (stamp - last_change_).toSec() > params_.max_gap;
+  return repeats;
 }
 
 EgoMotionMessages EgoMotionProcessor::messages(const StereoPair& pair) const {

@@ -30,11 +30,12 @@ struct EgoMotionMessages {
 class EgoMotionProcessor {
  public:
   struct Output {
-    std::optional<EgoMotionMessages> messages;  ///< none for a duplicate
+    std::optional<EgoMotionMessages> messages;  ///< none for a pair that is ignored
     PoseState pose_state = PoseState::kLost;    ///< kLost if frozen
     EgoMotionEstimate estimate;
     SequenceGuard::Result sequence;
-    bool frozen = false;  ///< both images have not changed for more than max_gap
+    bool repeated = false;  ///< both images are those of the pair before
+    bool frozen = false;    ///< they have been the same for more than max_gap
   };
 
   explicit EgoMotionProcessor(const EgoMotionProcessorParams& params);
@@ -58,7 +59,7 @@ class EgoMotionProcessor {
   bool cameraIsBase(const StereoPair& pair) const;
 
  private:
-  bool isFrozen(const StereoPair& pair);
+  bool repeatsLast(const StereoPair& pair);
   EgoMotionMessages messages(const StereoPair& pair) const;
 
   EgoMotionProcessorParams params_;

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "nodelets/ros_params.h"
 #include "nodelets/tf_input.h"
 #include "nodelets/thread_limit.h"
+#include "predictive_stereo/sequence_guard.h"
 
 namespace predictive_stereo {
 
@@ -75,6 +77,14 @@ class FrameNodelet : public nodelet::Nodelet {
     sleep();
     if (loop_) loop_->stop();
     tf_.reset();
+  }
+
+  /// Tells how a frame continues the sequence.
+  /// @throws std::invalid_argument for a late frame: nothing is done with it.
+  void tell(const SequenceGuard::Result& sequence) {
+    if (sequence.startsAnew()) health_->event(sequence.reason);
+    if (sequence.verdict == SequenceGuard::Verdict::kLate)
+      throw std::invalid_argument(sequence.reason);
   }
 
   /// @param frames, images  what is dropped, and what finds no partner.

@@ -7,6 +7,8 @@
 #include <cctype>
 #include <cstdio>
 #include <exception>
+#include <iterator>
+#include <set>
 #include <utility>
 
 namespace predictive_stereo {
@@ -16,6 +18,9 @@ constexpr auto kRateWindow = std::chrono::seconds(5);
 constexpr auto kSilence =
     std::chrono::seconds(3);                      // time without output after which it is reported
 constexpr auto kShown = std::chrono::seconds(3);  // a problem that ended at once
+
+// Causes of problems that do not come from frames: they last while a nodelet is asleep.
+const std::set<std::string> kLasting = {"parameters", "subscriptions", "tf"};
 
 std::string formatted(const char* format, double value) {
   char text[64];
@@ -145,6 +150,9 @@ void Health::setAsleep(bool asleep) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (asleep_ && !asleep) last_output_ = Clock::now();
   asleep_ = asleep;
+  if (!asleep) return;
+  for (auto problem = problems_.begin(); problem != problems_.end();)
+    problem = kLasting.count(problem->first) ? std::next(problem) : problems_.erase(problem);
 }
 
 void Health::onTimer() {

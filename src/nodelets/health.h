@@ -71,7 +71,8 @@ class Health {
   /// Sets a value of the last frame in the diagnostics.
   void figure(const std::string& name, double value, const char* format = "%.3g");
   void figure(const std::string& name, const std::string& value);
-  /// While a nodelet is asleep because it has no subscribers, missing output is not a fault.
+  /// While a nodelet is asleep because it has no subscribers, missing output is not a fault, and
+  /// the problems of earlier frames are forgotten.
   void setAsleep(bool asleep);
 
  private:

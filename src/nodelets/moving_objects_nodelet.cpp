@@ -91,7 +91,7 @@ class MovingObjectsNodelet
     watch.lap("waiting for the pose", times);
     const MovingObjectsProcessor::Output output = processor_->process(job.frame, pose);
     watch.lap("detection", times);
-    if (output.sequence.startsAnew()) health_->event(output.sequence.reason);
+    tell(output.sequence);
     if (!output.messages) return;
     publish(job.frame, *output.messages, pose);
     health_->figure("objects", static_cast<double>(output.messages->objects->objects.size()),

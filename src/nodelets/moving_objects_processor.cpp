@@ -121,7 +121,7 @@ StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
 SequenceGuard::Result MovingObjectsProcessor::begin(const StereoFrame& frame) {
   const SequenceGuard::Result sequence = guard_.next(frame.stamp, frame.rig);
   using Verdict = SequenceGuard::Verdict;
-  if (sequence.verdict == Verdict::kDuplicate) return sequence;
+  if (sequence.isIgnored()) return sequence;
   if (sequence.verdict == Verdict::kBackward || frame.rig != rig_) column_offset_ = ColumnOffset();
   if (sequence.verdict != Verdict::kContinues) detector_.reset();
   rig_ = frame.rig;
@@ -154,7 +154,7 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
   setRange(rangeOf(*input.measured_disparity));
   Output output;
   output.sequence = begin(frame);
-  if (output.sequence.verdict == SequenceGuard::Verdict::kDuplicate) return output;
+  if (output.sequence.isIgnored()) return output;
 
   MovingObjectsMessages result;
   result.mask = images_.take();

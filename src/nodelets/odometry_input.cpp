@@ -4,6 +4,7 @@
 
 #include "nodelets/message_checks.h"
 #include "nodelets/stereo_messages.h"
+#include "nodelets/transforms.h"
 
 namespace predictive_stereo {
 
@@ -23,15 +24,24 @@ void OdometryInput::stop() {
   silent_ = false;
 }
 
+// Then the motion is not late: nobody publishes it.
+bool OdometryInput::isAbsent(const std::string& camera) const {
+  std::string error;
+  return in_vain_ && !lookUpTransform(tf_.buffer, fixed_frame_, camera, *in_vain_, error);
+}
+
 template <class Ask>
-auto OdometryInput::waitFor(const Ask& ask) {
+auto OdometryInput::waitFor(const std_msgs::Header& now, const Ask& ask) {
   decltype(ask(nullptr)) answer;
-  const bool complete = arrivals_.waitFor(timeout_s_, [&] {
+  const double timeout_s = isAbsent(now.frame_id) ? 0 : timeout_s_;
+  const bool complete = arrivals_.waitFor(timeout_s, [&] {
     const bool listen = subscription_.isPublished() && !silent_;
     answer = ask(listen ? &history_ : nullptr);
     return answer.complete;
   });
   if (answer.known() && !complete) silent_ = true;
+  in_vain_.reset();
+  if (!answer.known() && !complete) in_vain_ = now.stamp;
   return answer;
 }
 
@@ -39,7 +49,7 @@ auto OdometryInput::waitFor(const Ask& ask) {
 // time.
 
 std::optional<CameraMotion> OdometryInput::motion(ros::Time previous, const std_msgs::Header& now) {
-  const MotionAnswer answer = waitFor([&](const OdometryHistory* odometry) {
+  const MotionAnswer answer = waitFor(now, [&](const OdometryHistory* odometry) {
     return cameraMotion(tf_.buffer, odometry, now.frame_id, previous, now.stamp, fixed_frame_);
   });
   if (answer.motion) {
@@ -62,7 +72,7 @@ std::optional<CameraMotion> OdometryInput::motion(ros::Time previous, const std_
 
 std::optional<CameraPose> OdometryInput::pose(std::optional<ros::Time> previous,
                                               const std_msgs::Header& now) {
-  const PoseAnswer answer = waitFor([&](const OdometryHistory* odometry) {
+  const PoseAnswer answer = waitFor(now, [&](const OdometryHistory* odometry) {
     return cameraPose(tf_.buffer, odometry, now.frame_id, previous, now.stamp, fixed_frame_);
   });
   if (answer.pose) {

@@ -41,11 +41,13 @@ class OdometryInput {
 
  private:
   /// Calls `ask` after each arrival until its answer is complete or the time is over. After a
-  /// timeout with a usable answer, it does not wait again until odometry has arrived.
+  /// timeout with a usable answer, it does not wait again until odometry has arrived; after one
+  /// without an answer, not while tf still has no pose for the frame that was waited for.
   /// @param ask  gives a MotionAnswer or PoseAnswer from an OdometryHistory; from nullptr if there
   ///   is nothing to wait for.
   template <class Ask>
-  auto waitFor(const Ask& ask);
+  auto waitFor(const std_msgs::Header& now, const Ask& ask);
+  bool isAbsent(const std::string& camera) const;
 
   ros::NodeHandle node_;
   Health& health_;
@@ -55,6 +57,7 @@ class OdometryInput {
   const double timeout_s_;
   OdometryHistory history_;
   std::atomic<bool> silent_{false};
+  std::optional<ros::Time> in_vain_;  // the last frame that tf was waited for, without an answer
   Subscription subscription_;
 };
 

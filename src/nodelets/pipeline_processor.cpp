@@ -23,7 +23,7 @@ PipelineProcessor::PipelineProcessor(const AllNodeletParams& params)
 
 std::optional<PipelineProcessor::Output> PipelineProcessor::process(const StereoPair& pair) {
   const SequenceGuard::Result sequence = disparity_.begin(pair);
-  if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return std::nullopt;
+  if (sequence.isIgnored()) return std::nullopt;
   try {
     return processBegun(pair, sequence);
   } catch (...) {

@@ -2,7 +2,9 @@
 #include <image_transport/image_transport.h>
 #include <nodelet/nodelet.h>
 
+#include <array>
 #include <boost/pointer_cast.hpp>
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
@@ -94,19 +96,24 @@ class RectifyNodelet : public nodelet::Nodelet {
     if (!raw_) return "";
     if (const std::string error = raw_.error(); !error.empty())
       return raw_.getTopic() + ": " + error;
-    const std::string unpublished =
-        unpublishedOf({{raw_.getTopic(), raw_.getNumPublishers(), {}},
-                       {info_.getTopic(), info_.getNumPublishers(), {}}});
-    if (!unpublished.empty())
+    const std::vector<TopicState> topics = {
+        {raw_.getTopic(), raw_.getNumPublishers(), last_received_[kImage]},
+        {info_.getTopic(), info_.getNumPublishers(), last_received_[kInfo]}};
+    if (const std::string unpublished = unpublishedOf(topics); !unpublished.empty())
       return "nobody publishes " + unpublished +
              ": start the camera driver in this namespace (launch argument camera:=<namespace>)";
+    if (const std::string silent = silentOf(topics); !silent.empty())
+      return "no message on " + silent +
+             ", although it is advertised: is the camera running, or is the bag paused?";
+    if (matcher_->describeMismatch().empty()) return "";
     return "no image on " + raw_.getTopic() + " has the stamp of a message on " + info_topic_ +
            ": the camera driver must give both the same stamp";
   }
 
-  // Needs no lock: the callbacks of a nodelet's node handle are serialised.
+  // Needs no lock: the callbacks of a nodelet's node handle are serialised, timers among them.
   void add(Slot slot, ros::Time stamp, const StampMatcher::Message& message, bool constant) {
     using boost::static_pointer_cast;
+    last_received_[slot] = std::chrono::steady_clock::now();
     for (const StampMatcher::Set& set : matcher_->add(slot, stamp, message, constant))
       rectify(static_pointer_cast<const sensor_msgs::Image>(set[kImage]),
               static_pointer_cast<const sensor_msgs::CameraInfo>(set[kInfo]));
@@ -128,6 +135,7 @@ class RectifyNodelet : public nodelet::Nodelet {
   std::mutex mutex_;
   std::string transport_, image_topic_, info_topic_;
   std::unique_ptr<StampMatcher> matcher_;
+  std::array<std::chrono::steady_clock::time_point, 2> last_received_{};
   image_transport::Publisher rectified_;
   ImageSubscriber raw_;
   ros::Subscriber info_;

@@ -57,7 +57,7 @@ std::string TfRivals::reasonNotToMove(const std::string& frame) const {
   if (!rival->is_static)
     return "tf: " + rival->publisher + " already moves '" + frame + "' in '" + rival->parent + "'" +
            silent + "To use that motion, set publish_tf to false and odom_frame to '" +
-           rival->parent + "'; to use this one, stop the other";
+           rival->parent + "'; to use this one, stop the other and restart this nodelet";
   // The robot's frame is the root of the static frames.
   std::string root = rival->parent;
   std::set<std::string> seen;

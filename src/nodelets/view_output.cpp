@@ -63,6 +63,7 @@ void ViewOutput::publishClouds(const sensor_msgs::Image* mask) {
       if (mask) static_cloud_.publish(cloud(MovingPoints::kLeftOut));
       reportMissingMask(!mask);
     }
+    health_.solved("points2");
   } catch (const std::exception& e) {
     health_.problem("points2", Health::Severity::kDegraded, e.what());
   }

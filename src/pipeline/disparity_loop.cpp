@@ -14,7 +14,7 @@ SequenceGuard::Result DisparityLoop::begin(const StereoFrame& frame) {
   requireSizes(frame);
   const SequenceGuard::Result sequence = guard_.next(frame.stamp, frame.rig);
   using Verdict = SequenceGuard::Verdict;
-  if (sequence.verdict == Verdict::kDuplicate) return sequence;
+  if (sequence.isIgnored()) return sequence;
   if (sequence.verdict == Verdict::kBackward || frame.rig != frame_.rig)
     next_offset_ = ColumnOffset();
   if (sequence.verdict != Verdict::kContinues) {

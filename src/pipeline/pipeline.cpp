@@ -23,7 +23,7 @@ Pipeline::Pipeline(const PipelineParams& params)
 SequenceGuard::Result Pipeline::begin(const StereoFrame& frame) {
   odometry_.begin(frame);
   const SequenceGuard::Result sequence = disparity_.begin(frame);
-  if (sequence.verdict == SequenceGuard::Verdict::kDuplicate) return sequence;
+  if (sequence.isIgnored()) return sequence;
   if (sequence.verdict != SequenceGuard::Verdict::kContinues) detector_.reset();
   frame_ = frame;
   return sequence;

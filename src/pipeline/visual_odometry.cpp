@@ -16,7 +16,7 @@ SequenceGuard::Result VisualOdometry::begin(const StereoFrame& frame) {
   requireSizes(frame);
   const SequenceGuard::Result sequence = guard_.next(frame.stamp, frame.rig);
   using Verdict = SequenceGuard::Verdict;
-  if (sequence.verdict == Verdict::kDuplicate) return sequence;
+  if (sequence.isIgnored()) return sequence;
   if (sequence.verdict == Verdict::kBackward) startAnew();
   if (sequence.verdict != Verdict::kContinues) forgetFrames();
   frame_ = frame;

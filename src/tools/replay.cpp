@@ -3,6 +3,7 @@
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 #include <optional>
@@ -119,9 +120,10 @@ class OutputBag {
   void write(const std::string& topic, ros::Time time, const Message& message) {
     if (wants(topic)) file_.write(ns_ + "/" + topic, time, message);
   }
-  // Copies a message of the input bag.
-  void copy(const rosbag::MessageInstance& message) {
-    file_.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+  // A message of the input bag, changed.
+  template <class Message>
+  void writeAs(const rosbag::MessageInstance& original, ros::Time time, const Message& message) {
+    file_.write(original.getTopic(), time, message, original.getConnectionHeader());
   }
   void writeTf(ros::Time time, const geometry_msgs::TransformStamped& transform) {
     tf2_msgs::TFMessage message;
@@ -224,6 +226,9 @@ class Replay {
     readTf();
     OutputBag out(options_.output, options_.outputs, cameraNamespace(options_.topics.camera),
                   options_.compress);
+    for (const rosbag::MessageInstance& message :
+         rosbag::View(in_, rosbag::TopicQuery("/tf_static"), ros::TIME_MIN, begin_))
+      if (message.getTime() < begin_) copyTf(message, begin_, out);
     std::vector<std::string> topics = topics_.all();
     topics.insert(topics.end(), {"/tf", "/tf_static"});
     rosbag::View view(in_, rosbag::TopicQuery(topics), begin_, end_);
@@ -234,17 +239,19 @@ class Replay {
       throwIfInterrupted();
       const std::string& topic = message.getTopic();
       if (topic == "/tf" || topic == "/tf_static") {
-        copyTf(message, out);
+        copyTf(message, message.getTime(), out);
         continue;
       }
       for (const BagPair& found : pairs.add(message))
         processPair(found.pair, message.getTime(), out);
       if (topic == topics_.left) progress.update(lefts_++);
     }
-    if (figures_.pairs() == 0) throw std::runtime_error(describeMissingPairs(lefts.size(), pairs));
+    if (figures_.pairs() == 0)
+      throw std::runtime_error(refused_.first().empty() ? describeMissingPairs(lefts.size(), pairs)
+                                                        : refused_.first());
     out.finish();
     if (!options_.csv.empty())
-      writeText(options_.csv, figures_.csv(options_.bag, pairs.unmatched(), duplicates_, table_));
+      writeText(options_.csv, figures_.csv(options_.bag, pairs.unmatched(), ignored_, table_));
     report(pairs);
   }
 
@@ -298,14 +305,16 @@ class Replay {
   }
 
   void processPair(StereoPair pair, ros::Time time, OutputBag& out) {
-    if (options_.topics.raw) {
+    const auto rectify = [&] {
       pair.left = left_rectifier_.rectify(*pair.left, *pair.left_info);
       pair.right = right_rectifier_.rectify(*pair.right, *pair.right_info);
-    }
+    };
+    if (options_.topics.raw && refused_.refuses("pairs", rectify)) return;
     if (!processor_) startPipeline(pair);
-    const auto frame = processor_->process(pair);
+    std::optional<PipelineProcessor::Output> frame;
+    if (refused_.refuses("pairs", [&] { frame = processor_->process(pair); })) return;
     if (!frame) {
-      ++duplicates_;
+      ++ignored_;
       return;
     }
     figures_.add(*frame);
@@ -317,12 +326,14 @@ class Replay {
   }
 
   // Copies the bag's transforms, so that OUT is complete without the input bag.
-  void copyTf(const rosbag::MessageInstance& message, OutputBag& out) const {
+  void copyTf(const rosbag::MessageInstance& message, ros::Time time, OutputBag& out) const {
     const auto tf = message.instantiate<tf2_msgs::TFMessage>();
     if (!tf) return;
-    for (const geometry_msgs::TransformStamped& transform : tf->transforms)
-      if (isOurs(transform)) return;
-    out.copy(message);
+    auto& transforms = tf->transforms;
+    transforms.erase(std::remove_if(transforms.begin(), transforms.end(),
+                                    [&](const auto& transform) { return isOurs(transform); }),
+                     transforms.end());
+    if (!transforms.empty()) out.writeAs(message, time, *tf);
   }
 
   std::string describeMissingPairs(size_t lefts, const BagPairs& pairs) const {
@@ -337,7 +348,7 @@ class Replay {
   void report(const BagPairs& pairs) const {
     std::cout << figures_.pairs() << " pairs";
     if (pairs.unmatched()) std::cout << ", " << pairs.unmatched() << " left images unmatched";
-    if (duplicates_) std::cout << ", " << duplicates_ << " duplicates ignored";
+    if (ignored_) std::cout << ", " << ignored_ << " duplicate or late pairs ignored";
     for (const auto& [topic, count] : refused_.counts())
       std::cout << ", " << count << " of " << topic << " refused";
     std::cout << "; " << cv::getNumThreads() << " threads\n";
@@ -355,7 +366,7 @@ class Replay {
   StageTable table_;
   ReplayFigures figures_;
   int lefts_ = 0;
-  size_t duplicates_ = 0;
+  size_t ignored_ = 0;
   RefusedMessages refused_{
       [](const std::string& text) { std::cerr << "\nwarning: " << text << "\n"; }};
 };

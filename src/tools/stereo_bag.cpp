@@ -185,8 +185,7 @@ std::vector<BagPair> BagPairs::add(const rosbag::MessageInstance& message) {
   Held held{message, {}, {}};
   ros::Time stamp;
   if (slot == kLeft || slot == kRight) {
-    held.image = imageOf(message);
-    if (!held.image) return {};
+    if (refused_.refuses(topic, [&] { held.image = imageOf(message); }) || !held.image) return {};
     stamp = held.image->header.stamp;
     if (refused_.has(topic, stamp, ZeroStamp::kRefused)) return {};
   } else {

@@ -3,6 +3,9 @@
 #include <predictive_stereo/MovingObjectArray.h>
 #include <sensor_msgs/CompressedImage.h>
 
+#include <chrono>
+
+#include "changed_pairs.h"
 #include "nodelet_fixture.h"
 
 namespace predictive_stereo {
@@ -71,6 +74,39 @@ TEST_F(Diagnosis, moving_objects_without_tf_come_without_velocities) {
   EXPECT_TRUE(says("MovingObjects", "in odom_frame 'nowhere' at the image's stamp: no velocities"));
   EXPECT_TRUE(
       says("MovingObjects", "Run the EgoMotion nodelet with publish_tf, or set odom_frame"));
+}
+
+TEST_F(Diagnosis, a_calibration_whose_stamp_differs_is_taken_by_all) {
+  load("Disparity");
+  load("MovingObjects");
+  DisparityRecorder disparity(node_, "disparity");
+  Recorder<MovingObjectArray> objects(node_, "moving_objects");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  ASSERT_TRUE(eventually([&] { return objects.connected(); }));
+  int index = 0;
+  EXPECT_TRUE(eventually([&] {
+    StereoPair pair = street().pair(index++ % 6);
+    changeInfos(pair,
+                [](sensor_msgs::CameraInfo& info) { info.header.stamp += ros::Duration(0.002); });
+    player_.publish(pair);
+    return eventually([&] { return objects.count() > 0; }, 1);
+  }));
+}
+
+// Frames come at the camera's rate, and not once per transform_timeout.
+TEST_F(Diagnosis, a_motion_that_nobody_publishes_is_not_waited_for_in_each_frame) {
+  setParam("Disparity", "odom_frame", "nowhere");
+  setParam("Disparity", "transform_timeout", 1.0);
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  ASSERT_TRUE(publishesDisparity(street().pair(0), disparity));
+  ASSERT_TRUE(publishesDisparity(street().pair(1), disparity)) << "it waits for a second";
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i : {2, 3, 4, 5}) ASSERT_TRUE(publishesDisparity(street().pair(i), disparity));
+  const std::chrono::duration<double> four = std::chrono::steady_clock::now() - begin;
+  EXPECT_LT(four.count(), 2);
+  EXPECT_TRUE(says("Disparity", "matched without prediction"));
 }
 
 TEST_F(Diagnosis, stamps_that_differ_are_told_with_the_cure) {

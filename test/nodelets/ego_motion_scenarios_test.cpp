@@ -212,6 +212,19 @@ TEST_F(EgoMotionScenarios, swapped_images_are_told_and_leave_nothing_behind) {
   }
 }
 
+TEST_F(EgoMotionScenarios, a_pair_that_comes_late_is_told_and_the_pose_goes_on) {
+  start();
+  nav_msgs::OdometryConstPtr odometry;
+  for (int i : {0, 1, 3}) ASSERT_TRUE(odometry = odometryOf(i));
+  player_.publish(street().pair(2));
+  EXPECT_TRUE(says("EgoMotion", "s older than the one before, and is ignored"));
+  EXPECT_FALSE(odometry_->at(street().stamp(2)));
+  for (int i : {4, 5}) {
+    ASSERT_TRUE(odometry = odometryOf(i));
+    EXPECT_LT((position(*odometry) - truth(0, i).translation()).norm(), 0.08) << i;
+  }
+}
+
 TEST_F(EgoMotionScenarios, the_twist_is_of_the_time_that_passed) {
   start();
   for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
@@ -314,6 +327,22 @@ TEST_F(EgoMotionScenarios, a_gyroscope_is_taken_and_what_it_lacks_is_told) {
   EXPECT_TRUE(says("EgoMotion", "its last stamp is before the image's"));
   EXPECT_TRUE(says("EgoMotion", "ego-motion uses the images only"));
   EXPECT_LT((position(*odometry_->last()) - truth(0, 4).translation()).norm(), 0.05);
+}
+
+// A driver that hangs sends the same images again, while the robot may turn.
+TEST_F(EgoMotionScenarios, images_that_repeat_teach_no_gyroscope) {
+  setParam("EgoMotion", "use_imu", true);
+  setParam("EgoMotion", "base_frame", "");
+  start();
+  ros::Publisher imu = node_.advertise<sensor_msgs::Imu>("imu", 500);
+  ASSERT_TRUE(eventually([&] { return imu.getNumSubscribers() > 0; }));
+  const std::string camera = street().pair(0).left->header.frame_id;
+  for (double t_s = -0.1; t_s <= 1; t_s += 0.005)
+    imu.publish(imuAt(street().stamp(0) + ros::Duration(t_s), camera));
+  ros::WallDuration(0.2).sleep();  // its arrival at the nodelet cannot be observed
+  for (int k = 0; k < 4; ++k) ASSERT_TRUE(odometryOf(later(street().pair(0), 0.1 * k)));
+  EXPECT_TRUE(eventually([&] { return value("EgoMotion", "frames") == "4"; }));
+  EXPECT_EQ(value("EgoMotion", "gyro bias [deg/s]"), "");
 }
 
 TEST_F(EgoMotionScenarios, a_guess_frame_that_does_not_exist_is_told) {

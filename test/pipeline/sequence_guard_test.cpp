@@ -38,6 +38,21 @@ TEST(SequenceGuard, a_stamp_that_comes_again_is_no_frame) {
   EXPECT_EQ(guard.next(stampFromSeconds(10.1), rig()).verdict, Verdict::kContinues);
 }
 
+// As when a driver swaps two pairs: the pose must not start at the origin again.
+TEST(SequenceGuard, a_late_frame_is_ignored) {
+  SequenceGuard guard(1.0);
+  guard.next(stampFromSeconds(10.0), rig());
+  guard.next(stampFromSeconds(10.2), rig());
+  const SequenceGuard::Result late = guard.next(stampFromSeconds(10.1), rig());
+  EXPECT_EQ(late.verdict, Verdict::kLate);
+  EXPECT_TRUE(late.isIgnored());
+  EXPECT_FALSE(late.startsAnew());
+  EXPECT_EQ(late.reason.find("the pair is 0.1 s older than the one before, and is ignored"), 0u);
+  EXPECT_TRUE(guard.next(stampFromSeconds(9.7), rig()).isIgnored());
+  EXPECT_EQ(guard.next(stampFromSeconds(10.3), rig()).verdict, Verdict::kContinues);
+  EXPECT_EQ(guard.next(stampFromSeconds(9.75), rig()).verdict, Verdict::kBackward);
+}
+
 TEST(SequenceGuard, time_that_goes_back_is_told) {
   SequenceGuard guard(1.0);
   guard.next(stampFromSeconds(10.0), rig());

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import unittest
 
+import roslaunch as roslaunch_api
 import yaml
 
 REPOSITORY, TOOLS = sys.argv[1:3]
@@ -72,6 +73,16 @@ class LaunchFiles(unittest.TestCase):
         self.assert_known(given, '/stereo')
         # The whole annotated file is loaded where the nodelets look for it.
         self.assertEqual({n for n in KNOWN if '/stereo/' + n not in given}, set())
+
+    def test_parameters_of_an_earlier_launch_are_forgotten(self):
+        """A roscore that runs on keeps them otherwise, and a file config has only what differs."""
+        for arguments in ['rectify:=true'], ['standalone:=true']:
+            config = roslaunch_api.config.ROSLaunchConfig()
+            roslaunch_api.xmlloader.XmlLoader().load(os.path.join(LAUNCH, 'predictive_stereo.launch'), config,
+                                                     argv=['camera:=/stereo'] + arguments, verbose=False)
+            with_parameters = {node.namespace + node.name + '/' for node in config.nodes if node.name != 'predictive_stereo_manager'}
+            self.assertGreaterEqual(len(with_parameters), 3)
+            self.assertEqual(set(config.clear_params), with_parameters)
 
     def test_robot_without_the_camera_is_refused(self):
         with self.assertRaisesRegex(AssertionError, 'camera'):

@@ -9,8 +9,10 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "bag_messages.h"
 #include "tool_fixture.h"
@@ -225,6 +227,74 @@ TEST_F(Replay, GoesOnWithoutMessagesThatTheNodeletsRefuse) {
   const auto odometry = messagesIn<nav_msgs::Odometry>(out).at("/street/odometry");
   ASSERT_EQ(odometry.size(), expected.size());
   for (size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(*odometry[i], *expected[i]) << i;
+}
+
+// Copies a bag; `change` may change each message of a type.
+template <class Message>
+void copyChanged(const std::string& from, const std::string& to,
+                 const std::function<void(const std::string& topic, Message&)>& change) {
+  rosbag::Bag out(to, rosbag::bagmode::Write);
+  rosbag::Bag in(from);
+  for (const rosbag::MessageInstance& message : rosbag::View(in)) {
+    const auto found = message.instantiate<Message>();
+    if (!found) {
+      out.write(message.getTopic(), message.getTime(), message);
+      continue;
+    }
+    change(message.getTopic(), *found);
+    out.write(message.getTopic(), message.getTime(), *found, message.getConnectionHeader());
+  }
+}
+
+TEST_F(Replay, GoesOnAfterAPairThatCannotBeUsed) {
+  const std::string path = files_.path("torn.bag"), out = files_.path("out.bag");
+  int image = 0;
+  copyChanged<sensor_msgs::Image>(street(), path, [&](const std::string& topic, auto& message) {
+    if (topic == "/street/right/image_rect" && ++image == 2) message.data.resize(100);
+  });
+  const Result result =
+      replay("--camera street --topics disparity --output " + out + " --bag " + path);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_NE(result.errors.find("warning: pairs: right image is broken"), std::string::npos)
+      << result.errors;
+  EXPECT_NE(result.out.find("3 pairs, 1 of pairs refused"), std::string::npos) << result.out;
+  EXPECT_EQ(messagesIn<stereo_msgs::DisparityImage>(out).at("/street/disparity").size(), 3u);
+}
+
+TEST_F(Replay, SaysWhatIsWrongIfNoPairCanBeUsed) {
+  const std::string path = files_.path("torn.bag");
+  copyChanged<sensor_msgs::Image>(
+      street(), path, [&](const std::string&, auto& message) { message.data.resize(100); });
+  expectRefused("--bag " + path, "left image is broken");
+}
+
+// Child frames of the static tf.
+std::set<std::string> staticFrames(const std::string& bag) {
+  std::set<std::string> frames;
+  const auto messages = messagesIn<tf2_msgs::TFMessage>(bag);
+  for (const auto& message : messages.at("/tf_static"))
+    for (const auto& transform : message->transforms) frames.insert(transform.child_frame_id);
+  return frames;
+}
+
+TEST_F(Replay, TheOutputHasTheMountingOfTheCamera) {
+  const std::string out = files_.path("out.bag"), robot = files_.path("robot.bag");
+  const std::string options = " --topics odometry --camera street --output " + out + " --bag ";
+  ASSERT_EQ(replay(options + street()).status, 0);
+  const std::set<std::string> expected = staticFrames(out);
+  EXPECT_EQ(expected.count("camera_left_optical_frame"), 1u);
+  ASSERT_EQ(replay(options + street() + " --start 0.15").status, 0);
+  EXPECT_EQ(staticFrames(out), expected) << "it was sent before the first pair";
+
+  // One message with all fixed joints; the odometry moves one of them.
+  copyChanged<tf2_msgs::TFMessage>(street(), robot, [](const std::string& topic, auto& message) {
+    if (topic != "/tf_static") return;
+    message.transforms.push_back(message.transforms.front());
+    message.transforms.back().header.frame_id = "base_footprint";
+    message.transforms.back().child_frame_id = "base_link";
+  });
+  ASSERT_EQ(replay(options + robot).status, 0);
+  EXPECT_EQ(staticFrames(out), expected);
 }
 
 TEST_F(Replay, MistakesAreNamedAndLeaveNothingBehind) {
