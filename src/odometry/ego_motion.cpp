@@ -48,6 +48,11 @@ bool hardlyMoved(const ReferenceFrame& reference, const MotionChoice& choice) {
   return highQuantile(flow_px) < kHoldFlowPx;
 }
 
+// The motion of one frame, at constant velocity.
+Eigen::Isometry3d motionPerFrame(const Eigen::Isometry3d& T_cam_prev, int frames) {
+  return frames == 1 ? T_cam_prev : motionOf(constantTwist(T_cam_prev, frames), 1);
+}
+
 // Keeps the reference for the next frame, whose motion then starts at this frame.
 void hold(ReferenceFrame& reference, const PoseSolution& solution) {
   reference.to_previous = {solution.T_cam_prev, solution.covariance};
@@ -90,7 +95,7 @@ EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1
   if (choice.solution.found) {
     estimate.state = PoseState::kKnown;
     describeMotion(choice.solution, references[used], estimate);
-    usual = {true, estimate.motion.T_cam_prev, choice.usual_share};
+    usual = {true, motionPerFrame(estimate.motion.T_cam_prev, estimate.frames), choice.usual_share};
     offset = choice.solution.offset;
     steady_offset.update(offset);
     chooseReference(choice, used);

@@ -5,6 +5,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "odometry/corridor.h"
+#include "odometry/ego_motion_state.h"
 
 namespace predictive_stereo {
 namespace {
@@ -67,6 +68,46 @@ TEST(EgoMotion, DrivesThroughACorridor) {
     }
     previous = current;
   }
+}
+
+// Drives straight on, 0.4 m per frame.
+class Losses : public ::testing::Test {
+ protected:
+  EgoMotionEstimate drive(int frames) { return show(corridor_, frames); }
+  // Another place: no view in common with what was seen before.
+  EgoMotionEstimate showElsewhere() { return show(elsewhere_, 1); }
+  EgoMotionEstimate showBlack(int frames) {
+    const cv::Mat1b black(rig_.size, uchar{0});
+    EgoMotionEstimate estimate;
+    for (int i = 0; i < frames; ++i, ++number_)
+      estimate = state_.estimate(black, black, rig_, {}, {});
+    return estimate;
+  }
+  EgoMotionEstimate show(const testing::Corridor& corridor, int frames) {
+    EgoMotionEstimate estimate;
+    for (int i = 0; i < frames; ++i, ++number_) {
+      const Pair pair = renderPair(corridor, rig_, pose(0, 0.4 * number_, 0), number_);
+      estimate = state_.estimate(pair.left, pair.right, rig_, {}, {});
+    }
+    return estimate;
+  }
+  // The frame before had this sigma of its disparity offset.
+  void setOffsetSigma(double sigma_px) { state_.offset.variance_px2 = sigma_px * sigma_px; }
+
+  const testing::Corridor corridor_{1}, elsewhere_{2};
+  const StereoRig rig_ = smallRig();
+  const EgoMotionParams params_;
+  EgoMotionState state_{params_};
+  int number_ = 0;
+};
+
+TEST_F(Losses, TheNextExpectationIsTheMotionOfOneFrame) {
+  drive(3);
+  ASSERT_EQ(showBlack(4).state, PoseState::kHeld);
+  ASSERT_EQ(drive(1).frames, 5);
+  EXPECT_NEAR(state_.usual.T_cam_prev.translation().z(), -0.4, 0.01);
+  ASSERT_EQ(drive(1).frames, 1);
+  EXPECT_NEAR(state_.usual.T_cam_prev.translation().z(), -0.4, 0.01);
 }
 
 TEST(EgoMotion, RefusesImagesOfAnotherSize) {
