@@ -110,6 +110,41 @@ TEST_F(Losses, TheNextExpectationIsTheMotionOfOneFrame) {
   EXPECT_NEAR(state_.usual.T_cam_prev.translation().z(), -0.4, 0.01);
 }
 
+// The cameras shake against each other: what was measured in the frame before says less about it.
+TEST_F(Losses, TheDisparityOffsetOfALostFrameHasTheJitter) {
+  const double drift_px = params_.disparity_offset_drift_px,
+               jitter_px = params_.disparity_jitter_px;
+  const double variance_px2 = 0.05 * 0.05 + drift_px * drift_px + jitter_px * jitter_px;
+  drive(3);
+  setOffsetSigma(0.05);
+  const EgoMotionEstimate lost = showElsewhere();
+  ASSERT_EQ(lost.state, PoseState::kHeld);
+  EXPECT_NEAR(lost.disparity_offset_sigma_px, std::sqrt(variance_px2), 1e-9);
+  ASSERT_EQ(state_.references.size(), 2);
+  EXPECT_GE(state_.references.back().offset.variance_px2, variance_px2);
+}
+
+TEST_F(Losses, TheDisparityOffsetDriftsInEveryLostFrame) {
+  const double drift_px = params_.disparity_offset_drift_px,
+               jitter_px = params_.disparity_jitter_px;
+  drive(3);
+  setOffsetSigma(0.05);
+  const double before_px2 = state_.references.front().offset.variance_px2;
+  const EgoMotionEstimate lost = showBlack(9);
+  ASSERT_EQ(lost.state, PoseState::kHeld);
+  const double drifted_px2 = 9 * drift_px * drift_px;
+  EXPECT_NEAR(lost.disparity_offset_sigma_px,
+              std::sqrt(0.05 * 0.05 + drifted_px2 + jitter_px * jitter_px), 1e-9);
+  EXPECT_NEAR(state_.references.front().offset.variance_px2, before_px2 + drifted_px2, 1e-9);
+}
+
+TEST_F(Losses, TheDisparityOffsetIsNeverLessCertainThanAtTheStart) {
+  const double sigma_px = params_.disparity_offset_sigma_px;
+  const EgoMotionEstimate lost = showBlack(100);
+  EXPECT_NEAR(lost.disparity_offset_sigma_px, std::hypot(sigma_px, params_.disparity_jitter_px),
+              1e-9);
+}
+
 TEST(EgoMotion, RefusesImagesOfAnotherSize) {
   EgoMotion ego_motion{EgoMotionParams()};
   const StereoRig rig = smallRig();
