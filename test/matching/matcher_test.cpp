@@ -231,6 +231,21 @@ TEST(Matcher, AWinnerWithoutASecondCandidateIsAmbiguous) {
   }
 }
 
+TEST(Matcher, ResultsAreNotChangedByLaterMatches) {
+  const TestPair pair = makeTestPair({120, 60}, 2, 40, 5);
+  MatcherParams params = smallParams(0, 48);
+  for (const char* target : {"scalar", "auto"}) {
+    params.simd_target = target;
+    StereoMatcher matcher(params);
+    Match reduced, full;
+    matcher.match(pair.left, pair.right, uniformRanges(pair.left.size(), 10, 25), reduced);
+    const Match before{reduced.disparity_px.clone(), reduced.ambiguity.clone(),
+                       reduced.search_width.clone()};
+    matcher.match(pair.left, pair.right, full);
+    expectEqual(reduced, before);
+  }
+}
+
 TEST(Matcher, RefusesWhatItCannotMatch) {
   MatcherParams params;
   params.range.count = 40;
