@@ -18,7 +18,8 @@ constexpr unsigned char kMovesByItself = 255;
 /// All maps have the images' size.
 struct DisparityState {
   cv::Mat1f disparity_px;  ///< range.invalid() where unknown
-  cv::Mat1f variance_px2;  ///< 0 where unknown
+  /// Where the disparity is unknown it means nothing: 0, or that of a disparity without support.
+  cv::Mat1f variance_px2;
   /// Frames since the pixel was last measured (CorrectionParams::max_missed_frames where only one
   /// frame has measured it, see correct()), or kMovesByItself.
   cv::Mat1b missed_frames;

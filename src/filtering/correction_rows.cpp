@@ -76,7 +76,8 @@ HWY_INLINE hn::Vec<hn::RebindToSigned<D>> rightColumns(D d, int x, float princip
                                                        hn::Vec<D> disparity) {
   const float at_infinity = static_cast<float>(x) - principal_offset_px;
   const auto position = hn::Sub(hn::Iota(d, at_infinity), disparity);
-  return hn::ConvertTo(hn::RebindToSigned<D>(), hn::Add(position, hn::Set(d, 0.5f)));
+  // ConvertTo() alone would move what is beside the first column into it.
+  return hn::ConvertTo(hn::RebindToSigned<D>(), hn::Floor(hn::Add(position, hn::Set(d, 0.5f))));
 }
 
 // The disparities as the right camera sees them. Processes pixels from x on in whole vectors;

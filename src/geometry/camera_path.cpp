@@ -37,6 +37,7 @@ void CameraPath::add(const EgoMotionEstimate& estimate, Stamp stamp,
   const double unseen_s = toSeconds(stamp - last_known_->stamp);
   append(*last_known_, unseenMotion(velocity_, unseen_s), CommonErrors::Zero(), stamp, T_body_cam);
   pose_.state = estimate.state == PoseState::kHeld ? PoseState::kHeld : PoseState::kLost;
+  pose_.motion_covariance = unseenCovariance();
   if (recent_.size() > EgoMotionEstimate::kMostFrames) recent_.pop_front();
 }
 

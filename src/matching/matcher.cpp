@@ -35,13 +35,15 @@ struct StereoMatcher::Workspace {
         full_search(params, target_bit),
         reduced_search(params, target_bit) {}
 
-  void prepare(cv::Size size, Match& match) const {
+  // The windows use the memory of this match: what was returned before must not change.
+  void prepare(cv::Size size, Match& match) {
     match.disparity_px.create(size);
     match.ambiguity.create(size);
     match.search_width.create(size);
+    windows.width = match.search_width;
   }
 
-  void matchNothing(cv::Size size, Match& match) const {
+  void matchNothing(cv::Size size, Match& match) {
     prepare(size, match);
     match.disparity_px.setTo(params.range.invalid());
     match.ambiguity.setTo(255);
@@ -68,7 +70,6 @@ struct StereoMatcher::Workspace {
                     const SearchRanges& ranges, Match& match) {
     prepare(left.size(), match);
     const bool between = offset.fraction_px > 0;
-    windows.width = match.search_width;
     if (params.exact_ranges)
       planExactWindows(ranges, params.range, between, left.size(), windows);
     else

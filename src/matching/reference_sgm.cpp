@@ -22,8 +22,9 @@ struct Winner {
   int index;  ///< the smallest of equals
   int cost;
   int below, above;  ///< costs of its neighbours; only if `inside`
-  int runner_up;     ///< lowest cost with |index difference| > 1; 255: none
   bool inside;       ///< both neighbours are in the pixel's window
+  bool has_second;   ///< whether there are costs with |index difference| > 1
+  int runner_up;     ///< the lowest of these; only if `has_second`
 };
 
 /// Aggregation of one image pair. Disparities are indices here: 0 is min_disparity.
@@ -160,9 +161,11 @@ class ReferenceSgm {
       winner.above = sums[winner.index + 1];
     }
     winner.runner_up = 255;
-    for (int i = first; i < end; ++i)
-      if (std::abs(i - winner.index) > 1)
-        winner.runner_up = std::min<int>(winner.runner_up, sums[i]);
+    for (int i = first; i < end; ++i) {
+      if (std::abs(i - winner.index) <= 1) continue;
+      winner.has_second = true;
+      winner.runner_up = std::min<int>(winner.runner_up, sums[i]);
+    }
     return winner;
   }
 
@@ -172,7 +175,7 @@ class ReferenceSgm {
     if (windows_.width(y, x) == 0) return;
 
     const Winner winner = findWinner(x, y);
-    match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
+    if (winner.has_second) match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
 
     if (params_.left_right_tolerance_px >= 0) {
       const int right_x = x - first_shift_ - winner.index;

@@ -48,6 +48,11 @@ bool hardlyMoved(const ReferenceFrame& reference, const MotionChoice& choice) {
   return highQuantile(flow_px) < kHoldFlowPx;
 }
 
+// The motion of one frame, at constant velocity.
+Eigen::Isometry3d motionPerFrame(const Eigen::Isometry3d& T_cam_prev, int frames) {
+  return frames == 1 ? T_cam_prev : motionOf(constantTwist(T_cam_prev, frames), 1);
+}
+
 // Keeps the reference for the next frame, whose motion then starts at this frame.
 void hold(ReferenceFrame& reference, const PoseSolution& solution) {
   reference.to_previous = {solution.T_cam_prev, solution.covariance};
@@ -90,7 +95,7 @@ EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1
   if (choice.solution.found) {
     estimate.state = PoseState::kKnown;
     describeMotion(choice.solution, references[used], estimate);
-    usual = {true, estimate.motion.T_cam_prev, choice.usual_share};
+    usual = {true, motionPerFrame(estimate.motion.T_cam_prev, estimate.frames), choice.usual_share};
     offset = choice.solution.offset;
     steady_offset.update(offset);
     chooseReference(choice, used);
@@ -128,7 +133,9 @@ void EgoMotionState::describeMotion(const PoseSolution& solution, const Referenc
 
 void EgoMotionState::describeOffset(EgoMotionEstimate& estimate) const {
   estimate.disparity_offset_px = offset.offset_px;
-  estimate.disparity_offset_sigma_px = std::sqrt(offset.variance_px2);
+  const bool tracked = estimate.state == PoseState::kKnown;
+  estimate.disparity_offset_sigma_px =
+      std::sqrt((tracked ? offset : offsetNotTracked()).variance_px2);
   estimate.column_offset.known = steady_offset.isCertain();
   estimate.column_offset.offset_px = steady_offset.mean_px();
   estimate.column_offset.sigma_px = steady_offset.sigma_px();
@@ -149,6 +156,8 @@ void EgoMotionState::chooseReference(const MotionChoice& choice, size_t used) {
 
 // References for the next frame: the last good one, then this one.
 PoseState EgoMotionState::chooseReferencesAfterLoss(bool swapped) {
+  drift(offset);
+  if (!references.empty()) drift(references.front().offset);
   ReferenceFrame here = makeReference(MotionChoice());
   if (!references.empty() && references.front().age >= EgoMotionEstimate::kMostFrames)
     references.clear();
@@ -163,9 +172,26 @@ PoseState EgoMotionState::chooseReferencesAfterLoss(bool swapped) {
 ReferenceFrame EgoMotionState::makeReference(const MotionChoice& choice) {
   ReferenceFrame here = features.makeReference(choice.correspondences, choice.solution.inlier);
   if (!params.estimate_disparity_offset) return here;
-  here.offset = offset;
-  here.offset.variance_px2 += params.disparity_offset_drift_px * params.disparity_offset_drift_px;
+  here.offset = choice.solution.found ? offset : offsetNotTracked();
+  drift(here.offset);
   return here;
+}
+
+// Adds the drift of a frame. What was known before the first frame stays known.
+void EgoMotionState::drift(DisparityOffset& some_offset) const {
+  if (!params.estimate_disparity_offset) return;
+  const double start_px2 = params.disparity_offset_sigma_px * params.disparity_offset_sigma_px;
+  const double drift_px2 = params.disparity_offset_drift_px * params.disparity_offset_drift_px;
+  double& variance_px2 = some_offset.variance_px2;
+  variance_px2 = std::min(variance_px2 + drift_px2, std::max(variance_px2, start_px2));
+}
+
+// The cameras may have shaken since the last frame that was tracked.
+DisparityOffset EgoMotionState::offsetNotTracked() const {
+  DisparityOffset result = offset;
+  if (params.estimate_disparity_offset)
+    result.variance_px2 += params.disparity_jitter_px * params.disparity_jitter_px;
+  return result;
 }
 
 EgoMotion::EgoMotion(const EgoMotionParams& params)

@@ -50,10 +50,12 @@ struct EgoMotionState {
   void chooseReference(const MotionChoice& choice, size_t used);
   PoseState chooseReferencesAfterLoss(bool swapped);
   ReferenceFrame makeReference(const MotionChoice& choice);
+  void drift(DisparityOffset& some_offset) const;
+  DisparityOffset offsetNotTracked() const;
 
   EgoMotionParams params;
   StereoFeatures features;  // of the current frame
-  DisparityOffset offset;   // of the last frame that was tracked
+  DisparityOffset offset;   // of the last frame that was tracked, with the drift since then
   SteadyOffset steady_offset;
   UsualMotion usual;
   // Reference frames for the next frame, best first: one, or two after a loss.

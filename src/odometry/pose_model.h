@@ -73,15 +73,31 @@ class PoseModel {
   // Derivative of the prediction with respect to a left-multiplied perturbation of the motion.
   Matrix36d jacobian(const PosePrediction& p) const {
     const double fx = rig_.fx_px, fy = rig_.fy_px, d = p.inverse_depth / k_;
-    const double x = p.x, y = p.y, z = p.inverse_depth;
+    const double x = p.x, y = p.y;
     Matrix36d J;
-    J << fx * z, 0, -fx * x * z, -fx * x * y, fx * (1 + x * x), -fx * y,  //
-        0, fy * z, -fy * y * z, -fy * (1 + y * y), fy * x * y, fy * x,    //
-        0, 0, -d * z, -d * y, d * x, 0;
+    J.leftCols<3>() = p.inverse_depth * timesDepth(p);
+    J.rightCols<3>() << -fx * x * y, fx * (1 + x * x), -fx * y,  //
+        -fy * (1 + y * y), fy * x * y, fy * x,                   //
+        -d * y, d * x, 0;
     return J;
+  }
+  // Derivative of jacobian()'s translation with respect to the previous disparity.
+  Eigen::Matrix3d translationByDisparity(const PosePrediction& p) const {
+    Eigen::Matrix3d G = timesDepth(p);
+    G.row(2) *= 2;  // is itself proportional to the disparity
+    return k_ * p.by_disparity.z() * G;
   }
 
  private:
+  // The translation's part of jacobian(), times the depth.
+  Eigen::Matrix3d timesDepth(const PosePrediction& p) const {
+    Eigen::Matrix3d G;
+    G << rig_.fx_px, 0, -rig_.fx_px * p.x,  //
+        0, rig_.fy_px, -rig_.fy_px * p.y,   //
+        0, 0, -p.inverse_depth / k_;
+    return G;
+  }
+
   const StereoRig& rig_;
   Eigen::Matrix3d R_;
   Eigen::Vector3d t_;

@@ -98,6 +98,33 @@ bool explains(const Matrix8d& spread, const Correspondence& c, const PosePredict
   return p.residual.dot((noise + J_spread * J.transpose()).inverse() * p.residual) < gate * gate;
 }
 
+// What noise of the previous disparities does to the equations, as the translation's derivatives
+// are proportional to these disparities.
+struct DisparityNoise {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< in A, but of noise only
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();         ///< in b, mostly towards no translation
+
+  // A point with its weight, and the variance [px^2] of its previous disparity.
+  void add(const PoseModel& model, const PosePrediction& p, const Eigen::Matrix3d& weight,
+           double variance_px2) {
+    const Eigen::Matrix3d G = model.translationByDisparity(p);
+    const Eigen::Matrix3d GtW = variance_px2 * G.transpose() * weight;
+    information.noalias() += GtW * G;
+    pull.noalias() += GtW * p.by_disparity;
+  }
+  // Inverse of A without it. None if little else says anything about the translation in some
+  // direction: far points alone would be certain that the camera stands.
+  std::optional<Matrix8d> inverse(Matrix8d A) const {
+    constexpr double kMargin = 0.5;  // of the remainder, as the noise is known only on average
+    A.topLeftCorner<3, 3>() -= (1 + kMargin) * information;
+    if (Eigen::LLT<Matrix8d>(A).info() != Eigen::Success) return {};
+    A.topLeftCorner<3, 3>() += kMargin * information;
+    const Eigen::FullPivLU<Matrix8d> factors(A);
+    if (!factors.isInvertible()) return {};
+    return factors.inverse();
+  }
+};
+
 // Where the iterations ended.
 struct Fit {
   Estimate estimate;
@@ -249,35 +276,38 @@ PoseSolution Solver::assess(const Fit& fit) const {
   const PoseModel model = estimate.model(rig_);
   double sum = 0;
   Eigen::Matrix<double, 8, 2> by_tilt = Eigen::Matrix<double, 8, 2>::Zero();
+  DisparityNoise noise;
   for (size_t i = 0; i < all_.size(); ++i) {
     const PosePrediction p = model.predict(all_[i]);
     if (!p.in_front) continue;
     const Information information(all_[i], p, all_[i].current_disparity_variance);
     const double m2 = information.squaredNorm(p.residual);
     if (m2 > gate * gate) continue;
-    const Eigen::Matrix<double, 8, 3> JtW = jacobian(model, p).transpose() * information.matrix();
-    by_tilt.noalias() += JtW / (1 + m2 / (4 * sigma * sigma)) *
+    const Eigen::Matrix3d W = information.matrix() / (1 + m2 / (4 * sigma * sigma));
+    by_tilt.noalias() += jacobian(model, p).transpose() * W *
                          (Eigen::Vector3d::UnitZ() * fromCentre(all_[i].current) -
                           p.by_disparity * fromCentre(all_[i].previous));
+    noise.add(model, p, W, sigma * sigma * all_[i].previous_disparity_variance);
     solution.inlier[i] = 1;
     ++solution.inliers;
     sum += p.residual.squaredNorm();
   }
   if (solution.inliers < params_.min_inliers) return solution;
-  const Eigen::FullPivLU<Matrix8d> lu(equations.A);
-  if (!lu.isInvertible()) return solution;
-  const Matrix8d inverse = lu.inverse();
-  const Matrix8d covariance = varianceFactor() * sigma * sigma * inverse;
+  const std::optional<Matrix8d> spread = noise.inverse(equations.A);
+  if (!spread) return solution;
+  const Matrix8d covariance = varianceFactor() * sigma * sigma * *spread;
   solution.found = true;
   solution.T_cam_prev = estimate.T;
   solution.sigma_px = sigma;
   solution.residual_px = std::sqrt(sum / (3 * solution.inliers));
   solution.covariance = covariance.topLeftCorner<6, 6>();
+  const Vector6d bias = spread->topLeftCorner<6, 3>() * noise.pull;
+  solution.covariance += bias * bias.transpose();
   solution.offset.offset_px = estimate.previous_offset_px + estimate.change_px;
   if (offset_.variance_px2 > 0)
     solution.by_disparity_errors.col(0) = covariance.topRightCorner<6, 2>().rowwise().sum() /
                                           std::sqrt(covariance.bottomRightCorner<2, 2>().sum());
-  solution.by_disparity_errors.rightCols<2>() = inverse.topRows<6>() * by_tilt;
+  solution.by_disparity_errors.rightCols<2>() = spread->topRows<6>() * by_tilt;
   if (offset_.variance_px2 > 0)
     solution.offset.variance_px2 =
         held ? offset_.variance_px2 + covariance(7, 7) : covariance.bottomRightCorner<2, 2>().sum();

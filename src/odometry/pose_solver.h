@@ -37,7 +37,7 @@ struct DisparityOffset {
 using DisparityErrors = Eigen::Matrix<double, 6, 3>;
 
 struct PoseSolution {
-  bool found = false;
+  bool found = false;  ///< false also if the points are too far to tell the translation
   Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();
   Matrix6d covariance = Matrix6d::Zero();  ///< as CameraMotion::covariance
   /// Effect of disparity errors on the motion, one column each: one sigma of the offset; an error

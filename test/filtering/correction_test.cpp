@@ -183,6 +183,10 @@ TEST(Correction, WhatTheRightCameraDoesNotRefuteIsKept) {
   EXPECT_EQ(unseen.keptWithin(hole), 6);
   // Behind the matched surface: occluded.
   EXPECT_EQ(KeptRow(hole, 4.0f).keptWithin(hole), 6);
+  // The match beside its line of sight is outside the right image, one column to the left.
+  KeptRow beside({21, 22}, 20.0f);
+  beside.measured_px.colRange(10, 13).setTo(kRange.invalid());
+  EXPECT_EQ(beside.keptWithin({21, 22}), 1);
   // Outside the right image.
   EXPECT_EQ(KeptRow({4, 10}, 20.0f).keptWithin({4, 10}), 6);
 }
@@ -203,7 +207,7 @@ cv::Mat1f surfaces(cv::Size size, cv::RNG& rng) {
 // Whether all surfaces matched on the right camera's line of sight are farther.
 bool seesThrough(const float* measured_px, int width, int x, float kept_px, float offset_px) {
   const auto columnOf = [&](int column, float disparity_px) {
-    return static_cast<int>(column - offset_px - disparity_px + 0.5f);
+    return static_cast<int>(std::floor(column - offset_px - disparity_px + 0.5f));
   };
   const int column = columnOf(x, kept_px);
   if (column < 1 || column >= width - 1) return false;

@@ -56,6 +56,7 @@ TEST_F(Straight, SaysWhetherAPartOfTheLastMotionWasNotSeen) {
   see();
   EXPECT_EQ(path_.pose().motion_covariance, 1e-6 * Matrix6d::Identity());
   miss(2);
+  EXPECT_EQ(path_.pose().motion_covariance, unseenCovariance());
   see(3);  // from the last known frame
   EXPECT_EQ(path_.pose().motion_covariance, 1e-6 * Matrix6d::Identity());
   miss(2);

@@ -204,6 +204,48 @@ TEST(Matcher, ExactRangesThatCoverEverythingGiveTheFullSearch) {
   EXPECT_EQ(cv::countNonZero(full.disparity_px(far) != exact.disparity_px(far)), 0);
 }
 
+// Disparities beside the winner are no second candidates.
+TEST(Matcher, AWinnerWithoutASecondCandidateIsAmbiguous) {
+  const TestPair pair = makeTestPair({120, 60}, 20, 20, 5);
+  MatcherParams params = smallParams(0, 48);
+  params.exact_ranges = true;
+  for (const int width : {1, 2, 3, 4, 5}) {
+    const int first = 21 - (width + 1) / 2;  // 20 is in the middle
+    Match match;
+    StereoMatcher(params).match(pair.left, pair.right,
+                                uniformRanges(pair.left.size(), first, first + width - 1), match);
+    int alone = 0, certain = 0;
+    for (int y = 10; y < 50; ++y)
+      for (int x = 50; x < 110; ++x) {
+        const int d = cvRound(match.disparity_px(y, x));
+        const bool is_alone = params.range.isValid(match.disparity_px(y, x)) && d - first <= 1 &&
+                              first + width - 1 - d <= 1;
+        alone += is_alone;
+        if (is_alone) {
+          EXPECT_EQ(match.ambiguity(y, x), 255) << width << ": " << x << ", " << y;
+        }
+        certain += match.ambiguity(y, x) < 128;
+      }
+    EXPECT_EQ(alone > 2000, width < 4) << width;
+    EXPECT_EQ(certain > 2000, width >= 4) << width;
+  }
+}
+
+TEST(Matcher, ResultsAreNotChangedByLaterMatches) {
+  const TestPair pair = makeTestPair({120, 60}, 2, 40, 5);
+  MatcherParams params = smallParams(0, 48);
+  for (const char* target : {"scalar", "auto"}) {
+    params.simd_target = target;
+    StereoMatcher matcher(params);
+    Match reduced, full;
+    matcher.match(pair.left, pair.right, uniformRanges(pair.left.size(), 10, 25), reduced);
+    const Match before{reduced.disparity_px.clone(), reduced.ambiguity.clone(),
+                       reduced.search_width.clone()};
+    matcher.match(pair.left, pair.right, full);
+    expectEqual(reduced, before);
+  }
+}
+
 TEST(Matcher, RefusesWhatItCannotMatch) {
   MatcherParams params;
   params.range.count = 40;

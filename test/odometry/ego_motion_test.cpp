@@ -5,6 +5,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "odometry/corridor.h"
+#include "odometry/ego_motion_state.h"
 
 namespace predictive_stereo {
 namespace {
@@ -67,6 +68,81 @@ TEST(EgoMotion, DrivesThroughACorridor) {
     }
     previous = current;
   }
+}
+
+// Drives straight on, 0.4 m per frame.
+class Losses : public ::testing::Test {
+ protected:
+  EgoMotionEstimate drive(int frames) { return show(corridor_, frames); }
+  // Another place: no view in common with what was seen before.
+  EgoMotionEstimate showElsewhere() { return show(elsewhere_, 1); }
+  EgoMotionEstimate showBlack(int frames) {
+    const cv::Mat1b black(rig_.size, uchar{0});
+    EgoMotionEstimate estimate;
+    for (int i = 0; i < frames; ++i, ++number_)
+      estimate = state_.estimate(black, black, rig_, {}, {});
+    return estimate;
+  }
+  EgoMotionEstimate show(const testing::Corridor& corridor, int frames) {
+    EgoMotionEstimate estimate;
+    for (int i = 0; i < frames; ++i, ++number_) {
+      const Pair pair = renderPair(corridor, rig_, pose(0, 0.4 * number_, 0), number_);
+      estimate = state_.estimate(pair.left, pair.right, rig_, {}, {});
+    }
+    return estimate;
+  }
+  // The frame before had this sigma of its disparity offset.
+  void setOffsetSigma(double sigma_px) { state_.offset.variance_px2 = sigma_px * sigma_px; }
+
+  const testing::Corridor corridor_{1}, elsewhere_{2};
+  const StereoRig rig_ = smallRig();
+  const EgoMotionParams params_;
+  EgoMotionState state_{params_};
+  int number_ = 0;
+};
+
+TEST_F(Losses, TheNextExpectationIsTheMotionOfOneFrame) {
+  drive(3);
+  ASSERT_EQ(showBlack(4).state, PoseState::kHeld);
+  ASSERT_EQ(drive(1).frames, 5);
+  EXPECT_NEAR(state_.usual.T_cam_prev.translation().z(), -0.4, 0.01);
+  ASSERT_EQ(drive(1).frames, 1);
+  EXPECT_NEAR(state_.usual.T_cam_prev.translation().z(), -0.4, 0.01);
+}
+
+// The cameras shake against each other: what was measured in the frame before says less about it.
+TEST_F(Losses, TheDisparityOffsetOfALostFrameHasTheJitter) {
+  const double drift_px = params_.disparity_offset_drift_px,
+               jitter_px = params_.disparity_jitter_px;
+  const double variance_px2 = 0.05 * 0.05 + drift_px * drift_px + jitter_px * jitter_px;
+  drive(3);
+  setOffsetSigma(0.05);
+  const EgoMotionEstimate lost = showElsewhere();
+  ASSERT_EQ(lost.state, PoseState::kHeld);
+  EXPECT_NEAR(lost.disparity_offset_sigma_px, std::sqrt(variance_px2), 1e-9);
+  ASSERT_EQ(state_.references.size(), 2);
+  EXPECT_GE(state_.references.back().offset.variance_px2, variance_px2);
+}
+
+TEST_F(Losses, TheDisparityOffsetDriftsInEveryLostFrame) {
+  const double drift_px = params_.disparity_offset_drift_px,
+               jitter_px = params_.disparity_jitter_px;
+  drive(3);
+  setOffsetSigma(0.05);
+  const double before_px2 = state_.references.front().offset.variance_px2;
+  const EgoMotionEstimate lost = showBlack(9);
+  ASSERT_EQ(lost.state, PoseState::kHeld);
+  const double drifted_px2 = 9 * drift_px * drift_px;
+  EXPECT_NEAR(lost.disparity_offset_sigma_px,
+              std::sqrt(0.05 * 0.05 + drifted_px2 + jitter_px * jitter_px), 1e-9);
+  EXPECT_NEAR(state_.references.front().offset.variance_px2, before_px2 + drifted_px2, 1e-9);
+}
+
+TEST_F(Losses, TheDisparityOffsetIsNeverLessCertainThanAtTheStart) {
+  const double sigma_px = params_.disparity_offset_sigma_px;
+  const EgoMotionEstimate lost = showBlack(100);
+  EXPECT_NEAR(lost.disparity_offset_sigma_px, std::hypot(sigma_px, params_.disparity_jitter_px),
+              1e-9);
 }
 
 TEST(EgoMotion, RefusesImagesOfAnotherSize) {

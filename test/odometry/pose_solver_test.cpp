@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <opencv2/core/utility.hpp>
 #include <random>
 
@@ -141,6 +142,85 @@ TEST(PoseSolver, FarPointsAloneGiveTheRotation) {
   ASSERT_TRUE(solution.found);
   EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).tail<3>().norm(), 2e-4);
   EXPECT_GT(solution.inliers, 180);
+}
+
+// Points of disparity 0, measured with noise: some disparities are positive by chance.
+std::vector<Correspondence> observeInfinity(const StereoRig& rig, const Eigen::Isometry3d& T, int n,
+                                            double sigma_px, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, sigma_px);
+  auto all = observe(rig, T, n, 0, seed);
+  for (Correspondence& c : all) {
+    const Eigen::Vector3d ray = rig.pointFromDisparity(c.previous.x(), c.previous.y(), 1);
+    c.current = rig.disparityFromPoint(T.linear() * ray);
+    c.current.z() = noise(random);
+    c.current.head<2>() += Eigen::Vector2d(noise(random), noise(random));
+    c.previous.z() = noise(random);
+  }
+  return all;
+}
+
+// The noise of a disparity is no information about the translation.
+TEST(PoseSolver, PointsAtInfinityDoNotGiveTheTranslation) {
+  const StereoRig rig = kittiRig();
+  for (const double variance_px2 : {0.0, 1.0}) {
+    for (unsigned run = 0; run < 50; ++run) {
+      const auto all = observeInfinity(rig, kDriving, 200, 0.1, run);
+      const PoseSolution solution = solvePose(rig, all, Eigen::Isometry3d::Identity(),
+                                              {0, variance_px2}, 0.3, PoseSolverParams());
+      EXPECT_FALSE(solution.found)
+          << errorOf(solution.T_cam_prev, kDriving).head<3>().norm() << " m, sigma "
+          << std::sqrt(solution.covariance.topLeftCorner<3, 3>().trace()) << " m";
+    }
+  }
+}
+
+// Solutions of 200 scenes, and the mean of e'C^-1e / 3 of their translations' errors e.
+struct Solutions {
+  int found = 0;
+  double normalised_error = 0;
+
+  template <class Observe>
+  explicit Solutions(const StereoRig& rig, const Observe& observe_run) {
+    for (unsigned run = 0; run < 200; ++run) {
+      const PoseSolution solution = solvePose(rig, observe_run(run), Eigen::Isometry3d::Identity(),
+                                              DisparityOffset(), 0.3, PoseSolverParams());
+      if (!solution.found) continue;
+      ++found;
+      const Eigen::Vector3d error_m = errorOf(solution.T_cam_prev, kDriving).head<3>();
+      const Eigen::Matrix3d covariance_m2 = solution.covariance.topLeftCorner<3, 3>();
+      normalised_error += error_m.dot(covariance_m2.inverse() * error_m) / 3;
+    }
+    normalised_error /= std::max(found, 1);
+  }
+};
+
+TEST(PoseSolver, PointsAtInfinityDoNotMakeTheTranslationLookCertain) {
+  const StereoRig rig = kittiRig();
+  for (const int near : {5, 10, 20, 40, 100}) {
+    const Solutions solutions(rig, [&](unsigned run) {
+      auto all = observeInfinity(rig, kDriving, 200, 0.1, run);
+      const auto others = observe(rig, kDriving, near, 0.1, run + 1000);
+      all.insert(all.end(), others.begin(), others.end());
+      return all;
+    });
+    EXPECT_GT(solutions.found, 150) << near;
+    EXPECT_GT(solutions.normalised_error, 0.8) << near;
+    EXPECT_LT(solutions.normalised_error, 1.25) << near;
+  }
+}
+
+// Noise of disparities shortens the translation.
+TEST(PoseSolver, FarPointsDoNotMakeTheTranslationLookCertain) {
+  for (const double farther : {5, 20, 50, 100, 150}) {
+    StereoRig rig = kittiRig();
+    rig.baseline_m /= farther;
+    const Solutions solutions(rig,
+                              [&](unsigned run) { return observe(rig, kDriving, 200, 0.1, run); });
+    EXPECT_GT(solutions.found, 190) << farther;
+    EXPECT_GT(solutions.normalised_error, 0.8) << farther;
+    EXPECT_LT(solutions.normalised_error, 1.25) << farther;
+  }
 }
 
 // Measured disparities are too small by the offset.
