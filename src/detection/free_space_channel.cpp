@@ -21,7 +21,7 @@ constexpr float kNearer_px = 2;
 
 // The pixels of the obstacle's cells that have their disparity.
 ObservedObject objectOf(const Obstacle& obstacle, const DepthCells& cells,
-                        const cv::Mat1f& disparity_px) {
+                        const DisparityRange& range, const cv::Mat1f& disparity_px) {
   ObservedObject object;
   const cv::Rect box(kCellSide_px * obstacle.area.tl(), obstacle.area.size() * kCellSide_px);
   object.observation.box_px = box;
@@ -32,7 +32,8 @@ ObservedObject objectOf(const Obstacle& obstacle, const DepthCells& cells,
     const cv::Point first = kCellSide_px * cell;
     for (int y = first.y; y < first.y + kCellSide_px; ++y)
       for (int x = first.x; x < first.x + kCellSide_px; ++x)
-        if (std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
+        if (range.isValid(disparity_px(y, x)) &&
+            std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
           object.mask(y - box.y, x - box.x) = 255;
   }
   return object;
@@ -82,7 +83,7 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
   for (const Obstacle& obstacle : obstacles) {
     const CellCounts counts = countCells(obstacle, free_space_.evidence());
     if (!hasMoved(obstacle, counts)) continue;
-    ObservedObject object = objectOf(obstacle, cells_, input.measured_disparity_px);
+    ObservedObject object = objectOf(obstacle, cells_, range, input.measured_disparity_px);
     Observation& seen = object.observation;
     const auto shape =
         shapeOf(input.rig, range, input.measured_disparity_px, seen.box_px, object.mask);
