@@ -13,6 +13,7 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
                            [&] { verification_.findRoad(input, range_); }});
   verification_.forgetObjects();
   objects_.clear();
+  sought_known_ = false;
   if (input.pose_state != PoseState::kKnown) return objects_;
   const std::vector<PastFrame> past = frames_.past();
   const FrameView frame{input, range_, params_, frames_.current()};
@@ -21,13 +22,14 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
     const double contradicting = since_last_.contradictingShare();
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
     if (PoseCheck::contradictsMost(contradicting)) free_space_.forgetPast();
+    sought_known_ = frames_.current().follows;
   }
   runTogether(
       [&] {
         objects_ = free_space_.find(input, range_, params_, frames_.current().pyramid.level(1));
       },
       [&] {
-        if (!past.empty() && frames_.current().follows) findByMotion(frame, past, known);
+        if (sought_known_) findByMotion(frame, past, known);
       });
   addMissing(verification_.objects());
   return objects_;

@@ -25,6 +25,9 @@ class MotionScheme {
   /// @returns the objects of this frame; valid until the next call.
   const std::vector<ObservedObject>& observe(const DetectionInput& input,
                                              const ObjectTracker& known);
+  /// Whether the known objects were sought in this frame: not without a pose, nor in the first
+  /// frame after that, nor with a wrong one.
+  bool soughtKnown() const { return sought_known_; }
   /// See FrameHistory.
   void addToDisparities(double step_px) {
     frames_.addToDisparities(range_, step_px);
@@ -49,6 +52,7 @@ class MotionScheme {
   FreeSpaceChannel free_space_;
   Verification verification_;
   std::vector<ObservedObject> objects_;
+  bool sought_known_ = false;
 };
 
 }  // namespace predictive_stereo

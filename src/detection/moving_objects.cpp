@@ -67,11 +67,13 @@ TrackingParams trackingOf(const DetectionParams& params) {
   return tracking;
 }
 
-// Whether an object was seen in each of the last three frames. It may then be missing in this one,
-// as when it was occluded in the previous frame.
+// Whether an object that is not seen in this frame was seen in the three before. It may then be
+// missing, as when it was occluded in the previous frame.
 bool wasSteadilySeen(const ObjectTrack& track) {
-  constexpr unsigned kLastThreeFrames = 0b1110;
-  return (track.history & kLastThreeFrames) == kLastThreeFrames;
+  constexpr unsigned kThreeFrames = 0b111;
+  const bool missed = (track.history & 1) == 0;  // otherwise it was not sought
+  return track.unseen_frames == 1 &&
+         (track.history >> (missed ? 1 : 0) & kThreeFrames) == kThreeFrames;
 }
 
 }  // namespace
@@ -143,13 +145,14 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
   state.tracker.predict(
       input.stamp_s, input.rig,
       input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
-  if (state.params.scheme == DetectionScheme::kPaper)
+  const bool by_paper = state.params.scheme == DetectionScheme::kPaper;
+  if (by_paper)
     state.observeAsPaper(input);
   else
     state.observed = state.motion.observe(input, state.tracker);
   std::vector<Observation> observations;
   for (const ObservedObject& object : state.observed) observations.push_back(object.observation);
-  state.tracker.update(observations);
+  state.tracker.update(observations, by_paper || state.motion.soughtKnown());
 
   detections.objects.clear();
   detections.mask.create(input.rig.size);

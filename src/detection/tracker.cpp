@@ -66,16 +66,16 @@ Eigen::Vector3d ObjectTracker::centreInCamera(const ObjectTrack& track) const {
 void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
                             const std::optional<Eigen::Isometry3d>& T_odom_cam) {
   rig_ = rig;
+  now_s_ = stamp_s;
   T_odom_cam_ = T_odom_cam;
   for (ObjectTrack& track : tracks_) {
-    track.history <<= 1;
     track.observation = -1;
     ++track.age;
+    ++track.unseen_frames;
   }
   if (!T_odom_cam) return;
-  const double dt = has_stamp_ ? stamp_s - stamp_s_ : 0;
-  has_stamp_ = true;
-  stamp_s_ = stamp_s;
+  const double dt = located_s_ ? stamp_s - *located_s_ : 0;
+  located_s_ = stamp_s;
   Matrix6 transition = Matrix6::Identity();
   transition.topRightCorner<3, 3>() = dt * Eigen::Matrix3d::Identity();
   // White-noise acceleration.
@@ -112,7 +112,7 @@ double ObjectTracker::agreementOf(const Observation& seen, const cv::Rect& box_p
   return iou < params_.min_iou ? 0 : iou;
 }
 
-void ObjectTracker::update(const std::vector<Observation>& observations) {
+void ObjectTracker::update(const std::vector<Observation>& observations, bool sought) {
   // The best pair is assigned first: the result does not depend on the order of objects.
   std::vector<std::tuple<double, size_t, size_t>> pairs;
   for (size_t t = 0; t < tracks_.size(); ++t)
@@ -138,6 +138,10 @@ void ObjectTracker::update(const std::vector<Observation>& observations) {
   const unsigned window = (1u << params_.confirm_within) - 1;
   std::vector<ObjectTrack> kept;
   for (ObjectTrack& track : tracks_) {
+    if (sought || track.observation >= 0)
+      track.history = track.history << 1 | (track.observation >= 0 ? 1 : 0);
+    else if (now_s_ - track.seen_s > kLongestWait_s)
+      continue;
     if (countOfBits(track.history & window) >= params_.confirm_frames) track.confirmed = true;
     const int patience = track.confirmed ? params_.max_missed_frames : params_.confirm_within - 1;
     const unsigned recent = (2u << patience) - 1;
@@ -156,7 +160,8 @@ void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) 
   track.last = observation;
   track.seen_box_px = observation.box_px;
   track.seen_distance_m = observation.distance_m;
-  track.history |= 1;
+  track.unseen_frames = 0;
+  track.seen_s = now_s_;
   if (!T_odom_cam_) return;
   if (!track.located) return locate(observation, track);
   const Eigen::Matrix3d R = T_odom_cam_->linear();
@@ -186,6 +191,7 @@ ObjectTrack ObjectTracker::start(const Observation& observation) {
   ObjectTrack track;
   track.id = next_id_++;
   track.history = 1;
+  track.seen_s = now_s_;
   track.age = 1;
   track.confirmed = params_.confirm_frames <= 1;
   track.last = observation;
@@ -213,7 +219,7 @@ DetectedObject ObjectTracker::describe(const ObjectTrack& track) const {
 
 void ObjectTracker::reset() {
   tracks_.clear();
-  has_stamp_ = false;
+  located_s_.reset();
 }
 
 }  // namespace predictive_stereo

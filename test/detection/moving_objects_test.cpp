@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "detection/board_scene.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -89,6 +91,31 @@ TEST(MovingObjectDetector, WithoutAnyPoseThereIsNoVelocity) {
     ASSERT_EQ(found.objects.size(), 1u) << k;
     EXPECT_EQ(found.objects[0].age, k + 1);
     EXPECT_EQ(found.objects[0].velocity_covariance.isZero(), k < 2) << "zero: not known";
+  }
+}
+
+// Somebody walks to the right before a wall; two poses are missing.
+TEST(MovingObjectDetector, FramesWithoutPoseDoNotEndATrack) {
+  for (const bool seen_after : {true, false}) {
+    SCOPED_TRACE(seen_after);
+    MovingObjectDetector detector{DetectionParams()};
+    std::vector<int> ids;
+    for (int k = 0; k < 14; ++k) {
+      const BoardScene scene{{wallAt(20), {-2 + 0.25 * k, -0.2, 0.6, 1.7, 5}}, 1.5};
+      BoardView view = viewOf(scene, 0.1 * k);
+      view.input.predicted_disparity_px = view.input.measured_disparity_px;
+      view.input.predicted_variance_px2 = view.input.measured_variance_px2;
+      if (k == 7 || k == 8) view.input.pose_state = PoseState::kLost;
+      if (k == 9 && !seen_after) view.input.motion_covariance = unseenCovariance();
+      Detections found;
+      detector.detect(view.input, found);
+      for (const DetectedObject& object : found.objects) ids.push_back(object.id);
+      if (k == 6 || k > 11) {
+        EXPECT_EQ(found.objects.size(), 1u) << k;
+      }
+    }
+    ASSERT_FALSE(ids.empty());
+    EXPECT_EQ(ids, std::vector<int>(ids.size(), ids[0]));
   }
 }
 
