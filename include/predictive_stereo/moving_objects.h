@@ -16,7 +16,7 @@ namespace predictive_stereo {
 
 /// One moving object.
 struct DetectedObject {
-  int id = 0;         ///< the same in all frames while the object is tracked
+  int id = 0;         ///< the same in all frames while the object is tracked; never another's
   cv::Rect2f box_px;  ///< in the left image
   Eigen::Vector3d centre_m =
       Eigen::Vector3d::Zero();  ///< centre of its 3-D box in the left camera's optical frame

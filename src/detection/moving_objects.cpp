@@ -178,6 +178,7 @@ void MovingObjectDetector::setParams(const DetectionParams& params) {
   MovingObjectDetector changed(params);
   State& state = *state_;
   if (params.range != state.params.range || params.scheme != state.params.scheme) {
+    changed.state_->tracker.continueIds(state.tracker);
     state_ = std::move(changed.state_);
     return;
   }

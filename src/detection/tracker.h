@@ -73,7 +73,10 @@ class ObjectTracker {
   /// Position [m] of a track's centre in the left camera's optical frame, in a frame with a pose.
   Eigen::Vector3d centreInCamera(const ObjectTrack& track) const;
   DetectedObject describe(const ObjectTrack& track) const;
+  /// Forgets the tracks. Their ids are not given again.
   void reset();
+  /// Gives none of the other's ids.
+  void continueIds(const ObjectTracker& other) { next_id_ = other.next_id_; }
 
  private:
   double agreementOf(const Observation& seen, const cv::Rect& box_px, double distance_m) const;

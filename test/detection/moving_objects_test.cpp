@@ -119,6 +119,22 @@ TEST(MovingObjectDetector, FramesWithoutPoseDoNotEndATrack) {
   }
 }
 
+TEST(MovingObjectDetector, IdsGoOnAfterAChangeOfTheScheme) {
+  DetectionParams params;
+  params.scheme = DetectionScheme::kPaper;
+  MovingObjectDetector detector(params);
+  DetectionInput input = emptyFrame();
+  input.measured_disparity_px(cv::Rect(200, 130, 80, 60)) = 20.0f;
+  Detections found;
+  detector.detect(input, found);
+  const int id = found.objects.at(0).id;
+  params.range = {0, 64};
+  detector.setParams(params);
+  input.stamp_s = 0.1;
+  detector.detect(input, found);
+  EXPECT_GT(found.objects.at(0).id, id) << "the tracks are not kept";
+}
+
 TEST(MovingObjectDetector, NothingPredictedNothingFound) {
   DetectionParams params;
   params.scheme = DetectionScheme::kPaper;
