@@ -39,7 +39,7 @@ class MotionScheme {
   void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
                     const ObjectTracker& known);
   void addMissing(const std::vector<ObservedObject>& others);
-  void findKnown(const FrameView& frame, const ObjectTracker& known);
+  void findKnown(const PastView& view, const ObjectTracker& known);
 
   DisparityRange range_;
   MotionDetectionParams params_;

@@ -65,29 +65,28 @@ double latticePerMetre(const StereoRig& rig, const Hypothesis& hypothesis) {
 
 }  // namespace
 
-cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
-                 const Hypothesis& hypothesis, cv::Size lattice) {
+cv::Rect reachOf(const FrameView& frame, const Hypothesis& hypothesis) {
   const cv::Rect seen = cv::boundingRect(hypothesis.seeds);
-  const double lattice_per_m = latticePerMetre(rig, hypothesis);
-  const double reach_m = DetectionConstants::kReach * params.link_distance_m;
+  const double lattice_per_m = latticePerMetre(frame.input.rig, hypothesis);
+  const double reach_m = DetectionConstants::kReach * frame.params.link_distance_m;
   const int wide = static_cast<int>(reach_m * lattice_per_m) + 3;
   const int high = static_cast<int>(reach_m * 0.6 * lattice_per_m) + 3;
   return cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
-         cv::Rect(cv::Point(), lattice);
+         cv::Rect(cv::Point(), frame.lattice());
 }
 
-std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
+std::optional<Segment> segment(const PastView& view, const SegmentationMaps& maps,
                                const Hypothesis& hypothesis, SegmentationWork& work) {
   if (hypothesis.seeds.empty()) return std::nullopt;
-  const cv::Rect reachable = reachOf(view.rig, params, hypothesis, view.residual_px.size());
-  const float lowest_m = view.ground.lowestIn(reachable, work.heights);
+  const cv::Rect reachable = reachOf(view.frame, hypothesis);
+  const float lowest_m = maps.ground.lowestIn(reachable, work.heights);
   cv::Mat1b whole_layer = work.layer.map(reachable.size());
   for (int v = 0; v < reachable.height; ++v)
-    layerRow(view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x,
-             view.ground.below_m(reachable.y + v) + reachable.x, reachable.width,
+    layerRow(view.disparity_px()[2 * (reachable.y + v)] + 2 * reachable.x,
+             maps.ground.below_m(reachable.y + v) + reachable.x, reachable.width,
              hypothesis.farthest_px, hypothesis.nearest_px, lowest_m, whole_layer[v]);
   // Only parts that are connected to a seed matter, and their surroundings.
-  const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
+  const double lattice_per_m = latticePerMetre(view.rig(), hypothesis);
   const int gap = std::clamp(static_cast<int>(DetectionConstants::kGap_m * lattice_per_m), 1, 20);
   const int near = gap + kReachOfWindows;
   const cv::Rect layer_box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole_layer);
@@ -98,15 +97,14 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   const cv::Rect area = part + reachable.tl();
   const cv::Mat1b layer = whole_layer(part);
 
-  Eigen::Isometry3d T_source = view.T_prev_cam;
+  Eigen::Isometry3d T_source = view.past.T_past_cam;
   T_source.translation() -= hypothesis.moved_m;
   Comparison& comparison = work.comparison;
-  compareFrames(view.current, view.disparity_px, view.range, view.previous,
-                SourceOf(disparityMotion(view.rig, T_source)), area, comparison);
+  view.compare(SourceOf(disparityMotion(view.rig(), T_source)), area, comparison);
   cv::Mat1f support = work.support.map(area.size()), smooth = work.smooth.map(area.size());
-  const cv::Point first = area.tl() - view.static_world.area.tl();
+  const cv::Point first = area.tl() - maps.static_world.area.tl();
   for (int v = 0; v < area.height; ++v)
-    supportRow(view.static_world.mismatch[first.y + v] + first.x, comparison.mismatch[v],
+    supportRow(maps.static_world.mismatch[first.y + v] + first.x, comparison.mismatch[v],
                area.width, kMostSupport_grey, support[v]);
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
   // Cells that the object's motion explains better, and close cells that do not contradict.
@@ -147,9 +145,9 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
   result.area = box + area.tl();
   result.mask = mask(box).clone();
   int better = 0, worse = 0, positive = 0, negative = 0, known = 0;
-  const float least_residual = 0.5f * static_cast<float>(params.dense_min_residual_px);
+  const float least_residual = 0.5f * static_cast<float>(view.params().dense_min_residual_px);
   for (int v = box.y; v < box.br().y; ++v) {
-    const float *of_row = support[v], *residual = view.residual_px[area.y + v] + area.x;
+    const float *of_row = support[v], *residual = maps.residual_px[area.y + v] + area.x;
     const uchar *in_layer = layer[v], *in_mask = mask[v];
     for (int u = box.x; u < box.br().x; ++u) {
       // Contradicting cells of the layer count, although they are not in the mask.

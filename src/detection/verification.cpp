@@ -71,24 +71,17 @@ bool Verification::isFree(const Hypothesis& hypothesis) const {
   return 2 * free >= static_cast<int>(hypothesis.seeds.size());
 }
 
-std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const Baseline& baseline,
+std::optional<VerifiedObject> Verification::verify(const PastView& view,
+                                                   const Comparison& static_world,
                                                    const Hypothesis& hypothesis,
                                                    VerificationWork& work) const {
+  const FrameView& frame = view.frame;
   const DetectionInput& input = frame.input;
-  const PastFrame& past = baseline.past;
+  const PastFrame& past = view.past;
   if (hypothesis.moved_m.norm() > frame.params.largest_speed_mps * past.seconds)
     return std::nullopt;
   if (!isFree(hypothesis)) return std::nullopt;
-  const SegmentationView view{input.rig,
-                              frame.range,
-                              frame.current.pyramid,
-                              past.frame->pyramid,
-                              input.measured_disparity_px,
-                              past.T_past_cam,
-                              baseline.static_world,
-                              residual_px_,
-                              ground_};
-  auto found = segment(view, frame.params, hypothesis, work.segmentation);
+  auto found = segment(view, {static_world, residual_px_, ground_}, hypothesis, work.segmentation);
   if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
   if (!by_images && (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))

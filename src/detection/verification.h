@@ -46,7 +46,8 @@ class Verification {
   /// Whether most of its seeds are outside the objects found so far.
   bool isFree(const Hypothesis& hypothesis) const;
   /// The object, if the hypothesis is confirmed.
-  std::optional<VerifiedObject> verify(const FrameView& frame, const Baseline& baseline,
+  /// @param static_world  the comparison of the two frames, at least in the hypothesis' reach.
+  std::optional<VerifiedObject> verify(const PastView& view, const Comparison& static_world,
                                        const Hypothesis& hypothesis, VerificationWork& work) const;
 
   using Finder = std::function<std::optional<VerifiedObject>(int, VerificationWork&)>;
