@@ -41,8 +41,8 @@ void AcrossChannel::find(const PastView& view, Verification& verification) {
   const std::vector<Hypothesis> hypotheses =
       firstResults(kMostAcross, clusterTracks(view.rig(), params, tracks), hypothesisOf);
   verification.addAll(
-      frame, static_cast<int>(hypotheses.size()), [&](int i, VerificationWork& work) {
-        return verification.verify(view, static_world_, hypotheses[static_cast<size_t>(i)], work);
+      frame, static_cast<int>(hypotheses.size()), [&](int i, SegmentationWork& work) {
+        return verification.verify(view, &static_world_, hypotheses[static_cast<size_t>(i)], work);
       });
 }
 

@@ -48,7 +48,7 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) {
       [&](const ResidualGroup& group) {
         return group.disparity_px >= kLeastDisparity_px ? std::optional(&group) : std::nullopt;
       });
-  verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, VerificationWork& work) {
+  verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, SegmentationWork& work) {
     return verify(frame, *groups[static_cast<size_t>(i)], verification, work);
   });
 }
@@ -56,7 +56,7 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) {
 std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
                                                    const ResidualGroup& group,
                                                    const Verification& verification,
-                                                   VerificationWork& work) const {
+                                                   SegmentationWork& work) const {
   Hypothesis hypothesis;
   hypothesis.source = Hypothesis::Source::kAlong;
   hypothesis.seeds = group.points;
@@ -70,8 +70,7 @@ std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
     if (!motion || !isSteady(frame, pairs_[k], *motion)) continue;
     hypothesis.moved_m = motion->fit.moved_m;
     hypothesis.covariance = motion->fit.covariance;
-    view.compare(view.static_source, reachOf(frame, hypothesis), work.static_world);
-    if (auto found = verification.verify(view, work.static_world, hypothesis, work)) return found;
+    if (auto found = verification.verify(view, nullptr, hypothesis, work)) return found;
   }
   return std::nullopt;
 }

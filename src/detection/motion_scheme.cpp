@@ -76,10 +76,10 @@ void MotionScheme::findKnown(const PastView& view, const ObjectTracker& known) {
     if (track.confirmed) tracks.push_back(&track);
   verification_.addAll(
       view.frame, static_cast<int>(tracks.size()),
-      [&](int i, VerificationWork& work) -> std::optional<VerifiedObject> {
+      [&](int i, SegmentationWork& work) -> std::optional<VerifiedObject> {
         const auto hypothesis = hypothesisOf(view, *tracks[static_cast<size_t>(i)]);
         if (!hypothesis) return std::nullopt;
-        return verification_.verify(view, since_last_.staticWorld(), *hypothesis, work);
+        return verification_.verify(view, &since_last_.staticWorld(), *hypothesis, work);
       });
 }
 

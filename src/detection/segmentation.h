@@ -26,22 +26,20 @@ struct Segment {
 
 /// What the segmentation needs besides the frames.
 struct SegmentationMaps {
-  const Comparison& static_world;  ///< covers at least reachOf the hypothesis
-  const cv::Mat1f& residual_px;    ///< see longResidual
+  /// Of the whole lattice; none: segment() compares what it needs.
+  const Comparison* static_world;
+  const cv::Mat1f& residual_px;  ///< see longResidual
   const LevelGround& ground;
 };
 
 /// Buffers that are reused for the next hypothesis.
 struct SegmentationWork {
-  Comparison comparison;
+  Comparison by_object, by_static;
   Scratch<uchar> layer, core, member, mask;
   Scratch<float> heights, support, smooth;
   Scratch<int> labels;
   GrowingWork growing;
 };
-
-/// The part of the lattice that segment() uses: the reach of the largest object from the seeds.
-cv::Rect reachOf(const FrameView& frame, const Hypothesis& hypothesis);
 
 /// The connected part of the hypothesis' disparity layer around its seeds that the object's motion
 /// explains better than a static world does, with close cells that do not contradict; or a larger

@@ -72,16 +72,16 @@ bool Verification::isFree(const Hypothesis& hypothesis) const {
 }
 
 std::optional<VerifiedObject> Verification::verify(const PastView& view,
-                                                   const Comparison& static_world,
+                                                   const Comparison* static_world,
                                                    const Hypothesis& hypothesis,
-                                                   VerificationWork& work) const {
+                                                   SegmentationWork& work) const {
   const FrameView& frame = view.frame;
   const DetectionInput& input = frame.input;
   const PastFrame& past = view.past;
   if (hypothesis.moved_m.norm() > frame.params.largest_speed_mps * past.seconds)
     return std::nullopt;
   if (!isFree(hypothesis)) return std::nullopt;
-  auto found = segment(view, {static_world, residual_px_, ground_}, hypothesis, work.segmentation);
+  auto found = segment(view, {static_world, residual_px_, ground_}, hypothesis, work);
   if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
   if (!by_images && (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
@@ -116,7 +116,7 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
 
 std::vector<bool> Verification::addAll(const FrameView& frame, int count, const Finder& find) {
   std::vector<std::optional<VerifiedObject>> verified(static_cast<size_t>(count));
-  works_.forEach(count, [&](int i, VerificationWork& work) {
+  works_.forEach(count, [&](int i, SegmentationWork& work) {
     verified[static_cast<size_t>(i)] = find(i, work);
   });
   std::vector<bool> added;

@@ -22,12 +22,6 @@ struct VerifiedObject {
   Segment segment;
 };
 
-/// Buffers that are reused for the next hypothesis.
-struct VerificationWork {
-  SegmentationWork segmentation;
-  Comparison static_world;  // in the reach of one hypothesis, if the caller needs it
-};
-
 /// Verifies the hypotheses of a frame, and collects the objects: of plausible size, with a foot on
 /// the road, each object once.
 class Verification {
@@ -46,11 +40,11 @@ class Verification {
   /// Whether most of its seeds are outside the objects found so far.
   bool isFree(const Hypothesis& hypothesis) const;
   /// The object, if the hypothesis is confirmed.
-  /// @param static_world  the comparison of the two frames, at least in the hypothesis' reach.
-  std::optional<VerifiedObject> verify(const PastView& view, const Comparison& static_world,
-                                       const Hypothesis& hypothesis, VerificationWork& work) const;
+  /// @param static_world  see SegmentationMaps.
+  std::optional<VerifiedObject> verify(const PastView& view, const Comparison* static_world,
+                                       const Hypothesis& hypothesis, SegmentationWork& work) const;
 
-  using Finder = std::function<std::optional<VerifiedObject>(int, VerificationWork&)>;
+  using Finder = std::function<std::optional<VerifiedObject>(int, SegmentationWork&)>;
   /// Calls `find` for candidates 0 ... count - 1, in parallel. Then adds the new ones in this
   /// order: earlier ones are preferred.
   /// @returns for each candidate whether it was added.
@@ -63,7 +57,7 @@ class Verification {
 
   LevelGround ground_;
   std::optional<RoadLine> road_;  // the last one found
-  WorkPool<VerificationWork> works_;
+  WorkPool<SegmentationWork> works_;
   std::vector<ObservedObject> objects_;
   cv::Mat1f residual_px_;
   cv::Mat1b taken_;  // lattice points of objects_

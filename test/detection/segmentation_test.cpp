@@ -38,7 +38,7 @@ struct BehindAPole : Passing {
     const double depth_m = rig.disparityTimesDepth() / kMover_px;
     hypothesis.moved_m.x() = -kFlow_px * depth_m / rig.fx_px;
     SegmentationWork work;
-    return segment(seen, {static_world, no_residual, ground}, hypothesis, work);
+    return segment(seen, {&static_world, no_residual, ground}, hypothesis, work);
   }
 };
 
