@@ -22,8 +22,7 @@ namespace HWY_NAMESPACE {
 constexpr int kChunk = 64;
 
 HWY_NOINLINE void projectRow(const LatticeRow& row, float* HWY_RESTRICT source_x,
-                             float* HWY_RESTRICT source_y, float* HWY_RESTRICT source_d,
-                             float* HWY_RESTRICT is_seen) {
+                             float* HWY_RESTRICT source_y, float* HWY_RESTRICT is_seen) {
   const float h0 = row.H[0], h1 = row.H[1], h2 = row.H[2], h3 = row.H[3];
   const float h8 = row.H[8], h9 = row.H[9], h10 = row.H[10], h11 = row.H[11];
   const float h12 = row.H[12], h13 = row.H[13], h14 = row.H[14], h15 = row.H[15];
@@ -45,7 +44,6 @@ HWY_NOINLINE void projectRow(const LatticeRow& row, float* HWY_RESTRICT source_x
         (d >= smallest) & (sx >= 0) & (sy >= 0) & (sx < end_x) & (sy < end_y) & (sd > 0);
     source_x[i] = seen ? sx : 0.0f;
     source_y[i] = seen ? sy : 0.0f;
-    source_d[i] = sd;
     is_seen[i] = seen ? 1.0f : 0.0f;
   }
 }
@@ -149,7 +147,7 @@ HWY_EXPORT(mismatchRow);
 
 void projectRow(const LatticeRow& row, RowSources& sources) {
   HWY_DYNAMIC_DISPATCH(projectRow)
-  (row, sources.x(), sources.y(), sources.disparity(), sources.seen());
+  (row, sources.x(), sources.y(), sources.seen());
 }
 
 void compareRow(const LatticeRow& row, const RowSources& sources, const uint8_t* grey,

@@ -105,6 +105,14 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
     cells.d = row.disparity_px + cells.first;
     cells.variance = row.variance_px2 + cells.first;
     cells.width = row.width_px + cells.first;
+    const float least = limits.least_px;
+    int32_t any = 0;
+    for (int i = 0; i < n; ++i) any |= cells.d[i] >= least ? 1 : 0;
+    if (any == 0) {
+      std::fill_n(through_by + cells.first, n, uint8_t{0});
+      std::fill_n(fixed + cells.first, n, uint8_t{0});
+      continue;
+    }
     for (int i = 0; i < n; ++i) cells.depth[i] = row.disparity_times_depth / cells.d[i];
     for (int32_t* counts : {cells.through, cells.same, cells.came_back, cells.through_by})
       std::fill_n(counts, n, 0);
@@ -112,7 +120,6 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
       placesOf(row, past[k], limits, cells, places);
       addSights(past[k], limits, k + 1, places, cells);
     }
-    const float least = limits.least_px;
     const int32_t fewest = limits.fewest_through;
     for (int i = 0; i < n; ++i) {
       const int32_t compared = cells.d[i] >= least ? 1 : 0;

@@ -36,7 +36,7 @@ float disparityAt(const cv::Mat1f& map, const DisparityRange& range, const Vecto
   return map(y, x);
 }
 
-void compareWithStatic(const PastView& view, PointTrack& track) {
+bool hasMoved(const PastView& view, const PointTrack& track) {
   const Matrix3d j = projectionJacobian(view.rig(), track.static_m);
   const Eigen::Vector3f farther =
       view.static_source(track.position.x, track.position.y, track.disparity_px + 0.1f);
@@ -56,8 +56,7 @@ void compareWithStatic(const PastView& view, PointTrack& track) {
     residual.z() = 0;
     covariance(2, 2) += 1e6;
   }
-  track.mahalanobis = residual.dot(covariance.inverse() * residual);
-  track.moving = track.mahalanobis >= view.params().min_mahalanobis;
+  return residual.dot(covariance.inverse() * residual) >= view.params().min_mahalanobis;
 }
 
 // The points with a disparity, and their expected positions if they are static.
@@ -81,12 +80,6 @@ std::vector<PointTrack> expectedTracks(const PastView& view,
   return tracks;
 }
 
-void compareFoundPosition(const PastView& view, cv::Point2f at, PointTrack& track) {
-  track.found_px = Vector3d(at.x, at.y, 0);
-  track.found_px.z() = disparityAt(view.past.frame->disparity_px, view.frame.range, track.found_px);
-  compareWithStatic(view, track);
-}
-
 }  // namespace
 
 std::vector<PointTrack> followPoints(const PastView& view, const std::vector<cv::Point>& points_px,
@@ -103,9 +96,15 @@ std::vector<PointTrack> followPoints(const PastView& view, const std::vector<cv:
   for (size_t i = 0; i < expected.size(); ++i) {
     if (!tracks[i].found) continue;
     found.push_back(expected[i]);
-    compareFoundPosition(view, tracks[i].position, found.back());
+    Vector3d& at = found.back().found_px;
+    at = Vector3d(tracks[i].position.x, tracks[i].position.y, 0);
+    at.z() = disparityAt(view.past.frame->disparity_px, view.frame.range, at);
   }
   return found;
+}
+
+void classify(const PastView& view, std::vector<PointTrack>& tracks) {
+  for (PointTrack& track : tracks) track.moving = hasMoved(view, track);
 }
 
 bool Displacement::isSignificant(const MotionDetectionParams& params) const {

@@ -21,17 +21,20 @@ struct PointTrack {
   Eigen::Vector3d static_m;   ///< current position in the previous camera's frame
   Eigen::Vector3d static_px;  ///< (x, y, d) in the previous frame if the point is static
   Eigen::Vector3d found_px;   ///< (x, y, d) in the previous frame as tracked; d < 0: unknown
-  double mahalanobis = 0;     ///< squared Mahalanobis distance of found_px and static_px
-  bool moving = false;
+  bool moving = false;        ///< see classify
 
   Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
 };
 
-/// Tracks lattice points into the previous frame by Lucas-Kanade, and classifies them as moving or
-/// static. Points that are not found are left out.
+/// Tracks lattice points into the previous frame by Lucas-Kanade. Points that are not found are
+/// left out.
 /// @param shift_px  start of the search, relative to a static point.
 std::vector<PointTrack> followPoints(const PastView& view, const std::vector<cv::Point>& points_px,
                                      cv::Point2f shift_px = {});
+
+/// Sets which tracks move: the squared Mahalanobis distance of found_px and static_px reaches
+/// MotionDetectionParams::min_mahalanobis.
+void classify(const PastView& view, std::vector<PointTrack>& tracks);
 
 /// A displacement in the previous camera's frame [m] and its covariance.
 struct Displacement {

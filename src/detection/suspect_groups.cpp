@@ -99,6 +99,7 @@ std::vector<PointTrack> followGroups(const PastView& view,
     for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
     group.points_px.resize(count);
     followed[i] = followPoints(view, group.points_px, group.shift_px);
+    classify(view, followed[i]);
   };
   parallelFor(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
     for (int i = part.start; i < part.end; ++i) follow(static_cast<size_t>(i));

@@ -23,7 +23,7 @@ std::vector<SuspectGroup> groupSuspects(const PastView& view,
                                         const std::vector<cv::Point>& points_px);
 
 /// Tracks the points of groups from the groups' displacements, at most
-/// DetectionConstants::kMostTracks.
+/// DetectionConstants::kMostTracks, and classifies them.
 std::vector<PointTrack> followGroups(const PastView& view, const std::vector<SuspectGroup>& groups);
 
 }  // namespace predictive_stereo
