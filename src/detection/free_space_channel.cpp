@@ -87,14 +87,11 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
     const cv::Rect area = obstacle.area();
     ObservedObject object = objectOf(obstacle, area, cells_, range, input.measured_disparity_px);
     Observation& seen = object.observation;
-    const auto shape =
-        shapeOf(input.rig, range, input.measured_disparity_px, seen.box_px, object.mask);
-    if (!shape || !isPlausible(input, params, obstacle, area, shape->distance_m)) continue;
-    seen.centre_m = shape->centre_m;
-    seen.size_m = shape->size_m;
-    seen.distance_m = shape->distance_m;
+    if (!measureShape(input.rig, range, input.measured_disparity_px, object) ||
+        !isPlausible(input, params, obstacle, area, seen.distance_m))
+      continue;
     seen.centre_covariance =
-        centreCovariance(input.rig, input.rig.disparityTimesDepth() / shape->centre_m.z());
+        centreCovariance(input.rig, input.rig.disparityTimesDepth() / seen.centre_m.z());
     seen.score = static_cast<double>(counts.moved) / (counts.moved + counts.fixed);
     objects.push_back(std::move(object));
   }

@@ -7,6 +7,18 @@
 #include "detection/displacement_search.h"
 
 namespace predictive_stereo {
+namespace {
+
+// An even sample of lattice points, as pixels.
+std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
+  constexpr size_t kMost = 40;
+  std::vector<cv::Point> pixels;
+  const size_t step = lattice_points.size() / (kMost + 1) + 1;
+  for (size_t i = 0; i < lattice_points.size(); i += step) pixels.push_back(2 * lattice_points[i]);
+  return pixels;
+}
+
+}  // namespace
 
 void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
   std::vector<float> values;
@@ -23,14 +35,6 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
   hypothesis.nearest_px = fB / std::max(fB / quantile(0.9) - margin_m, 0.5f) + kNoise_px;
   hypothesis.farthest_px = std::max(fB / (fB / quantile(0.1) + margin_m) - kNoise_px,
                                     static_cast<float>(frame.range.min_disparity));
-}
-
-std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
-  constexpr size_t kMost = 40;
-  std::vector<cv::Point> pixels;
-  const size_t step = lattice_points.size() / (kMost + 1) + 1;
-  for (size_t i = 0; i < lattice_points.size(); i += step) pixels.push_back(2 * lattice_points[i]);
-  return pixels;
 }
 
 std::optional<GroupMotion> motionOf(const PastView& view, const ResidualGroup& group) {

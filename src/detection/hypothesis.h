@@ -37,11 +37,8 @@ struct GroupMotion {
 /// None if too few of its points are found in the past frame.
 std::optional<GroupMotion> motionOf(const PastView& view, const ResidualGroup& group);
 
-/// The hypothesis of a known object at its predicted position. None if it hardly moves, or if too
-/// few pixels there have its disparity.
+/// The hypothesis of a known object at its predicted position. None if too few pixels there have
+/// its disparity.
 std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& known);
-
-/// An even sample of lattice points, as pixels.
-std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points);
 
 }  // namespace predictive_stereo

@@ -116,16 +116,13 @@ void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
                      static_cast<float>(params.paper.max_difference_px), difference_px);
   for (const cv::Rect& box : movingBoxes(difference_px, params.paper)) {
     const cv::Mat1b mask = difference_px(box) >= kMovingPx;
-    const auto shape = shapeOf(input.rig, params.range, input.measured_disparity_px, box, mask);
-    if (!shape) continue;
-    observed.push_back({Observation(), mask});
-    Observation& seen = observed.back().observation;
+    ObservedObject object{Observation(), mask};
+    Observation& seen = object.observation;
     seen.box_px = box;
-    seen.centre_m = shape->centre_m;
-    seen.size_m = shape->size_m;
-    seen.distance_m = shape->distance_m;
+    if (!measureShape(input.rig, params.range, input.measured_disparity_px, object)) continue;
     seen.centre_covariance = Eigen::Vector3d(0.25, 0.25, 1.0).asDiagonal();
     seen.score = cv::mean(mask)[0] / 255;
+    observed.push_back(std::move(object));
   }
 }
 

@@ -70,8 +70,6 @@ class ObjectTracker {
   static constexpr double kLongestWait_s = 1;
 
   const std::vector<ObjectTrack>& tracks() const { return tracks_; }
-  /// Position [m] of a track's centre in the left camera's optical frame, in a frame with a pose.
-  Eigen::Vector3d centreInCamera(const ObjectTrack& track) const;
   DetectedObject describe(const ObjectTrack& track) const;
   /// Forgets the tracks. Their ids are not given again.
   void reset();
@@ -80,6 +78,7 @@ class ObjectTracker {
 
  private:
   double agreementOf(const Observation& seen, const cv::Rect& box_px, double distance_m) const;
+  bool goesOn(ObjectTrack& track, bool sought) const;
   void correct(const Observation& observation, ObjectTrack& track) const;
   void locate(const Observation& observation, ObjectTrack& track) const;
   ObjectTrack start(const Observation& observation);

@@ -29,7 +29,9 @@ class Verification {
   /// Find the road, and level ground. The two are independent.
   void findRoad(const DetectionInput& input, const DisparityRange& range);
   void findGround(const DetectionInput& input, const DisparityRange& range);
-  /// Starts a frame, without objects. Call after both.
+  /// Forgets the objects of the last frame.
+  void forgetObjects() { objects_.clear(); }
+  /// Starts a frame in which objects are sought. Call after all of these.
   /// @param residual_px  see longResidual; shared, not copied.
   void setFrame(const FrameView& frame, const cv::Mat1f& residual_px);
   const LevelGround& ground() const { return ground_; }
@@ -47,13 +49,11 @@ class Verification {
   using Finder = std::function<std::optional<VerifiedObject>(int, SegmentationWork&)>;
   /// Calls `find` for candidates 0 ... count - 1, in parallel. Then adds the new ones in this
   /// order: earlier ones are preferred.
-  /// @returns for each candidate whether it was added.
-  std::vector<bool> addAll(const FrameView& frame, int count, const Finder& find);
-  void forgetObjects() { objects_.clear(); }
+  void addAll(const FrameView& frame, int count, const Finder& find);
   void reset() { road_.reset(); }
 
  private:
-  bool add(const FrameView& frame, VerifiedObject&& verified);
+  void add(const FrameView& frame, VerifiedObject&& verified);
 
   LevelGround ground_;
   std::optional<RoadLine> road_;  // the last one found
