@@ -9,11 +9,12 @@
 
 namespace predictive_stereo {
 
-void AcrossChannel::compare(const PastView& view, const LevelGround& ground) {
+void AcrossChannel::compare(const PastView& view, const cv::Mat1w& deviation,
+                            const LevelGround& ground) {
   const FrameView& frame = view.frame;
   view.compare(view.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world_);
-  suspects_px_ = suspicion_.find(view.images().level(1), static_world_.mismatch,
-                                 view.disparity_px(), frame.range, ground, frame.params);
+  suspects_px_ = suspicion_.find(deviation, static_world_.mismatch, view.disparity_px(),
+                                 frame.range, ground, frame.params);
 }
 
 void AcrossChannel::find(const PastView& view, Verification& verification) {

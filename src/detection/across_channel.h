@@ -15,8 +15,9 @@ namespace predictive_stereo {
 class AcrossChannel {
  public:
   /// Compares the current frame with one of the past.
+  /// @param deviation  see Suspicion::find.
   /// @param ground  of the current frame: points on level ground are left out.
-  void compare(const PastView& view, const LevelGround& ground);
+  void compare(const PastView& view, const cv::Mat1w& deviation, const LevelGround& ground);
   /// Share of the image that a static world does not explain. Call after compare().
   double contradictingShare() const { return suspicion_.share(); }
   /// The comparison, of the whole lattice. Valid until the next compare().

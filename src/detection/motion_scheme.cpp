@@ -18,7 +18,8 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   const std::vector<PastFrame> past = frames_.past();
   const FrameView frame{input, range_, params_, frames_.current()};
   if (!past.empty()) {
-    since_last_.compare(frame.since(past[0]), verification_.ground());
+    greyDeviation(frames_.current().pyramid.level(1), grey_deviation_);
+    since_last_.compare(frame.since(past[0]), grey_deviation_, verification_.ground());
     const double contradicting = since_last_.contradictingShare();
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
     if (PoseCheck::contradictsMost(contradicting)) free_space_.forgetPast();
@@ -45,7 +46,7 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   // second last frame.
   if (past.size() > 1) {
     const PastView view = frame.since(past[1]);
-    since_second_last_.compare(view, verification_.ground());
+    since_second_last_.compare(view, grey_deviation_, verification_.ground());
     since_second_last_.find(view, verification_);
   }
   along_.find(frame, verification_);

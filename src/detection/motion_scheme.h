@@ -47,6 +47,7 @@ class MotionScheme {
   PoseCheck pose_check_;
 
   // Of the current frame.
+  cv::Mat1w grey_deviation_;
   AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame
   AlongChannel along_;
   FreeSpaceChannel free_space_;
