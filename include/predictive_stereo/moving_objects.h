@@ -16,7 +16,7 @@ namespace predictive_stereo {
 
 /// One moving object.
 struct DetectedObject {
-  int id = 0;         ///< the same in all frames while the object is tracked
+  int id = 0;         ///< the same in all frames while the object is tracked; never another's
   cv::Rect2f box_px;  ///< in the left image
   Eigen::Vector3d centre_m =
       Eigen::Vector3d::Zero();  ///< centre of its 3-D box in the left camera's optical frame
@@ -37,7 +37,8 @@ struct DetectionInput {
   cv::Mat1b left;
   cv::Mat1f measured_disparity_px, measured_variance_px2;
   cv::Mat1f predicted_disparity_px, predicted_variance_px2;
-  /// Without a known pose nothing is measured in the odom frame; tracks and their velocities stay.
+  /// Without a known pose nothing is measured in the odom frame; tracks and their velocities stay,
+  /// for up to 1 s if the scheme finds nothing without a pose.
   PoseState pose_state = PoseState::kLost;
   /// Pose of the left camera's optical frame in the odom frame.
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();

@@ -9,27 +9,22 @@
 
 namespace predictive_stereo {
 
-void AcrossChannel::compare(const FrameView& frame, const PastFrame& past,
+void AcrossChannel::compare(const PastView& view, const cv::Mat1w& deviation,
                             const LevelGround& ground) {
-  past_ = past;
-  compareFrames(frame.current.pyramid, frame.input.measured_disparity_px, frame.range,
-                past.frame->pyramid, frame.staticSource(past),
-                cv::Rect(cv::Point(), frame.lattice()), static_world_);
-  suspects_px_ =
-      suspicion_.find(frame.current.pyramid.level(1), static_world_.mismatch,
-                      frame.input.measured_disparity_px, frame.range, ground, frame.params);
+  const FrameView& frame = view.frame;
+  view.compare(view.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world_);
+  suspects_px_ = suspicion_.find(deviation, static_world_.mismatch, view.disparity_px(),
+                                 frame.range, ground, frame.params);
 }
 
-void AcrossChannel::find(const FrameView& frame, Verification& verification) {
-  const StereoRig& rig = frame.input.rig;
+void AcrossChannel::find(const PastView& view, Verification& verification) {
+  const FrameView& frame = view.frame;
   const MotionDetectionParams& params = frame.params;
-  const TrackingView view = frame.trackingInto(past_);
   suspects_px_.erase(std::remove_if(suspects_px_.begin(), suspects_px_.end(),
                                     [&](cv::Point p_px) { return verification.isTaken(p_px / 2); }),
                      suspects_px_.end());
-  unexplainedPoints(view, params, past_.seconds, suspects_px_, unexplained_px_);
-  const std::vector<PointTrack> tracks =
-      followGroups(view, params, groupSuspects(view, params, unexplained_px_, past_.seconds));
+  unexplainedPoints(view, suspects_px_, unexplained_px_);
+  const std::vector<PointTrack> tracks = followGroups(view, groupSuspects(view, unexplained_px_));
   const auto hypothesisOf = [&](const std::vector<size_t>& members) -> std::optional<Hypothesis> {
     const Displacement fit = fitDisplacement(view, tracks, members);
     if (static_cast<int>(fit.inliers.size()) < params.min_tracks || !fit.isSignificant(params))
@@ -45,10 +40,10 @@ void AcrossChannel::find(const FrameView& frame, Verification& verification) {
     return hypothesis;
   };
   const std::vector<Hypothesis> hypotheses =
-      firstResults(kMostAcross, clusterTracks(rig, params, tracks), hypothesisOf);
+      firstResults(kMostAcross, clusterTracks(view.rig(), params, tracks), hypothesisOf);
   verification.addAll(
-      frame, static_cast<int>(hypotheses.size()), [&](int i, VerificationWork& work) {
-        return verification.verify(frame, baseline(), hypotheses[static_cast<size_t>(i)], work);
+      frame, static_cast<int>(hypotheses.size()), [&](int i, SegmentationWork& work) {
+        return verification.verify(view, &static_world_, hypotheses[static_cast<size_t>(i)], work);
       });
 }
 

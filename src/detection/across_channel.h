@@ -15,19 +15,19 @@ namespace predictive_stereo {
 class AcrossChannel {
  public:
   /// Compares the current frame with one of the past.
+  /// @param deviation  see Suspicion::find.
   /// @param ground  of the current frame: points on level ground are left out.
-  void compare(const FrameView& frame, const PastFrame& past, const LevelGround& ground);
+  void compare(const PastView& view, const cv::Mat1w& deviation, const LevelGround& ground);
   /// Share of the image that a static world does not explain. Call after compare().
   double contradictingShare() const { return suspicion_.share(); }
-  /// Valid until the next compare().
-  Baseline baseline() const { return {past_, static_world_}; }
+  /// The comparison, of the whole lattice. Valid until the next compare().
+  const Comparison& staticWorld() const { return static_world_; }
 
   /// Adds the objects that it finds; those that were found before are not sought again. Call after
-  /// compare().
-  void find(const FrameView& frame, Verification& verification);
+  /// compare(), with the same frames.
+  void find(const PastView& view, Verification& verification);
 
  private:
-  PastFrame past_;
   Comparison static_world_;
   Suspicion suspicion_;
   std::vector<cv::Point> suspects_px_, unexplained_px_;

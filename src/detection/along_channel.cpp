@@ -18,9 +18,9 @@ bool isSteady(const FrameView& frame, const PastPair& pair, const GroupMotion& m
   const PastFrame &past = pair.past, &halfway = pair.halfway;
   const Displacement& fit = motion.fit;
   const double share = halfway.seconds / past.seconds;
-  const TrackingView view = frame.trackingInto(halfway);
-  const auto tracks = followPoints(view, frame.params, motion.sample_px,
-                                   static_cast<float>(share) * motion.shift_px);
+  const PastView view = frame.since(halfway);
+  const auto tracks =
+      followPoints(view, motion.sample_px, static_cast<float>(share) * motion.shift_px);
   if (static_cast<int>(tracks.size()) < frame.params.min_tracks) return false;
   const Displacement half = fitDisplacement(view, tracks);
   if (static_cast<int>(half.inliers.size()) < frame.params.min_tracks) return false;
@@ -48,7 +48,7 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) {
       [&](const ResidualGroup& group) {
         return group.disparity_px >= kLeastDisparity_px ? std::optional(&group) : std::nullopt;
       });
-  verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, VerificationWork& work) {
+  verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, SegmentationWork& work) {
     return verify(frame, *groups[static_cast<size_t>(i)], verification, work);
   });
 }
@@ -56,7 +56,7 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) {
 std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
                                                    const ResidualGroup& group,
                                                    const Verification& verification,
-                                                   VerificationWork& work) const {
+                                                   SegmentationWork& work) const {
   Hypothesis hypothesis;
   hypothesis.source = Hypothesis::Source::kAlong;
   hypothesis.seeds = group.points;
@@ -65,17 +65,12 @@ std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
   // An approaching object changes its size too much to be tracked over the longest time: try
   // shorter ones too.
   for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
-    const PastFrame& past = pairs_[k].past;
-    const auto motion = motionOf(frame, past, group);
+    const PastView view = frame.since(pairs_[k].past);
+    const auto motion = motionOf(view, group);
     if (!motion || !isSteady(frame, pairs_[k], *motion)) continue;
     hypothesis.moved_m = motion->fit.moved_m;
     hypothesis.covariance = motion->fit.covariance;
-    compareFrames(frame.current.pyramid, frame.input.measured_disparity_px, frame.range,
-                  past.frame->pyramid, frame.staticSource(past),
-                  reachOf(frame.input.rig, frame.params, hypothesis, frame.lattice()),
-                  work.static_world);
-    if (auto found = verification.verify(frame, {past, work.static_world}, hypothesis, work))
-      return found;
+    if (auto found = verification.verify(view, nullptr, hypothesis, work)) return found;
   }
   return std::nullopt;
 }

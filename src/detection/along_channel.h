@@ -27,7 +27,7 @@ class AlongChannel {
  private:
   std::optional<VerifiedObject> verify(const FrameView& frame, const ResidualGroup& group,
                                        const Verification& verification,
-                                       VerificationWork& work) const;
+                                       SegmentationWork& work) const;
 
   std::vector<PastPair> pairs_;  // the farthest one first
   cv::Mat1f residual_px_;

@@ -13,6 +13,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "detection/row_motion-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
@@ -22,13 +24,8 @@ namespace HWY_NAMESPACE {
 constexpr int kChunk = 64;
 
 HWY_NOINLINE void projectRow(const LatticeRow& row, float* HWY_RESTRICT source_x,
-                             float* HWY_RESTRICT source_y, float* HWY_RESTRICT source_d,
-                             float* HWY_RESTRICT is_seen) {
-  const float h0 = row.H[0], h1 = row.H[1], h2 = row.H[2], h3 = row.H[3];
-  const float h8 = row.H[8], h9 = row.H[9], h10 = row.H[10], h11 = row.H[11];
-  const float h12 = row.H[12], h13 = row.H[13], h14 = row.H[14], h15 = row.H[15];
-  const auto y = static_cast<float>(row.y);
-  const float y0 = row.H[4] * y, y1 = row.H[5] * y, y2 = row.H[6] * y, y3 = row.H[7] * y;
+                             float* HWY_RESTRICT source_y, float* HWY_RESTRICT is_seen) {
+  const RowMotion motion(row.H, row.y);
   const auto end_x = static_cast<float>(2 * (row.columns - 1)),
              end_y = static_cast<float>(2 * (row.rows - 1));
   const float smallest = row.smallest_px;
@@ -37,15 +34,12 @@ HWY_NOINLINE void projectRow(const LatticeRow& row, float* HWY_RESTRICT source_x
   for (int i = 0; i < width; ++i) {
     const auto x = static_cast<float>(x0 + 2 * i);
     const float d = disparity[2 * i];
-    const float w = h3 * x + y3 + h11 * d + h15;
-    const float sx = (h0 * x + y0 + h8 * d + h12) / w;
-    const float sy = (h1 * x + y1 + h9 * d + h13) / w;
-    const float sd = (h2 * x + y2 + h10 * d + h14) / w;
+    const float w = motion.w(x, d);
+    const float sx = motion.x(x, d) / w, sy = motion.y(x, d) / w, sd = motion.d(x, d) / w;
     const bool seen =
         (d >= smallest) & (sx >= 0) & (sy >= 0) & (sx < end_x) & (sy < end_y) & (sd > 0);
     source_x[i] = seen ? sx : 0.0f;
     source_y[i] = seen ? sy : 0.0f;
-    source_d[i] = sd;
     is_seen[i] = seen ? 1.0f : 0.0f;
   }
 }
@@ -149,7 +143,7 @@ HWY_EXPORT(mismatchRow);
 
 void projectRow(const LatticeRow& row, RowSources& sources) {
   HWY_DYNAMIC_DISPATCH(projectRow)
-  (row, sources.x(), sources.y(), sources.disparity(), sources.seen());
+  (row, sources.x(), sources.y(), sources.seen());
 }
 
 void compareRow(const LatticeRow& row, const RowSources& sources, const uint8_t* grey,

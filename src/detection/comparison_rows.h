@@ -20,18 +20,16 @@ struct LatticeRow {
 /// Positions of a row's points in the previous frame.
 class RowSources {
  public:
-  explicit RowSources(int width) : width_(width), memory_(4 * static_cast<size_t>(width)) {}
+  explicit RowSources(int width) : width_(width), memory_(3 * static_cast<size_t>(width)) {}
 
   /// [px]; (0, 0) if the point is not seen.
   float* x() { return memory_.data(); }
   float* y() { return x() + width_; }
-  float* disparity() { return y() + width_; }
   /// 1, or 0 for points without a disparity and those outside of the previous image.
-  float* seen() { return disparity() + width_; }
+  float* seen() { return y() + width_; }
   const float* x() const { return memory_.data(); }
   const float* y() const { return x() + width_; }
-  const float* disparity() const { return y() + width_; }
-  const float* seen() const { return disparity() + width_; }
+  const float* seen() const { return y() + width_; }
 
  private:
   int width_;

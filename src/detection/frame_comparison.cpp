@@ -8,8 +8,6 @@ namespace predictive_stereo {
 namespace {
 
 constexpr float kFewestKnown = 0.5f * kComparedSide * kComparedSide;
-constexpr double kFastestAway_mps = 30;  // of an object that moves along the line of sight
-constexpr float kHidingMargin_px = 1.0f;
 constexpr float kNearestDisparity = 0.5f;  // points with smaller disparities do not show motion
 
 // The last kComparedSide rows of a map, with a border of kComparedReach zeros on both sides.
@@ -51,27 +49,6 @@ LatticeRow latticeRow(const SourceOf& source_of, const cv::Mat1f& disparity_px,
 }
 
 }  // namespace
-
-Uncovered::Uncovered(const StereoRig& rig, const SourceOf& static_source,
-                     const cv::Mat1f& previous_disparity_px, const DisparityRange& range,
-                     double seconds)
-    : static_source_(static_source),
-      previous_px_(previous_disparity_px),
-      range_(range),
-      disparity_times_depth_(static_cast<float>(rig.disparityTimesDepth())),
-      nearer_m_(static_cast<float>(kFastestAway_mps * seconds)) {}
-
-bool Uncovered::operator()(cv::Point pixel, float disparity_px) const {
-  const Eigen::Vector3f from =
-      static_source_(static_cast<float>(pixel.x), static_cast<float>(pixel.y), disparity_px);
-  const int x = cvRound(from.x()), y = cvRound(from.y());
-  if (!(from.z() > 0) || x < 0 || y < 0 || x >= previous_px_.cols || y >= previous_px_.rows)
-    return false;
-  const float before = previous_px_(y, x);
-  const float hiding_m = disparity_times_depth_ / from.z() - nearer_m_;
-  return range_.isValid(before) && before > from.z() + kHidingMargin_px &&
-         before * hiding_m > disparity_times_depth_;
-}
 
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,

@@ -29,21 +29,6 @@ class SourceOf {
   Eigen::Matrix4f h_;
 };
 
-/// Finds static points that were occluded in a previous frame: at their position there was a
-/// surface so much nearer that it cannot be the same one, even if it moves with the camera.
-class Uncovered {
- public:
-  Uncovered(const StereoRig& rig, const SourceOf& static_source,
-            const cv::Mat1f& previous_disparity_px, const DisparityRange& range, double seconds);
-  bool operator()(cv::Point pixel, float disparity_px) const;
-
- private:
-  const SourceOf& static_source_;
-  const cv::Mat1f& previous_px_;
-  const DisparityRange& range_;
-  float disparity_times_depth_, nearer_m_;
-};
-
 /// Difference between the image and its prediction by an assumed motion, on a lattice of every
 /// second pixel and row: lattice point (u, v) is pixel (2u, 2v).
 struct Comparison {

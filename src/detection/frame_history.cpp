@@ -20,7 +20,7 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   RememberedFrame& current = frames_[0];
   current.stamp_s = input.stamp_s;
   current.pose_state = input.pose_state;
-  current.follows = true;
+  current.follows = !isUnseen(input.motion_covariance);
   current.T_odom_cam = input.T_odom_cam;
   current.motion_since = PathCovariance();
   // The longest task first.

@@ -16,7 +16,7 @@ namespace predictive_stereo {
 struct RememberedFrame {
   double stamp_s = 0;
   PoseState pose_state = PoseState::kLost;
-  bool follows = true;  ///< whether its pose is consistent with that of the previous frame
+  bool follows = true;  ///< whether its pose is known relative to that of the previous frame
   Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
   PathCovariance motion_since;  ///< of the camera, until the current frame
   ImagePyramid pyramid;

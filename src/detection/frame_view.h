@@ -2,11 +2,12 @@
 
 #include "detection/frame_comparison.h"
 #include "detection/frame_history.h"
-#include "detection/point_tracks.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/moving_objects.h"
 
 namespace predictive_stereo {
+
+struct PastView;
 
 /// The current frame, for all parts of the detector.
 struct FrameView {
@@ -16,25 +17,31 @@ struct FrameView {
   const RememberedFrame& current;
 
   cv::Size lattice() const { return current.pyramid.level(1).size(); }
-  SourceOf staticSource(const PastFrame& past) const {
-    return SourceOf(disparityMotion(input.rig, past.T_past_cam));
-  }
-  TrackingView trackingInto(const PastFrame& past) const {
-    return {input.rig,
-            range,
-            current.pyramid,
-            input.measured_disparity_px,
-            input.measured_variance_px2,
-            *past.frame,
-            past.T_past_cam,
-            past.motion_covariance};
+  /// @param past  must outlive the view, as this frame must.
+  PastView since(const PastFrame& past) const;
+};
+
+/// The current frame, and a past one that it is compared with.
+struct PastView {
+  const FrameView& frame;
+  const PastFrame& past;
+  SourceOf static_source;  ///< where static points were
+
+  const StereoRig& rig() const { return frame.input.rig; }
+  const MotionDetectionParams& params() const { return frame.params; }
+  const cv::Mat1f& disparity_px() const { return frame.input.measured_disparity_px; }
+  bool isKnown(float disparity_px) const { return frame.range.isValid(disparity_px); }
+  const ImagePyramid& images() const { return frame.current.pyramid; }
+  const ImagePyramid& past_images() const { return past.frame->pyramid; }
+  /// See compareFrames.
+  void compare(const SourceOf& source_of, const cv::Rect& area, Comparison& comparison) const {
+    compareFrames(images(), disparity_px(), frame.range, past_images(), source_of, area,
+                  comparison);
   }
 };
 
-/// A past frame, and the comparison of the current frame with it.
-struct Baseline {
-  const PastFrame& past;
-  const Comparison& static_world;  ///< of the whole lattice, or of the reach of a hypothesis
-};
+inline PastView FrameView::since(const PastFrame& past) const {
+  return {*this, past, SourceOf(disparityMotion(input.rig, past.T_past_cam))};
+}
 
 }  // namespace predictive_stereo

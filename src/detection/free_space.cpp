@@ -99,6 +99,7 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
   evidence_.moved.create(cells.disparity_px.size());
   evidence_.fixed.create(cells.disparity_px.size());
   endPastBefore(input.stamp_s);
+  if (isUnseen(input.motion_covariance)) reset();
   continueMotions(input);
   const std::vector<Lag> lags = lagsOf(input);
   if (static_cast<int>(lags.size()) < kFewestThrough) {

@@ -30,7 +30,8 @@ struct FreeSpaceEvidence {
 /// background explains the current image, one of the two disparities is wrong.
 class FreeSpace {
  public:
-  /// Compares a frame with the remembered ones, which a gap of more than 1 s ends.
+  /// Compares a frame with the remembered ones. A gap of more than 1 s ends them, and a motion that
+  /// nobody saw.
   /// @param half_image  the left image on the lattice of DepthCells.
   /// @param width_px  of the obstacle that each cell belongs to, see obstacleWidths: a past frame
   ///   in which it was too thin for the matcher is no evidence.

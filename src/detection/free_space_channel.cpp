@@ -20,19 +20,21 @@ constexpr int kBelow = 3;  // rows of cells in which something nearer hides the 
 constexpr float kNearer_px = 2;
 
 // The pixels of the obstacle's cells that have their disparity.
-ObservedObject objectOf(const Obstacle& obstacle, const DepthCells& cells,
+ObservedObject objectOf(const Obstacles::Cells& obstacle, const cv::Rect& area,
+                        const DepthCells& cells, const DisparityRange& range,
                         const cv::Mat1f& disparity_px) {
   ObservedObject object;
-  const cv::Rect box(kCellSide_px * obstacle.area.tl(), obstacle.area.size() * kCellSide_px);
+  const cv::Rect box(kCellSide_px * area.tl(), area.size() * kCellSide_px);
   object.observation.box_px = box;
   object.mask.create(box.size());
   object.mask.setTo(0);
-  for (const cv::Point cell : obstacle.cells) {
+  for (const cv::Point cell : obstacle) {
     const float d = cells.disparity_px(cell);
     const cv::Point first = kCellSide_px * cell;
     for (int y = first.y; y < first.y + kCellSide_px; ++y)
       for (int x = first.x; x < first.x + kCellSide_px; ++x)
-        if (std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
+        if (range.isValid(disparity_px(y, x)) &&
+            std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
           object.mask(y - box.y, x - box.x) = 255;
   }
   return object;
@@ -42,9 +44,9 @@ struct CellCounts {
   int moved = 0, fixed = 0;
 };
 
-CellCounts countCells(const Obstacle& obstacle, const FreeSpaceEvidence& evidence) {
+CellCounts countCells(const Obstacles::Cells& obstacle, const FreeSpaceEvidence& evidence) {
   CellCounts counts;
-  for (const cv::Point p : obstacle.cells) {
+  for (const cv::Point p : obstacle) {
     counts.moved += evidence.moved(p) != 0;
     counts.fixed += evidence.fixed(p) != 0;
   }
@@ -57,10 +59,8 @@ bool poseFits(const FreeSpaceEvidence& evidence) {
   return fixed >= kLeastFixed * (moved + fixed);
 }
 
-bool hasMoved(const Obstacle& obstacle, const CellCounts& counts) {
-  const auto cells = static_cast<int>(obstacle.cells.size());
-  return cells >= kFewestCells && counts.moved >= kLeastMoved * cells &&
-         counts.moved >= counts.fixed;
+bool hasMoved(int cells, const CellCounts& counts) {
+  return counts.moved >= kLeastMoved * cells && counts.moved >= counts.fixed;
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
                                                    const cv::Mat1b& half_image) {
   cells_.setFrame(range, input.measured_disparity_px, input.measured_variance_px2);
   ground_ = findGroundPlane(input.rig, cells_, ground_);
-  const std::vector<Obstacle> obstacles = findObstacles(input.rig, cells_, ground_);
+  const Obstacles obstacles = findObstacles(input.rig, cells_, ground_);
   free_space_.compare(input, cells_, half_image, obstacleWidths(obstacles, cells_));
   std::vector<ObservedObject> objects;
   if (!poseFits(free_space_.evidence())) {
@@ -79,19 +79,19 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
     return objects;
   }
   free_space_.remember(input, cells_, half_image);
-  for (const Obstacle& obstacle : obstacles) {
+  for (int k = 0; k < obstacles.size(); ++k) {
+    const Obstacles::Cells obstacle = obstacles[k];
+    if (obstacle.size() < kFewestCells) continue;
     const CellCounts counts = countCells(obstacle, free_space_.evidence());
-    if (!hasMoved(obstacle, counts)) continue;
-    ObservedObject object = objectOf(obstacle, cells_, input.measured_disparity_px);
+    if (!hasMoved(obstacle.size(), counts)) continue;
+    const cv::Rect area = obstacle.area();
+    ObservedObject object = objectOf(obstacle, area, cells_, range, input.measured_disparity_px);
     Observation& seen = object.observation;
-    const auto shape =
-        shapeOf(input.rig, range, input.measured_disparity_px, seen.box_px, object.mask);
-    if (!shape || !isPlausible(input, params, obstacle, shape->distance_m)) continue;
-    seen.centre_m = shape->centre_m;
-    seen.size_m = shape->size_m;
-    seen.distance_m = shape->distance_m;
+    if (!measureShape(input.rig, range, input.measured_disparity_px, object) ||
+        !isPlausible(input, params, obstacle, area, seen.distance_m))
+      continue;
     seen.centre_covariance =
-        centreCovariance(input.rig, input.rig.disparityTimesDepth() / shape->centre_m.z());
+        centreCovariance(input.rig, input.rig.disparityTimesDepth() / seen.centre_m.z());
     seen.score = static_cast<double>(counts.moved) / (counts.moved + counts.fixed);
     objects.push_back(std::move(object));
   }
@@ -105,35 +105,35 @@ void FreeSpaceChannel::reset() {
 
 // Whether size and height above the ground are plausible for an object.
 bool FreeSpaceChannel::isPlausible(const DetectionInput& input, const MotionDetectionParams& params,
-                                   const Obstacle& obstacle, double distance_m) const {
+                                   const Obstacles::Cells& obstacle, const cv::Rect& area,
+                                   double distance_m) const {
   const StereoRig& rig = input.rig;
   const double cell_m = kCellSide_px * distance_m;
-  const double width_m = obstacle.area.width * cell_m / rig.fx_px;
-  double height_m = obstacle.area.height * cell_m / rig.fy_px;
+  const double width_m = area.width * cell_m / rig.fx_px;
+  double height_m = area.height * cell_m / rig.fy_px;
   if (width_m < params.min_width_m || width_m > params.max_width_m ||
       height_m > params.max_height_m)
     return false;
-  if (obstacle.area.br().y >= cells_.disparity_px.rows) return true;  // cut by the image
+  if (area.br().y >= cells_.disparity_px.rows) return true;  // cut by the image
   if (ground_) {
     double foot_m = std::numeric_limits<double>::infinity();
-    for (const cv::Point p : obstacle.cells) {
+    for (const cv::Point p : obstacle) {
       const double above_m = ground_->heightOf(p, cells_.disparity_px(p));
       foot_m = std::min(foot_m, above_m);
       height_m = std::max(height_m, above_m);  // a camera that looks down sees no height
     }
     const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
     const double hidden_m =
-        isHiddenBelow(obstacle, disparity_px) ? (1 - kLeastVisible) * params.max_height_m : 0;
+        isHiddenBelow(area, disparity_px) ? (1 - kLeastVisible) * params.max_height_m : 0;
     if (foot_m > hidden_m + params.max_foot_m + kSlope * distance_m) return false;
   }
   return height_m >= params.min_height_m;
 }
 
 // Whether in most columns a nearer obstacle is below.
-bool FreeSpaceChannel::isHiddenBelow(const Obstacle& obstacle, float disparity_px) const {
-  const cv::Rect below =
-      cv::Rect(obstacle.area.x, obstacle.area.br().y, obstacle.area.width, kBelow) &
-      cv::Rect(cv::Point(), cells_.disparity_px.size());
+bool FreeSpaceChannel::isHiddenBelow(const cv::Rect& area, float disparity_px) const {
+  const cv::Rect below = cv::Rect(area.x, area.br().y, area.width, kBelow) &
+                         cv::Rect(cv::Point(), cells_.disparity_px.size());
   int hidden = 0;
   for (int u = below.x; u < below.br().x; ++u)
     for (int v = below.y; v < below.br().y; ++v) {
@@ -143,7 +143,7 @@ bool FreeSpaceChannel::isHiddenBelow(const Obstacle& obstacle, float disparity_p
       ++hidden;
       break;
     }
-  return 2 * hidden > obstacle.area.width;
+  return 2 * hidden > area.width;
 }
 
 }  // namespace predictive_stereo

@@ -34,8 +34,8 @@ class FreeSpaceChannel {
 
  private:
   bool isPlausible(const DetectionInput& input, const MotionDetectionParams& params,
-                   const Obstacle& obstacle, double distance_m) const;
-  bool isHiddenBelow(const Obstacle& obstacle, float disparity_px) const;
+                   const Obstacles::Cells& obstacle, const cv::Rect& area, double distance_m) const;
+  bool isHiddenBelow(const cv::Rect& area, float disparity_px) const;
 
   DepthCells cells_;
   FreeSpace free_space_;

@@ -9,6 +9,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "detection/row_motion-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
@@ -32,33 +34,22 @@ struct Places {
 
 HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const SightLimits& limits,
                          const Cells& cells, Places& places) {
-  const float* H = past.H;
-  const float h0 = H[0], h1 = H[1], h2 = H[2], h3 = H[3];
-  const float h8 = H[8], h9 = H[9], h10 = H[10], h11 = H[11];
-  const float h12 = H[12], h13 = H[13], h14 = H[14], h15 = H[15];
-  const auto y = static_cast<float>(row.y);
-  const float y0 = H[4] * y, y1 = H[5] * y, y2 = H[6] * y, y3 = H[7] * y;
-  const auto columns = static_cast<float>(past.columns), rows = static_cast<float>(past.rows);
+  const RowMotion motion(past.H, row.y);
+  const PastMap map{past.stride, past.columns, past.rows};
   const float per_step = 1 / static_cast<float>(row.lattice_step_px);
   const float per_fB = 1 / row.disparity_times_depth, per_focal = 1 / row.focal_px;
   const DepthNoiseOfRow noise = past.noise;
   const float sigmas2 = limits.sigmas * limits.sigmas, of_maps = limits.map_variance_px2;
   const float scale2 = limits.scale_sigma * limits.scale_sigma;
-  const int stride = past.stride, step_x = row.step_x, x0 = row.first_x + step_x * cells.first;
+  const int step_x = row.step_x, x0 = row.first_x + step_x * cells.first;
   for (int i = 0; i < cells.count; ++i) {
     const auto x = static_cast<float>(x0 + step_x * i);
     const float d = cells.d[i];
-    const float w = h3 * x + y3 + h11 * d + h15;
-    const float per_w = 1 / w;
-    const float column = (h0 * x + y0 + h8 * d + h12) * per_w * per_step + 0.5f;
-    const float line = (h1 * x + y1 + h9 * d + h13) * per_w * per_step + 0.5f;
-    const float expected = (h2 * x + y2 + h10 * d + h14) * per_w;
-    const bool is_inside =
-        (expected > 0) & (column >= 0) & (line >= 0) & (column < columns) & (line < rows);
-    const float usable_column = is_inside ? column : 0.0f, usable_line = is_inside ? line : 0.0f;
-    places.inside[i] = is_inside ? 1 : 0;
-    places.offset[i] =
-        static_cast<int32_t>(usable_line) * stride + static_cast<int32_t>(usable_column);
+    const float per_w = 1 / motion.w(x, d);
+    const float column = motion.x(x, d) * per_w * per_step + 0.5f;
+    const float line = motion.y(x, d) * per_w * per_step + 0.5f;
+    const float expected = motion.d(x, d) * per_w;
+    places.offset[i] = map.offset(column, line, expected > 0, places.inside[i]);
     places.expected[i] = expected;
     const float of_depth = noise.variance((x - row.cx_px) * per_focal, cells.depth[i]);
     const float by_depth = expected * expected * per_fB;
@@ -105,6 +96,14 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
     cells.d = row.disparity_px + cells.first;
     cells.variance = row.variance_px2 + cells.first;
     cells.width = row.width_px + cells.first;
+    const float least = limits.least_px;
+    int32_t any = 0;
+    for (int i = 0; i < n; ++i) any |= cells.d[i] >= least ? 1 : 0;
+    if (any == 0) {
+      std::fill_n(through_by + cells.first, n, uint8_t{0});
+      std::fill_n(fixed + cells.first, n, uint8_t{0});
+      continue;
+    }
     for (int i = 0; i < n; ++i) cells.depth[i] = row.disparity_times_depth / cells.d[i];
     for (int32_t* counts : {cells.through, cells.same, cells.came_back, cells.through_by})
       std::fill_n(counts, n, 0);
@@ -112,7 +111,6 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
       placesOf(row, past[k], limits, cells, places);
       addSights(past[k], limits, k + 1, places, cells);
     }
-    const float least = limits.least_px;
     const int32_t fewest = limits.fewest_through;
     for (int i = 0; i < n; ++i) {
       const int32_t compared = cells.d[i] >= least ? 1 : 0;

@@ -13,7 +13,7 @@ constexpr double kMostContradicting = 0.5;  // contradicting cells / supporting 
 
 }  // namespace
 
-bool growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
+void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
                    float least_smooth, float decisive, cv::Mat1b& mask, GrowingWork& work) {
   cv::Mat1b open = work.open.map(layer.size());
   open.setTo(255);
@@ -31,7 +31,7 @@ bool growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::M
       if (mask(v, u)) ++cells, ++common[static_cast<size_t>(labels(v, u))];
   common[0] = 0;
   const auto most = std::max_element(common.begin(), common.end());
-  if (2 * *most <= cells) return false;
+  if (2 * *most <= cells) return;
   const int part = static_cast<int>(most - common.begin());
 
   cv::Mat1b grown = work.grown.map(layer.size());
@@ -42,7 +42,7 @@ bool growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::M
       grown(v, u) = inside ? 255 : 0;
       grown_cells += inside;
     }
-  if (grown_cells > kMostGrowth * cells) return false;
+  if (grown_cells > kMostGrowth * cells) return;
   // Refuted cells are in the layer, but not in the part: count in the whole box.
   const cv::Rect box = cv::boundingRect(grown);
   int supporting = 0, contradicting = 0;
@@ -51,9 +51,8 @@ bool growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::M
       supporting += layer(v, u) && support(v, u) > decisive;
       contradicting += layer(v, u) && support(v, u) < -decisive;
     }
-  if (contradicting > kMostContradicting * supporting) return false;
+  if (contradicting > kMostContradicting * supporting) return;
   grown.copyTo(mask);
-  return true;
 }
 
 }  // namespace predictive_stereo

@@ -23,8 +23,7 @@ struct GrowingWork {
 /// @param least_smooth  cells with less are refuted.
 /// @param decisive  cells with a larger |support| count.
 /// @param[in,out] mask  255 in the segment, 0 elsewhere; of the layer's size.
-/// @returns whether it has grown.
-bool growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
+void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
                    float least_smooth, float decisive, cv::Mat1b& mask, GrowingWork& work);
 
 }  // namespace predictive_stereo

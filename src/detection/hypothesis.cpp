@@ -7,6 +7,18 @@
 #include "detection/displacement_search.h"
 
 namespace predictive_stereo {
+namespace {
+
+// An even sample of lattice points, as pixels.
+std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
+  constexpr size_t kMost = 40;
+  std::vector<cv::Point> pixels;
+  const size_t step = lattice_points.size() / (kMost + 1) + 1;
+  for (size_t i = 0; i < lattice_points.size(); i += step) pixels.push_back(2 * lattice_points[i]);
+  return pixels;
+}
+
+}  // namespace
 
 void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
   std::vector<float> values;
@@ -25,27 +37,15 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
                                     static_cast<float>(frame.range.min_disparity));
 }
 
-std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points) {
-  constexpr size_t kMost = 40;
-  std::vector<cv::Point> pixels;
-  const size_t step = lattice_points.size() / (kMost + 1) + 1;
-  for (size_t i = 0; i < lattice_points.size(); i += step) pixels.push_back(2 * lattice_points[i]);
-  return pixels;
-}
-
-std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& past,
-                                    const ResidualGroup& group) {
-  const MotionDetectionParams& params = frame.params;
-  const auto shift =
-      searchShift(frame.current.pyramid, past.frame->pyramid, frame.staticSource(past),
-                  frame.input.measured_disparity_px, group.points);
+std::optional<GroupMotion> motionOf(const PastView& view, const ResidualGroup& group) {
+  const MotionDetectionParams& params = view.params();
+  const auto shift = searchShift(view.images(), view.past_images(), view.static_source,
+                                 view.disparity_px(), group.points);
   if (!shift) return std::nullopt;
   GroupMotion motion;
   motion.shift_px = shift->shift_px;
   motion.sample_px = sampleOf(group.points);
-  const TrackingView view = frame.trackingInto(past);
-  const std::vector<PointTrack> followed =
-      followPoints(view, params, motion.sample_px, shift->shift_px);
+  const std::vector<PointTrack> followed = followPoints(view, motion.sample_px, shift->shift_px);
   if (static_cast<int>(followed.size()) < params.min_tracks) return std::nullopt;
   motion.fit = fitDisplacement(view, followed);
   if (static_cast<int>(motion.fit.inliers.size()) < params.min_tracks ||
@@ -54,28 +54,27 @@ std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& pas
   return motion;
 }
 
-std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& past,
-                                       const ObjectTrack& known) {
+std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& known) {
   constexpr int kLeastArea_px = 100;
   constexpr size_t kFewestSeeds = 8;
-  const DetectionInput& input = frame.input;
-  const cv::Rect box = known.last.box_px & cv::Rect(cv::Point(), input.rig.size);
+  const StereoRig& rig = view.rig();
+  const cv::Rect box = known.last.box_px & cv::Rect(cv::Point(), rig.size);
   if (box.area() < kLeastArea_px) return std::nullopt;
   Hypothesis hypothesis;
   hypothesis.source = Hypothesis::Source::kKnown;
-  hypothesis.disparity_px =
-      static_cast<float>(input.rig.disparityTimesDepth() / known.last.centre_m.z());
+  hypothesis.disparity_px = static_cast<float>(rig.disparityTimesDepth() / known.last.centre_m.z());
   const Eigen::Vector3d velocity_mps = known.state.tail<3>();
-  hypothesis.moved_m = past.frame->T_odom_cam.linear().transpose() * velocity_mps * past.seconds;
+  hypothesis.moved_m =
+      view.past.frame->T_odom_cam.linear().transpose() * velocity_mps * view.past.seconds;
   const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
   for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)
     for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2) {
-      const float d = input.measured_disparity_px(2 * v, 2 * u);
-      if (frame.range.isValid(d) && std::abs(d - hypothesis.disparity_px) < tolerance)
+      const float d = view.disparity_px()(2 * v, 2 * u);
+      if (view.isKnown(d) && std::abs(d - hypothesis.disparity_px) < tolerance)
         hypothesis.seeds.emplace_back(u, v);
     }
   if (hypothesis.seeds.size() < kFewestSeeds) return std::nullopt;
-  setLayer(frame, hypothesis);
+  setLayer(view.frame, hypothesis);
   return hypothesis;
 }
 

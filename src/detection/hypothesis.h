@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "detection/frame_view.h"
+#include "detection/point_tracks.h"
 #include "detection/residual_groups.h"
 #include "detection/tracker.h"
 
@@ -34,15 +35,10 @@ struct GroupMotion {
   cv::Point2f shift_px;              ///< of the whole group, relative to a static world
 };
 /// None if too few of its points are found in the past frame.
-std::optional<GroupMotion> motionOf(const FrameView& frame, const PastFrame& past,
-                                    const ResidualGroup& group);
+std::optional<GroupMotion> motionOf(const PastView& view, const ResidualGroup& group);
 
-/// The hypothesis of a known object at its predicted position. None if it hardly moves, or if too
-/// few pixels there have its disparity.
-std::optional<Hypothesis> hypothesisOf(const FrameView& frame, const PastFrame& past,
-                                       const ObjectTrack& known);
-
-/// An even sample of lattice points, as pixels.
-std::vector<cv::Point> sampleOf(const std::vector<cv::Point>& lattice_points);
+/// The hypothesis of a known object at its predicted position. None if too few pixels there have
+/// its disparity.
+std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& known);
 
 }  // namespace predictive_stereo

@@ -7,6 +7,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "detection/row_motion-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
@@ -27,29 +29,19 @@ struct Residuals {
 // Past disparities of static points minus measured ones.
 HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
                                 const Points& points, Residuals& residuals) {
-  const float* H = then.H;
-  const float h0 = H[0], h1 = H[1], h2 = H[2], h3 = H[3];
-  const float h8 = H[8], h9 = H[9], h10 = H[10], h11 = H[11];
-  const float h12 = H[12], h13 = H[13], h14 = H[14], h15 = H[15];
-  const auto y = static_cast<float>(row.y);
-  const float y0 = H[4] * y, y1 = H[5] * y, y2 = H[6] * y, y3 = H[7] * y;
-  const auto columns = static_cast<float>(then.columns), rows = static_cast<float>(then.rows);
+  const RowMotion motion(then.H, row.y);
+  const PastMap map{then.stride, then.columns, then.rows};
   const float smallest = row.smallest_valid_px, largest = row.largest_px;
-  const int stride = then.stride, x0 = kLongStep_px * points.first;
+  const int x0 = kLongStep_px * points.first;
   float expected[kChunk], measured[kChunk];
   int32_t offset[kChunk], inside[kChunk];
   for (int i = 0; i < points.count; ++i) {
     const auto x = static_cast<float>(x0 + kLongStep_px * i);
     const float d = points.d[i];
-    const float w = h3 * x + y3 + h11 * d + h15;
-    const float column = (h0 * x + y0 + h8 * d + h12) / w + 0.5f;
-    const float line = (h1 * x + y1 + h9 * d + h13) / w + 0.5f;
-    expected[i] = (h2 * x + y2 + h10 * d + h14) / w;
-    const bool is_inside =
-        (expected[i] > 0) & (column >= 0) & (line >= 0) & (column < columns) & (line < rows);
-    inside[i] = is_inside ? 1 : 0;
-    const float usable_column = is_inside ? column : 0.0f, usable_line = is_inside ? line : 0.0f;
-    offset[i] = static_cast<int32_t>(usable_line) * stride + static_cast<int32_t>(usable_column);
+    const float w = motion.w(x, d);
+    const float column = motion.x(x, d) / w + 0.5f, line = motion.y(x, d) / w + 0.5f;
+    expected[i] = motion.d(x, d) / w;
+    offset[i] = map.offset(column, line, expected[i] > 0, inside[i]);
   }
   for (int i = 0; i < points.count; ++i) measured[i] = then.disparity_px[offset[i]];
   for (int i = 0; i < points.count; ++i) {

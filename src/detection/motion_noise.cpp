@@ -28,6 +28,10 @@ Matrix6d toldCovariance(const Matrix6d& covariance) {
   return isCovariance(covariance) ? covariance : untoldCovariance();
 }
 
+bool isUnseen(const Matrix6d& covariance) {
+  return covariance.diagonal().minCoeff() >= kUnseenVariance;
+}
+
 // A point moves by translation + rotation x point in the current frame, and is then turned.
 Matrix3d pointCovariance(const Eigen::Isometry3d& T_past_cam, const Matrix6d& covariance,
                          const Vector3d& point_m) {

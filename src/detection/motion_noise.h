@@ -16,6 +16,9 @@ constexpr double kUntoldMotionSigma_m = 0.015, kUntoldMotionSigma_rad = 0.0002;
 /// @param covariance  see CameraMotion::covariance.
 Matrix6d toldCovariance(const Matrix6d& covariance);
 
+/// Whether nobody saw the motion, see unseenCovariance: nothing from before it can be compared.
+bool isUnseen(const Matrix6d& covariance);
+
 /// Covariance of a point's position in the past camera's frame [m^2].
 /// @param T_past_cam  the camera's motion, with the error that `covariance` describes, in the
 ///   current camera's frame.

@@ -13,21 +13,24 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
                            [&] { verification_.findRoad(input, range_); }});
   verification_.forgetObjects();
   objects_.clear();
+  sought_known_ = false;
   if (input.pose_state != PoseState::kKnown) return objects_;
   const std::vector<PastFrame> past = frames_.past();
   const FrameView frame{input, range_, params_, frames_.current()};
   if (!past.empty()) {
-    since_last_.compare(frame, past[0], verification_.ground());
+    greyDeviation(frames_.current().pyramid.level(1), grey_deviation_);
+    since_last_.compare(frame.since(past[0]), grey_deviation_, verification_.ground());
     const double contradicting = since_last_.contradictingShare();
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
     if (PoseCheck::contradictsMost(contradicting)) free_space_.forgetPast();
+    sought_known_ = frames_.current().follows;
   }
   runTogether(
       [&] {
         objects_ = free_space_.find(input, range_, params_, frames_.current().pyramid.level(1));
       },
       [&] {
-        if (!past.empty() && frames_.current().follows) findByMotion(frame, past, known);
+        if (sought_known_) findByMotion(frame, past, known);
       });
   addMissing(verification_.objects());
   return objects_;
@@ -37,15 +40,17 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
                                 const ObjectTracker& known) {
   along_.compare(frame, past);
   verification_.setFrame(frame, along_.residual_px());
-  since_last_.find(frame, verification_);
+  const PastView since_last = frame.since(past[0]);
+  since_last_.find(since_last, verification_);
   // Far or slow objects may move too little between two successive frames: also compare with the
   // second last frame.
   if (past.size() > 1) {
-    since_second_last_.compare(frame, past[1], verification_.ground());
-    since_second_last_.find(frame, verification_);
+    const PastView view = frame.since(past[1]);
+    since_second_last_.compare(view, grey_deviation_, verification_.ground());
+    since_second_last_.find(view, verification_);
   }
   along_.find(frame, verification_);
-  findKnown(frame, known);
+  findKnown(since_last, known);
 }
 
 // The objects of the other channels, unless the free space has shown them whole.
@@ -66,18 +71,17 @@ void MotionScheme::reset() {
 }
 
 // Verifies the known objects at their predicted positions.
-void MotionScheme::findKnown(const FrameView& frame, const ObjectTracker& known) {
+void MotionScheme::findKnown(const PastView& view, const ObjectTracker& known) {
   std::vector<const ObjectTrack*> tracks;
   for (const ObjectTrack& track : known.tracks())
     if (track.confirmed) tracks.push_back(&track);
-  const Baseline baseline = since_last_.baseline();
-  verification_.addAll(frame, static_cast<int>(tracks.size()),
-                       [&](int i, VerificationWork& work) -> std::optional<VerifiedObject> {
-                         const auto hypothesis =
-                             hypothesisOf(frame, baseline.past, *tracks[static_cast<size_t>(i)]);
-                         if (!hypothesis) return std::nullopt;
-                         return verification_.verify(frame, baseline, *hypothesis, work);
-                       });
+  verification_.addAll(
+      view.frame, static_cast<int>(tracks.size()),
+      [&](int i, SegmentationWork& work) -> std::optional<VerifiedObject> {
+        const auto hypothesis = hypothesisOf(view, *tracks[static_cast<size_t>(i)]);
+        if (!hypothesis) return std::nullopt;
+        return verification_.verify(view, &since_last_.staticWorld(), *hypothesis, work);
+      });
 }
 
 }  // namespace predictive_stereo

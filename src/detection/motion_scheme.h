@@ -25,6 +25,9 @@ class MotionScheme {
   /// @returns the objects of this frame; valid until the next call.
   const std::vector<ObservedObject>& observe(const DetectionInput& input,
                                              const ObjectTracker& known);
+  /// Whether the known objects were sought in this frame: not without a pose, nor in the first
+  /// frame after that, nor with a wrong one.
+  bool soughtKnown() const { return sought_known_; }
   /// See FrameHistory.
   void addToDisparities(double step_px) {
     frames_.addToDisparities(range_, step_px);
@@ -36,7 +39,7 @@ class MotionScheme {
   void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
                     const ObjectTracker& known);
   void addMissing(const std::vector<ObservedObject>& others);
-  void findKnown(const FrameView& frame, const ObjectTracker& known);
+  void findKnown(const PastView& view, const ObjectTracker& known);
 
   DisparityRange range_;
   MotionDetectionParams params_;
@@ -44,11 +47,13 @@ class MotionScheme {
   PoseCheck pose_check_;
 
   // Of the current frame.
+  cv::Mat1w grey_deviation_;
   AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame
   AlongChannel along_;
   FreeSpaceChannel free_space_;
   Verification verification_;
   std::vector<ObservedObject> objects_;
+  bool sought_known_ = false;
 };
 
 }  // namespace predictive_stereo

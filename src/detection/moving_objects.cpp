@@ -67,11 +67,13 @@ TrackingParams trackingOf(const DetectionParams& params) {
   return tracking;
 }
 
-// Whether an object was seen in each of the last three frames. It may then be missing in this one,
-// as when it was occluded in the previous frame.
+// Whether an object that is not seen in this frame was seen in the three before. It may then be
+// missing, as when it was occluded in the previous frame.
 bool wasSteadilySeen(const ObjectTrack& track) {
-  constexpr unsigned kLastThreeFrames = 0b1110;
-  return (track.history & kLastThreeFrames) == kLastThreeFrames;
+  constexpr unsigned kThreeFrames = 0b111;
+  const bool missed = (track.history & 1) == 0;  // otherwise it was not sought
+  return track.unseen_frames == 1 &&
+         (track.history >> (missed ? 1 : 0) & kThreeFrames) == kThreeFrames;
 }
 
 }  // namespace
@@ -114,16 +116,13 @@ void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
                      static_cast<float>(params.paper.max_difference_px), difference_px);
   for (const cv::Rect& box : movingBoxes(difference_px, params.paper)) {
     const cv::Mat1b mask = difference_px(box) >= kMovingPx;
-    const auto shape = shapeOf(input.rig, params.range, input.measured_disparity_px, box, mask);
-    if (!shape) continue;
-    observed.push_back({Observation(), mask});
-    Observation& seen = observed.back().observation;
+    ObservedObject object{Observation(), mask};
+    Observation& seen = object.observation;
     seen.box_px = box;
-    seen.centre_m = shape->centre_m;
-    seen.size_m = shape->size_m;
-    seen.distance_m = shape->distance_m;
+    if (!measureShape(input.rig, params.range, input.measured_disparity_px, object)) continue;
     seen.centre_covariance = Eigen::Vector3d(0.25, 0.25, 1.0).asDiagonal();
     seen.score = cv::mean(mask)[0] / 255;
+    observed.push_back(std::move(object));
   }
 }
 
@@ -143,13 +142,14 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
   state.tracker.predict(
       input.stamp_s, input.rig,
       input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
-  if (state.params.scheme == DetectionScheme::kPaper)
+  const bool by_paper = state.params.scheme == DetectionScheme::kPaper;
+  if (by_paper)
     state.observeAsPaper(input);
   else
     state.observed = state.motion.observe(input, state.tracker);
   std::vector<Observation> observations;
   for (const ObservedObject& object : state.observed) observations.push_back(object.observation);
-  state.tracker.update(observations);
+  state.tracker.update(observations, by_paper || state.motion.soughtKnown());
 
   detections.objects.clear();
   detections.mask.create(input.rig.size);
@@ -175,6 +175,7 @@ void MovingObjectDetector::setParams(const DetectionParams& params) {
   MovingObjectDetector changed(params);
   State& state = *state_;
   if (params.range != state.params.range || params.scheme != state.params.scheme) {
+    changed.state_->tracker.continueIds(state.tracker);
     state_ = std::move(changed.state_);
     return;
   }

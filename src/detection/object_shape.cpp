@@ -53,6 +53,17 @@ std::optional<ObjectShape> shapeOf(const StereoRig& rig, const DisparityRange& r
   return shape;
 }
 
+bool measureShape(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
+                  ObservedObject& object) {
+  Observation& seen = object.observation;
+  const auto shape = shapeOf(rig, range, disparity_px, seen.box_px, object.mask);
+  if (!shape) return false;
+  seen.centre_m = shape->centre_m;
+  seen.size_m = shape->size_m;
+  seen.distance_m = shape->distance_m;
+  return true;
+}
+
 Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px) {
   const double depth_m = rig.disparityTimesDepth() / disparity_px;
   const double sigma_z_m = 0.3 + 0.3 * depth_m / disparity_px;

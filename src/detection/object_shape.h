@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "detection/tracker.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/stereo_rig.h"
 
@@ -22,6 +23,11 @@ struct ObjectShape {
 std::optional<ObjectShape> shapeOf(const StereoRig& rig, const DisparityRange& range,
                                    const cv::Mat1f& disparity_px, const cv::Rect& area,
                                    const cv::Mat1b& mask);
+
+/// Sets centre, size and distance of an object whose box and mask are known. False if there are too
+/// few pixels.
+bool measureShape(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
+                  ObservedObject& object);
 
 /// Covariance [m^2] of the centre of an object with this disparity, in the camera's frame.
 Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px);

@@ -108,7 +108,7 @@ class ObstacleEnds {
   void innerRow(int v, uchar* inner) const {
     const int last = number_.cols - 1;
     const int32_t* const number = number_[v];
-    for (int u = 0; u <= last; ++u) inner[u] = number[u] != 0 ? 255 : 0;
+    for (int u = 0; u <= last; ++u) inner[u] = number[u] >= 0 ? 255 : 0;
     for (int t = std::max(v - 1, 0); t <= std::min(v + 1, number_.rows - 1); ++t)
       for (int step = -1; step <= 1; ++step) dropEnds(v, t, step, inner);
   }
@@ -131,13 +131,32 @@ class ObstacleEnds {
 
 }  // namespace
 
-std::vector<Obstacle> findObstacles(const StereoRig& rig, const DepthCells& cells,
-                                    const std::optional<GroundPlane>& ground) {
+Obstacles::Obstacles(cv::Mat1i number, const std::vector<int>& sizes) : number_(number), ends_{0} {
+  for (int size : sizes) ends_.push_back(ends_.back() + size);
+  cells_.resize(static_cast<size_t>(ends_.back()));
+  std::vector<int> next(ends_.begin(), ends_.end() - 1);
+  for (int v = 0; v < number_.rows; ++v)
+    for (int u = 0; u < number_.cols; ++u)
+      if (const int k = number_(v, u); k >= 0)
+        cells_[static_cast<size_t>(next[static_cast<size_t>(k)]++)] = {u, v};
+}
+
+cv::Rect Obstacles::Cells::area() const {
+  cv::Point least = *first_, most = *first_;
+  for (const cv::Point& p : *this) {
+    least = {std::min(least.x, p.x), std::min(least.y, p.y)};
+    most = {std::max(most.x, p.x), std::max(most.y, p.y)};
+  }
+  return {least, most + cv::Point(1, 1)};
+}
+
+Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
+                        const std::optional<GroundPlane>& ground) {
   const cv::Mat1b usable = usableCells(rig, cells, ground);
   JoinedCells joined = joinSurfaces(rig, cells, usable);
   // Roots come first: a set's first cell is its root.
   cv::Mat1i number(usable.size(), -1);
-  std::vector<size_t> sizes;
+  std::vector<int> sizes;
   int* const number_of = number[0];
   for (int i = 0; i < static_cast<int>(usable.total()); ++i) {
     if (!usable.data[i]) continue;
@@ -150,32 +169,20 @@ std::vector<Obstacle> findObstacles(const StereoRig& rig, const DepthCells& cell
     }
     ++sizes[static_cast<size_t>(number_of[i])];
   }
-  std::vector<Obstacle> obstacles(sizes.size());
-  for (size_t k = 0; k < sizes.size(); ++k) obstacles[k].cells.reserve(sizes[k]);
-  for (int v = 0; v < usable.rows; ++v)
-    for (int u = 0; u < usable.cols; ++u)
-      if (number(v, u) >= 0) obstacles[static_cast<size_t>(number(v, u))].cells.emplace_back(u, v);
-  for (Obstacle& obstacle : obstacles) obstacle.area = cv::boundingRect(obstacle.cells);
-  return obstacles;
+  return Obstacles(number, sizes);
 }
 
-cv::Mat1f obstacleWidths(const std::vector<Obstacle>& obstacles, const DepthCells& cells) {
-  const cv::Mat1f& disparity = cells.disparity_px;
-  cv::Mat1i number(disparity.size(), 0);
-  int last = 0;
-  for (const Obstacle& obstacle : obstacles) {
-    ++last;
-    for (const cv::Point p : obstacle.cells) number(p) = last;
-  }
-  cv::Mat1b inner(disparity.size());
-  const ObstacleEnds ends(number, disparity);
+cv::Mat1f obstacleWidths(const Obstacles& obstacles, const DepthCells& cells) {
+  const cv::Mat1i& number = obstacles.number();
+  cv::Mat1b inner(number.size());
+  const ObstacleEnds ends(number, cells.disparity_px);
   for (int v = 0; v < number.rows; ++v) ends.innerRow(v, inner[v]);
-  cv::Mat1f from_end, width_px(disparity.size(), kWide_px);
+  cv::Mat1f from_end, width_px(number.size(), kWide_px);
   cv::distanceTransform(inner, from_end, cv::DIST_C, 3);
-  for (const Obstacle& obstacle : obstacles) {
+  for (int k = 0; k < obstacles.size(); ++k) {
     float most = 0;
-    for (const cv::Point p : obstacle.cells) most = std::max(most, from_end(p));
-    for (const cv::Point p : obstacle.cells) width_px(p) = kCellSide_px * (2 * most + 1);
+    for (const cv::Point p : obstacles[k]) most = std::max(most, from_end(p));
+    for (const cv::Point p : obstacles[k]) width_px(p) = kCellSide_px * (2 * most + 1);
   }
   return width_px;
 }

@@ -11,21 +11,48 @@
 
 namespace predictive_stereo {
 
-struct Obstacle {
-  std::vector<cv::Point> cells;  ///< row by row
-  cv::Rect area;                 ///< of these cells
+/// Obstacles of one frame, as sets of cells.
+class Obstacles {
+ public:
+  /// Its cells, row by row. Valid as long as the obstacles are.
+  class Cells {
+   public:
+    Cells(const cv::Point* first, const cv::Point* last) : first_(first), last_(last) {}
+    const cv::Point* begin() const { return first_; }
+    const cv::Point* end() const { return last_; }
+    int size() const { return static_cast<int>(last_ - first_); }
+    /// The smallest box around them.
+    cv::Rect area() const;
+
+   private:
+    const cv::Point *first_, *last_;
+  };
+
+  /// @param number  of each cell's obstacle, from 0 on; -1: none.
+  Obstacles(cv::Mat1i number, const std::vector<int>& sizes);
+  int size() const { return static_cast<int>(ends_.size()) - 1; }
+  Cells operator[](int k) const {
+    const auto i = static_cast<size_t>(k);
+    return {cells_.data() + ends_[i], cells_.data() + ends_[i + 1]};
+  }
+  const cv::Mat1i& number() const { return number_; }
+
+ private:
+  cv::Mat1i number_;
+  std::vector<int> ends_;         // of each obstacle's cells; the first one is 0
+  std::vector<cv::Point> cells_;  // of all obstacles, one after the other
 };
 
 /// Joins neighbouring cells without a step in depth between them, over gaps of one unknown cell.
 /// Cells with a disparity that the rig measures at more than 60 m are left out.
 /// @param ground  cells on it, up to kGroundMargin_m above, are left out; none: no cell is.
-std::vector<Obstacle> findObstacles(const StereoRig& rig, const DepthCells& cells,
-                                    const std::optional<GroundPlane>& ground);
+Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
+                        const std::optional<GroundPlane>& ground);
 constexpr double kGroundMargin_m = 0.25;
 
 /// For each cell the width [px] of its obstacle at its thickest place: the largest square in it.
 /// Large for cells of no obstacle, such as the ground. An obstacle ends where a farther surface
 /// begins, not where a nearer one hides it.
-cv::Mat1f obstacleWidths(const std::vector<Obstacle>& obstacles, const DepthCells& cells);
+cv::Mat1f obstacleWidths(const Obstacles& obstacles, const DepthCells& cells);
 
 }  // namespace predictive_stereo

@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "detection/constants.h"
-#include "detection/frame_comparison.h"
 #include "detection/motion_noise.h"
 #include "imaging/tracking.h"
 
@@ -37,18 +36,18 @@ float disparityAt(const cv::Mat1f& map, const DisparityRange& range, const Vecto
   return map(y, x);
 }
 
-void compareWithStatic(const TrackingView& view, const MotionDetectionParams& params,
-                       const SourceOf& source_of, PointTrack& track) {
-  const Matrix3d j = projectionJacobian(view.rig, track.static_m);
+bool hasMoved(const PastView& view, const PointTrack& track) {
+  const Matrix3d j = projectionJacobian(view.rig(), track.static_m);
   const Eigen::Vector3f farther =
-      source_of(track.position.x, track.position.y, track.disparity_px + 0.1f);
+      view.static_source(track.position.x, track.position.y, track.disparity_px + 0.1f);
   const Vector3d by_disparity = (farther.cast<double>() - track.static_px) / 0.1;
   Matrix3d covariance = by_disparity * by_disparity.transpose() * track.variance_px2;
   // An error that both frames share cancels in the disparity.
   const Vector3d by_bias(by_disparity.x(), by_disparity.y(), 0);
   covariance += by_bias * by_bias.transpose() * kDisparityBias_px2;
-  covariance +=
-      j * pointCovariance(view.T_prev_cam, view.motion_covariance, track.point_m) * j.transpose();
+  covariance += j *
+                pointCovariance(view.past.T_past_cam, view.past.motion_covariance, track.point_m) *
+                j.transpose();
   const double flow = DetectionConstants::kFlowSigma_px * DetectionConstants::kFlowSigma_px;
   covariance.diagonal() +=
       Vector3d(flow, flow, kPreviousDisparitySigma_px * kPreviousDisparitySigma_px);
@@ -57,43 +56,34 @@ void compareWithStatic(const TrackingView& view, const MotionDetectionParams& pa
     residual.z() = 0;
     covariance(2, 2) += 1e6;
   }
-  track.mahalanobis = residual.dot(covariance.inverse() * residual);
-  track.moving = track.mahalanobis >= params.min_mahalanobis;
+  return residual.dot(covariance.inverse() * residual) >= view.params().min_mahalanobis;
 }
 
 // The points with a disparity, and their expected positions if they are static.
-std::vector<PointTrack> expectedTracks(const TrackingView& view,
+std::vector<PointTrack> expectedTracks(const PastView& view,
                                        const std::vector<cv::Point>& points_px) {
   std::vector<PointTrack> tracks;
   for (cv::Point p : points_px) {
-    const float d = view.disparity_px(p);
-    if (!view.range.isValid(d) || !(d > 0)) continue;
+    const float d = view.disparity_px()(p);
+    if (!view.isKnown(d) || !(d > 0)) continue;
     PointTrack track;
     track.position = p;
     track.disparity_px = d;
-    track.variance_px2 = std::max(view.variance_px2(p), kLeastDisparityVariance_px2);
-    track.point_m = view.rig.pointFromDisparity(p.x, p.y, d);
-    track.static_m = view.T_prev_cam * track.point_m;
+    track.variance_px2 =
+        std::max(view.frame.input.measured_variance_px2(p), kLeastDisparityVariance_px2);
+    track.point_m = view.rig().pointFromDisparity(p.x, p.y, d);
+    track.static_m = view.past.T_past_cam * track.point_m;
     if (!(track.static_m.z() > 0.5)) continue;
-    track.static_px = view.rig.disparityFromPoint(track.static_m);
+    track.static_px = view.rig().disparityFromPoint(track.static_m);
     tracks.push_back(track);
   }
   return tracks;
 }
 
-void compareFoundPosition(const TrackingView& view, const MotionDetectionParams& params,
-                          const SourceOf& source_of, cv::Point2f at, PointTrack& track) {
-  track.found_px = Vector3d(at.x, at.y, 0);
-  track.found_px.z() = disparityAt(view.previous.disparity_px, view.range, track.found_px);
-  compareWithStatic(view, params, source_of, track);
-}
-
 }  // namespace
 
-std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
-                                     const std::vector<cv::Point>& points_px,
+std::vector<PointTrack> followPoints(const PastView& view, const std::vector<cv::Point>& points_px,
                                      cv::Point2f shift_px) {
-  const SourceOf source_of(disparityMotion(view.rig, view.T_prev_cam));
   const std::vector<PointTrack> expected = expectedTracks(view, points_px);
   std::vector<Track> tracks(expected.size());
   for (size_t i = 0; i < expected.size(); ++i) {
@@ -101,23 +91,29 @@ std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetec
     tracks[i].position = shift_px + cv::Point2f(static_cast<float>(expected[i].static_px.x()),
                                                 static_cast<float>(expected[i].static_px.y()));
   }
-  trackPoints(view.current, view.previous.pyramid, tracks);
+  trackPoints(view.images(), view.past_images(), tracks);
   std::vector<PointTrack> found;
   for (size_t i = 0; i < expected.size(); ++i) {
     if (!tracks[i].found) continue;
     found.push_back(expected[i]);
-    compareFoundPosition(view, params, source_of, tracks[i].position, found.back());
+    Vector3d& at = found.back().found_px;
+    at = Vector3d(tracks[i].position.x, tracks[i].position.y, 0);
+    at.z() = disparityAt(view.past.frame->disparity_px, view.frame.range, at);
   }
   return found;
+}
+
+void classify(const PastView& view, std::vector<PointTrack>& tracks) {
+  for (PointTrack& track : tracks) track.moving = hasMoved(view, track);
 }
 
 bool Displacement::isSignificant(const MotionDetectionParams& params) const {
   return moved_m.dot(covariance.inverse() * moved_m) >= params.min_mahalanobis;
 }
 
-Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTrack>& tracks,
+Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members) {
-  const StereoRig& rig = view.rig;
+  const StereoRig& rig = view.rig();
   Displacement fit;
   // Start: the median displacement across the line of sight, which does not need a past disparity.
   for (int k = 0; k < 2; ++k) {
@@ -170,11 +166,11 @@ Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTr
   fit.covariance *= 4;
   Vector3d centre_m = Vector3d::Zero();
   for (size_t i : members) centre_m += tracks[i].point_m / static_cast<double>(members.size());
-  fit.covariance += pointCovariance(view.T_prev_cam, view.motion_covariance, centre_m);
+  fit.covariance += pointCovariance(view.past.T_past_cam, view.past.motion_covariance, centre_m);
   return fit;
 }
 
-Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTrack>& tracks) {
+Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks) {
   std::vector<size_t> all(tracks.size());
   std::iota(all.begin(), all.end(), size_t{0});
   return fitDisplacement(view, tracks, all);

@@ -4,8 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "detection/frame_history.h"
-#include "predictive_stereo/moving_objects.h"
+#include "detection/frame_view.h"
 
 namespace predictive_stereo {
 
@@ -22,30 +21,20 @@ struct PointTrack {
   Eigen::Vector3d static_m;   ///< current position in the previous camera's frame
   Eigen::Vector3d static_px;  ///< (x, y, d) in the previous frame if the point is static
   Eigen::Vector3d found_px;   ///< (x, y, d) in the previous frame as tracked; d < 0: unknown
-  double mahalanobis = 0;     ///< squared Mahalanobis distance of found_px and static_px
-  bool moving = false;
+  bool moving = false;        ///< see classify
 
   Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
 };
 
-/// Inputs to track points into the previous frame.
-struct TrackingView {
-  const StereoRig& rig;
-  const DisparityRange& range;
-  const ImagePyramid& current;
-  const cv::Mat1f& disparity_px;
-  const cv::Mat1f& variance_px2;
-  const RememberedFrame& previous;
-  const Eigen::Isometry3d& T_prev_cam;
-  const Matrix6d& motion_covariance;  ///< see CameraMotion::covariance
-};
-
-/// Tracks lattice points into the previous frame by Lucas-Kanade, and classifies them as moving or
-/// static. Points that are not found are left out.
+/// Tracks lattice points into the previous frame by Lucas-Kanade. Points that are not found are
+/// left out.
 /// @param shift_px  start of the search, relative to a static point.
-std::vector<PointTrack> followPoints(const TrackingView& view, const MotionDetectionParams& params,
-                                     const std::vector<cv::Point>& points_px,
+std::vector<PointTrack> followPoints(const PastView& view, const std::vector<cv::Point>& points_px,
                                      cv::Point2f shift_px = {});
+
+/// Sets which tracks move: the squared Mahalanobis distance of found_px and static_px reaches
+/// MotionDetectionParams::min_mahalanobis.
+void classify(const PastView& view, std::vector<PointTrack>& tracks);
 
 /// A displacement in the previous camera's frame [m] and its covariance.
 struct Displacement {
@@ -58,10 +47,10 @@ struct Displacement {
 };
 
 /// Robust fit of the translation of these points since the previous frame.
-Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTrack>& tracks,
+Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks,
                              const std::vector<size_t>& members);
 /// The same for all tracks.
-Displacement fitDisplacement(const TrackingView& view, const std::vector<PointTrack>& tracks);
+Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks);
 
 /// Groups moving points that are close in space and move alike.
 std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,

@@ -63,94 +63,112 @@ double latticePerMetre(const StereoRig& rig, const Hypothesis& hypothesis) {
   return 0.5 * rig.fx_px / depth;
 }
 
-}  // namespace
-
-cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
-                 const Hypothesis& hypothesis, cv::Size lattice) {
+// The part of the lattice within the largest object's reach from the seeds.
+cv::Rect reachOf(const FrameView& frame, const Hypothesis& hypothesis) {
   const cv::Rect seen = cv::boundingRect(hypothesis.seeds);
-  const double lattice_per_m = latticePerMetre(rig, hypothesis);
-  const double reach_m = DetectionConstants::kReach * params.link_distance_m;
+  const double lattice_per_m = latticePerMetre(frame.input.rig, hypothesis);
+  const double reach_m = DetectionConstants::kReach * frame.params.link_distance_m;
   const int wide = static_cast<int>(reach_m * lattice_per_m) + 3;
   const int high = static_cast<int>(reach_m * 0.6 * lattice_per_m) + 3;
   return cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
-         cv::Rect(cv::Point(), lattice);
+         cv::Rect(cv::Point(), frame.lattice());
 }
 
-std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
-                               const Hypothesis& hypothesis, SegmentationWork& work) {
-  if (hypothesis.seeds.empty()) return std::nullopt;
-  const cv::Rect reachable = reachOf(view.rig, params, hypothesis, view.residual_px.size());
-  const float lowest_m = view.ground.lowestIn(reachable, work.heights);
-  cv::Mat1b whole_layer = work.layer.map(reachable.size());
-  for (int v = 0; v < reachable.height; ++v)
-    layerRow(view.disparity_px[2 * (reachable.y + v)] + 2 * reachable.x,
-             view.ground.below_m(reachable.y + v) + reachable.x, reachable.width,
-             hypothesis.farthest_px, hypothesis.nearest_px, lowest_m, whole_layer[v]);
-  // Only parts that are connected to a seed matter, and their surroundings.
-  const double lattice_per_m = latticePerMetre(view.rig, hypothesis);
-  const int gap = std::clamp(static_cast<int>(DetectionConstants::kGap_m * lattice_per_m), 1, 20);
-  const int near = gap + kReachOfWindows;
-  const cv::Rect layer_box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole_layer);
-  if (layer_box.empty()) return std::nullopt;
-  const cv::Rect part = cv::Rect(layer_box.x - near, layer_box.y - near, layer_box.width + 2 * near,
-                                 layer_box.height + 2 * near) &
-                        cv::Rect(cv::Point(), reachable.size());
-  const cv::Rect area = part + reachable.tl();
-  const cv::Mat1b layer = whole_layer(part);
+// The hypothesis' disparity layer, as far as it is connected to seeds, with its surroundings.
+struct Layer {
+  cv::Rect area;   // lattice
+  cv::Mat1b mask;  // 0 outside the layer
+};
 
-  Eigen::Isometry3d T_source = view.T_prev_cam;
+// Empty if no seed is in the layer.
+Layer layerAround(const PastView& view, const LevelGround& ground, const Hypothesis& hypothesis,
+                  int margin, SegmentationWork& work) {
+  const cv::Rect reachable = reachOf(view.frame, hypothesis);
+  const float lowest_m = ground.lowestIn(reachable, work.heights);
+  cv::Mat1b whole = work.layer.map(reachable.size());
+  for (int v = 0; v < reachable.height; ++v)
+    layerRow(view.disparity_px()[2 * (reachable.y + v)] + 2 * reachable.x,
+             ground.below_m(reachable.y + v) + reachable.x, reachable.width, hypothesis.farthest_px,
+             hypothesis.nearest_px, lowest_m, whole[v]);
+  const cv::Rect box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole);
+  if (box.empty()) return {};
+  const cv::Rect part =
+      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+      cv::Rect(cv::Point(), reachable.size());
+  return {part + reachable.tl(), whole(part)};
+}
+
+// How much better the object's motion explains each cell than a static world does.
+cv::Mat1f supportOf(const PastView& view, const Comparison* static_world,
+                    const Hypothesis& hypothesis, const cv::Rect& area, SegmentationWork& work) {
+  Eigen::Isometry3d T_source = view.past.T_past_cam;
   T_source.translation() -= hypothesis.moved_m;
-  Comparison& comparison = work.comparison;
-  compareFrames(view.current, view.disparity_px, view.range, view.previous,
-                SourceOf(disparityMotion(view.rig, T_source)), area, comparison);
-  cv::Mat1f support = work.support.map(area.size()), smooth = work.smooth.map(area.size());
-  const cv::Point first = area.tl() - view.static_world.area.tl();
+  view.compare(SourceOf(disparityMotion(view.rig(), T_source)), area, work.by_object);
+  if (!static_world) {
+    view.compare(view.static_source, area, work.by_static);
+    static_world = &work.by_static;
+  }
+  cv::Mat1f support = work.support.map(area.size());
+  const cv::Point first = area.tl() - static_world->area.tl();
   for (int v = 0; v < area.height; ++v)
-    supportRow(view.static_world.mismatch[first.y + v] + first.x, comparison.mismatch[v],
+    supportRow(static_world->mismatch[first.y + v] + first.x, work.by_object.mismatch[v],
                area.width, kMostSupport_grey, support[v]);
-  cv::boxFilter(support, smooth, CV_32F, {5, 5});
-  // Cells that the object's motion explains better, and close cells that do not contradict.
+  return support;
+}
+
+// Cells that the object's motion explains better, and close cells that do not contradict.
+cv::Mat1b supportedCells(const Layer& layer, const cv::Mat1f& smooth,
+                         const std::vector<cv::Point>& seeds, int gap, SegmentationWork& work) {
+  const cv::Rect& area = layer.area;
   cv::Mat1b core = work.core.map(area.size()), member = work.member.map(area.size());
   for (int v = 0; v < area.height; ++v)
-    supportedRow(layer[v], smooth[v], area.width, kContradiction_grey, core[v]);
+    supportedRow(layer.mask[v], smooth[v], area.width, kContradiction_grey, core[v]);
   cv::morphologyEx(core, core, cv::MORPH_OPEN, cv::Mat1b::ones(2, 2));
   // Seeds were tracked. If texture is weak, hardly anything else shows the object.
-  for (cv::Point seed : hypothesis.seeds) {
+  for (cv::Point seed : seeds) {
     const cv::Rect around = (cv::Rect(seed.x - 1, seed.y - 1, 3, 3) & area) - area.tl();
     for (int v = around.y; v < around.br().y; ++v)
       for (int u = around.x; u < around.br().x; ++u)
-        if (layer(v, u) && smooth(v, u) >= -kContradiction_grey) core(v, u) = 255;
+        if (layer.mask(v, u) && smooth(v, u) >= -kContradiction_grey) core(v, u) = 255;
   }
   cv::dilate(core, member, cv::Mat1b::ones(2 * gap + 1, 2 * gap + 1));
   for (int v = 0; v < area.height; ++v)
-    dropRefutedRow(layer[v], smooth[v], area.width, -kContradiction_grey, member[v]);
+    dropRefutedRow(layer.mask[v], smooth[v], area.width, -kContradiction_grey, member[v]);
   cv::erode(member, member, cv::Mat1b::ones(2, 2));
+  return member;
+}
 
+// The connected part with most seeds; none if it has less than a third of them.
+std::optional<cv::Mat1b> partWithSeeds(const cv::Mat1b& member, const cv::Rect& area,
+                                       const std::vector<cv::Point>& seeds,
+                                       SegmentationWork& work) {
   cv::Mat1i labels = work.labels.map(area.size());
   const int count = cv::connectedComponents(member, labels, 4, CV_32S);
   std::vector<int> votes(static_cast<size_t>(count), 0);
-  for (cv::Point seed : hypothesis.seeds)
+  for (cv::Point seed : seeds)
     if (area.contains(seed)) ++votes[static_cast<size_t>(labels(seed - area.tl()))];
   votes[0] = 0;
   const auto best = std::max_element(votes.begin(), votes.end());
   const int best_label = static_cast<int>(best - votes.begin());
-  if (*best * 3 < static_cast<int>(hypothesis.seeds.size())) return std::nullopt;
+  if (*best * 3 < static_cast<int>(seeds.size())) return std::nullopt;
   cv::Mat1b mask = work.mask.map(area.size());
   for (int v = 0; v < area.height; ++v)
     for (int u = 0; u < area.width; ++u) mask(v, u) = labels(v, u) == best_label ? 255 : 0;
-  growOverLayer(layer, support, smooth, -kContradiction_grey, kDecisive_grey, mask, work.growing);
-  dropLowColumns(mask);
-  const cv::Rect box = cv::boundingRect(mask);
-  if (box.empty()) return std::nullopt;
+  return mask;
+}
 
+// What the cells in the smallest box around the mask say; the mask must not be empty.
+Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b& mask,
+                  const cv::Mat1f& residual_px, float least_residual) {
+  const cv::Rect box = cv::boundingRect(mask);
+  const cv::Point origin = layer.area.tl();
   Segment result;
-  result.area = box + area.tl();
+  result.area = box + origin;
   result.mask = mask(box).clone();
   int better = 0, worse = 0, positive = 0, negative = 0, known = 0;
-  const float least_residual = 0.5f * static_cast<float>(params.dense_min_residual_px);
   for (int v = box.y; v < box.br().y; ++v) {
-    const float *of_row = support[v], *residual = view.residual_px[area.y + v] + area.x;
-    const uchar *in_layer = layer[v], *in_mask = mask[v];
+    const float *of_row = support[v], *residual = residual_px[origin.y + v] + origin.x;
+    const uchar *in_layer = layer.mask[v], *in_mask = mask[v];
     for (int u = box.x; u < box.br().x; ++u) {
       // Contradicting cells of the layer count, although they are not in the mask.
       better += in_layer[u] && of_row[u] > kDecisive_grey;
@@ -163,12 +181,36 @@ std::optional<Segment> segment(const SegmentationView& view, const MotionDetecti
       negative += residual[u] < -least_residual;
     }
   }
-  if (result.cells < kFewestCells) return std::nullopt;
   result.decisive = better + worse;
   result.explained = result.decisive ? static_cast<double>(better) / result.decisive : 0;
   result.dense =
       known * 3 >= result.cells ? static_cast<double>(std::max(positive, negative)) / known : 0;
   return result;
+}
+
+}  // namespace
+
+std::optional<Segment> segment(const PastView& view, const SegmentationMaps& maps,
+                               const Hypothesis& hypothesis, SegmentationWork& work) {
+  const std::vector<cv::Point>& seeds = hypothesis.seeds;
+  if (seeds.empty()) return std::nullopt;
+  const int gap = std::clamp(
+      static_cast<int>(DetectionConstants::kGap_m * latticePerMetre(view.rig(), hypothesis)), 1,
+      20);
+  const Layer layer = layerAround(view, maps.ground, hypothesis, gap + kReachOfWindows, work);
+  if (layer.area.empty()) return std::nullopt;
+  const cv::Mat1f support = supportOf(view, maps.static_world, hypothesis, layer.area, work);
+  cv::Mat1f smooth = work.smooth.map(layer.area.size());
+  cv::boxFilter(support, smooth, CV_32F, {5, 5});
+  auto mask =
+      partWithSeeds(supportedCells(layer, smooth, seeds, gap, work), layer.area, seeds, work);
+  if (!mask) return std::nullopt;
+  growOverLayer(layer.mask, support, smooth, -kContradiction_grey, kDecisive_grey, *mask,
+                work.growing);
+  dropLowColumns(*mask);
+  if (cv::countNonZero(*mask) < kFewestCells) return std::nullopt;
+  return segmentOf(layer, support, *mask, maps.residual_px,
+                   0.5f * static_cast<float>(view.params().dense_min_residual_px));
 }
 
 }  // namespace predictive_stereo

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "detection/frame_comparison.h"
+#include "detection/frame_view.h"
 #include "detection/ground.h"
 #include "detection/grown_segment.h"
 #include "detection/hypothesis.h"
@@ -24,36 +24,27 @@ struct Segment {
   double dense = 0;      ///< share of cells with a dense residual of the majority's sign
 };
 
-/// Inputs of the segmentation.
-struct SegmentationView {
-  const StereoRig& rig;
-  const DisparityRange& range;
-  const ImagePyramid& current;
-  const ImagePyramid& previous;
-  const cv::Mat1f& disparity_px;
-  const Eigen::Isometry3d& T_prev_cam;
-  const Comparison& static_world;  ///< covers at least reachOf the hypothesis
-  const cv::Mat1f& residual_px;
+/// What the segmentation needs besides the frames.
+struct SegmentationMaps {
+  /// Of the whole lattice; none: segment() compares what it needs.
+  const Comparison* static_world;
+  const cv::Mat1f& residual_px;  ///< see longResidual
   const LevelGround& ground;
 };
 
 /// Buffers that are reused for the next hypothesis.
 struct SegmentationWork {
-  Comparison comparison;
+  Comparison by_object, by_static;
   Scratch<uchar> layer, core, member, mask;
   Scratch<float> heights, support, smooth;
   Scratch<int> labels;
   GrowingWork growing;
 };
 
-/// The part of the lattice that segment() uses: the reach of the largest object from the seeds.
-cv::Rect reachOf(const StereoRig& rig, const MotionDetectionParams& params,
-                 const Hypothesis& hypothesis, cv::Size lattice);
-
 /// The connected part of the hypothesis' disparity layer around its seeds that the object's motion
 /// explains better than a static world does, with close cells that do not contradict; or a larger
 /// part, see growOverLayer. None if there is no such part.
-std::optional<Segment> segment(const SegmentationView& view, const MotionDetectionParams& params,
+std::optional<Segment> segment(const PastView& view, const SegmentationMaps& maps,
                                const Hypothesis& hypothesis, SegmentationWork& work);
 
 }  // namespace predictive_stereo

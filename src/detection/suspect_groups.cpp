@@ -5,7 +5,6 @@
 
 #include "detection/constants.h"
 #include "detection/displacement_search.h"
-#include "detection/frame_comparison.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
@@ -13,24 +12,23 @@ namespace {
 
 constexpr float kLeastGain = 1.5f;
 
-double linkDisparity(const StereoRig& rig, const MotionDetectionParams& params, double d) {
-  return 1 + DetectionConstants::kLinkDepth * params.link_distance_m * d * d /
-                 rig.disparityTimesDepth();
+double linkDisparity(const PastView& view, double d) {
+  return 1 + DetectionConstants::kLinkDepth * view.params().link_distance_m * d * d /
+                 view.rig().disparityTimesDepth();
 }
 
 // Repeatedly takes the first free point, and all free points around it.
-std::vector<SuspectGroup> groupsInSpace(const TrackingView& view,
-                                        const MotionDetectionParams& params,
+std::vector<SuspectGroup> groupsInSpace(const PastView& view,
                                         const std::vector<cv::Point>& points_px) {
   std::vector<float> disparities;
-  for (cv::Point p : points_px) disparities.push_back(view.disparity_px(p));
+  for (cv::Point p : points_px) disparities.push_back(view.disparity_px()(p));
   std::vector<SuspectGroup> groups;
   std::vector<uchar> used(points_px.size(), 0);
   for (size_t first = 0; first < points_px.size(); ++first) {
     if (used[first]) continue;
     const float d = disparities[first];
-    const double radius_px = params.link_distance_m * d / view.rig.baseline_m;
-    const double link_px = linkDisparity(view.rig, params, d);
+    const double radius_px = view.params().link_distance_m * d / view.rig().baseline_m;
+    const double link_px = linkDisparity(view, d);
     SuspectGroup group;
     for (size_t i = first; i < points_px.size(); ++i) {
       const cv::Point apart = points_px[i] - points_px[first];
@@ -41,36 +39,35 @@ std::vector<SuspectGroup> groupsInSpace(const TrackingView& view,
       used[i] = 1;
       group.points_px.push_back(points_px[i]);
     }
-    if (static_cast<int>(group.points_px.size()) >= params.min_tracks)
+    if (static_cast<int>(group.points_px.size()) >= view.params().min_tracks)
       groups.push_back(std::move(group));
   }
   return groups;
 }
 
 // The lattice points of the group and their neighbours with a similar disparity.
-std::vector<cv::Point> surroundings(const TrackingView& view, const MotionDetectionParams& params,
-                                    const SuspectGroup& group) {
-  const float d = view.disparity_px(group.points_px.front());
-  const double link_px = linkDisparity(view.rig, params, d);
+std::vector<cv::Point> surroundings(const PastView& view, const SuspectGroup& group) {
+  const float d = view.disparity_px()(group.points_px.front());
+  const double link_px = linkDisparity(view, d);
   std::vector<cv::Point> lattice;
   lattice.reserve(9 * group.points_px.size());
   for (cv::Point p : group.points_px)
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx) {
         const cv::Point at = p / 2 + cv::Point(dx, dy);
-        const float other = view.disparity_px(2 * at);
-        if (view.range.isValid(other) && std::abs(other - d) <= link_px) lattice.push_back(at);
+        const float other = view.disparity_px()(2 * at);
+        if (view.isKnown(other) && std::abs(other - d) <= link_px) lattice.push_back(at);
       }
   return lattice;
 }
 
-void search(const TrackingView& view, const MotionDetectionParams& params,
-            const SourceOf& static_source, double seconds, SuspectGroup& group) {
-  const double d = view.disparity_px(group.points_px.front());
-  const double most_px = params.largest_speed_mps * seconds * d / view.rig.baseline_m;
+void search(const PastView& view, SuspectGroup& group) {
+  const double d = view.disparity_px()(group.points_px.front());
+  const double most_px =
+      view.params().largest_speed_mps * view.past.seconds * d / view.rig().baseline_m;
   const auto found =
-      searchShift(view.current, view.previous.pyramid, static_source, view.disparity_px,
-                  surroundings(view, params, group), static_cast<int>(most_px / 2));
+      searchShift(view.images(), view.past_images(), view.static_source, view.disparity_px(),
+                  surroundings(view, group), static_cast<int>(most_px / 2));
   if (!found) return;
   group.shift_px = found->shift_px;
   group.gain = found->gain;
@@ -78,14 +75,11 @@ void search(const TrackingView& view, const MotionDetectionParams& params,
 
 }  // namespace
 
-std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
-                                        const MotionDetectionParams& params,
-                                        const std::vector<cv::Point>& points_px, double seconds) {
-  std::vector<SuspectGroup> groups = groupsInSpace(view, params, points_px);
-  const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
+std::vector<SuspectGroup> groupSuspects(const PastView& view,
+                                        const std::vector<cv::Point>& points_px) {
+  std::vector<SuspectGroup> groups = groupsInSpace(view, points_px);
   parallelFor(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
-    for (int i = part.start; i < part.end; ++i)
-      search(view, params, static_source, seconds, groups[static_cast<size_t>(i)]);
+    for (int i = part.start; i < part.end; ++i) search(view, groups[static_cast<size_t>(i)]);
   });
   groups.erase(std::remove_if(groups.begin(), groups.end(),
                               [](const SuspectGroup& g) { return g.gain < kLeastGain; }),
@@ -93,7 +87,7 @@ std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
   return groups;
 }
 
-std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetectionParams& params,
+std::vector<PointTrack> followGroups(const PastView& view,
                                      const std::vector<SuspectGroup>& groups) {
   size_t points = 0;
   for (const SuspectGroup& group : groups) points += group.points_px.size();
@@ -104,7 +98,8 @@ std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetec
     const size_t count = group.points_px.size() / step;
     for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
     group.points_px.resize(count);
-    followed[i] = followPoints(view, params, group.points_px, group.shift_px);
+    followed[i] = followPoints(view, group.points_px, group.shift_px);
+    classify(view, followed[i]);
   };
   parallelFor(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
     for (int i = part.start; i < part.end; ++i) follow(static_cast<size_t>(i));

@@ -19,14 +19,11 @@ struct SuspectGroup {
 /// for the coarse levels of a pyramid. Groups that a static world explains about as well, and
 /// groups of less than params.min_tracks points, are left out.
 /// @param points_px  row by row.
-/// @param seconds  between the two frames.
-std::vector<SuspectGroup> groupSuspects(const TrackingView& view,
-                                        const MotionDetectionParams& params,
-                                        const std::vector<cv::Point>& points_px, double seconds);
+std::vector<SuspectGroup> groupSuspects(const PastView& view,
+                                        const std::vector<cv::Point>& points_px);
 
 /// Tracks the points of groups from the groups' displacements, at most
-/// DetectionConstants::kMostTracks.
-std::vector<PointTrack> followGroups(const TrackingView& view, const MotionDetectionParams& params,
-                                     const std::vector<SuspectGroup>& groups);
+/// DetectionConstants::kMostTracks, and classifies them.
+std::vector<PointTrack> followGroups(const PastView& view, const std::vector<SuspectGroup>& groups);
 
 }  // namespace predictive_stereo

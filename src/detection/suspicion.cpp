@@ -11,7 +11,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr int kBand = 6;    // rows of cells in one task
 constexpr int kMargin = 5;  // lattice points along the border that are left out
 static_assert(kMargin >= 2 * kTextureReach, "texture is not known closer to the border");
 
@@ -38,47 +37,45 @@ bool isWithinSurface(const cv::Mat1f& disparity_px, const DisparityRange& range,
 
 }  // namespace
 
-const std::vector<cv::Point>& Suspicion::find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
+void greyDeviation(const cv::Mat1b& grey, cv::Mat1w& deviation) {
+  deviation.create(grey.size());
+  const int last = std::max(grey.rows - kTextureReach, kTextureReach);
+  parallelFor(cv::Range(kTextureReach, last), [&](const cv::Range& rows) {
+    for (int v = rows.start; v < rows.end; ++v)
+      greyDeviationRow(rowsAround(grey, v).data(), grey.cols, deviation[v]);
+  });
+}
+
+const std::vector<cv::Point>& Suspicion::find(const cv::Mat1w& deviation, const cv::Mat1f& mismatch,
                                               const cv::Mat1f& disparity_px,
                                               const DisparityRange& range,
                                               const LevelGround& ground,
                                               const MotionDetectionParams& params) {
-  const int rows = std::max(grey.rows - 2 * kMargin, 0) / kCell;
-  const int columns = std::max(grey.cols - 2 * kMargin, 0) / kCell;
-  suspicion_.create(grey.size());
-  cells_.create(rows, columns);
-  worst_.create(rows, columns);
+  const int rows = std::max(deviation.rows - 2 * kMargin, 0) / kCell;
+  const int columns = std::max(deviation.cols - 2 * kMargin, 0) / kCell;
   // A map without columns has no rows of cells.
   cells_of_row_.assign(static_cast<size_t>(columns > 0 ? rows : 0), 0);
   suspects_of_row_.resize(cells_of_row_.size());
   const auto least = static_cast<float>(params.min_mismatch);
-  const int rows_of_cells = static_cast<int>(cells_of_row_.size());
-  parallelFor(cv::Range(0, (rows_of_cells + kBand - 1) / kBand), [&](const cv::Range& bands) {
-    cv::Mat1w deviation(kBand * kCell + 2 * kTextureReach, grey.cols);
-    for (int band = bands.start; band < bands.end; ++band) {
-      const int end = std::min(kBand * (band + 1), rows_of_cells);
-      const int above = kMargin + kBand * band * kCell - kTextureReach;  // the band's first row
-      for (int v = above; v < kMargin + end * kCell + kTextureReach; ++v)
-        greyDeviationRow(rowsAround(grey, v).data(), grey.cols, deviation[v - above]);
-      for (int r = kBand * band; r < end; ++r) {
-        const float* of_cells[kCell];
-        for (int k = 0; k < kCell; ++k) {
-          const int v = kMargin + r * kCell + k;
-          suspicionRow(rowsAround(deviation, v - above).data(), mismatch[v], grey.cols, kGreyNoise,
-                       suspicion_[v]);
-          of_cells[k] = suspicion_[v] + kMargin;
-        }
-        const int suspicious = suspiciousCells(of_cells, columns, least, cells_[r], worst_[r]);
-        cells_of_row_[static_cast<size_t>(r)] = suspicious;
-        std::vector<cv::Point>& kept = suspects_of_row_[static_cast<size_t>(r)];
-        kept.clear();
-        for (int k = 0; k < suspicious; ++k) {
-          const int place = worst_(r, k);
-          const cv::Point worst(kMargin + cells_(r, k) * kCell + place % kCell,
-                                kMargin + r * kCell + place / kCell);
-          if (!ground.isLevel(worst) && isWithinSurface(disparity_px, range, 2 * worst))
-            kept.push_back(2 * worst);
-        }
+  parallelFor(cv::Range(0, static_cast<int>(cells_of_row_.size())), [&](const cv::Range& part) {
+    cv::Mat1f suspicion(kCell, deviation.cols);
+    std::vector<int32_t> cells(static_cast<size_t>(columns)), worst(cells.size());
+    for (int r = part.start; r < part.end; ++r) {
+      const int first = kMargin + r * kCell;
+      const float* of_cells[kCell];
+      for (int k = 0; k < kCell; ++k) {
+        suspicionRow(rowsAround(deviation, first + k).data(), mismatch[first + k], deviation.cols,
+                     kGreyNoise, suspicion[k]);
+        of_cells[k] = suspicion[k] + kMargin;
+      }
+      const int suspicious = suspiciousCells(of_cells, columns, least, cells.data(), worst.data());
+      cells_of_row_[static_cast<size_t>(r)] = suspicious;
+      std::vector<cv::Point>& kept = suspects_of_row_[static_cast<size_t>(r)];
+      kept.clear();
+      for (size_t k = 0; k < static_cast<size_t>(suspicious); ++k) {
+        const cv::Point at(kMargin + cells[k] * kCell + worst[k] % kCell, first + worst[k] / kCell);
+        if (!ground.isLevel(at) && isWithinSurface(disparity_px, range, 2 * at))
+          kept.push_back(2 * at);
       }
     }
   });

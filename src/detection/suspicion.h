@@ -9,6 +9,10 @@
 
 namespace predictive_stereo {
 
+/// 25 |grey - mean grey over 5x5 points| of each lattice point, where texture comes from. Not
+/// computed for the first and last two rows.
+void greyDeviation(const cv::Mat1b& grey, cv::Mat1w& deviation);
+
 /// Finds points whose image a static world does not explain: the mismatch of frames is large
 /// relative to the texture around, which is the mean of |grey - mean grey| over 5x5 lattice points.
 /// Without texture a wrong motion is not visible.
@@ -17,14 +21,14 @@ class Suspicion {
   /// Texture below this is noise.
   static constexpr float kGreyNoise = 3.0f;
 
-  /// @param grey  the current image on the lattice.
+  /// @param deviation  see greyDeviation; of the current image on the lattice.
   /// @param mismatch  of the whole lattice, see Comparison.
   /// @param disparity_px  of the current frame: points at its edges are left out, as they cannot be
   ///   tracked well.
   /// @param ground  of the current frame: its points are left out, as shadows are no objects.
   /// @returns pixels, at most one per cell of 4x4 lattice points, row by row. Valid until the next
   ///   call.
-  const std::vector<cv::Point>& find(const cv::Mat1b& grey, const cv::Mat1f& mismatch,
+  const std::vector<cv::Point>& find(const cv::Mat1w& deviation, const cv::Mat1f& mismatch,
                                      const cv::Mat1f& disparity_px, const DisparityRange& range,
                                      const LevelGround& ground,
                                      const MotionDetectionParams& params);
@@ -35,9 +39,7 @@ class Suspicion {
 
  private:
   double share_ = 0;
-  cv::Mat1f suspicion_;
-  cv::Mat1i cells_, worst_;        // suspicious cells of each row of cells, their worst points, ...
-  std::vector<int> cells_of_row_;  // ... and their number
+  std::vector<int> cells_of_row_;  // number of suspicious cells
   std::vector<std::vector<cv::Point>> suspects_of_row_;
   std::vector<cv::Point> suspects_px_;
 };

@@ -1,7 +1,9 @@
 #include "detection/tracker.h"
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
+#include <iterator>
 #include <tuple>
 
 namespace predictive_stereo {
@@ -16,12 +18,6 @@ using Matrix36 = Eigen::Matrix<double, 3, 6>;
 double overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
   const double both = (a & b).area();
   return both / std::max(a.area() + b.area() - both, 1e-9);
-}
-
-int countOfBits(unsigned bits) {
-  int count = 0;
-  for (; bits; bits &= bits - 1) ++count;
-  return count;
 }
 
 // Kalman update with a measurement of one half of the state, which `h` selects.
@@ -59,23 +55,19 @@ cv::Rect movedBox(const StereoRig& rig, const cv::Rect& box, const Eigen::Vector
 
 }  // namespace
 
-Eigen::Vector3d ObjectTracker::centreInCamera(const ObjectTrack& track) const {
-  return T_odom_cam_->inverse() * track.state.head<3>();
-}
-
 void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
                             const std::optional<Eigen::Isometry3d>& T_odom_cam) {
   rig_ = rig;
+  now_s_ = stamp_s;
   T_odom_cam_ = T_odom_cam;
   for (ObjectTrack& track : tracks_) {
-    track.history <<= 1;
     track.observation = -1;
     ++track.age;
+    ++track.unseen_frames;
   }
   if (!T_odom_cam) return;
-  const double dt = has_stamp_ ? stamp_s - stamp_s_ : 0;
-  has_stamp_ = true;
-  stamp_s_ = stamp_s;
+  const double dt = located_s_ ? stamp_s - *located_s_ : 0;
+  located_s_ = stamp_s;
   Matrix6 transition = Matrix6::Identity();
   transition.topRightCorner<3, 3>() = dt * Eigen::Matrix3d::Identity();
   // White-noise acceleration.
@@ -85,22 +77,20 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
   noise.topRightCorner<3, 3>().diagonal().setConstant(q * dt * dt * dt / 2);
   noise.bottomLeftCorner<3, 3>().diagonal().setConstant(q * dt * dt * dt / 2);
   noise.bottomRightCorner<3, 3>().diagonal().setConstant(q * dt * dt);
-  std::vector<ObjectTrack> kept;
-  for (ObjectTrack& track : tracks_) {
-    if (!track.located) {
-      kept.push_back(track);
-      continue;
-    }
+  // Whether it is still in view.
+  const auto move = [&](ObjectTrack& track) {
+    if (!track.located) return true;
     track.state = transition * track.state;
     track.covariance = transition * track.covariance * transition.transpose() + noise;
-    const Eigen::Vector3d centre = centreInCamera(track);
-    if (!(centre.z() > 0.5)) continue;
+    const Eigen::Vector3d centre = T_odom_cam->inverse() * track.state.head<3>();
+    if (!(centre.z() > 0.5)) return false;
     track.last.box_px = movedBox(rig, track.last.box_px, track.last.centre_m, centre);
     track.last.distance_m += centre.z() - track.last.centre_m.z();
     track.last.centre_m = centre;
-    kept.push_back(track);
-  }
-  tracks_ = std::move(kept);
+    return true;
+  };
+  for (auto track = tracks_.begin(); track != tracks_.end();)
+    track = move(*track) ? std::next(track) : tracks_.erase(track);
 }
 
 // How well an observation fits to an expected box and distance; 0: not at all.
@@ -112,7 +102,7 @@ double ObjectTracker::agreementOf(const Observation& seen, const cv::Rect& box_p
   return iou < params_.min_iou ? 0 : iou;
 }
 
-void ObjectTracker::update(const std::vector<Observation>& observations) {
+void ObjectTracker::update(const std::vector<Observation>& observations, bool sought) {
   // The best pair is assigned first: the result does not depend on the order of objects.
   std::vector<std::tuple<double, size_t, size_t>> pairs;
   for (size_t t = 0; t < tracks_.size(); ++t)
@@ -135,28 +125,35 @@ void ObjectTracker::update(const std::vector<Observation>& observations) {
     correct(observations[o], tracks_[t]);
   }
 
-  const unsigned window = (1u << params_.confirm_within) - 1;
-  std::vector<ObjectTrack> kept;
-  for (ObjectTrack& track : tracks_) {
-    if (countOfBits(track.history & window) >= params_.confirm_frames) track.confirmed = true;
-    const int patience = track.confirmed ? params_.max_missed_frames : params_.confirm_within - 1;
-    const unsigned recent = (2u << patience) - 1;
-    if ((track.history & recent) == 0) continue;
-    kept.push_back(track);
-  }
+  for (auto track = tracks_.begin(); track != tracks_.end();)
+    track = goesOn(*track, sought) ? std::next(track) : tracks_.erase(track);
   for (size_t o = 0; o < observations.size(); ++o)
     if (!taken[o]) {
-      kept.push_back(start(observations[o]));
-      kept.back().observation = static_cast<int>(o);
+      tracks_.push_back(start(observations[o]));
+      tracks_.back().observation = static_cast<int>(o);
     }
-  tracks_ = std::move(kept);
+}
+
+// Notes whether a track was observed in this frame. False if it was missed for too long.
+bool ObjectTracker::goesOn(ObjectTrack& track, bool sought) const {
+  if (sought || track.observation >= 0)
+    track.history = track.history << 1 | (track.observation >= 0 ? 1 : 0);
+  else if (now_s_ - track.seen_s > kLongestWait_s)
+    return false;
+  const unsigned window = (1u << params_.confirm_within) - 1;
+  const std::bitset<32> confirming(track.history & window);
+  if (static_cast<int>(confirming.count()) >= params_.confirm_frames) track.confirmed = true;
+  const int patience = track.confirmed ? params_.max_missed_frames : params_.confirm_within - 1;
+  const unsigned recent = (2u << patience) - 1;
+  return (track.history & recent) != 0;
 }
 
 void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) const {
   track.last = observation;
   track.seen_box_px = observation.box_px;
   track.seen_distance_m = observation.distance_m;
-  track.history |= 1;
+  track.unseen_frames = 0;
+  track.seen_s = now_s_;
   if (!T_odom_cam_) return;
   if (!track.located) return locate(observation, track);
   const Eigen::Matrix3d R = T_odom_cam_->linear();
@@ -186,6 +183,7 @@ ObjectTrack ObjectTracker::start(const Observation& observation) {
   ObjectTrack track;
   track.id = next_id_++;
   track.history = 1;
+  track.seen_s = now_s_;
   track.age = 1;
   track.confirmed = params_.confirm_frames <= 1;
   track.last = observation;
@@ -213,7 +211,7 @@ DetectedObject ObjectTracker::describe(const ObjectTrack& track) const {
 
 void ObjectTracker::reset() {
   tracks_.clear();
-  has_stamp_ = false;
+  located_s_.reset();
 }
 
 }  // namespace predictive_stereo

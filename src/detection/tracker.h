@@ -31,8 +31,10 @@ struct ObservedObject {
 /// An object tracked over frames.
 struct ObjectTrack {
   int id = 0;
-  int age = 0;           ///< frames since the first observation
-  unsigned history = 0;  ///< bit k: observed k frames ago
+  int age = 0;            ///< frames since the first observation
+  unsigned history = 0;   ///< bit k: observed k frames ago, of the frames in which it was sought
+  int unseen_frames = 0;  ///< since the last observation, sought or not ...
+  double seen_s = 0;      ///< ... and its stamp
   bool confirmed = false;
   int observation = -1;               ///< index in the current frame; -1: not observed
   Observation last;                   ///< the last one; its box is predicted if not observed
@@ -62,16 +64,21 @@ class ObjectTracker {
   void predict(double stamp_s, const StereoRig& rig,
                const std::optional<Eigen::Isometry3d>& T_odom_cam);
   /// Assigns each observation to a track, or starts a new one.
-  void update(const std::vector<Observation>& observations);
+  /// @param sought  whether known objects were sought in this frame. If not, those without
+  ///   observation are not missed; they wait for up to kLongestWait_s since the last one.
+  void update(const std::vector<Observation>& observations, bool sought = true);
+  static constexpr double kLongestWait_s = 1;
 
   const std::vector<ObjectTrack>& tracks() const { return tracks_; }
-  /// Position [m] of a track's centre in the left camera's optical frame, in a frame with a pose.
-  Eigen::Vector3d centreInCamera(const ObjectTrack& track) const;
   DetectedObject describe(const ObjectTrack& track) const;
+  /// Forgets the tracks. Their ids are not given again.
   void reset();
+  /// Gives none of the other's ids.
+  void continueIds(const ObjectTracker& other) { next_id_ = other.next_id_; }
 
  private:
   double agreementOf(const Observation& seen, const cv::Rect& box_px, double distance_m) const;
+  bool goesOn(ObjectTrack& track, bool sought) const;
   void correct(const Observation& observation, ObjectTrack& track) const;
   void locate(const Observation& observation, ObjectTrack& track) const;
   ObjectTrack start(const Observation& observation);
@@ -80,8 +87,8 @@ class ObjectTracker {
   double largest_speed_mps_;
   std::vector<ObjectTrack> tracks_;
   int next_id_ = 1;
-  bool has_stamp_ = false;
-  double stamp_s_ = 0;
+  double now_s_ = 0;
+  std::optional<double> located_s_;  // the last stamp with a pose
   StereoRig rig_;
   std::optional<Eigen::Isometry3d> T_odom_cam_;
 };

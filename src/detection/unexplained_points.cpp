@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "detection/frame_comparison.h"
 #include "detection/patch_rows.h"
 #include "detection/suspicion.h"
 #include "parallel/tasks.h"
@@ -16,6 +15,24 @@ static_assert(2 * kPatchReach + 1 == GreyPatch::kSide);
 constexpr int kAround_px = 4;               // distance of the neighbours whose disparity is tried
 constexpr float kDisparityError_px = 1.0f;  // of the point's own disparity
 constexpr float kSameDisparity_px = 0.5f;
+constexpr double kFastestAway_mps = 30;  // of an object that moves along the line of sight
+constexpr float kHidingMargin_px = 1.0f;
+
+// Whether a static point was occluded in the past frame: at its position there was a surface so
+// much nearer that it cannot be the same one, even if it moves with the camera.
+bool wasHidden(const PastView& view, cv::Point pixel, float disparity_px) {
+  const cv::Mat1f& past_px = view.past.frame->disparity_px;
+  const Eigen::Vector3f from =
+      view.static_source(static_cast<float>(pixel.x), static_cast<float>(pixel.y), disparity_px);
+  const int x = cvRound(from.x()), y = cvRound(from.y());
+  if (!(from.z() > 0) || x < 0 || y < 0 || x >= past_px.cols || y >= past_px.rows) return false;
+  const auto disparity_times_depth = static_cast<float>(view.rig().disparityTimesDepth());
+  const auto nearer_m = static_cast<float>(kFastestAway_mps * view.past.seconds);
+  const float before = past_px(y, x);
+  const float hiding_m = disparity_times_depth / from.z() - nearer_m;
+  return view.isKnown(before) && before > from.z() + kHidingMargin_px &&
+         before * hiding_m > disparity_times_depth;
+}
 
 // Bytes of a patch at a sub-pixel position, copied if a read would leave the image.
 struct PatchBytes {
@@ -36,19 +53,19 @@ struct PatchBytes {
   PatchBytes(const PatchBytes&) = delete;
 };
 
-bool isExplained(const TrackingView& view, const SourceOf& static_source, float min_mismatch,
-                 cv::Point p) {
-  const float own = view.disparity_px(p);
-  const PatchBytes here(view.current.level(1), p.x / 2 - kPatchReach, p.y / 2 - kPatchReach);
+bool isExplained(const PastView& view, cv::Point p) {
+  const float own = view.disparity_px()(p);
+  const PatchBytes here(view.images().level(1), p.x / 2 - kPatchReach, p.y / 2 - kPatchReach);
   GreyPatch now;
   patchBetween(here.upper_left, here.stride, 0, 0, now);
-  const float most = min_mismatch * (patchTexture(now) + Suspicion::kGreyNoise);
-  const cv::Mat1b& previous = view.previous.pyramid.level(1);
+  const float most =
+      static_cast<float>(view.params().min_mismatch) * (patchTexture(now) + Suspicion::kGreyNoise);
+  const cv::Mat1b& previous = view.past_images().level(1);
   const auto end_x = static_cast<float>(previous.cols - kPatchReach - 1),
              end_y = static_cast<float>(previous.rows - kPatchReach - 1);
   const auto explains = [&](float disparity) {
     const Eigen::Vector3f from =
-        static_source(static_cast<float>(p.x), static_cast<float>(p.y), disparity);
+        view.static_source(static_cast<float>(p.x), static_cast<float>(p.y), disparity);
     const float x = 0.5f * from.x(), y = 0.5f * from.y();
     if (!(x >= kPatchReach && y >= kPatchReach && x < end_x && y < end_y)) return false;
     const int column = static_cast<int>(x), row = static_cast<int>(y);
@@ -60,8 +77,8 @@ bool isExplained(const TrackingView& view, const SourceOf& static_source, float 
     if (own + error > 0 && explains(own + error)) return true;
   for (int dy = -kAround_px; dy <= kAround_px; dy += kAround_px)
     for (int dx = -kAround_px; dx <= kAround_px; dx += kAround_px) {
-      const float other = view.disparity_px(p.y + dy, p.x + dx);
-      if (view.range.isValid(other) && other > 0 && std::abs(other - own) > kSameDisparity_px &&
+      const float other = view.disparity_px()(p.y + dy, p.x + dx);
+      if (view.isKnown(other) && other > 0 && std::abs(other - own) > kSameDisparity_px &&
           explains(other))
         return true;
     }
@@ -70,22 +87,17 @@ bool isExplained(const TrackingView& view, const SourceOf& static_source, float 
 
 }  // namespace
 
-void unexplainedPoints(const TrackingView& view, const MotionDetectionParams& params,
-                       double seconds, const std::vector<cv::Point>& points_px,
+void unexplainedPoints(const PastView& view, const std::vector<cv::Point>& points_px,
                        std::vector<cv::Point>& kept) {
-  const SourceOf static_source(disparityMotion(view.rig, view.T_prev_cam));
-  const auto min_mismatch = static_cast<float>(params.min_mismatch);
-  const Uncovered uncovered(view.rig, static_source, view.previous.disparity_px, view.range,
-                            seconds);
   const size_t step = (points_px.size() + kMostSuspects - 1) / kMostSuspects;
   std::vector<uint8_t> unexplained(step ? (points_px.size() + step - 1) / step : 0);
   const cv::Range all(0, static_cast<int>(unexplained.size()));
   parallelFor(all, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       const cv::Point p = points_px[step * static_cast<size_t>(i)];
-      const float d = view.disparity_px(p);
-      unexplained[static_cast<size_t>(i)] = view.range.isValid(d) && d > 0 && !uncovered(p, d) &&
-                                            !isExplained(view, static_source, min_mismatch, p);
+      const float d = view.disparity_px()(p);
+      unexplained[static_cast<size_t>(i)] =
+          view.isKnown(d) && d > 0 && !wasHidden(view, p, d) && !isExplained(view, p);
     }
   });
   kept.clear();

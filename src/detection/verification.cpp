@@ -62,7 +62,6 @@ void Verification::setFrame(const FrameView& frame, const cv::Mat1f& residual_px
   residual_px_ = residual_px;
   taken_.create(frame.lattice());
   taken_.setTo(0);
-  objects_.clear();
 }
 
 bool Verification::isFree(const Hypothesis& hypothesis) const {
@@ -71,24 +70,17 @@ bool Verification::isFree(const Hypothesis& hypothesis) const {
   return 2 * free >= static_cast<int>(hypothesis.seeds.size());
 }
 
-std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const Baseline& baseline,
+std::optional<VerifiedObject> Verification::verify(const PastView& view,
+                                                   const Comparison* static_world,
                                                    const Hypothesis& hypothesis,
-                                                   VerificationWork& work) const {
+                                                   SegmentationWork& work) const {
+  const FrameView& frame = view.frame;
   const DetectionInput& input = frame.input;
-  const PastFrame& past = baseline.past;
+  const PastFrame& past = view.past;
   if (hypothesis.moved_m.norm() > frame.params.largest_speed_mps * past.seconds)
     return std::nullopt;
   if (!isFree(hypothesis)) return std::nullopt;
-  const SegmentationView view{input.rig,
-                              frame.range,
-                              frame.current.pyramid,
-                              past.frame->pyramid,
-                              input.measured_disparity_px,
-                              past.T_past_cam,
-                              baseline.static_world,
-                              residual_px_,
-                              ground_};
-  auto found = segment(view, frame.params, hypothesis, work.segmentation);
+  auto found = segment(view, {static_world, residual_px_, ground_}, hypothesis, work);
   if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
   if (!by_images && (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
@@ -97,18 +89,14 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
   ObservedObject object =
       observedObject(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
   Observation& seen = object.observation;
-  const auto shape =
-      shapeOf(input.rig, frame.range, input.measured_disparity_px, seen.box_px, object.mask);
-  if (!shape) return std::nullopt;
+  if (!measureShape(input.rig, frame.range, input.measured_disparity_px, object))
+    return std::nullopt;
   const LowerEnd lower_end =
       lowerEndOf(input.rig, frame.range, input.measured_disparity_px, ground_, seen.box_px,
                  hypothesis.disparity_px, hypothesis.nearest_px);
-  if (!isPlausible(input.rig, frame.params, road_, seen.box_px, shape->centre_m.z(),
+  if (!isPlausible(input.rig, frame.params, road_, seen.box_px, seen.centre_m.z(),
                    hypothesis.disparity_px, lower_end))
     return std::nullopt;
-  seen.centre_m = shape->centre_m;
-  seen.size_m = shape->size_m;
-  seen.distance_m = shape->distance_m;
   seen.centre_covariance = centreCovariance(input.rig, hypothesis.disparity_px);
   if (hypothesis.source != Source::kKnown) {
     const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
@@ -121,21 +109,20 @@ std::optional<VerifiedObject> Verification::verify(const FrameView& frame, const
   return VerifiedObject{std::move(object), hypothesis, std::move(*found)};
 }
 
-std::vector<bool> Verification::addAll(const FrameView& frame, int count, const Finder& find) {
+void Verification::addAll(const FrameView& frame, int count, const Finder& find) {
   std::vector<std::optional<VerifiedObject>> verified(static_cast<size_t>(count));
-  works_.forEach(count, [&](int i, VerificationWork& work) {
+  works_.forEach(count, [&](int i, SegmentationWork& work) {
     verified[static_cast<size_t>(i)] = find(i, work);
   });
-  std::vector<bool> added;
-  for (auto& object : verified) added.push_back(object && add(frame, std::move(*object)));
-  return added;
+  for (auto& object : verified)
+    if (object) add(frame, std::move(*object));
 }
 
 // Adds an object unless it was found already, or is a part of one.
-bool Verification::add(const FrameView& frame, VerifiedObject&& verified) {
+void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
   const Hypothesis& hypothesis = verified.hypothesis;
   const Observation& seen = verified.object.observation;
-  if (!isFree(hypothesis)) return false;
+  if (!isFree(hypothesis)) return;
   // The velocities of one frame distinguish neighbouring objects, but not a small part of an
   // object.
   const double largest_part =
@@ -143,10 +130,9 @@ bool Verification::add(const FrameView& frame, VerifiedObject&& verified) {
   for (const ObservedObject& other : objects_)
     if (overlaps(frame.params, seen, other.observation) ||
         belongsTo(seen, other.observation, largest_part))
-      return false;
+      return;
   taken_(verified.segment.area).setTo(255, verified.segment.mask);
   objects_.push_back(std::move(verified.object));
-  return true;
 }
 
 }  // namespace predictive_stereo

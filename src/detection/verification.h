@@ -22,12 +22,6 @@ struct VerifiedObject {
   Segment segment;
 };
 
-/// Buffers that are reused for the next hypothesis.
-struct VerificationWork {
-  SegmentationWork segmentation;
-  Comparison static_world;  // in the reach of one hypothesis, if the caller needs it
-};
-
 /// Verifies the hypotheses of a frame, and collects the objects: of plausible size, with a foot on
 /// the road, each object once.
 class Verification {
@@ -35,7 +29,9 @@ class Verification {
   /// Find the road, and level ground. The two are independent.
   void findRoad(const DetectionInput& input, const DisparityRange& range);
   void findGround(const DetectionInput& input, const DisparityRange& range);
-  /// Starts a frame, without objects. Call after both.
+  /// Forgets the objects of the last frame.
+  void forgetObjects() { objects_.clear(); }
+  /// Starts a frame in which objects are sought. Call after all of these.
   /// @param residual_px  see longResidual; shared, not copied.
   void setFrame(const FrameView& frame, const cv::Mat1f& residual_px);
   const LevelGround& ground() const { return ground_; }
@@ -46,23 +42,22 @@ class Verification {
   /// Whether most of its seeds are outside the objects found so far.
   bool isFree(const Hypothesis& hypothesis) const;
   /// The object, if the hypothesis is confirmed.
-  std::optional<VerifiedObject> verify(const FrameView& frame, const Baseline& baseline,
-                                       const Hypothesis& hypothesis, VerificationWork& work) const;
+  /// @param static_world  see SegmentationMaps.
+  std::optional<VerifiedObject> verify(const PastView& view, const Comparison* static_world,
+                                       const Hypothesis& hypothesis, SegmentationWork& work) const;
 
-  using Finder = std::function<std::optional<VerifiedObject>(int, VerificationWork&)>;
+  using Finder = std::function<std::optional<VerifiedObject>(int, SegmentationWork&)>;
   /// Calls `find` for candidates 0 ... count - 1, in parallel. Then adds the new ones in this
   /// order: earlier ones are preferred.
-  /// @returns for each candidate whether it was added.
-  std::vector<bool> addAll(const FrameView& frame, int count, const Finder& find);
-  void forgetObjects() { objects_.clear(); }
+  void addAll(const FrameView& frame, int count, const Finder& find);
   void reset() { road_.reset(); }
 
  private:
-  bool add(const FrameView& frame, VerifiedObject&& verified);
+  void add(const FrameView& frame, VerifiedObject&& verified);
 
   LevelGround ground_;
   std::optional<RoadLine> road_;  // the last one found
-  WorkPool<VerificationWork> works_;
+  WorkPool<SegmentationWork> works_;
   std::vector<ObservedObject> objects_;
   cv::Mat1f residual_px_;
   cv::Mat1b taken_;  // lattice points of objects_

@@ -124,6 +124,18 @@ TEST(FrameHistory, EndsWhereThePoseDoesNotGoOn) {
   EXPECT_TRUE(history.past().empty());
 }
 
+// The frames without pose may not have come here.
+TEST(FrameHistory, EndsWhereNobodySawTheMotion) {
+  FrameHistory history;
+  for (int k = 0; k < 3; ++k) history.remember(frameOf(k));
+  DetectionInput found_again = frameOf(3);
+  found_again.motion_covariance = unseenCovariance();
+  history.remember(found_again);
+  EXPECT_TRUE(history.past().empty());
+  history.remember(frameOf(4));
+  expectPast(history.past(), 4, {3});
+}
+
 TEST(FrameHistory, EndsWhereTimeDoesNotGoOn) {
   for (const double step_s : {0.0, -0.3}) {
     FrameHistory history;

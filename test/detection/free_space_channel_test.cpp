@@ -131,6 +131,26 @@ TEST_F(FreeSpaceChannelTest, AsksForMoreWhereTheMotionIsLessCertain) {
   EXPECT_EQ(found(0), 1u) << "not told";
 }
 
+// Unknown disparities are 8 here, and the farthest ones of the object 9.1.
+TEST_F(FreeSpaceChannelTest, UnknownPixelsAreNoPartOfAnObject) {
+  const DisparityRange range{9, 64};
+  const BoardScene wall = {{wallAt(9.9)}};
+  for (int k = 0; k < 6; ++k) {
+    const BoardView view = viewOf(wall, 0.1 * k);
+    EXPECT_TRUE(channel_.find(view.input, range, params_, view.half_image).empty());
+  }
+  BoardView view = viewOf({{wallAt(9.9), {-1.2, -0.8, 2.4, 1.6, 8}}}, 0.6);
+  cv::Mat1f& disparity_px = view.input.measured_disparity_px;
+  disparity_px.colRange(0, 240).setTo(range.invalid());
+  for (int x = 116; x < 204; ++x)
+    if (x % 4 != 1) disparity_px(cv::Rect(x, 92, 1, 56)) = 9.1f + 0.04f * float(x - 116);
+  const auto objects = channel_.find(view.input, range, params_, view.half_image);
+  ASSERT_EQ(objects.size(), 1u);
+  const cv::Mat1b known = disparity_px(objects[0].observation.box_px) != range.invalid();
+  EXPECT_EQ(cv::countNonZero(objects[0].mask & ~known), 0);
+  EXPECT_GT(cv::countNonZero(objects[0].mask), 0.9 * cv::countNonZero(known));
+}
+
 TEST_F(FreeSpaceChannelTest, LeavesOutWhatHasGrownTogetherWithAStaticWall) {
   const Board come = standing(-0.6, 0.6, 1.7, 5);
   EXPECT_TRUE(findAfter(sceneWith({standing(0, 2, 1.7, 5.1)}), {come}).empty());

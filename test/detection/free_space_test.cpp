@@ -206,6 +206,16 @@ TEST_F(FreeSpaceTest, ALongGapEndsThePast) {
   }
 }
 
+// With the variance of an unseen motion everything would seem to be where it was.
+TEST_F(FreeSpaceTest, AMotionThatNobodySawEndsThePast) {
+  rememberStatic(viewOf(emptyScene(), 0));
+  BoardView after = viewOf(boardScene(), 0.3);
+  after.input.motion_covariance = unseenCovariance();
+  expectNothing(compare(after));
+  remember(after);
+  expectNothing(compare(viewOf(boardScene(), 0.4)));
+}
+
 // At 60 Hz each fifth frame is remembered: 0, 5, 10.
 TEST_F(FreeSpaceTest, RemembersFramesThatAre80msApart) {
   for (int k = 0; k < 11; ++k) {

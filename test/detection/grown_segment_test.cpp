@@ -23,7 +23,9 @@ struct Surface {
     cv::Mat1f smooth;
     cv::boxFilter(support, smooth, CV_32F, {5, 5});
     GrowingWork work;
-    return growOverLayer(layer, support, smooth, kLeastSmooth, kDecisive, mask, work);
+    const cv::Mat1b before = mask.clone();
+    growOverLayer(layer, support, smooth, kLeastSmooth, kDecisive, mask, work);
+    return cv::countNonZero(mask != before) > 0;
   }
   cv::Rect box() const { return cv::boundingRect(mask); }
 };

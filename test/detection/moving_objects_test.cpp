@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "detection/board_scene.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -90,6 +92,47 @@ TEST(MovingObjectDetector, WithoutAnyPoseThereIsNoVelocity) {
     EXPECT_EQ(found.objects[0].age, k + 1);
     EXPECT_EQ(found.objects[0].velocity_covariance.isZero(), k < 2) << "zero: not known";
   }
+}
+
+// Somebody walks to the right before a wall; two poses are missing.
+TEST(MovingObjectDetector, FramesWithoutPoseDoNotEndATrack) {
+  for (const bool seen_after : {true, false}) {
+    SCOPED_TRACE(seen_after);
+    MovingObjectDetector detector{DetectionParams()};
+    std::vector<int> ids;
+    for (int k = 0; k < 14; ++k) {
+      const BoardScene scene{{wallAt(20), {-2 + 0.25 * k, -0.2, 0.6, 1.7, 5}}, 1.5};
+      BoardView view = viewOf(scene, 0.1 * k);
+      view.input.predicted_disparity_px = view.input.measured_disparity_px;
+      view.input.predicted_variance_px2 = view.input.measured_variance_px2;
+      if (k == 7 || k == 8) view.input.pose_state = PoseState::kLost;
+      if (k == 9 && !seen_after) view.input.motion_covariance = unseenCovariance();
+      Detections found;
+      detector.detect(view.input, found);
+      for (const DetectedObject& object : found.objects) ids.push_back(object.id);
+      if (k == 6 || k > 11) {
+        EXPECT_EQ(found.objects.size(), 1u) << k;
+      }
+    }
+    ASSERT_FALSE(ids.empty());
+    EXPECT_EQ(ids, std::vector<int>(ids.size(), ids[0]));
+  }
+}
+
+TEST(MovingObjectDetector, IdsGoOnAfterAChangeOfTheScheme) {
+  DetectionParams params;
+  params.scheme = DetectionScheme::kPaper;
+  MovingObjectDetector detector(params);
+  DetectionInput input = emptyFrame();
+  input.measured_disparity_px(cv::Rect(200, 130, 80, 60)) = 20.0f;
+  Detections found;
+  detector.detect(input, found);
+  const int id = found.objects.at(0).id;
+  params.range = {0, 64};
+  detector.setParams(params);
+  input.stamp_s = 0.1;
+  detector.detect(input, found);
+  EXPECT_GT(found.objects.at(0).id, id) << "the tracks are not kept";
 }
 
 TEST(MovingObjectDetector, NothingPredictedNothingFound) {

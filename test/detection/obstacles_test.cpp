@@ -30,7 +30,7 @@ DepthCells emptyCells() {
   return cells;
 }
 
-std::vector<Obstacle> obstaclesIn(const DepthCells& cells) {
+Obstacles obstaclesIn(const DepthCells& cells) {
   return findObstacles(testRig(), cells, std::nullopt);
 }
 
@@ -40,13 +40,13 @@ TEST(Obstacles, OneBehindTheOtherAreTwo) {
   cells.disparity_px(behind) = disparityOf(8);
   cells.disparity_px(front) = disparityOf(5);
   const auto obstacles = obstaclesIn(cells);
-  ASSERT_EQ(obstacles.size(), 2u);
-  EXPECT_EQ(obstacles[0].area, behind);
-  EXPECT_EQ(obstacles[0].cells.size(), size_t(behind.area() - (behind & front).area()));
-  EXPECT_EQ(obstacles[1].area, front);
-  EXPECT_EQ(obstacles[1].cells.size(), size_t(front.area()));
+  ASSERT_EQ(obstacles.size(), 2);
+  EXPECT_EQ(obstacles[0].area(), behind);
+  EXPECT_EQ(obstacles[0].size(), behind.area() - (behind & front).area());
+  EXPECT_EQ(obstacles[1].area(), front);
+  EXPECT_EQ(obstacles[1].size(), front.area());
   EXPECT_TRUE(std::is_sorted(
-      obstacles[0].cells.begin(), obstacles[0].cells.end(),
+      obstacles[0].begin(), obstacles[0].end(),
       [](cv::Point a, cv::Point b) { return std::pair(a.y, a.x) < std::pair(b.y, b.x); }));
 }
 
@@ -57,9 +57,9 @@ TEST(Obstacles, ASlantedSideIsOne) {
     cells.disparity_px.col(u).rowRange(10, 20) =
         disparityOf(6 + 4.5 * (u - side.x) / (side.width - 1));
   const auto obstacles = obstaclesIn(cells);
-  ASSERT_EQ(obstacles.size(), 1u);
-  EXPECT_EQ(obstacles[0].area, side);
-  EXPECT_EQ(obstacles[0].cells.size(), size_t(side.area()));
+  ASSERT_EQ(obstacles.size(), 1);
+  EXPECT_EQ(obstacles[0].area(), side);
+  EXPECT_EQ(obstacles[0].size(), side.area());
 }
 
 // Steps of 0.3 m, of 1 px, and of one standard deviation are the same surface.
@@ -72,13 +72,13 @@ TEST(Obstacles, EndAtAStep) {
     return obstaclesIn(cells).size();
   };
   // 0.3 m / 90 px m * (40 px)^2 = 5.33 px.
-  EXPECT_EQ(countAt(40, 34.8f, 0.01f), 1u);
-  EXPECT_EQ(countAt(34.8f, 40, 0.01f), 1u);
-  EXPECT_EQ(countAt(40, 34.5f, 0.01f), 2u);
-  EXPECT_EQ(countAt(8, 7.1f, 0.01f), 1u);
-  EXPECT_EQ(countAt(8, 6.9f, 0.01f), 2u);
-  EXPECT_EQ(countAt(8, 5.1f, 4.5f), 1u);
-  EXPECT_EQ(countAt(8, 4.9f, 4.5f), 2u);
+  EXPECT_EQ(countAt(40, 34.8f, 0.01f), 1);
+  EXPECT_EQ(countAt(34.8f, 40, 0.01f), 1);
+  EXPECT_EQ(countAt(40, 34.5f, 0.01f), 2);
+  EXPECT_EQ(countAt(8, 7.1f, 0.01f), 1);
+  EXPECT_EQ(countAt(8, 6.9f, 0.01f), 2);
+  EXPECT_EQ(countAt(8, 5.1f, 4.5f), 1);
+  EXPECT_EQ(countAt(8, 4.9f, 4.5f), 2);
 }
 
 TEST(Obstacles, ReachOverAGapOfOneCell) {
@@ -90,9 +90,9 @@ TEST(Obstacles, ReachOverAGapOfOneCell) {
       cells.disparity_px(board) = disparityOf(6);
       cells.disparity_px(across ? cv::Rect(20, 10, gap, 20) : cv::Rect(10, 20, 20, gap)) = 0;
       const auto obstacles = obstaclesIn(cells);
-      ASSERT_EQ(obstacles.size(), size_t(gap));
+      ASSERT_EQ(obstacles.size(), gap);
       if (gap == 1) {
-        EXPECT_EQ(obstacles[0].area, board);
+        EXPECT_EQ(obstacles[0].area(), board);
       }
     }
 }
@@ -102,9 +102,9 @@ TEST(Obstacles, TouchAtACorner) {
   cells.disparity_px(cv::Rect(10, 10, 5, 5)) = 15;
   cells.disparity_px(cv::Rect(15, 15, 5, 5)) = 15;
   cells.disparity_px(cv::Rect(5, 20, 5, 5)) = 15;  // apart
-  EXPECT_EQ(obstaclesIn(cells).size(), 2u);
+  EXPECT_EQ(obstaclesIn(cells).size(), 2);
   cells.disparity_px(cv::Rect(10, 15, 1, 5)) = 15;
-  EXPECT_EQ(obstaclesIn(cells).size(), 1u);
+  EXPECT_EQ(obstaclesIn(cells).size(), 1);
 }
 
 TEST(Obstacles, AreAboveTheGroundAndWithin60m) {
@@ -117,20 +117,20 @@ TEST(Obstacles, AreAboveTheGroundAndWithin60m) {
   DepthCells cells = emptyCells();
   for (int v = 0; v < 40; ++v)
     cells.disparity_px.row(v) = std::max(0.0, ground.disparityAt(0, 4 * v + 2));
-  EXPECT_TRUE(findObstacles(rig, cells, ground).empty());
+  EXPECT_EQ(findObstacles(rig, cells, ground).size(), 0);
   // A board at 5 m, whose foot is at y = 80 + 1.5 * 300 / 5 = 170: outside the image. Its lowest
   // 0.25 m begin at y = 155, which is between the centres of the rows 38 and 39.
   const cv::Rect board(20, 10, 10, 30);
   cells.disparity_px(board) = disparityOf(5);
   const auto obstacles = findObstacles(rig, cells, ground);
-  ASSERT_EQ(obstacles.size(), 1u);
-  EXPECT_EQ(obstacles[0].area, cv::Rect(20, 10, 10, 29));
+  ASSERT_EQ(obstacles.size(), 1);
+  EXPECT_EQ(obstacles[0].area(), cv::Rect(20, 10, 10, 29));
 
   cells = emptyCells();
   cells.disparity_px(cv::Rect(10, 10, 5, 5)) = disparityOf(61);
-  EXPECT_TRUE(obstaclesIn(cells).empty());
+  EXPECT_EQ(obstaclesIn(cells).size(), 0);
   cells.disparity_px(cv::Rect(10, 10, 5, 5)) = disparityOf(59);
-  EXPECT_EQ(obstaclesIn(cells).size(), 1u);
+  EXPECT_EQ(obstaclesIn(cells).size(), 1);
 }
 
 // Width [px] of the obstacle in a cell.
@@ -155,8 +155,8 @@ TEST(ObstacleWidths, AreThoseOfTheThickestPlace) {
 TEST(ObstacleWidths, OfAnImageNarrowerThanACellAreNone) {
   DepthCells cells;
   cells.disparity_px = cells.variance_px2 = cv::Mat1f(40, 0);
-  EXPECT_TRUE(obstaclesIn(cells).empty());
-  EXPECT_EQ(obstacleWidths({}, cells).size(), cv::Size(0, 40));
+  EXPECT_EQ(obstaclesIn(cells).size(), 0);
+  EXPECT_EQ(obstacleWidths(obstaclesIn(cells), cells).size(), cv::Size(0, 40));
 }
 
 TEST(ObstacleWidths, AreLargeOnTheGround) {

@@ -4,8 +4,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "detection/frame_view.h"
 #include "detection/motion_noise.h"
-#include "detection/point_tracks.h"
 
 namespace predictive_stereo {
 
@@ -38,10 +38,14 @@ struct Passing {
   }
   /// Moves a part: in the previous image it was `by_px` to the right of its static position.
   void move(const cv::Rect& part, float by_px) { shiftInto(part, kStaticShift_px + by_px); }
-  TrackingView view() {
-    current.build(now, 4);
+  PastView view() {
+    input.rig = rig;
+    input.measured_disparity_px = disparity;
+    input.measured_variance_px2 = variance;
+    current.pyramid.build(now, 4);
     previous.pyramid.build(before, 4);
-    return {rig, range, current, disparity, variance, previous, T_prev_cam, motion_covariance};
+    past = {&previous, T_prev_cam, motion_covariance, kSeconds};
+    return frame.since(past);
   }
   static constexpr double kSeconds = 0.1;
   StereoRig rig;
@@ -50,9 +54,11 @@ struct Passing {
   Matrix6d motion_covariance = toldCovariance(Matrix6d::Zero());
   cv::Mat1b now, before;
   cv::Mat1f disparity, variance;
-  ImagePyramid current;
-  RememberedFrame previous;
+  RememberedFrame current, previous;
+  PastFrame past;
+  DetectionInput input;
   MotionDetectionParams params;
+  const FrameView frame{input, range, params, current};
 };
 
 inline std::vector<cv::Point> pointsIn(const cv::Rect& part) {

@@ -24,12 +24,10 @@ struct BehindAPole : Passing {
     previous.disparity_px(kPole + cv::Point(24, 0)).setTo(kPole_px);
   }
   std::optional<Segment> find(const std::vector<cv::Point>& points_px) {
-    view();
+    const PastView seen = view();
     Comparison static_world;
-    compareFrames(current, disparity, range, previous.pyramid,
-                  SourceOf(disparityMotion(rig, T_prev_cam)),
-                  cv::Rect(cv::Point(), current.level(1).size()), static_world);
-    const cv::Mat1f no_residual(current.level(1).size(), -1e6f);
+    seen.compare(seen.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world);
+    const cv::Mat1f no_residual(frame.lattice(), -1e6f);
     LevelGround ground;
     ground.setFrame(rig, range, disparity);
     Hypothesis hypothesis;
@@ -40,9 +38,7 @@ struct BehindAPole : Passing {
     const double depth_m = rig.disparityTimesDepth() / kMover_px;
     hypothesis.moved_m.x() = -kFlow_px * depth_m / rig.fx_px;
     SegmentationWork work;
-    return segment({rig, range, current, previous.pyramid, disparity, T_prev_cam, static_world,
-                    no_residual, ground},
-                   params, hypothesis, work);
+    return segment(seen, {&static_world, no_residual, ground}, hypothesis, work);
   }
 };
 

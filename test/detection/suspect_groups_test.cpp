@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "detection/constants.h"
-#include "detection/frame_comparison.h"
 #include "detection/unexplained_points.h"
 #include "passing_scene.h"
 
@@ -14,7 +13,7 @@ namespace {
 
 std::vector<cv::Point> unexplained(Passing& scene, const std::vector<cv::Point>& points_px) {
   std::vector<cv::Point> kept;
-  unexplainedPoints(scene.view(), scene.params, Passing::kSeconds, points_px, kept);
+  unexplainedPoints(scene.view(), points_px, kept);
   return kept;
 }
 
@@ -49,16 +48,17 @@ TEST(UnexplainedPoints, LeavesWhatWasJustUncoveredOut) {
       << "it may have been that near itself";
 }
 
-TEST(Uncovered, UnknownDisparitiesHideNothing) {
-  Passing scene;
-  Eigen::Isometry3d ahead = Eigen::Isometry3d::Identity();
-  ahead.translation().z() = 5;
-  const SourceOf source(disparityMotion(scene.rig, ahead));  // 15 m ahead, 20 m then
+TEST(UnexplainedPoints, UnknownDisparitiesHideNothing) {
   const DisparityRange all{0, 64}, range{static_cast<int>(kWall_px), 64};
-  const cv::Mat1f before(kHeight, kWidth, range.invalid());
-  const cv::Point middle(kWidth / 2, kHeight / 2);
-  EXPECT_TRUE(Uncovered(scene.rig, source, before, all, Passing::kSeconds)(middle, kWall_px));
-  EXPECT_FALSE(Uncovered(scene.rig, source, before, range, Passing::kSeconds)(middle, kWall_px));
+  const std::vector<cv::Point> middle = {{kWidth / 2, kHeight / 2}};
+  Passing scene;
+  scene.move(kAll, 14);
+  scene.T_prev_cam.translation() = Eigen::Vector3d(0, 0, 5);  // 15 m ahead, 20 m then
+  scene.previous.disparity_px.setTo(range.invalid());
+  scene.range = all;
+  EXPECT_TRUE(unexplained(scene, middle).empty());
+  scene.range = range;
+  EXPECT_EQ(unexplained(scene, middle), middle);
 }
 
 TEST(UnexplainedPoints, LooksAtAnEvenSample) {
@@ -78,7 +78,7 @@ TEST(SuspectGroups, AreFoundAsAWhole) {
   Passing scene;
   scene.move(kMover, 22);
   const std::vector<cv::Point> points = pointsIn({200, 56, 40, 32});
-  const auto groups = groupSuspects(scene.view(), scene.params, points, Passing::kSeconds);
+  const auto groups = groupSuspects(scene.view(), points);
   ASSERT_EQ(groups.size(), 1u);
   EXPECT_EQ(groups[0].points_px, points);
   EXPECT_EQ(groups[0].shift_px, cv::Point2f(22, 0));
@@ -93,7 +93,7 @@ TEST(SuspectGroups, UnknownDisparitiesDoNotBelongToThem) {
     scene.disparity.setTo(range.invalid());
     for (cv::Point p : points) scene.disparity(p) = kWall_px;
     scene.move(kMover, 22);
-    return groupSuspects(scene.view(), scene.params, points, Passing::kSeconds);
+    return groupSuspects(scene.view(), points);
   };
   const auto far_from_unknown = groupsWith({0, 64});
   const auto near_to_unknown = groupsWith({static_cast<int>(kWall_px), 64});
@@ -105,8 +105,7 @@ TEST(SuspectGroups, UnknownDisparitiesDoNotBelongToThem) {
 
 TEST(SuspectGroups, WhatStandsIsNone) {
   Passing scene;
-  EXPECT_TRUE(
-      groupSuspects(scene.view(), scene.params, pointsIn(kWithin), Passing::kSeconds).empty());
+  EXPECT_TRUE(groupSuspects(scene.view(), pointsIn(kWithin)).empty());
 }
 
 TEST(SuspectGroups, AreNoWiderThanAVehicleNorDeeper) {
@@ -114,8 +113,7 @@ TEST(SuspectGroups, AreNoWiderThanAVehicleNorDeeper) {
   scene.move(kAll, 14);
   scene.disparity.rowRange(80, kHeight).setTo(2 * kWall_px);
   scene.previous.disparity_px.rowRange(80, kHeight).setTo(2 * kWall_px);
-  for (const SuspectGroup& group :
-       groupSuspects(scene.view(), scene.params, pointsIn(kAll), Passing::kSeconds)) {
+  for (const SuspectGroup& group : groupSuspects(scene.view(), pointsIn(kAll))) {
     const float d = scene.disparity(group.points_px.front());
     for (cv::Point p : group.points_px) {
       EXPECT_EQ(scene.disparity(p), d);
@@ -129,18 +127,20 @@ TEST(SuspectGroups, FewPointsAreNoGroup) {
   scene.move(kMover, 14);
   std::vector<cv::Point> points = pointsIn(kWithin);
   points.resize(static_cast<size_t>(scene.params.min_tracks) - 1);
-  EXPECT_TRUE(groupSuspects(scene.view(), scene.params, points, Passing::kSeconds).empty());
+  EXPECT_TRUE(groupSuspects(scene.view(), points).empty());
 }
 
 TEST(PointTracks, AnErrorThatAllDisparitiesHaveInCommonIsNoMotion) {
   Passing scene;
   scene.disparity += 4.0f;
   scene.previous.disparity_px += 4.0f;
-  const auto tracks = followPoints(scene.view(), scene.params, pointsIn(kWithin));
+  const PastView view = scene.view();
+  auto tracks = followPoints(view, pointsIn(kWithin));
+  classify(view, tracks);
   ASSERT_GT(tracks.size(), 20u);
   for (const PointTrack& track : tracks) {
     EXPECT_NEAR(track.flow().x(), -4 * kShiftPerDisparity, 0.5);
-    EXPECT_FALSE(track.moving) << track.position << " " << track.mahalanobis;
+    EXPECT_FALSE(track.moving) << track.position;
   }
 }
 
@@ -149,7 +149,7 @@ TEST(SuspectGroups, AtMostSoManyPointsAreFollowed) {
   SuspectGroup group;
   while (group.points_px.size() < 3 * DetectionConstants::kMostTracks)
     for (cv::Point p_px : pointsIn(kAll)) group.points_px.push_back(p_px);
-  const auto tracks = followGroups(scene.view(), scene.params, {group});
+  const auto tracks = followGroups(scene.view(), {group});
   EXPECT_LE(tracks.size(), DetectionConstants::kMostTracks);
   EXPECT_GE(tracks.size(), DetectionConstants::kMostTracks / 2);
 }

@@ -9,6 +9,12 @@
 namespace predictive_stereo {
 namespace {
 
+cv::Mat1w deviationOf(const cv::Mat1b& grey) {
+  cv::Mat1w deviation;
+  greyDeviation(grey, deviation);
+  return deviation;
+}
+
 template <class Body>
 void forEveryTarget(const Body& body) {
   for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
@@ -70,9 +76,9 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
       }
       forEveryTarget([&] {
         Suspicion suspicion;
-        EXPECT_EQ(
-            suspicion.find(grey, mismatch, disparity, DisparityRange(), LevelGround(), params),
-            expected)
+        EXPECT_EQ(suspicion.find(deviationOf(grey), mismatch, disparity, DisparityRange(),
+                                 LevelGround(), params),
+                  expected)
             << least;
       });
     }
@@ -88,8 +94,8 @@ TEST(Suspicion, LeavesEdgesOfDisparityOut) {
   MotionDetectionParams params;
   Suspicion suspicion;
   int on_pole = 0, on_car = 0;
-  for (cv::Point p :
-       suspicion.find(grey, mismatch, disparity, DisparityRange(), LevelGround(), params)) {
+  for (cv::Point p : suspicion.find(deviationOf(grey), mismatch, disparity, DisparityRange(),
+                                    LevelGround(), params)) {
     on_pole += p.x >= 104 && p.x < 109;
     on_car += p.x >= 200 && p.x < 300;
   }
@@ -105,7 +111,8 @@ TEST(Suspicion, UnknownDisparitiesAreNoSurface) {
   disparity.colRange(104, 109).setTo(10.0f);
   MotionDetectionParams params;
   Suspicion suspicion;
-  EXPECT_TRUE(suspicion.find(grey, mismatch, disparity, range, LevelGround(), params).empty());
+  EXPECT_TRUE(
+      suspicion.find(deviationOf(grey), mismatch, disparity, range, LevelGround(), params).empty());
 }
 
 TEST(Suspicion, LeavesTheRoadOut) {
@@ -124,7 +131,8 @@ TEST(Suspicion, LeavesTheRoadOut) {
   MotionDetectionParams params;
   Suspicion suspicion;
   int upright = 0;
-  for (cv::Point p : suspicion.find(grey, mismatch, disparity, DisparityRange(), ground, params)) {
+  for (cv::Point p :
+       suspicion.find(deviationOf(grey), mismatch, disparity, DisparityRange(), ground, params)) {
     EXPECT_LT(p.y, 115);
     ++upright;
   }

@@ -86,6 +86,29 @@ TEST(ObjectTracker, ConfirmsTwoOfThreeAndForgets) {
   EXPECT_TRUE(tracker.tracks().empty());
 }
 
+TEST(ObjectTracker, KeepsWhatCannotBeSoughtForASecond) {
+  const StereoRig rig = testRig();
+  const Observation seen = at(rig, {0, 0, 20});
+  for (const int wait : {9, 11}) {
+    ObjectTracker tracker{TrackingParams(), 40};
+    int k = 0;
+    const auto step = [&](bool sought, bool found) {
+      tracker.predict(0.1 * k++, rig,
+                      sought ? std::optional(Eigen::Isometry3d::Identity()) : std::nullopt);
+      tracker.update(found ? std::vector<Observation>{seen} : std::vector<Observation>{}, sought);
+    };
+    step(true, true);
+    step(true, true);
+    for (int i = 0; i < wait; ++i) step(false, false);
+    ASSERT_EQ(tracker.tracks().size(), wait == 9 ? 1u : 0u);
+    if (wait > 9) continue;
+    for (int i = 0; i < 2; ++i) step(true, false);
+    EXPECT_EQ(tracker.tracks().size(), 1u) << "missed twice";
+    step(true, false);
+    EXPECT_TRUE(tracker.tracks().empty()) << "missed three times";
+  }
+}
+
 TEST(ObjectTracker, KeepsObjectsThatPassApart) {
   const StereoRig rig = testRig();
   ObjectTracker tracker{TrackingParams(), 40};

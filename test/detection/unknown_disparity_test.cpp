@@ -82,9 +82,9 @@ TEST(UnknownDisparity, ShowsNoKnownObject) {
   known.last.box_px = {600, 150, 80, 60};
   known.last.centre_m = {0, 0, input.rig.disparityTimesDepth() / 10};
   const PastFrame past{&before, Eigen::Isometry3d::Identity(), Matrix6d::Zero(), 0.1};
-  EXPECT_FALSE(hypothesisOf(frame, past, known));
+  EXPECT_FALSE(hypothesisOf(frame.since(past), known));
   input.measured_disparity_px.setTo(10);
-  EXPECT_TRUE(hypothesisOf(frame, past, known));
+  EXPECT_TRUE(hypothesisOf(frame.since(past), known));
 }
 
 }  // namespace
