@@ -116,15 +116,16 @@ HWY_NOINLINE void deviationRow(SurroundingRows difference, SurroundingRows known
 }
 
 HWY_NOINLINE void mismatchRow(SurroundingRows deviation, const float* HWY_RESTRICT known,
-                              const float* HWY_RESTRICT count, int width, float fewest,
-                              float unknown, float* HWY_RESTRICT mismatch) {
+                              const float* HWY_RESTRICT count, int width,
+                              float* HWY_RESTRICT mismatch) {
+  constexpr float kFewest = 0.5f * kComparedSide * kComparedSide;
   float sum[kChunk];
   for (int u = 0; u < width; u += kChunk) {
     const int n = std::min(kChunk, width - u);
     sumOfSquares(deviation, u, n, sum);
     for (int i = 0; i < n; ++i) {
       const float mean = sum[i] / std::max(count[u + i], 1.0f);
-      mismatch[u + i] = ((count[u + i] >= fewest) & (known[u + i] > 0)) ? mean : unknown;
+      mismatch[u + i] = ((count[u + i] >= kFewest) & (known[u + i] > 0)) ? mean : kUnknownMismatch;
     }
   }
 }
@@ -157,8 +158,8 @@ void deviationRow(SurroundingRows difference, SurroundingRows known, int width, 
 }
 
 void mismatchRow(SurroundingRows deviation, const float* known, const float* count, int width,
-                 float fewest, float unknown, float* mismatch) {
-  HWY_DYNAMIC_DISPATCH(mismatchRow)(deviation, known, count, width, fewest, unknown, mismatch);
+                 float* mismatch) {
+  HWY_DYNAMIC_DISPATCH(mismatchRow)(deviation, known, count, width, mismatch);
 }
 
 }  // namespace predictive_stereo

@@ -57,9 +57,10 @@ using SurroundingRows = const float* const*;
 void deviationRow(SurroundingRows difference, SurroundingRows known, int width, float* deviation,
                   float* count);
 
-/// Mean deviation of the known points of the square; `unknown` if the point itself is not known, or
-/// if fewer than `fewest` are.
+/// Mean deviation of the known points of the square; kUnknownMismatch if the point itself is not
+/// known, or if fewer than half of them are.
+constexpr float kUnknownMismatch = -1;
 void mismatchRow(SurroundingRows deviation, const float* known, const float* count, int width,
-                 float fewest, float unknown, float* mismatch);
+                 float* mismatch);
 
 }  // namespace predictive_stereo

@@ -7,7 +7,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr float kFewestKnown = 0.5f * kComparedSide * kComparedSide;
 constexpr float kNearestDisparity = 0.5f;  // points with smaller disparities do not show motion
 
 // The last kComparedSide rows of a map, with a border of kComparedReach zeros on both sides.
@@ -83,8 +82,8 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
     for (int v = band.start; v < band.end; ++v) {
       compare(v + 2 * kComparedReach);
       deviate(v + kComparedReach);
-      mismatchRow(deviation.around(v).data(), known.row(v), count.row(v), area.width, kFewestKnown,
-                  Comparison::kUnknown, comparison.mismatch[v]);
+      mismatchRow(deviation.around(v).data(), known.row(v), count.row(v), area.width,
+                  comparison.mismatch[v]);
     }
   };
   parallelFor(cv::Range(0, rows), compareBand, cv::getNumThreads());

@@ -35,7 +35,7 @@ struct Comparison {
   cv::Rect area;       ///< the part of the lattice that the maps cover
   cv::Mat1f mismatch;  ///< mean |difference| over 5x5 lattice points after subtracting the mean
                        ///< difference [grey levels]; kUnknown if too few points are known
-  static constexpr float kUnknown = -1.0f;
+  static constexpr float kUnknown = kUnknownMismatch;
   Scratch<float> memory;  ///< of mismatch
 };
 

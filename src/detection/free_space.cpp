@@ -14,14 +14,6 @@ constexpr double kLeastApart_s = 0.08;     // between remembered frames
 constexpr double kLongestGap_s = 1;        // a longer one ends the past
 constexpr int kLags[] = {2, 3, 5, 8, 13};  // remembered frames that are compared
 constexpr float kFarthest_m = 40;          // of cells that are compared
-// Looking through: the past disparity is smaller by this many standard deviations of the
-// difference, which has these parts.
-constexpr float kSigmas = 2;
-constexpr float kMapSigma_px = 0.5f;  // of the past disparity, and of errors of both maps
-constexpr float kScaleSigma = 0.02f;  // calibration, relative to the disparity
-constexpr int kFewestThrough = 2;     // past frames that looked through
-// The matcher misses surfaces that are thinner than its windows.
-constexpr float kThinnest_px = 20;
 // Mean squared difference of patches, relative to its variance, up to which they are the same.
 constexpr float kMostDifference = 6;
 constexpr int kBackgroundSteps = 3;
@@ -109,12 +101,6 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
   }
   const StereoRig& rig = input.rig;
   const auto disparity_times_depth = static_cast<float>(rig.disparityTimesDepth());
-  const SightLimits limits{disparity_times_depth / kFarthest_m,
-                           kSigmas,
-                           kMapSigma_px * kMapSigma_px,
-                           kScaleSigma,
-                           kThinnest_px,
-                           kFewestThrough};
   parallelFor(cv::Range(0, cells.disparity_px.rows), [&](const cv::Range& rows) {
     std::array<PastSight, std::size(kLags)> past;
     for (int v = rows.start; v < rows.end; ++v) {
@@ -132,7 +118,8 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
                          static_cast<float>(rig.fx_px),
                          disparity_times_depth};
       uchar *const moved = evidence_.moved[v], *const fixed = evidence_.fixed[v];
-      sightsRow(row, past.data(), static_cast<int>(lags.size()), limits, moved, fixed);
+      sightsRow(row, past.data(), static_cast<int>(lags.size()),
+                disparity_times_depth / kFarthest_m, moved, fixed);
       for (int u = 0; u < row.cells; ++u) {
         if (moved[u] == 0) continue;
         const Cell cell{static_cast<float>(kCellSide_px * u + kCellCentre_px),

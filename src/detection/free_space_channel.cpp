@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "detection/object_shape.h"
+#include "detection/plausible_object.h"
 
 namespace predictive_stereo {
 namespace {
@@ -13,10 +14,8 @@ constexpr int kFewestCells = 15;
 constexpr double kLeastMoved = 0.2;  // share of the obstacle's cells
 // Largest difference of disparities within a cell: fixed part, and relative to them.
 constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
-constexpr double kLeastFixed = 0.4;    // share of the compared cells, ground included
-constexpr double kSlope = 0.03;        // of the ground, against the plane
-constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
-constexpr int kBelow = 3;  // rows of cells in which something nearer hides the lower end
+constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
+constexpr int kBelow = 3;            // rows of cells in which something nearer hides the lower end
 constexpr float kNearer_px = 2;
 
 // The pixels of the obstacle's cells that have their disparity.
@@ -123,9 +122,8 @@ bool FreeSpaceChannel::isPlausible(const DetectionInput& input, const MotionDete
       height_m = std::max(height_m, above_m);  // a camera that looks down sees no height
     }
     const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
-    const double hidden_m =
-        isHiddenBelow(area, disparity_px) ? (1 - kLeastVisible) * params.max_height_m : 0;
-    if (foot_m > hidden_m + params.max_foot_m + kSlope * distance_m) return false;
+    const bool is_hidden = isHiddenBelow(area, disparity_px);
+    if (foot_m > highestEnd_m(params, is_hidden, distance_m)) return false;
   }
   return height_m >= params.min_height_m;
 }

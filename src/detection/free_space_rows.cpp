@@ -32,15 +32,15 @@ struct Places {
   int32_t offset[kChunk], inside[kChunk];
 };
 
-HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const SightLimits& limits,
-                         const Cells& cells, Places& places) {
+HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Cells& cells,
+                         Places& places) {
   const RowMotion motion(past.H, row.y);
   const PastMap map{past.stride, past.columns, past.rows};
   const float per_step = 1 / static_cast<float>(row.lattice_step_px);
   const float per_fB = 1 / row.disparity_times_depth, per_focal = 1 / row.focal_px;
   const DepthNoiseOfRow noise = past.noise;
-  const float sigmas2 = limits.sigmas * limits.sigmas, of_maps = limits.map_variance_px2;
-  const float scale2 = limits.scale_sigma * limits.scale_sigma;
+  constexpr float kVariances = kSightSigmas * kSightSigmas;
+  constexpr float kOfMaps_px2 = kMapSigma_px * kMapSigma_px, kOfScale = kScaleSigma * kScaleSigma;
   const int step_x = row.step_x, x0 = row.first_x + step_x * cells.first;
   for (int i = 0; i < cells.count; ++i) {
     const auto x = static_cast<float>(x0 + step_x * i);
@@ -53,19 +53,18 @@ HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Sight
     places.expected[i] = expected;
     const float of_depth = noise.variance((x - row.cx_px) * per_focal, cells.depth[i]);
     const float by_depth = expected * expected * per_fB;
-    places.variance[i] = sigmas2 * (cells.variance[i] + of_maps + by_depth * by_depth * of_depth +
-                                    scale2 * expected * expected);
+    places.variance[i] =
+        kVariances * (cells.variance[i] + kOfMaps_px2 + by_depth * by_depth * of_depth +
+                      kOfScale * expected * expected);
   }
 }
 
-HWY_INLINE void addSights(const PastSight& past, const SightLimits& limits, int number,
-                          const Places& places, Cells& cells) {
+HWY_INLINE void addSights(const PastSight& past, int number, const Places& places, Cells& cells) {
   float nearest[kChunk], farthest[kChunk];
   for (int i = 0; i < cells.count; ++i) {
     nearest[i] = past.nearest_px[places.offset[i]];
     farthest[i] = past.farthest_px[places.offset[i]];
   }
-  const float thinnest = limits.thinnest_px;
   for (int i = 0; i < cells.count; ++i) {
     const float expected = places.expected[i], variance = places.variance[i];
     const float behind = expected - nearest[i], before = farthest[i] - expected;
@@ -74,7 +73,7 @@ HWY_INLINE void addSights(const PastSight& past, const SightLimits& limits, int 
     const int32_t within = (before <= 0) & (behind <= 0) ? 1 : 0;
     const int32_t farther = (behind > 0) & (behind * behind > variance) ? 1 : 0;
     const int32_t not_nearer = (before < 0) | (before * before < variance) ? 1 : 0;
-    const int32_t thin = cells.width[i] * expected < thinnest * cells.d[i] ? 1 : 0;
+    const int32_t thin = cells.width[i] * expected < kThinnest_px * cells.d[i] ? 1 : 0;
     const int32_t is_through = known & (1 - within) & farther & (1 - thin);
     const int32_t is_same = known & (within | ((1 - farther) & not_nearer));
     cells.through_by[i] =
@@ -85,9 +84,8 @@ HWY_INLINE void addSights(const PastSight& past, const SightLimits& limits, int 
   }
 }
 
-HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int count,
-                            const SightLimits& limits, uint8_t* HWY_RESTRICT through_by,
-                            uint8_t* HWY_RESTRICT fixed) {
+HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
+                            uint8_t* HWY_RESTRICT through_by, uint8_t* HWY_RESTRICT fixed) {
   Cells cells;
   Places places;
   for (cells.first = 0; cells.first < row.cells; cells.first += kChunk) {
@@ -96,9 +94,8 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
     cells.d = row.disparity_px + cells.first;
     cells.variance = row.variance_px2 + cells.first;
     cells.width = row.width_px + cells.first;
-    const float least = limits.least_px;
     int32_t any = 0;
-    for (int i = 0; i < n; ++i) any |= cells.d[i] >= least ? 1 : 0;
+    for (int i = 0; i < n; ++i) any |= cells.d[i] >= least_px ? 1 : 0;
     if (any == 0) {
       std::fill_n(through_by + cells.first, n, uint8_t{0});
       std::fill_n(fixed + cells.first, n, uint8_t{0});
@@ -108,14 +105,14 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
     for (int32_t* counts : {cells.through, cells.same, cells.came_back, cells.through_by})
       std::fill_n(counts, n, 0);
     for (int k = 0; k < count; ++k) {
-      placesOf(row, past[k], limits, cells, places);
-      addSights(past[k], limits, k + 1, places, cells);
+      placesOf(row, past[k], cells, places);
+      addSights(past[k], k + 1, places, cells);
     }
-    const int32_t fewest = limits.fewest_through;
     for (int i = 0; i < n; ++i) {
-      const int32_t compared = cells.d[i] >= least ? 1 : 0;
+      const int32_t compared = cells.d[i] >= least_px ? 1 : 0;
       const int32_t enough =
-          (cells.through[i] >= fewest) & (cells.through[i] > cells.came_back[i]) ? compared : 0;
+          (cells.through[i] >= kFewestThrough) & (cells.through[i] > cells.came_back[i]) ? compared
+                                                                                         : 0;
       through_by[cells.first + i] = static_cast<uint8_t>(enough * cells.through_by[i]);
       fixed[cells.first + i] = static_cast<uint8_t>(-(compared & (cells.same[i] > 0 ? 1 : 0)));
     }
@@ -131,9 +128,9 @@ namespace predictive_stereo {
 
 HWY_EXPORT(sightsRow);
 
-void sightsRow(const SightRow& row, const PastSight* past, int count, const SightLimits& limits,
+void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
                uint8_t* through_by, uint8_t* fixed) {
-  HWY_DYNAMIC_DISPATCH(sightsRow)(row, past, count, limits, through_by, fixed);
+  HWY_DYNAMIC_DISPATCH(sightsRow)(row, past, count, least_px, through_by, fixed);
 }
 
 }  // namespace predictive_stereo

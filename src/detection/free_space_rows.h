@@ -38,22 +38,22 @@ struct SightRow {
   float disparity_times_depth;
 };
 
-struct SightLimits {
-  float least_px;  ///< cells with smaller disparities are left out
-  float sigmas;    ///< of the difference that counts as looking through, which has these parts:
-  float map_variance_px2;  ///< of the past disparity, and of errors of both maps
-  float scale_sigma;       ///< of calibration, relative to the disparity
-  float thinnest_px;       ///< width of an obstacle that the matcher sees
-  int fewest_through;      ///< past frames
-};
+/// Looking through: the past disparity is smaller by this many standard deviations of the
+/// difference, which has these parts.
+constexpr float kSightSigmas = 2;
+constexpr float kMapSigma_px = 0.5f;  ///< of the past disparity, and of errors of both maps
+constexpr float kScaleSigma = 0.02f;  ///< calibration, relative to the disparity
+constexpr int kFewestThrough = 2;     ///< past frames that looked through
+/// The matcher misses surfaces that are thinner than its windows.
+constexpr float kThinnest_px = 20;
 
 /// Compares the cells with past frames.
 /// @param past  `count` frames, the last one first.
-/// @param through_by  1 + index of the first frame that looked through, where enough frames did,
-/// and
-///   more than saw the surface at its place later on; 0 elsewhere.
+/// @param least_px  cells with smaller disparities are left out.
+/// @param through_by  1 + index of the first frame that looked through, where kFewestThrough and
+///   more did than saw the surface at its place later on; 0 elsewhere.
 /// @param fixed  255 where a frame saw the surface at its place; 0 elsewhere.
-void sightsRow(const SightRow& row, const PastSight* past, int count, const SightLimits& limits,
+void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
                uint8_t* through_by, uint8_t* fixed);
 
 }  // namespace predictive_stereo

@@ -3,13 +3,10 @@
 #include <algorithm>
 
 #include "detection/frame_comparison.h"
-#include "detection/long_rows.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
-
-constexpr float kLargest_px = 8.0f;
 
 PastCamera cameraOf(const StereoRig& rig, const PastFrame& past) {
   const Eigen::Vector3f position = past.T_past_cam.inverse().translation().cast<float>();
@@ -60,8 +57,7 @@ void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const Dis
     for (int v = 2 * rows.start; v < 2 * rows.end; v += 2) {
       const int y = 2 * v;
       longResidualRow({disparity_px[y], y, points, of_row.data(), static_cast<int>(of_row.size()),
-                       static_cast<float>(range.min_disparity), static_cast<float>(most_px),
-                       kLargest_px, kUnknownResidual, kNoPair},
+                       static_cast<float>(range.min_disparity), static_cast<float>(most_px)},
                       residuals.data(), pairs_of.data());
       repeatEach(residuals.data(), lattice.width, residual_px[v]);
       repeatEach(pairs_of.data(), lattice.width, pair[v]);

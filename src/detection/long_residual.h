@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "detection/frame_history.h"
+#include "detection/long_rows.h"
 #include "predictive_stereo/disparity_range.h"
 
 namespace predictive_stereo {
@@ -16,9 +17,6 @@ struct PastPair {
 /// Motion [px] of a static point (x, y, d) in the image since then, without that of the camera's
 /// rotation; infinity if the point was behind the camera.
 float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Vector3f& point_px);
-
-constexpr uchar kNoPair = 255;
-constexpr float kUnknownResidual = -1e6f;
 
 /// Signed residual of motion along the line of sight, on the lattice of compareFrames [px]: the
 /// disparity that a static point would have had in the past, minus the one measured there.

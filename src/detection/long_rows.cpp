@@ -31,7 +31,7 @@ HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
                                 const Points& points, Residuals& residuals) {
   const RowMotion motion(then.H, row.y);
   const PastMap map{then.stride, then.columns, then.rows};
-  const float smallest = row.smallest_valid_px, largest = row.largest_px;
+  const float smallest = row.smallest_valid_px;
   const int x0 = kLongStep_px * points.first;
   float expected[kChunk], measured[kChunk];
   int32_t offset[kChunk], inside[kChunk];
@@ -46,7 +46,7 @@ HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
   for (int i = 0; i < points.count; ++i) measured[i] = then.disparity_px[offset[i]];
   for (int i = 0; i < points.count; ++i) {
     const float residual = expected[i] - measured[i];
-    residuals.value[i] = std::min(std::max(residual, -largest), largest);
+    residuals.value[i] = std::min(std::max(residual, -kLargestResidual_px), kLargestResidual_px);
     residuals.known[i] = ((inside[i] != 0) & (measured[i] >= smallest)) ? 1 : 0;
   }
 }
@@ -78,7 +78,7 @@ HWY_NOINLINE void longResidualRow(const LongRow& row, float* HWY_RESTRICT residu
     float* HWY_RESTRICT out = residual_px + points.first;
     for (int i = 0; i < points.count; ++i) {
       points.d[i] = disparity[kLongStep_px * i];
-      out[i] = row.unknown;
+      out[i] = kUnknownResidual;
     }
     choosePairs(row, points, chosen);
     for (int k = 0; k < row.pair_count; ++k) {
@@ -97,7 +97,7 @@ HWY_NOINLINE void longResidualRow(const LongRow& row, float* HWY_RESTRICT residu
       }
     }
     for (int i = 0; i < points.count; ++i)
-      pair[points.first + i] = chosen[i] < 0 ? row.no_pair : static_cast<uint8_t>(chosen[i]);
+      pair[points.first + i] = chosen[i] < 0 ? kNoPair : static_cast<uint8_t>(chosen[i]);
   }
 }
 

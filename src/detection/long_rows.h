@@ -45,9 +45,11 @@ struct LongRow {
   int y, points;
   const PastPairOfRow* pairs;
   int pair_count;
-  float smallest_valid_px, most_parallax_px, largest_px, unknown;
-  uint8_t no_pair;
+  float smallest_valid_px, most_parallax_px;
 };
+constexpr float kLargestResidual_px = 8;  ///< larger ones count as this one
+constexpr float kUnknownResidual = -1e6f;
+constexpr uint8_t kNoPair = 255;
 
 /// Residual and pair of each point, see longResidual.
 void longResidualRow(const LongRow& row, float* residual_px, uint8_t* pair);

@@ -4,13 +4,10 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/same_object.h"
+
 namespace predictive_stereo {
 namespace {
-
-double intersectionOverUnion(const cv::Rect& a, const cv::Rect& b) {
-  const double both = (a & b).area();
-  return both / (a.area() + b.area() - both);
-}
 
 // Value k of `count` values with equal steps from `first` to `last`.
 int windowSize(int first, int last, int k, int count) {

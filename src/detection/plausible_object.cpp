@@ -5,11 +5,15 @@
 namespace predictive_stereo {
 namespace {
 
-// The foot of a far object may be higher, uphill.
-constexpr double kRoadSlope = 0.03;
+constexpr double kSlope = 0.03;        // of the ground: a far object may be uphill
 constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
 
 }  // namespace
+
+double highestEnd_m(const MotionDetectionParams& params, bool is_hidden, double distance_m) {
+  const double hidden_m = is_hidden ? (1 - kLeastVisible) * params.max_height_m : 0;
+  return hidden_m + params.max_foot_m + kSlope * distance_m;
+}
 
 LowerEnd lowerEndOf(const StereoRig& rig, const DisparityRange& range,
                     const cv::Mat1f& disparity_px, const LevelGround& ground, const cv::Rect& box,
@@ -45,12 +49,9 @@ bool isPlausible(const StereoRig& rig, const MotionDetectionParams& params,
       width_m < params.min_width_m || width_m > params.max_width_m)
     return false;
   if (!road || lower_end == LowerEnd::kCut) return true;
-  // At least half of an object must be visible, so at most half of the highest object is hidden.
-  const double hidden_m =
-      lower_end == LowerEnd::kHidden ? (1 - kLeastVisible) * params.max_height_m : 0;
   const double end_m = road->heightOf(box.br().y, layer_px, rig.baseline_m);
   const double layer_m = rig.disparityTimesDepth() / layer_px;
-  return !(end_m > hidden_m + params.max_foot_m + kRoadSlope * layer_m);
+  return !(end_m > highestEnd_m(params, lower_end == LowerEnd::kHidden, layer_m));
 }
 
 }  // namespace predictive_stereo

@@ -11,6 +11,10 @@
 
 namespace predictive_stereo {
 
+/// Largest height of an object's lower end above the ground [m].
+/// @param is_hidden  something nearer hides the lower end: of the highest object at most half.
+double highestEnd_m(const MotionDetectionParams& params, bool is_hidden, double distance_m);
+
 /// What the lower end of an object's visible part is.
 enum class LowerEnd {
   kFoot,    ///< the object's lower end

@@ -7,6 +7,11 @@
 
 namespace predictive_stereo {
 
+double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {
+  const double both = (a & b).area();
+  return both / std::max(a.area() + b.area() - both, 1e-9);
+}
+
 bool overlaps(const MotionDetectionParams& params, const Observation& seen,
               const Observation& object) {
   const cv::Rect common = object.box_px & seen.box_px;

@@ -5,6 +5,9 @@
 
 namespace predictive_stereo {
 
+/// Area in common / area of both together.
+double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b);
+
 /// Whether two observations overlap and have about the same depth.
 bool overlaps(const MotionDetectionParams& params, const Observation& seen,
               const Observation& object);

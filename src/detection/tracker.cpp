@@ -6,6 +6,8 @@
 #include <iterator>
 #include <tuple>
 
+#include "detection/same_object.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -14,11 +16,6 @@ constexpr double kMostDepthRatio = 1.35;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix36 = Eigen::Matrix<double, 3, 6>;
-
-double overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
-  const double both = (a & b).area();
-  return both / std::max(a.area() + b.area() - both, 1e-9);
-}
 
 // Kalman update with a measurement of one half of the state, which `h` selects.
 template <class H>
@@ -98,7 +95,7 @@ double ObjectTracker::agreementOf(const Observation& seen, const cv::Rect& box_p
                                   double distance_m) const {
   const double ratio = seen.distance_m / std::max(distance_m, 0.1);
   if (ratio < 1 / kMostDepthRatio || ratio > kMostDepthRatio) return 0;
-  const double iou = overlap(seen.box_px, box_px);
+  const double iou = intersectionOverUnion(seen.box_px, box_px);
   return iou < params_.min_iou ? 0 : iou;
 }
 

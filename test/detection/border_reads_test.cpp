@@ -86,7 +86,7 @@ TEST(BorderReads, OfMismatches) {
       const float* const known_rows[kComparedSide] = {known_row, known_row, known_row, known_row,
                                                       known_row};
       deviationRow(rows, known_rows, n, deviation(n), count(n));
-      mismatchRow(rows, known_row + kComparedReach, count(n), n, 3, kUnknown, mismatch(n));
+      mismatchRow(rows, known_row + kComparedReach, count(n), n, mismatch(n));
     });
   });
 }
@@ -133,8 +133,8 @@ TEST(BorderReads, OfPastDisparities) {
       const PastDisparities then{kMoved, past(n * kRows), n, n, kRows};
       const PastCamera camera{0, 0, -0.1f, 100, 50, 50, 50};
       const PastPairOfRow pair{camera, then, then, 2};
-      longResidualRow({disparity(span(n, kLongStep_px)), 2, n, &pair, 1, 0, 100, 8, kUnknown, 255},
-                      residual(n), known(n));
+      longResidualRow({disparity(span(n, kLongStep_px)), 2, n, &pair, 1, 0, 100}, residual(n),
+                      known(n));
     });
   });
 }
@@ -149,8 +149,8 @@ TEST(BorderReads, OfFreeSpace) {
       const Floats nearest = floats(guard, -1, 30, n * kRows),
                    farthest = floats(guard, -1, 30, n * kRows);
       const PastSight past{kMoved, nearest(n * kRows), farthest(n * kRows), n, n, kRows, {}};
-      sightsRow({disparity(n), variance(n), width(n), n, 0, 2, 4, 2, 10, 100, 50}, &past, 1,
-                {1, 2, 0.2f, 0.02f, 20, 1}, through_by(n), fixed(n));
+      sightsRow({disparity(n), variance(n), width(n), n, 0, 2, 4, 2, 10, 100, 50}, &past, 1, 1,
+                through_by(n), fixed(n));
     });
   });
 }

@@ -24,7 +24,7 @@ void onEveryTarget(const std::function<void(const char*)>& test) {
 }
 
 constexpr int kFrames = 3, kStep_px = 2, kCell_px = 4, kCentre_px = 2, kRow_px = 22;
-const SightLimits kLimits{3, 2, 0.25f, 0.02f, 20, 2};
+constexpr float kLeast_px = 3;
 
 enum class Sight { kNone, kThrough, kSame };
 
@@ -83,12 +83,12 @@ class FreeSpaceRows : public testing::TestWithParam<int> {
     const float by_depth = expected * expected * (1 / 60.0f);
     const float of_depth =
         past[static_cast<size_t>(k)].noise.variance((x - 40) * (1 / 300.0f), 60 / d);
-    const float scale2 = kLimits.scale_sigma * kLimits.scale_sigma;
-    const float threshold2 = 4 * (variance[i] + kLimits.map_variance_px2 +
+    const float scale2 = kScaleSigma * kScaleSigma;
+    const float threshold2 = 4 * (variance[i] + kMapSigma_px * kMapSigma_px +
                                   by_depth * by_depth * of_depth + scale2 * expected * expected);
     const float behind = expected - near(p), before = far(p) - expected;
     if (behind > 0 && behind * behind > threshold2)
-      return width[i] * expected < kLimits.thinnest_px * d ? Sight::kNone : Sight::kThrough;
+      return width[i] * expected < kThinnest_px * d ? Sight::kNone : Sight::kThrough;
     return before < 0 || before * before < threshold2 ? Sight::kSame : Sight::kNone;
   }
 
@@ -105,11 +105,11 @@ TEST_P(FreeSpaceRows, CountSights) {
   std::vector<uint8_t> through_by(disparity.size()), fixed(disparity.size());
   int moved = 0;
   onEveryTarget([&](const char* target) {
-    sightsRow(row(), past.data(), kFrames, kLimits, through_by.data(), fixed.data());
+    sightsRow(row(), past.data(), kFrames, kLeast_px, through_by.data(), fixed.data());
     for (int u = 0; u < GetParam(); ++u) {
       SCOPED_TRACE(testing::Message() << target << " " << u);
       int through = 0, same = 0, came_back = 0, first = 0;
-      for (int k = 0; k < kFrames && disparity[size_t(u)] >= kLimits.least_px; ++k) {
+      for (int k = 0; k < kFrames && disparity[size_t(u)] >= kLeast_px; ++k) {
         const Sight sight = sightOf(u, k);
         if (sight == Sight::kThrough && ++through == 1) first = k + 1;
         if (sight != Sight::kSame) continue;
