@@ -9,8 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979;
-
 // Adds solids given by their corners.
 class Builder {
  public:
