@@ -119,7 +119,7 @@ TEST(MovingObjectDetector, FramesWithoutPoseDoNotEndATrack) {
   }
 }
 
-TEST(MovingObjectDetector, IdsGoOnAfterAChangeOfTheScheme) {
+TEST(MovingObjectDetector, IdsGoOnAfterAChangeOfTheRange) {
   DetectionParams params;
   params.scheme = DetectionScheme::kPaper;
   MovingObjectDetector detector(params);
