@@ -104,8 +104,10 @@ struct TownBuilder {
       const uint32_t id = random.bits();
       const double shift = random.uniform(-0.3, 0.3), turn = random.uniform(-0.03, 0.03);
       const Place place = side.place(along + shift, -1.0, kPi / 2 * (id & 1 ? 1 : -1) + turn);
-      if (!random.chance(params.parked_cars) || !sees(place, 3)) continue;
-      addThing(random.chance(0.12) ? Kind::kVan : Kind::kCar, id, place, 0, 0, out);
+      // All are drawn: which cars are parked must not depend on the view.
+      const bool is_parked = random.chance(params.parked_cars), is_van = random.chance(0.12);
+      if (is_parked && sees(place, 3))
+        addThing(is_van ? Kind::kVan : Kind::kCar, id, place, 0, 0, out);
     }
   }
 };
