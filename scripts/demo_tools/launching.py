@@ -39,7 +39,8 @@ def topics(launch_file, arguments):
     else:
         raise LaunchError('which camera? Add camera:=<its namespace>')
     image = 'image_raw' if given.get('rectify', '') in ('true', 'True', '1') else 'image_rect'
-    return camera, ['%s/%s/%s' % (camera, side, image) for side in ('left', 'right')]
+    names = [given.get(side + '_image', '%s/%s' % (side, image)) for side in ('left', 'right')]
+    return camera, [name if name.startswith('/') else camera + '/' + name for name in names]
 
 
 def free_port():

@@ -30,6 +30,9 @@ def parse(arguments):
     source = parser.add_mutually_exclusive_group()
     source.add_argument('--kitti', nargs=2, metavar=('DATE_DIR', 'DRIVE'))
     source.add_argument('--bag')
+    parser.add_argument('--camera', metavar='NS')
+    parser.add_argument('--left', metavar='T')
+    parser.add_argument('--right', metavar='T')
     parser.add_argument('--output', default='output')
     parser.add_argument('--rate', type=float)
     parser.add_argument('--frames', type=int, default=100)
@@ -41,6 +44,10 @@ def parse(arguments):
     options = parser.parse_args(arguments)
     if options.launch and not options.bag:
         parser.error('%s: launch arguments go with --bag' % options.launch[0])
+    options.choice = [word for name in ('camera', 'left', 'right') if getattr(options, name)
+                      for word in ('--' + name, getattr(options, name))]
+    if options.choice and (not options.bag or options.launch and options.launch[0].endswith('.launch')):
+        parser.error('%s: chooses topics of --bag, where no launch file is named' % options.choice[0])
     for name, smallest in (('frames', 2), ('panels', 1)):
         if getattr(options, name) < smallest:
             parser.error('--%s = %d: must be at least %d' % (name, getattr(options, name), smallest))
@@ -71,7 +78,7 @@ def prepare(options, output, work):
         else:
             say('Checking %s' % options.bag)
             found = subprocess.run(
-                ['check_bag', '--launch', bag], stdout=subprocess.PIPE, universal_newlines=True,
+                ['check_bag', '--launch', bag, *options.choice], stdout=subprocess.PIPE, universal_newlines=True,
                 check=False)
             if found.returncode:
                 raise DemoError('the bag cannot be used as it is')

@@ -15,6 +15,8 @@ import roslaunch as roslaunch_api
 import yaml
 
 REPOSITORY, TOOLS = sys.argv[1:3]
+sys.path.insert(0, os.path.join(REPOSITORY, 'scripts', 'demo_tools'))
+import launching  # noqa: E402
 LAUNCH = os.path.join(REPOSITORY, 'launch')
 THREE = {'ego_motion', 'disparity', 'moving_objects'}
 
@@ -123,6 +125,14 @@ class LaunchFiles(unittest.TestCase):
         given = params('predictive_stereo.launch', 'camera:=/stereo', 'guess_frame:=wheels')
         self.assertIs(given['/stereo/ego_motion/use_imu'], False)
         self.assertEqual(given['/stereo/ego_motion/guess_frame'], 'wheels')
+
+    def test_the_demo_finds_the_images_of_each_camera(self):
+        for given, images in (
+                ([], ['/stereo/left/image_rect', '/stereo/right/image_rect']),
+                (['rectify:=true'], ['/stereo/left/image_raw', '/stereo/right/image_raw']),
+                (['left_image:=/head/l/mono', 'right_image:=r/mono'], ['/head/l/mono', '/stereo/r/mono'])):
+            self.assertEqual(launching.topics('predictive_stereo.launch', ['camera:=/stereo'] + given),
+                             ('/stereo', images))
 
     def test_compressed_images(self):
         for name, arguments, prefix in (
