@@ -159,7 +159,7 @@ def draw(frame, largest_px, truth):
                      (0, LARGEST_SIGMA_PX, cv2.COLORMAP_VIRIDIS, 'px')),
                panel(coloured(residual, -LARGEST_RESIDUAL, LARGEST_RESIDUAL, DIVERGING,
                               residual != 0),
-                     'Residual: (measured - predicted) / sigma',
+                     'Residual to the prediction',
                      (-LARGEST_RESIDUAL, LARGEST_RESIDUAL, DIVERGING, 'sigma')))])
     return picture, figures(disparity, known, sigma, truth)
 
