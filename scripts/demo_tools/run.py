@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """Plays a bag into the nodelets and writes pictures and a report. Started by scripts/demo."""
 
-import argparse
 import os
 import re
 import shlex
@@ -13,6 +12,7 @@ import tempfile
 import time
 
 import launching
+import options as command_line
 import panels
 import recording
 import report
@@ -23,37 +23,6 @@ SLOWEST_RATE = 0.1
 
 class DemoError(Exception):
     """Ends the demo with a message."""
-
-
-def parse(arguments):
-    parser = argparse.ArgumentParser(prog='scripts/demo')
-    source = parser.add_mutually_exclusive_group()
-    source.add_argument('--kitti', nargs=2, metavar=('DATE_DIR', 'DRIVE'))
-    source.add_argument('--bag')
-    parser.add_argument('--camera', metavar='NS')
-    parser.add_argument('--left', metavar='T')
-    parser.add_argument('--right', metavar='T')
-    parser.add_argument('--output', default='output')
-    parser.add_argument('--rate', type=float)
-    parser.add_argument('--frames', type=int, default=100)
-    parser.add_argument('--cameras', choices=('gray', 'color'), default='gray')
-    parser.add_argument('--config')
-    parser.add_argument('--panels', type=int, default=60)
-    parser.add_argument('--rviz', action='store_true')
-    parser.add_argument('launch', nargs='*', metavar='name:=value')
-    options = parser.parse_args(arguments)
-    if options.launch and not options.bag:
-        parser.error('%s: launch arguments go with --bag' % options.launch[0])
-    options.choice = [word for name in ('camera', 'left', 'right') if getattr(options, name)
-                      for word in ('--' + name, getattr(options, name))]
-    if options.choice and (not options.bag or options.launch and options.launch[0].endswith('.launch')):
-        parser.error('%s: chooses topics of --bag, where no launch file is named' % options.choice[0])
-    for name, smallest in (('frames', 2), ('panels', 1)):
-        if getattr(options, name) < smallest:
-            parser.error('--%s = %d: must be at least %d' % (name, getattr(options, name), smallest))
-    if options.rate is not None and not 0 < options.rate <= 100:
-        parser.error('--rate = %g: must be within (0, 100]' % options.rate)
-    return options
 
 
 def tool(name, *arguments):
@@ -71,8 +40,6 @@ def prepare(options, output, work):
     """Makes or finds the bag; returns (title, bag, launch file, launch arguments)."""
     if options.bag:
         bag = os.path.abspath(options.bag)
-        if not os.path.isfile(bag):
-            raise DemoError('--bag %s: there is no such file' % options.bag)
         if options.launch and options.launch[0].endswith('.launch'):
             line = options.launch
         else:
@@ -137,7 +104,7 @@ def play(options, bag, launch_file, launch_arguments, work):
 
 
 def main():
-    options = parse(sys.argv[1:])
+    options = command_line.parse(sys.argv[1:])
     output = os.path.abspath(options.output)
     started = time.time()
     # So that roslaunch ends and the working folder goes.

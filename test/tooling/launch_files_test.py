@@ -17,6 +17,7 @@ import yaml
 REPOSITORY, TOOLS = sys.argv[1:3]
 sys.path.insert(0, os.path.join(REPOSITORY, 'scripts', 'demo_tools'))
 import launching  # noqa: E402
+import options  # noqa: E402
 LAUNCH = os.path.join(REPOSITORY, 'launch')
 THREE = {'ego_motion', 'disparity', 'moving_objects'}
 
@@ -133,6 +134,15 @@ class LaunchFiles(unittest.TestCase):
                 (['left_image:=/head/l/mono', 'right_image:=r/mono'], ['/head/l/mono', '/stereo/r/mono'])):
             self.assertEqual(launching.topics('predictive_stereo.launch', ['camera:=/stereo'] + given),
                              ('/stereo', images))
+
+    def test_the_demo_passes_the_choice_of_topics_on(self):
+        bag = ['--bag', os.path.realpath(__file__)]
+        choice = ['--left', '/head/l/mono', '--right', '/head/r/mono']
+        self.assertEqual(options.parse(bag + choice).choice, choice)
+        self.assertEqual(options.parse(bag).choice, [])
+        for refused in (choice, bag + choice + ['kitti.launch'], ['--bag', '/none.bag']):
+            with self.assertRaises(SystemExit):
+                options.parse(refused)
 
     def test_compressed_images(self):
         for name, arguments, prefix in (
