@@ -31,6 +31,8 @@ def parse(arguments):
                       for word in ('--' + name, getattr(options, name))]
     if options.choice and (not options.bag or options.launch and options.launch[0].endswith('.launch')):
         parser.error('%s: chooses topics of --bag, where no launch file is named' % options.choice[0])
+    if options.rviz and not os.environ.get('DISPLAY'):
+        parser.error('--rviz: there is no screen (DISPLAY is not set): scripts/rviz_screenshot takes a picture without')
     for name, smallest in (('frames', 2), ('panels', 1)):
         if getattr(options, name) < smallest:
             parser.error('--%s = %d: must be at least %d' % (name, getattr(options, name), smallest))

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Plays a bag into the nodelets and writes pictures and a report. Started by scripts/demo."""
 
+import math
 import os
 import re
 import shlex
@@ -92,7 +93,8 @@ def play(options, bag, launch_file, launch_arguments, work):
                 'bag:=' + bag, 'rate:=%g' % rate, 'play_options:=--pause',
                 'rviz:=' + str(options.rviz).lower()], os.path.join(work, 'log')) as launch:
             result = recording.record(launch, camera, frames, pairs, options.panels)
-        print('%d of %d pairs came out with all outputs' % (result.complete, pairs), flush=True)
+        print('%d of %d pairs came out with all outputs (%d are enough)' %
+              (result.complete, pairs, math.ceil(COMPLETE * pairs)), flush=True)
         if result.complete == 0:
             raise DemoError('the nodelets gave no outputs. The end of their log:\n' + launch.tail())
         if result.complete >= COMPLETE * pairs:

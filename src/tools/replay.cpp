@@ -47,7 +47,7 @@ depend on the number of threads.
   --start S             begin S seconds after the beginning of the bag
   --duration S          end S seconds later
   --topics A,B,...      write these outputs only, e.g. disparity,odometry (default: all of them,
-                        about 30 MB for an image of 1242x375)
+                        about 30 MB a pair of 1242x375)
   --compress            compress OUT (lz4)
   --csv FILE            writes the figures that need no ground truth: number of pairs, share of
                         pairs that were lost or without prediction, density, objects, ms per frame
