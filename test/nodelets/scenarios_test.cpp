@@ -246,7 +246,7 @@ TEST_F(Scenarios, a_jump_of_anybodys_odometry_is_told) {
   tf2_ros::TransformBroadcaster broadcaster;
   for (int i : {0, 1, 2})
     ASSERT_TRUE(publishesDisparity(moved(i, "jumping_camera", broadcaster), disparity));
-  jump_.translate(Eigen::Vector3d(2, -1, 0.5))
+  jump_.translate(Eigen::Vector3d(8, -2, 1))
       .rotate(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()));
   ASSERT_TRUE(publishesDisparity(moved(3, "jumping_camera", broadcaster), disparity));
   EXPECT_TRUE(allFinite(*disparity.last()));
