@@ -343,6 +343,7 @@ TEST_F(HostileMessages, sizes_that_contradict_each_other) {
 
 // Disparity and EgoMotion go on without it.
 TEST_F(HostileMessages, masks_that_cannot_be_used) {
+  setParam("Disparity", "transform_timeout", 5.0);  // no mask is asked for without a motion
   start();
   sensor_msgs::Image coded = mask(), small = mask();
   coded.encoding = "smoke";
