@@ -96,16 +96,16 @@ TEST_F(Diagnosis, a_calibration_whose_stamp_differs_is_taken_by_all) {
 // Frames come at the camera's rate, and not once per transform_timeout.
 TEST_F(Diagnosis, a_motion_that_nobody_publishes_is_not_waited_for_in_each_frame) {
   setParam("Disparity", "odom_frame", "nowhere");
-  setParam("Disparity", "transform_timeout", 1.0);
+  setParam("Disparity", "transform_timeout", 5.0);
   load("Disparity");
   DisparityRecorder disparity(node_, "disparity");
   ASSERT_TRUE(player_.waitForSubscribers());
   ASSERT_TRUE(publishesDisparity(street().pair(0), disparity));
-  ASSERT_TRUE(publishesDisparity(street().pair(1), disparity)) << "it waits for a second";
+  ASSERT_TRUE(publishesDisparity(street().pair(1), disparity)) << "it waits for five seconds";
   const auto begin = std::chrono::steady_clock::now();
   for (int i : {2, 3, 4, 5}) ASSERT_TRUE(publishesDisparity(street().pair(i), disparity));
   const std::chrono::duration<double> four = std::chrono::steady_clock::now() - begin;
-  EXPECT_LT(four.count(), 2);
+  EXPECT_LT(four.count(), 10);
   EXPECT_TRUE(says("Disparity", "matched without prediction"));
 }
 
