@@ -14,18 +14,11 @@ struct PlotSeries {
   Style style = Style::kLine;
 };
 
-/// A diagram with two axes.
+/// A diagram with two axes, as data: scripts/report draws it.
 struct Plot {
   std::string title, x_label, y_label;
   std::vector<PlotSeries> series;
-  bool from_zero = true;    ///< the y axis begins at 0
   bool equal_axes = false;  ///< one unit has the same length in x and y, for maps
-  cv::Size size{640, 400};  ///< [px]
 };
-
-/// The plot as an SVG element, for a file or an HTML page.
-std::string svg(const Plot& plot);
-/// The same as a picture.
-cv::Mat3b picture(const Plot& plot);
 
 }  // namespace predictive_stereo

@@ -30,40 +30,11 @@ std::string Table::text() const {
   return out.str();
 }
 
-std::string Table::html() const {
-  std::ostringstream out;
-  out << "<table><caption>" << escapedHtml(title) << "</caption>\n<tr>";
-  for (const auto& cell : header) out << "<th>" << escapedHtml(cell) << "</th>";
-  out << "</tr>\n";
-  for (const auto& row : rows) {
-    out << "<tr>";
-    for (const auto& cell : row) out << "<td>" << escapedHtml(cell) << "</td>";
-    out << "</tr>\n";
-  }
-  out << "</table>\n";
-  return out.str();
-}
-
 std::string fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "-";
   char text[48];
   std::snprintf(text, sizeof(text), "%.*f", decimals, value);
   return text;
-}
-
-std::string escapedHtml(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
 }
 
 }  // namespace predictive_stereo

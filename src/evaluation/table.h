@@ -12,12 +12,9 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
 
   std::string text() const;
-  std::string html() const;
 };
 
 /// A number with this many decimals; "-" if it is not finite.
 std::string fixed(double value, int decimals);
-
-std::string escapedHtml(const std::string& text);
 
 }  // namespace predictive_stereo
