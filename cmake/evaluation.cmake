@@ -10,7 +10,7 @@ predictive_stereo_library(predictive_stereo_evaluation
   FILES src/evaluation/tools/tool_input.cpp
 )
 target_link_libraries(predictive_stereo_evaluation
-  PUBLIC predictive_stereo_simulation predictive_stereo_tools opencv_calib3d
+  PUBLIC predictive_stereo_simulation predictive_stereo_tools opencv_calib3d yaml-cpp
 )
 
 function(predictive_stereo_evaluation_tool name)

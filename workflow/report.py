@@ -3,33 +3,22 @@
 import html
 import math
 import os
+import sys
 from collections import OrderedDict
 
 import figures
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '../scripts/page_tools'))
+import pages  # noqa: E402
+
 STYLE = '''
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 1240px; padding: 0 1em;
-       color: #222; background: #fff }
-h1 { margin-bottom: 0 } h2 { margin-top: 2em }
-table { border-collapse: collapse; margin: .5em 0 } td, th { padding: .2em .7em; text-align: right;
-       border-bottom: 1px solid #ddd; vertical-align: bottom } td:first-child, th:first-child { text-align: left }
-tr.all td { font-weight: bold } .note { color: #666 } .worse { color: #b00 } .better { color: #070 }
-pre { background: #f6f6f6; padding: .6em; overflow-x: auto } svg { background: #fafafa;
-       border: 1px solid #ddd; margin: .3em }
+tr.all td { font-weight: bold } .worse { color: #b00 } .better { color: #070 }
+svg { background: #fafafa; border: 1px solid #ddd; margin: .3em }
 '''
 
 
 def short(value):
     return '-' if value is None or math.isnan(value) else '%.4g' % value
-
-
-def table(header, rows, classes=None):
-    def line(cells, tag, kind):
-        text = ''.join('<%s>%s</%s>' % (tag, html.escape(str(cell)), tag) for cell in cells)
-        return '<tr%s>%s</tr>\n' % (' class="%s"' % kind if kind else '', text)
-    kinds = classes or [None] * len(rows)
-    return '<table>\n%s%s</table>\n' % (line(header, 'th', None),
-                                        ''.join(line(row, 'td', k) for row, k in zip(rows, kinds)))
 
 
 def plot(figure, values, before):
@@ -97,7 +86,7 @@ def changes_section(changes, source):
     worse = kinds.count('worse')
     return '<p>Against %s: %d figures became worse, %d better. What became worse is first.</p>' % (
         html.escape(source), worse, len(kinds) - worse) + \
-        (table(['recording', 'measurement', 'figure', 'before', 'now', 'worse by'], rows, kinds)
+        (pages.table(['recording', 'measurement', 'figure', 'before', 'now', 'worse by'], rows, classes=kinds)
          if rows else '')
 
 
@@ -108,9 +97,9 @@ def tables_section(results, names):
         columns = [key for key in found if key[0] == measurement]
         rows = [[name] + [short(found[key].get(name)) for key in columns] for name in names + ['all']
                 if any(name in found[key] for key in columns)]
-        text += '<h3>%s</h3>\n' % measurement + table(
+        text += '<h3>%s</h3>\n' % measurement + pages.table(
             ['recording'] + [figures.FIGURES[key].title for key in columns], rows,
-            ['all' if row[0] == 'all' else None for row in rows])
+            classes=['all' if row[0] == 'all' else None for row in rows])
     return text
 
 
@@ -125,9 +114,7 @@ def page(names, results, failures, before, source):
         single = OrderedDict((name, value) for name, value in values.items() if name != 'all')
         plots += plot(figures.FIGURES[key], single, old.get(key, {}))
     failed = len({name for name, _, _ in failures})
-    text = '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">\n' \
-        '<title>%d recordings</title><style>%s</style></head><body>\n' % (len(names), STYLE)
-    text += '<h1>%d recordings</h1><p class="note">%d of them failed.</p>\n' % (len(names), failed)
+    text = '<p class="note">%d of them failed.</p>\n' % failed
     text += '<h2>Failures</h2>\n' + failures_section(failures)
     if before is not None:
         text += '<h2>Changes</h2>\n' + changes_section(figures.changes(before, results), source)
@@ -136,17 +123,4 @@ def page(names, results, failures, before, source):
         'sums.</p>\n' + tables_section(results, names)
     text += '<h2>Plots</h2>\n<p class="note">A bar is a recording, in the order of the list; the ' \
         'mouse shows its name.%s</p>\n' % (' Red: before.' if before else '') + plots
-    return text + '</body></html>\n'
-
-
-def write(path, text):
-    """Writes all of the text or, on an error, leaves the file as it was."""
-    partial = '%s.part%d' % (path, os.getpid())
-    try:
-        with open(partial, 'w', encoding='utf-8') as file:
-            file.write(text)
-        os.replace(partial, path)
-    except OSError:
-        if os.path.exists(partial):
-            os.remove(partial)
-        raise
+    return pages.page('%d recordings' % len(names), text, STYLE)

@@ -2,6 +2,8 @@
 
 import base64
 import html
+import os
+import sys
 from collections import OrderedDict, namedtuple
 
 import numpy as np
@@ -12,19 +14,17 @@ from predictive_stereo.msg import MovingObjectArray
 
 from panels import unpack
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '../page_tools'))
+import pages  # noqa: E402
+
 Run = namedtuple('Run', 'title bag rate launch_file recording drawn')
 
 STYLE = '''
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 1240px; padding: 0 1em;
-       color: #222; background: #fff }
-h1 { margin-bottom: 0 } h2 { margin-top: 2em }
-table { border-collapse: collapse } td, th { padding: .25em .8em; border-bottom: 1px solid #ddd;
-       text-align: right } td:first-child, th:first-child { text-align: left }
 .names td:nth-child(2), .names th:nth-child(2) { text-align: left }
 #frame { width: 100%; background: #202020 } #strip { white-space: nowrap; overflow-x: auto }
 #strip img { height: 74px; cursor: pointer; margin-right: 2px }
 .controls { display: flex; gap: 1em; align-items: center } .controls input { flex: 1 }
-.note { color: #666 } svg { background: #fafafa; border: 1px solid #ddd }
+svg { background: #fafafa; border: 1px solid #ddd }
 '''
 
 SCRIPT = '''
@@ -45,13 +45,6 @@ pictures.forEach((picture, i) => {
 });
 show(first);
 '''
-
-
-def table(header, rows):
-    def row(cells, tag):
-        return '<tr>' + ''.join('<%s>%s</%s>' % (tag, html.escape(str(c)), tag) for c in cells) + \
-            '</tr>'
-    return '<table>%s%s</table>' % (row(header, 'th'), ''.join(row(cells, 'td') for cells in rows))
 
 
 def positions(odometry):
@@ -136,7 +129,7 @@ def objects_section(run):
                      '%.1f x %.1f' % (np.median([f.size.x for f in found]),
                                       np.median([f.size.y for f in found])),
                      '%.2f' % np.mean([f.score for f in found])])
-    return table(['id', 'frames', 'distance [m]', 'median speed over ground [m/s]',
+    return pages.table(['id', 'frames', 'distance [m]', 'median speed over ground [m/s]',
                   'median width x height [m]', 'mean score'], rows)
 
 
@@ -152,7 +145,7 @@ def accuracy_section(run):
     if any('outliers [%]' in d.figures for d in run.drawn):
         note = '<p class="note">Outlier: more than 3 px and more than 5 % from the exact truth, all ' \
             'pixels counted, also those that the right camera does not see.</p>'
-    return table(['of %d drawn frames' % len(run.drawn), 'mean', 'smallest', 'largest'],
+    return pages.table(['of %d drawn frames' % len(run.drawn), 'mean', 'smallest', 'largest'],
                  rows) + note
 
 
@@ -175,7 +168,7 @@ def times_section(run):
             if name == nodelet:
                 rows.append([nodelet.split(': ')[-1] if stage == 'latency' else '', stage,
                              '%.1f' % np.mean(values), '%.1f' % max(values)])
-    return table(['nodelet', 'stage', 'mean ms', 'largest mean of a second'], rows)
+    return pages.table(['nodelet', 'stage', 'mean ms', 'largest mean of a second'], rows)
 
 
 def first_shown(run):
@@ -193,10 +186,7 @@ def write(path, run):
     speed = '' if run.rate == 1 else \
         ' The bag was played at %g times its speed; times are of this machine under this load.' % \
         run.rate
-    text = '''<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">
-<title>predictive_stereo: {title}</title><style>{style}</style></head><body>
-<h1>{title}</h1>
-<p class="note">{complete} frames went through the nodelets of {launch_file}.{speed}</p>
+    text = '''<p class="note">{complete} frames went through the nodelets of {launch_file}.{speed}</p>
 <img id="frame" alt="left image with moving objects, disparity, standard deviation, residual">
 <div class="controls"><button id="play">Play</button>
 <input id="slider" type="range" min="0" max="{last}" value="0"><span id="label"></span></div>
@@ -208,13 +198,8 @@ def write(path, run):
 <p class="note">From the nodelets' diagnostics. Latency: from the arrival of a nodelet's last input
 to its output. The nodelets work side by side: their times do not add up.</p><div class="names">{times}</div>
 <script>const pictures = [{pictures}], labels = [{labels}], first = {first};{script}</script>
-</body></html>
-'''.format(title=html.escape(run.title), style=STYLE, complete=run.recording.complete,
+'''.format(complete=run.recording.complete,
            launch_file=html.escape(run.launch_file), speed=speed, last=len(run.drawn) - 1,
            accuracy=accuracy_section(run), objects=objects_section(run), path=path_section(run),
            times=times_section(run), first=first_shown(run), pictures=pictures, labels=labels, script=SCRIPT)
-    partial = path + '.partial'
-    with open(partial, 'w', encoding='utf-8') as page:
-        page.write(text)
-    import os
-    os.replace(partial, path)
+    pages.write(path, pages.page(run.title, text, STYLE))

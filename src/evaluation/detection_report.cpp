@@ -8,7 +8,6 @@
 #include <sstream>
 #include <utility>
 
-#include "evaluation/html.h"
 #include "predictive_stereo/detectable_speed.h"
 
 namespace predictive_stereo {
@@ -309,24 +308,17 @@ cv::Mat3b picture(const cv::Mat1b& left, const EvaluatedFrame& frame) {
   return image;
 }
 
-std::string htmlPage(const std::vector<DetectionEvaluation>& evaluations,
-                     const std::vector<Table>& limits, const std::vector<FramePicture>& pictures,
-                     const std::string& provenance) {
-  std::ostringstream page;
-  page << "<p>A box is correct if its IoU with a demanded object is 0.3 or more. An object is "
-          "demanded from the third frame on in which it is visible. Errors are medians of absolute "
-          "values; speed errors are of objects up to 25 m away. Labels are thin (demanded white, "
-          "missed magenta, tolerated grey, parked blue), detected boxes thick (correct green, "
-          "tolerated yellow, false red).</p>\n";
-  for (const DetectionEvaluation& evaluation : evaluations) page << scoreTable(evaluation).html();
-  if (evaluations.size() > 1) page << scoreTable(evaluations).html();
-  for (const Table& table : limits) page << table.html();
-  if (!pictures.empty()) page << "<h2>Frames with errors</h2>\n";
-  for (const FramePicture& shown : pictures)
-    page << "<figure><img width='1240' loading='lazy' alt='" << escapedHtml(shown.caption)
-         << "' src='" << escapedHtml(shown.file) << "'><figcaption>" << escapedHtml(shown.caption)
-         << "</figcaption></figure>\n";
-  return htmlDocument("Moving objects against labels", page.str(), provenance);
+void add(const std::vector<DetectionEvaluation>& evaluations, const std::vector<Table>& limits,
+         Report& page) {
+  page.addText(
+      "A box is correct if its IoU with a demanded object is 0.3 or more. An object is demanded "
+      "from the third frame on in which it is visible. Errors are medians of absolute values; "
+      "speed errors are of objects up to 25 m away. Labels are thin (demanded white, missed "
+      "magenta, tolerated grey, parked blue), detected boxes thick (correct green, tolerated "
+      "yellow, false red).");
+  for (const DetectionEvaluation& evaluation : evaluations) page.add(scoreTable(evaluation));
+  if (evaluations.size() > 1) page.add(scoreTable(evaluations));
+  for (const Table& table : limits) page.add(table);
 }
 
 }  // namespace predictive_stereo

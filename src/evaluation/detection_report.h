@@ -1,4 +1,4 @@
-/// Results of evaluateDetection as tables, CSV, pictures and an HTML page.
+/// Results of evaluateDetection as tables, CSV and pictures.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "evaluation/detection_evaluation.h"
-#include "evaluation/table.h"
+#include "evaluation/report.h"
 
 namespace predictive_stereo {
 
@@ -44,15 +44,9 @@ std::string framesCsv(const std::vector<DetectionEvaluation>& evaluations);
 /// and detected boxes (thick: correct green, tolerated yellow, false red).
 cv::Mat3b picture(const cv::Mat1b& left, const EvaluatedFrame& frame);
 
-struct FramePicture {
-  std::string file;  ///< as the page refers to it
-  std::string caption;
-};
+/// All figures, for a page.
 /// @param limits  see limitsTable.
-/// @param pictures  that the page shows.
-/// @param provenance  how the page was made; shown at its end.
-std::string htmlPage(const std::vector<DetectionEvaluation>& evaluations,
-                     const std::vector<Table>& limits, const std::vector<FramePicture>& pictures,
-                     const std::string& provenance);
+void add(const std::vector<DetectionEvaluation>& evaluations, const std::vector<Table>& limits,
+         Report& page);
 
 }  // namespace predictive_stereo

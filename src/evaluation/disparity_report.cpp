@@ -174,6 +174,17 @@ Table stageTable(const SequenceReport& report) {
   return table;
 }
 
+std::vector<Table> tables(const SequenceReport& report) {
+  std::vector<Table> result = {accuracyTable(report), regionTable(report), loopTable(report)};
+  const DisparityEvaluation* ours = report.find(kOurs);
+  if (ours && ours->variance.count() > 0) result.push_back(calibrationTable(*ours));
+  result.push_back(stageTable(report));
+  result.erase(std::remove_if(result.begin(), result.end(),
+                              [](const Table& table) { return table.rows.empty(); }),
+               result.end());
+  return result;
+}
+
 Plot errorOverTime(const SequenceReport& report) {
   Plot plot;
   plot.title = report.name + ": outliers, invalid pixels counted as such";
@@ -204,7 +215,6 @@ Plot reliability(const DisparityEvaluation& evaluation) {
     ideal.points.emplace_back(expected, expected);
   }
   plot.series = {observed, ideal};
-  plot.size = {420, 400};
   return plot;
 }
 
@@ -247,6 +257,23 @@ std::string framesCsv(const std::vector<SequenceReport>& reports) {
         out << report.name << ',' << report.methods[m] << ',' << frame.index << ','
             << frame.d1_percent << ',' << frame.d1_filled_percent << ',' << frame.width_px << '\n';
   return out.str();
+}
+
+void add(const std::vector<SequenceReport>& reports, Report& page) {
+  page.addText(
+      "D1: outliers, off by more than 3 px and 5 %, among pixels with a disparity. D1f: the same "
+      "with pixels without a disparity counted as outliers. All figures are means over frames; the "
+      "first frame is left out. hh: OpenCV StereoSGBM MODE_HH with the paper's parameters; full: "
+      "ours, searching all disparities under the same temporal rules.");
+  page.add(paperTable(reports));
+  for (const SequenceReport& report : reports) {
+    page.addHeading(report.name);
+    for (const Table& table : tables(report)) page.add(table);
+    if (report.evaluations.front().score.frames > 0) page.add(errorOverTime(report));
+    const DisparityEvaluation* ours = report.find(kOurs);
+    if (ours && ours->variance.count() > 0) page.add(reliability(*ours));
+    for (const Panel& panel : report.panels) page.add(panel);
+  }
 }
 
 }  // namespace predictive_stereo

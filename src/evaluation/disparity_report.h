@@ -1,13 +1,11 @@
-/// Results of evaluateDisparity as tables, plots, CSV and one HTML page.
+/// Results of evaluateDisparity as tables, plots and CSV.
 #pragma once
 
-#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
 #include "evaluation/disparity_evaluation.h"
-#include "evaluation/plot.h"
-#include "evaluation/table.h"
+#include "evaluation/report.h"
 
 namespace predictive_stereo {
 
@@ -22,12 +20,6 @@ constexpr char kOurs8[] = "ours_8";
 constexpr char kOursFull[] = "ours_full";
 constexpr char kOursWidened[] = "ours_widened";  ///< without matcher/exact_ranges
 constexpr char kOurs8Widened[] = "ours_8_widened";
-
-/// A picture with its explanation.
-struct Panel {
-  std::string caption;
-  cv::Mat3b image;
-};
 
 struct SequenceReport {
   std::string name;
@@ -52,6 +44,8 @@ Table loopTable(const SequenceReport& report);
 /// second lowest aggregated cost) and of true disparity.
 Table calibrationTable(const DisparityEvaluation& evaluation);
 Table stageTable(const SequenceReport& report);
+/// Those of the tables above that this sequence has.
+std::vector<Table> tables(const SequenceReport& report);
 
 /// Outliers of each frame (the paper's Figure 5).
 Plot errorOverTime(const SequenceReport& report);
@@ -63,17 +57,7 @@ std::string csv(const std::vector<SequenceReport>& reports);
 /// One line per sequence, method and frame.
 std::string framesCsv(const std::vector<SequenceReport>& reports);
 
-/// All results on one page, without references to other files.
-/// @param provenance  how the page was made; shown at its end.
-std::string htmlPage(const std::vector<SequenceReport>& reports, const std::string& provenance);
-
-/// Pictures of one frame and method: its disparities, its errors and (ours) its standard
-/// deviations, search widths and, with a past, the difference of measured and predicted disparities
-/// with the detected objects (the paper's figure 4). The first method also shows the left image.
-std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title,
-                            const std::string& method, bool first, const DisparityRange& range,
-                            const MethodOutput& output);
-/// A picture of half its size with its caption, as HTML.
-std::string figureHtml(const Panel& panel);
+/// All results, for a page.
+void add(const std::vector<SequenceReport>& reports, Report& page);
 
 }  // namespace predictive_stereo

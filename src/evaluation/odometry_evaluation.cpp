@@ -185,9 +185,7 @@ Plot pathPlot(const OdometryEvaluation& evaluation) {
   plot.y_label = "ahead [m]";
   plot.series = {seenFromAbove("truth", evaluation.truth),
                  seenFromAbove("estimated", evaluation.estimated)};
-  plot.from_zero = false;
   plot.equal_axes = true;
-  plot.size = {640, 560};
   return plot;
 }
 

@@ -87,11 +87,11 @@ class HostileFiles(unittest.TestCase):
             ['kitti_to_bag', self.day, DRIVE, self.disk / 'drive.bag'],
             ['estimate_noise', self.day, DRIVE, '--output', out],
             ['evaluate_odometry', *street, '--csv', out / 'a.csv'],
-            ['evaluate_odometry', *street, '--pictures', out],
+            ['evaluate_odometry', *street, '--report', out],
             ['evaluate_kitti', *street, '--methods', 'ours', '--csv', out / 'a.csv'],
-            ['evaluate_kitti', *street, '--methods', 'ours', '--html', out],
+            ['evaluate_kitti', *street, '--methods', 'ours', '--report', out],
             ['evaluate_detection', *street, '--csv', out / 'a.csv'],
-            ['evaluate_detection', *street, '--html', out],
+            ['evaluate_detection', *street, '--report', out],
         ]
 
     def files(self):
@@ -206,17 +206,17 @@ class HostileFiles(unittest.TestCase):
         self.assertIn('bag:=%s' % bag, words)
         for command in (
                 ['replay', '--bag', bag, '--output', folder / 'x;y $(z).bag', '--topics', 'odometry'],
-                ['evaluate_detection', bag, '--frames', '3', '--html', folder / 'html'],
+                ['evaluate_detection', bag, '--frames', '3', '--report', folder / 'report'],
                 ['street_to_bag', folder / '$(touch hacked).bag', '--frames', '2', '--size', '248x80']):
             result = run([TOOLS / command[0], *command[1:]], cwd=here)
             self.assertEqual(result.returncode, 0, result.stdout)
         self.assertTrue((folder / 'x;y $(z).bag').is_file())
-        pictures = list((folder / 'html' / 'frames').iterdir())
+        pictures = list((folder / 'report' / 'frames').iterdir())
         self.assertEqual(len(pictures), 3, pictures)
         for picture in pictures:
             self.assertRegex(picture.name, '^[A-Za-z0-9_.]+$')
-        page = (folder / 'html' / 'index.html').read_text()
-        self.assertNotIn('<i>', page)
+        self.assertEqual(run([REPOSITORY / 'scripts/report', folder / 'report']).returncode, 0)
+        self.assertNotIn('<i>', (folder / 'report' / 'index.html').read_text())
         self.assertEqual(list(self.folder.rglob('hacked')), [])
 
     def test_nothing_leaves_the_output_folder(self):

@@ -40,7 +40,7 @@ std::string table(const std::string& out) {
 
 TEST_F(EvaluateDetection, ScoresABagOfTheStreetAgainstItsTruth) {
   const Result result =
-      evaluate(bag() + " --csv " + files_.path("new/a.csv") + " --html " + files_.path("page"));
+      evaluate(bag() + " --csv " + files_.path("new/a.csv") + " --report " + files_.path("page"));
   ASSERT_EQ(result.status, 0) << result.errors;
   EXPECT_NE(result.out.find("small (detection"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("5 frames"), std::string::npos) << result.out;
@@ -54,9 +54,9 @@ TEST_F(EvaluateDetection, ScoresABagOfTheStreetAgainstItsTruth) {
   const std::string frames = text("new/a_frames.csv");
   EXPECT_NE(frames.find("\nsmall,2,label,"), std::string::npos) << frames;
 
-  const std::string page = text("page/index.html");
-  EXPECT_NE(page.find("<table>"), std::string::npos);
-  EXPECT_NE(page.find("--html"), std::string::npos) << "the command that made it";
+  const std::string page = text("page/report.yaml");
+  EXPECT_NE(page.find("table: \"small (detection"), std::string::npos) << page;
+  EXPECT_NE(page.find("--report"), std::string::npos) << "the command that made it";
   for (int i = 0; i < 5; ++i)
     EXPECT_TRUE(std::filesystem::exists(
         files_.path("page/frames/small_00000" + std::to_string(i) + ".png")));

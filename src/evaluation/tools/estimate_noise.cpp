@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <iostream>
 #include <sstream>
+#include <utility>
 
 #include "evaluation/kitti_scene_2015.h"
 #include "evaluation/noise_estimation.h"
+#include "evaluation/report.h"
 #include "evaluation/tools/tool_input.h"
 #include "tools/command_line.h"
 #include "tools/output_file.h"
@@ -28,8 +30,9 @@ and, beyond the paper, the parameters of the published variance: in closed loop,
 2 sigma are as close as possible to the 68.3 and 95.4 % quantiles of the absolute error.
 
 Writes to DIR: noise.yaml (parameters in the format of config/*.yaml, with provenance),
-process_noise.{png,csv}, measurement_noise.{png,csv}, and for each drive DRIVE_process_error.png and
+process_noise.csv, measurement_noise.csv, and for each drive DRIVE_process_error.png and
 DRIVE_measurement_error.png: absolute errors accumulated over the image (the paper's figure 3).
+scripts/report DIR makes a page of them, with plots of the distributions.
 
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
   --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
@@ -66,10 +69,10 @@ std::string today() {
   return text;
 }
 
-void writeHistogram(const fs::path& dir, const std::string& name, const std::string& title,
-                    const ErrorHistogram& errors) {
-  writeText(dir / (name + ".csv"), errors.csv());
-  writePicture(dir / (name + ".png"), picture(errors.plot(title)));
+void write(const ErrorHistogram& errors, const std::string& name, const std::string& title,
+           Report& report) {
+  writeText(report.dir() / (name + ".csv"), errors.csv());
+  report.add(errors.plot(title));
 }
 
 int estimate(const CommandLine& command_line) {
@@ -80,7 +83,7 @@ int estimate(const CommandLine& command_line) {
   const int max_frames = command_line.getInt("frames", 0, 2);
   useThreads(command_line);
   const fs::path dir = command_line.get("output");
-  makeFolder(dir);
+  Report report(dir, "Noise, estimated from LiDAR", command_line.command());
 
   std::ostringstream provenance;
   provenance << "# Noise, estimated from LiDAR by estimate_noise on " << today() << ".\n";
@@ -111,8 +114,12 @@ int estimate(const CommandLine& command_line) {
       printErrors("measurement", seen.measurement, *out);
     }
     const std::string name = fileName(drive.name());  // stays in `dir`
-    writePicture(dir / (name + "_process_error.png"), seen.process_image.picture());
-    writePicture(dir / (name + "_measurement_error.png"), seen.measurement_image.picture());
+    for (const auto& [kind, errors] : {std::pair("process", &seen.process_image),
+                                       std::pair("measurement", &seen.measurement_image)}) {
+      const std::string file = name + "_" + kind + "_error.png";
+      writePicture(dir / file, errors->picture());
+      report.addPicture(file, drive.name() + ", " + kind + " error");
+    }
     process += seen.process;
     measurement += seen.measurement;
     published.push_back(std::move(seen.published));
@@ -169,10 +176,11 @@ int estimate(const CommandLine& command_line) {
        << "\n    sigma_far_px: " << variance.sigma_far_px
        << "\n    sigma_per_row_offset: " << variance.sigma_per_row_offset << "\n";
 
-  writeHistogram(dir, "process_noise", "Process noise", process);
-  writeHistogram(dir, "measurement_noise", "Measurement noise", measurement);
+  write(process, "process_noise", "Process noise", report);
+  write(measurement, "measurement_noise", "Measurement noise", report);
   writeText(dir / "noise.yaml", yaml.str());
   std::cout << yaml.str().substr(yaml.str().find("# all"));
+  report.finish();
   return 0;
 }
 

@@ -67,8 +67,8 @@ by distance.
 Results:
   --csv FILE          writes the figures, and every label and box into a second file, with _frames
                       added to its name
-  --html DIR          writes DIR/index.html with the figures and the frames with errors, and each
-                      frame as a picture into DIR/frames
+  --report DIR        writes the figures and the frames with errors, from which scripts/report DIR
+                      makes a page, and each frame as a picture into DIR/frames
 
 A box is correct if its IoU with a demanded object is 0.3 or more. An object is demanded from the
 third frame on in which it is visible. In streets, objects are demanded that are nearer than 35 m,
@@ -87,25 +87,16 @@ std::optional<std::vector<ObjectLabel>> labelsFor(const CommandLine& command_lin
   return readObjectLabels(file.string());
 }
 
-/// Writes a picture of each frame, and remembers those with errors.
-class Pictures {
- public:
-  explicit Pictures(const fs::path& dir) : dir_(dir) { makeFolder(dir / "frames"); }
-
-  void add(const std::string& sequence, const cv::Mat1b& left, const EvaluatedFrame& frame) {
-    char number[16];
-    std::snprintf(number, sizeof(number), "_%06d", frame.index);
-    const std::string file = "frames/" + fileName(sequence) + number + ".png";
-    writePicture(dir_ / file, picture(left, frame));
-    if (frame.hasErrors())
-      with_errors_.push_back({file, sequence + ", frame " + std::to_string(frame.index)});
-  }
-  const std::vector<FramePicture>& withErrors() const { return with_errors_; }
-
- private:
-  fs::path dir_;
-  std::vector<FramePicture> with_errors_;
-};
+/// Writes a picture of a frame into `dir`.
+/// @return its file, relative to `dir`.
+std::string writeFrame(const fs::path& dir, const std::string& sequence, const cv::Mat1b& left,
+                       const EvaluatedFrame& frame) {
+  char number[16];
+  std::snprintf(number, sizeof(number), "_%06d", frame.index);
+  const std::string file = "frames/" + fileName(sequence) + number + ".png";
+  writePicture(dir / file, picture(left, frame));
+  return file;
+}
 
 int evaluate(const CommandLine& command_line) {
   if (command_line.has("list-parameters")) {
@@ -139,12 +130,15 @@ int evaluate(const CommandLine& command_line) {
     throw UsageError("--objects: give one sequence, not " + std::to_string(sequences));
   if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
     makeFolder(folder);
-  std::optional<Pictures> pictures;
-  if (command_line.has("html")) pictures.emplace(command_line.get("html"));
+  std::optional<Report> report;
+  if (command_line.has("report"))
+    report.emplace(command_line.get("report"), "Moving objects against labels",
+                   command_line.command());
 
   const bool recorded = command_line.has("objects"), perturb = command_line.has("perturb");
   if (recorded && perturb) throw UsageError("give either --perturb or --objects, not both");
   std::vector<DetectionEvaluation> evaluations;
+  std::vector<std::pair<std::string, std::string>> with_errors;  // frames: file, caption
   std::vector<PerturbedEvaluation> runs;
   for (const Perturbation& change : perturbations())
     if (perturb) runs.push_back({change.name, {}});
@@ -160,12 +154,18 @@ int evaluate(const CommandLine& command_line) {
                                          : pipelineDetector(params);
       Progress progress(sequence->name(),
                         max_frames ? std::min(max_frames, sequence->frames()) : sequence->frames());
-      evaluations.push_back(
-          evaluateDetection(*sequence, labels[evaluations.size()], detector, max_frames,
-                            [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
-                              if (pictures) pictures->add(sequence->name(), images.left, frame);
-                              progress.update(frame.index);
-                            }));
+      evaluations.push_back(evaluateDetection(
+          *sequence, labels[evaluations.size()], detector, max_frames,
+          [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
+            if (report) {
+              const std::string file =
+                  writeFrame(report->dir(), sequence->name(), images.left, frame);
+              if (frame.hasErrors())
+                with_errors.emplace_back(
+                    file, sequence->name() + ", frame " + std::to_string(frame.index));
+            }
+            progress.update(frame.index);
+          }));
       if (!perturb) continue;
       const auto known = loadIntoMemory(*sequence, labels[evaluations.size() - 1], max_frames);
       for (size_t i = 0; i < runs.size(); ++i) {
@@ -190,9 +190,12 @@ int evaluate(const CommandLine& command_line) {
   for (const Table& table : limits) std::cout << table.text();
   if (command_line.has("csv"))
     writeCsv(command_line.get("csv"), csv(evaluations), framesCsv(evaluations));
-  if (pictures)
-    writeText(fs::path(command_line.get("html")) / "index.html",
-              htmlPage(evaluations, limits, pictures->withErrors(), command_line.command()));
+  if (report) {
+    add(evaluations, limits, *report);
+    if (!with_errors.empty()) report->addHeading("Frames with errors");
+    for (const auto& [file, caption] : with_errors) report->addPicture(file, caption);
+    report->finish();
+  }
   return 0;
 }
 
@@ -203,6 +206,6 @@ int main(int argc, char** argv) {
   return predictive_stereo::runTool(
       argc, argv, predictive_stereo::kHelp,
       {"labels", "objects", "camera", "left", "right", "kitti2012", "street", "street-frames",
-       "shift-right", "scheme", "config", "set", "frames", "threads", "csv", "html"},
+       "shift-right", "scheme", "config", "set", "frames", "threads", "csv", "report"},
       {"list-parameters", "perturb"}, predictive_stereo::evaluate);
 }

@@ -4,10 +4,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
+#include "evaluation/disparity_panels.h"
 #include "evaluation/disparity_report.h"
-#include "evaluation/html.h"
 #include "evaluation/kitti_evaluation_2015.h"
 #include "evaluation/tools/tool_input.h"
 #include "params/param_table.h"
@@ -31,8 +32,8 @@ KITTI 2012 and synthetic streets against dense ground truth. Outliers have an er
   --kitti2012 DIR     all scenes of a KITTI 2012 "training" folder, counted as one sequence
   --kitti2015 DIR     all pairs of a KITTI 2015 "training" folder, each by itself: D1 of background,
                       vehicles and all pixels, counted as the devkit does, pooled over pairs. --csv
-                      writes them into FILE with _kitti2015 added to its name, --html writes
-                      DIR/kitti2015.html
+                      writes them into FILE with _kitti2015 added to its name, --report writes
+                      into DIR/kitti2015
   --kitti2015-as-sequence
                       its pairs as one sequence; only some neighbouring pairs show the same place
   --street SCENE      a scene of the synthetic street; may be given several times
@@ -51,7 +52,7 @@ KITTI 2012 and synthetic streets against dense ground truth. Outliers have an er
   --list-parameters   prints all parameters with their values and limits, and exits
   --csv FILE          writes all figures, and those of each frame into a second file, with _frames
                       added to its name
-  --html DIR          writes DIR/index.html, one page with all figures, plots and pictures
+  --report DIR        writes all figures and pictures; scripts/report DIR makes a page of them
   --frames N          use at most N frames of each sequence
   --threads N         for all methods (default: all cores)
 )";
@@ -105,12 +106,8 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
 }
 
 void print(const SequenceReport& report) {
-  std::cout << accuracyTable(report).text();
-  const DisparityEvaluation* ours = report.find(kOurs);
-  for (const Table& table : {regionTable(report), loopTable(report)})
-    if (!table.rows.empty()) std::cout << table.text();
-  if (ours && ours->variance.count() > 0) std::cout << calibrationTable(*ours).text();
-  std::cout << stageTable(report).text() << std::endl;
+  for (const Table& table : tables(report)) std::cout << table.text();
+  std::cout << std::endl;
 }
 
 /// The command and the parameters that differ from their defaults.
@@ -126,18 +123,17 @@ std::string provenance(const CommandLine& command_line, PipelineParams params) {
   return text.str();
 }
 
-/// HTML with the left image of one pair, and disparities and errors of OpenCV's and our method.
-std::string picturesOf(const KittiScene2015& scene, const std::vector<NamedMethod>& methods,
-                       const DisparityRange& range) {
+/// The left image of one pair, and disparities and errors of each method.
+void addPictures(const KittiScene2015& scene, const std::vector<NamedMethod>& methods,
+                 const DisparityRange& range, Report& report) {
   std::vector<MethodOutput> outputs;
   evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods, scene.name), range, outputs);
   const SequenceFrame frame{scene.left, scene.right, scene.truth_px, {}};
-  std::string figures = "<h3>Scene " + scene.name + "</h3>\n";
+  report.addHeading("Scene " + scene.name);
   for (size_t m = 0; m < methods.size(); ++m)
     for (const Panel& panel :
          panelsOf(frame, scene.name, methods[m].name, m == 0, range, outputs[m]))
-      figures += figureHtml(panel);
-  return figures;
+      report.add(panel);
 }
 
 void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& params,
@@ -145,6 +141,10 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   const std::string training_dir = command_line.get("kitti2015");
   const DisparityRange& range = params.disparity.matcher.range;
   const auto names = listKittiScenes2015(training_dir);
+  std::optional<Report> report;
+  if (command_line.has("report"))
+    report.emplace(fs::path(command_line.get("report")) / "kitti2015", "KITTI 2015, single pairs",
+                   provenance(command_line, params));
   std::vector<KittiSceneResult2015> results;
   std::vector<MethodOutput> outputs;
   {
@@ -179,17 +179,15 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
     writeText(path.parent_path() / (path.stem().string() + "_kitti2015.csv"),
               kittiCsv2015(method_names, results));
   }
-  if (!command_line.has("html")) return;
-  std::string page =
-      "<p>D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity "
-      "are filled as the devkit does. Ground truth includes pixels that the right camera does not "
-      "see.</p>\n";
-  for (const Table& table : tables)
-    if (!table.rows.empty()) page += table.html();
+  if (!report) return;
+  report->addText(
+      "D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity are "
+      "filled as the devkit does. Ground truth includes pixels that the right camera does not "
+      "see.");
+  for (const Table& table : tables) report->add(table);
   for (const size_t scene : worstSceneIndices2015(results, shown, kWorst))
-    page += picturesOf(readKittiScene2015(training_dir, names[scene]), methods, range);
-  writeText(fs::path(command_line.get("html")) / "kitti2015.html",
-            htmlDocument("KITTI 2015, single pairs", page, provenance(command_line, params)));
+    addPictures(readKittiScene2015(training_dir, names[scene]), methods, range, *report);
+  report->finish();
 }
 
 int evaluate(const CommandLine& command_line) {
@@ -204,7 +202,10 @@ int evaluate(const CommandLine& command_line) {
   const auto groups = openSequences(command_line);
 
   // Makes folders now, not after an hour of computing.
-  if (command_line.has("html")) makeFolder(command_line.get("html"));
+  std::optional<Report> page;
+  if (command_line.has("report"))
+    page.emplace(command_line.get("report"), "Disparities against ground truth",
+                 provenance(command_line, params));
   if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
     makeFolder(folder);
 
@@ -212,7 +213,6 @@ int evaluate(const CommandLine& command_line) {
   if (groups.empty()) return 0;
 
   const DisparityRange& range = params.disparity.matcher.range;
-  const bool with_panels = command_line.has("html");
   std::vector<SequenceReport> reports;
   for (const SequenceGroup& group : groups) {
     SequenceReport report;
@@ -232,16 +232,16 @@ int evaluate(const CommandLine& command_line) {
       Progress progress(sequence->name(), frames);
       evaluateDisparity(
           *sequence, methods, params, max_frames, [&](int index) { progress.update(index); },
-          with_panels ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
+          page ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
     }
     print(report);
     reports.push_back(std::move(report));
   }
   std::cout << paperTable(reports).text();
   if (command_line.has("csv")) writeCsv(command_line.get("csv"), csv(reports), framesCsv(reports));
-  if (command_line.has("html")) {
-    const fs::path dir = command_line.get("html");
-    writeText(dir / "index.html", htmlPage(reports, provenance(command_line, params)));
+  if (page) {
+    add(reports, *page);
+    page->finish();
   }
   return 0;
 }
@@ -252,7 +252,7 @@ int evaluate(const CommandLine& command_line) {
 int main(int argc, char** argv) {
   return predictive_stereo::runTool(
       argc, argv, predictive_stereo::kHelp,
-      {"csv", "html", "kitti2012", "kitti2015", "street", "street-frames", "shift-right", "methods",
-       "cache", "config", "set", "frames", "threads"},
+      {"csv", "report", "kitti2012", "kitti2015", "street", "street-frames", "shift-right",
+       "methods", "cache", "config", "set", "frames", "threads"},
       {"quick", "list-parameters", "kitti2015-as-sequence"}, predictive_stereo::evaluate);
 }

@@ -1,14 +1,14 @@
 /// Compares ego-motion with true poses, for KITTI drives and synthetic streets.
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
+#include <optional>
 #include <sstream>
 
 #include "evaluation/loss_evaluation.h"
 #include "evaluation/odometry_evaluation.h"
+#include "evaluation/report.h"
 #include "evaluation/tools/tool_input.h"
 #include "tools/command_line.h"
-#include "tools/output_file.h"
 #include "tools/progress.h"
 
 namespace predictive_stereo {
@@ -29,7 +29,7 @@ GPS is poor).
                       after the calibration
   --csv FILE          writes the figures of each sequence, and those of each frame into a second
                       file, with _frames added to its name
-  --pictures DIR      writes each path, seen from above, as PNG and SVG
+  --report DIR        writes each path, seen from above; scripts/report DIR makes a page of them
   --config YAML       parameters, as in evaluate_kitti
   --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
   --frames N          use at most N frames of each sequence
@@ -143,13 +143,6 @@ std::string framesCsv(const std::vector<OdometryEvaluation>& evaluations) {
   return csv.str();
 }
 
-void drawPath(const std::string& dir, const OdometryEvaluation& e) {
-  const Plot plot = pathPlot(e);
-  const std::string file = (std::filesystem::path(dir) / fileName(e.name)).string();
-  writeText(file + ".svg", svg(plot));
-  writePicture(file + ".png", picture(plot));
-}
-
 int evaluate(const CommandLine& command_line) {
   if (command_line.has("losses")) return evaluateLosses(command_line);
   const PipelineParams params = readParams(command_line);
@@ -158,6 +151,9 @@ int evaluate(const CommandLine& command_line) {
   input.every = command_line.getInt("every", 1, 1);
   input.rotation_prior = rotationPriorByName(command_line.get("rotation-prior", "none"));
   useThreads(command_line);
+  std::optional<Report> report;
+  if (command_line.has("report"))
+    report.emplace(command_line.get("report"), "Paths, seen from above", command_line.command());
   std::vector<OdometryEvaluation> evaluations;
   for (const SequenceGroup& group : openSequences(command_line))
     for (const auto& sequence : group.sequences) {
@@ -168,8 +164,9 @@ int evaluate(const CommandLine& command_line) {
     }
   for (const OdometryEvaluation& evaluation : evaluations) {
     print(evaluation);
-    if (command_line.has("pictures")) drawPath(command_line.get("pictures"), evaluation);
+    if (report) report->add(pathPlot(evaluation));
   }
+  if (report) report->finish();
   if (command_line.has("csv"))
     writeCsv(command_line.get("csv"), csv(evaluations), framesCsv(evaluations));
   return 0;
@@ -181,7 +178,7 @@ int evaluate(const CommandLine& command_line) {
 int main(int argc, char** argv) {
   return predictive_stereo::runTool(
       argc, argv, predictive_stereo::kHelp,
-      {"street", "street-frames", "shift-right", "csv", "pictures", "config", "set", "frames",
+      {"street", "street-frames", "shift-right", "csv", "report", "config", "set", "frames",
        "every", "street-rate", "rotation-prior", "threads"},
       {"losses"}, predictive_stereo::evaluate);
 }

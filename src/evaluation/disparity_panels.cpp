@@ -1,28 +1,13 @@
+#include "evaluation/disparity_panels.h"
+
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 
-#include "evaluation/disparity_report.h"
-#include "evaluation/html.h"
 #include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
 namespace {
-
-std::string base64(const std::vector<uchar>& bytes) {
-  constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve(bytes.size() * 4 / 3 + 4);
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    const size_t left = std::min<size_t>(3, bytes.size() - i);
-    uint32_t group = 0;
-    for (size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[i + k] : 0u);
-    for (size_t k = 0; k < 4; ++k) text += k <= left ? kLetters[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
 
 /// Values from 0 to `largest` as colours, black where `valid` is 0.
 cv::Mat3b coloured(const cv::Mat& values, double largest, const cv::Mat1b& valid) {
@@ -75,15 +60,6 @@ cv::Mat3b differenceMap(const MethodOutput& output, const DisparityRange& range)
 
 }  // namespace
 
-std::string figureHtml(const Panel& panel) {
-  cv::Mat3b small;
-  cv::resize(panel.image, small, {}, 0.5, 0.5, cv::INTER_AREA);
-  std::vector<uchar> png;
-  cv::imencode(".png", small, png);
-  return "<figure><img alt='" + escapedHtml(panel.caption) + "' src='data:image/png;base64," +
-         base64(png) + "'><figcaption>" + escapedHtml(panel.caption) + "</figcaption></figure>\n";
-}
-
 std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title,
                             const std::string& method, bool first, const DisparityRange& range,
                             const MethodOutput& output) {
@@ -118,30 +94,6 @@ std::vector<Panel> panelsOf(const SequenceFrame& frame, const std::string& title
                           "objects that were found",
                       differenceMap(output, range)});
   return panels;
-}
-
-std::string htmlPage(const std::vector<SequenceReport>& reports, const std::string& provenance) {
-  std::ostringstream page;
-  page << "<p>D1: outliers, off by more than 3 px and 5 %, among pixels with a disparity. D1f: the "
-          "same with pixels without a disparity counted as outliers. All figures are means over "
-          "frames; the first frame is left out. hh: OpenCV StereoSGBM MODE_HH with the paper's "
-          "parameters; full: ours, searching all disparities under the same temporal rules.</p>\n"
-       << paperTable(reports).html();
-  for (const SequenceReport& report : reports) {
-    page << "<h2>" << escapedHtml(report.name) << "</h2>\n" << accuracyTable(report).html();
-    const Table regions = regionTable(report);
-    if (!regions.rows.empty()) page << regions.html();
-    const Table loop = loopTable(report);
-    if (!loop.rows.empty()) page << loop.html();
-    const DisparityEvaluation* ours = report.find(kOurs);
-    if (report.evaluations.front().score.frames > 0) page << svg(errorOverTime(report));
-    if (ours && ours->variance.count() > 0)
-      page << svg(reliability(*ours)) << calibrationTable(*ours).html();
-    const Table stages = stageTable(report);
-    if (!stages.rows.empty()) page << stages.html();
-    for (const Panel& panel : report.panels) page << figureHtml(panel);
-  }
-  return htmlDocument("Disparities against ground truth", page.str(), provenance);
 }
 
 }  // namespace predictive_stereo
