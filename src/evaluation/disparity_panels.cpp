@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "evaluation/disparity_metrics.h"
 #include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
