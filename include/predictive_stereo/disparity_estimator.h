@@ -30,8 +30,9 @@ struct DisparityParams {
   int min_support = 10;     ///< pixels of 5x5 within 1 px of the centre; with fewer unknown; 0: off
   int min_region_px = 100;  ///< smaller regions of the match become invalid, at full and at half
                             ///< resolution, see RegionFilter; 0: none
-  int max_hole_px = 40;  ///< holes up to this width are filled in the published disparity, if both
-                         ///< sides agree or if they are occlusions, see post_filter.h; 0: none
+  int max_hole_px = 40;     ///< holes of rows and columns up to this length are filled in the
+                         ///< published disparity, if both sides belong to one surface or if they
+                         ///< are occlusions, see fillHoles; 0: none
 
   /// Moving objects of the previous frame are used neither for search ranges nor for the filters,
   /// see Pipeline.
@@ -146,7 +147,7 @@ class DisparityEstimator {
   Prediction prediction_;
   SearchRanges ranges_;
   Match match_;
-  cv::Mat1f corrected_disparity_px_, median_disparity_px_;
+  cv::Mat1f corrected_disparity_px_, filled_disparity_px_, median_disparity_px_;
   StageTimes coarse_times_, times_;
 };
 

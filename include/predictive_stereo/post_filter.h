@@ -16,20 +16,25 @@ namespace predictive_stereo {
 void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat1f& disparity_px,
                      cv::Mat1f& filtered_px);
 
-/// Fills narrow holes, then applies the 3x3 median (section 2.3). Not in place.
+/// Fills holes: runs of at most `max_length` invalid pixels in a row, then in a column of what the
+/// rows gave; 0: none. Not in place.
 ///
-/// Holes are horizontal runs of at most `max_width` invalid pixels; 0: none is filled. If the two
-/// sides of a hole agree within `tolerance_px`, the hole is interpolated. If its right side is
-/// nearer, and the hole at most 4 px wider than the difference of the two disparities, the hole is
-/// an occlusion: the foreground hides it from the right camera. It gets the disparity of its left
+/// A hole is interpolated if both sides belong to one surface: if they agree within `tolerance_px`,
+/// or one is where the mean of the slopes beside the hole leads to from the other. In a row whose
+/// right side is nearer, a hole at most 4 px wider than the difference of the two disparities is an
+/// occlusion: the foreground hides it from the right camera. It gets the disparity of its left
 /// side, the background.
-///
-/// Median: a valid pixel gets the median of itself and its valid neighbours (the lower one of an
-/// even number). An invalid pixel gets the median of its valid neighbours if there are at least
-/// five, as the paper fills "possibly invalidated disparities"; otherwise it is range.invalid().
+/// @param filled_px  output of the input's size.
+/// @throws std::invalid_argument if input and output share memory.
+void fillHoles(const DisparityRange& range, int max_length, float tolerance_px,
+               const cv::Mat1f& disparity_px, cv::Mat1f& filled_px);
+
+/// The 3x3 median (section 2.3): a valid pixel gets the median of itself and its valid neighbours
+/// (the lower one of an even number). An invalid pixel gets the median of its valid neighbours if
+/// there are at least five, as the paper fills "possibly invalidated disparities"; otherwise it is
+/// range.invalid(). Not in place.
 /// @param filtered_px  output of the input's size.
 /// @throws std::invalid_argument if input and output share memory.
-void fillHolesAndMedian3x3(const DisparityRange& range, int max_width, float tolerance_px,
-                           const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);
+void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);
 
 }  // namespace predictive_stereo

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "filtering/hole_kernels.h"
 #include "filtering/post_filter_kernels.h"
 #include "parallel/tasks.h"
 
@@ -67,18 +68,33 @@ void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat
       });
 }
 
-void fillHolesAndMedian3x3(const DisparityRange& range, int max_width, float tolerance_px,
-                           const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {
-  createApart("fillHolesAndMedian3x3", disparity_px, filtered_px);
+void fillHoles(const DisparityRange& range, int max_length, float tolerance_px,
+               const cv::Mat1f& disparity_px, cv::Mat1f& filled_px) {
+  createApart("fillHoles", disparity_px, filled_px);
   const cv::Size size = disparity_px.size();
   const auto smallest_valid = static_cast<float>(range.min_disparity);
-  const HoleLimits limits{max_width, tolerance_px, kHiddenSlack_px};
+  const HoleLimits limits{max_length, tolerance_px, kHiddenSlack_px};
+  parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      std::copy_n(disparity_px[y], size.width, filled_px[y]);
+      fillHolesOfRow(size.width, smallest_valid, limits, filled_px[y]);
+    }
+  });
+  constexpr int kStrip = 64;  // columns
+  parallelFor(cv::Range(0, (size.width + kStrip - 1) / kStrip), [&](const cv::Range& strips) {
+    for (int x = strips.start * kStrip; x < std::min(strips.end * kStrip, size.width); x += kStrip)
+      fillHolesOfColumns(filled_px[0] + x, static_cast<ptrdiff_t>(filled_px.step1()),
+                         std::min(kStrip, size.width - x), size.height, smallest_valid, limits);
+  });
+}
+
+void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {
+  createApart("median3x3", disparity_px, filtered_px);
+  const cv::Size size = disparity_px.size();
+  const auto smallest_valid = static_cast<float>(range.min_disparity);
   filterRows<1>(
       size, range.invalid(),
-      [&](int y, float* filled) {
-        std::copy_n(disparity_px[y], size.width, filled);
-        fillHolesOfRow(size.width, smallest_valid, limits, filled);
-      },
+      [&](int y, float* row) { std::copy_n(disparity_px[y], size.width, row); },
       [&](int y, const float* const* rows) {
         medianOfRow(rows, size.width, smallest_valid, range.invalid(), filtered_px[y]);
       });

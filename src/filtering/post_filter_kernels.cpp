@@ -156,47 +156,6 @@ void medianOfRow(const float* const rows[3], int width, float smallest_valid, fl
   medianOfPixels(hn::FixedTag<float, 1>(), rows, width, smallest_valid, invalid, x, filtered);
 }
 
-// The first pixel from x on that is valid (kValid) or invalid (!kValid); `width` if there is none.
-template <bool kValid>
-HWY_INLINE int find(const float* row, int x, int width, float smallest_valid) {
-  const hn::ScalableTag<float> d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto smallest = hn::Set(d, smallest_valid);
-  for (; x + lanes <= width; x += lanes) {
-    const auto valid = hn::Ge(hn::LoadU(d, row + x), smallest);
-    const auto place = hn::FindFirstTrue(d, kValid ? valid : hn::Not(valid));
-    if (place >= 0) return x + static_cast<int>(place);
-  }
-  while (x < width && (row[x] >= smallest_valid) != kValid) ++x;
-  return x;
-}
-
-template <class D>
-HWY_INLINE int fillRun(D d, float before, float step, int first, int x, int end, float* row) {
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= end; x += lanes) {
-    const auto steps = hn::Iota(d, static_cast<float>(x - first + 1));
-    hn::StoreU(hn::Add(hn::Set(d, before), hn::Mul(hn::Set(d, step), steps)), d, row + x);
-  }
-  return x;
-}
-
-void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row) {
-  for (int end = 0;;) {  // of the last run
-    const int first = find<false>(row, end, width, smallest_valid);
-    end = find<true>(row, first, width, smallest_valid);
-    if (end >= width) break;
-    if (first == 0 || end - first > limits.max_width) continue;
-    const float before = row[first - 1], after = row[end], rise = after - before;
-    const auto run = static_cast<float>(end - first);
-    const bool hidden = rise > limits.tolerance_px && run <= rise + limits.hidden_slack_px;
-    if (std::abs(rise) > limits.tolerance_px && !hidden) continue;
-    const float step = hidden ? 0.0f : rise / (run + 1);
-    const int x = fillRun(hn::ScalableTag<float>(), before, step, first, first, end, row);
-    fillRun(hn::FixedTag<float, 1>(), before, step, first, x, end, row);
-  }
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace predictive_stereo
 HWY_AFTER_NAMESPACE();
@@ -207,7 +166,6 @@ namespace predictive_stereo {
 HWY_EXPORT(supportKeysOfRow);
 HWY_EXPORT(filterRowBySupport);
 HWY_EXPORT(medianOfRow);
-HWY_EXPORT(fillHolesOfRow);
 
 void supportKeysOfRow(const float* disparity_px, int width, float smallest_valid, int32_t* keys) {
   HWY_DYNAMIC_DISPATCH(supportKeysOfRow)(disparity_px, width, smallest_valid, keys);
@@ -222,10 +180,6 @@ void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5],
 void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
                  float* filtered) {
   HWY_DYNAMIC_DISPATCH(medianOfRow)(rows, width, smallest_valid, invalid, filtered);
-}
-
-void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row) {
-  HWY_DYNAMIC_DISPATCH(fillHolesOfRow)(width, smallest_valid, limits, row);
 }
 
 }  // namespace predictive_stereo

@@ -21,12 +21,4 @@ void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5],
 void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
                  float* filtered);
 
-struct HoleLimits {
-  int max_width;
-  float tolerance_px;
-  float hidden_slack_px;  ///< an occlusion may exceed the difference of disparities by this
-};
-/// Fills the holes of one row in place, see fillHolesAndMedian3x3.
-void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row);
-
 }  // namespace predictive_stereo

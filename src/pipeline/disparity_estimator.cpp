@@ -116,8 +116,9 @@ void DisparityEstimator::correct(const DisparityOutput& output, DisparityState& 
 void DisparityEstimator::publish(const DisparityState& filters, DisparityOutput& output) {
   const DisparityRange& range = params_.matcher.range;
   Stopwatch watch;
-  fillHolesAndMedian3x3(range, params_.max_hole_px, kHoleTolerancePx, filters.disparity_px,
-                        median_disparity_px_);
+  fillHoles(range, params_.max_hole_px, kHoleTolerancePx, filters.disparity_px,
+            filled_disparity_px_);
+  median3x3(range, filled_disparity_px_, median_disparity_px_);
   predictive_stereo::publish(median_disparity_px_, filters, prediction_,
                              output.measured_disparity_px, output.measured_variance_px2,
                              output.ambiguity, row_alignment_.rms_offset_px, range,

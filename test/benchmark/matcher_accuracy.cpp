@@ -64,10 +64,10 @@ void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityP
       else
         matcher.match(job.left, right, job.ranges, match);
       Result result{{}, cv::mean(match.search_width)[0]};
-      cv::Mat1f supported_px;
+      cv::Mat1f supported_px, filled_px;
       filterBySupport(range, params.min_support, match.disparity_px, supported_px);
-      fillHolesAndMedian3x3(range, params.max_hole_px, kHoleTolerancePx, supported_px,
-                            result.disparity_px);
+      fillHoles(range, params.max_hole_px, kHoleTolerancePx, supported_px, filled_px);
+      median3x3(range, filled_px, result.disparity_px);
       return result;
     };
   };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "filtering/correction_rows.h"
+#include "filtering/hole_kernels.h"
 #include "filtering/post_filter_kernels.h"
 #include "filtering/prediction_rows.h"
 #include "filtering/range_rows.h"
@@ -91,6 +92,7 @@ TEST(BorderReads, OfHolesThatAreFilled) {
         fillBetween({before(n), v0(n), m0(n)}, {before(n) + 2, v0(n) + 2, m0(n) + 2}, n - 2,
                     kSmallest, {before(n) + 1, v0(n) + 1, m0(n) + 1});
       fillHolesOfRow(n, kSmallest, {9, 3, 2}, after(n));
+      fillHolesOfColumns(before(n), n / 3, n / 3, 3, kSmallest, {9, 3, 2});
     });
   });
 }

@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
 #include <vector>
+
+#include "filtering/hole_kernels.h"
 
 namespace predictive_stereo {
 namespace {
@@ -62,27 +66,51 @@ cv::Mat1f medianNaively(const DisparityRange& range, const cv::Mat1f& map) {
   return filtered;
 }
 
-cv::Mat1f fillNaively(const DisparityRange& range, int max_width, float tolerance_px,
-                      const cv::Mat1f& map) {
-  cv::Mat1f filled = map.clone();
-  for (int y = 0; y < map.rows; ++y)
-    for (int x = 0; x < map.cols; ++x) {
-      if (range.isValid(map(y, x))) continue;
-      int before = x, after = x;
-      while (before >= 0 && !range.isValid(map(y, before))) --before;
-      while (after < map.cols && !range.isValid(map(y, after))) ++after;
-      if (before < 0 || after == map.cols || after - before - 1 > max_width) continue;
-      const float step = map(y, after) - map(y, before);
-      if (step > tolerance_px && static_cast<float>(after - before - 1) <= step + 4)
-        filled(y, x) = map(y, before);
-      if (std::abs(step) > tolerance_px) continue;
-      filled(y, x) = map(y, before) + step / (after - before) * (x - before);
-    }
-  return filled;
+// The disparity rises evenly over a hole from `before` to `after`, if these belong to one surface;
+// `outer` are the pixels beyond them, for the slopes.
+std::optional<double> riseOver(int steps, float before, float after,
+                               std::optional<std::pair<float, float>> outer, float tolerance_px) {
+  const float rise = after - before;
+  bool one_surface = std::abs(rise) <= tolerance_px;
+  if (outer) {
+    const float slope = ((before - outer->first) + (outer->second - after)) / (2 * kSlopeReach);
+    one_surface |= std::abs(rise - slope * static_cast<float>(steps)) <= tolerance_px;
+  }
+  return one_surface ? std::optional(rise / steps) : std::nullopt;
 }
 
-cv::Mat1f filledMedianNaively(const DisparityRange& range, int max_width, const cv::Mat1f& map) {
-  return medianNaively(range, fillNaively(range, max_width, 3, map));
+// Along the rows of the map, from left to right.
+void fillNaively(const DisparityRange& range, int max_length, float tolerance_px, bool occlusions,
+                 cv::Mat1f& map) {
+  for (int y = 0; y < map.rows; ++y)
+    for (int x = 1; x < map.cols; ++x) {
+      const auto isValid = [&](int i) {
+        return i >= 0 && i < map.cols && range.isValid(map(y, i));
+      };
+      if (!isValid(x) || isValid(x - 1)) continue;
+      int before = x - 1;
+      while (before >= 0 && !isValid(before)) --before;
+      const int steps = x - before;
+      if (before < 0 || steps - 1 > max_length) continue;
+      std::optional<std::pair<float, float>> outer;
+      if (isValid(before - kSlopeReach) && isValid(x + kSlopeReach))
+        outer = {map(y, before - kSlopeReach), map(y, x + kSlopeReach)};
+      const float near = map(y, x) - map(y, before);
+      auto rise = riseOver(steps, map(y, before), map(y, x), outer, tolerance_px);
+      if (!rise && occlusions && near > tolerance_px && static_cast<float>(steps - 1) <= near + 4)
+        rise = 0;
+      if (!rise) continue;
+      for (int i = 1; i < steps; ++i)
+        map(y, before + i) = static_cast<float>(map(y, before) + *rise * i);
+    }
+}
+
+cv::Mat1f filledNaively(const DisparityRange& range, int max_length, const cv::Mat1f& map) {
+  cv::Mat1f filled = map.clone();
+  fillNaively(range, max_length, 3, true, filled);
+  filled = filled.t();
+  fillNaively(range, max_length, 3, false, filled);
+  return filled.t();
 }
 
 void expectEqual(const cv::Mat1f& filtered, const cv::Mat1f& expected, const char* what,
@@ -141,14 +169,35 @@ TEST(PostFilter, EqualNaiveReferences) {
             expectEqual(filtered, expected, "support");
           });
         }
+        forEveryTarget([&] {
+          median3x3(range, map, filtered);
+          expectEqual(filtered, medianNaively(range, map), "median");
+        });
         for (int max_width : {0, 2, 40}) {
-          const cv::Mat1f expected = filledMedianNaively(range, max_width, map);
+          const cv::Mat1f expected = filledNaively(range, max_width, map);
           forEveryTarget([&] {
-            fillHolesAndMedian3x3(range, max_width, 3, map, filtered);
-            expectEqual(filtered, expected, "median", 1e-5);
+            fillHoles(range, max_width, 3, map, filtered);
+            expectEqual(filtered, expected, "holes", 1e-4);
           });
         }
       }
+}
+
+// A road whose disparity rises by 0.5 px a row, with a hole that is 20 rows high and as wide as the
+// image: its sides are 10 px apart.
+TEST(PostFilter, SurfacesThatSlopeAreContinuedOverHoles) {
+  const DisparityRange range = rangeFrom(0);
+  cv::Mat1f road(80, 50), filled;
+  for (int y = 0; y < road.rows; ++y) road.row(y) = 10 + 0.5f * static_cast<float>(y);
+  cv::Mat1f map = road.clone();
+  map.rowRange(30, 50) = range.invalid();
+  fillHoles(range, 40, 3, map, filled);
+  expectEqual(filled, road, "road", 1e-4);
+  fillHoles(range, 19, 3, map, filled);
+  expectEqual(filled, map, "a longer hole");
+  map.rowRange(50, 80) += 20;  // a vehicle stands on it
+  fillHoles(range, 40, 3, map, filled);
+  expectEqual(filled, map, "two surfaces");
 }
 
 TEST(PostFilter, InvalidNeighboursGiveNoSupport) {
@@ -169,8 +218,10 @@ TEST(PostFilter, ViewsAreReadAndWrittenInPlace) {
   cv::Mat1f target = frame(cv::Rect(20, 10, 53, 41));
   filterBySupport(range, 10, view, target);
   expectEqual(frame(cv::Rect(20, 10, 53, 41)), supportNaively(range, 10, copy), "support");
-  fillHolesAndMedian3x3(range, 5, 3, view, target);
-  expectEqual(frame(cv::Rect(20, 10, 53, 41)), filledMedianNaively(range, 5, copy), "median", 1e-5);
+  fillHoles(range, 5, 3, view, target);
+  expectEqual(frame(cv::Rect(20, 10, 53, 41)), filledNaively(range, 5, copy), "holes", 1e-4);
+  median3x3(range, view, target);
+  expectEqual(frame(cv::Rect(20, 10, 53, 41)), medianNaively(range, copy), "median");
   // The memory around the view is unchanged.
   frame(cv::Rect(20, 10, 53, 41)) = 77.f;
   EXPECT_EQ(cv::countNonZero(frame != 77.f), 0);
@@ -181,13 +232,16 @@ TEST(PostFilter, ReuseMemoryAndRefuseToWorkInPlace) {
   cv::Mat1f map = makeMap({50, 40}, range, 0.2, 3), filtered(40, 50);
   const uchar* memory = filtered.data;
   filterBySupport(range, 10, map, filtered);
-  fillHolesAndMedian3x3(range, 10, 3, map, filtered);
+  fillHoles(range, 10, 3, map, filtered);
+  median3x3(range, map, filtered);
   EXPECT_EQ(filtered.data, memory);
   EXPECT_THROW(filterBySupport(range, 10, map, map), std::invalid_argument);
-  EXPECT_THROW(fillHolesAndMedian3x3(range, 10, 3, map, map), std::invalid_argument);
+  EXPECT_THROW(fillHoles(range, 10, 3, map, map), std::invalid_argument);
+  EXPECT_THROW(median3x3(range, map, map), std::invalid_argument);
   cv::Mat1f empty, nothing;
   filterBySupport(range, 10, empty, nothing);
-  fillHolesAndMedian3x3(range, 10, 3, empty, nothing);
+  fillHoles(range, 10, 3, empty, nothing);
+  median3x3(range, empty, nothing);
   EXPECT_TRUE(nothing.empty());
 }
 
@@ -200,8 +254,10 @@ TEST(PostFilter, SameForEveryNumberOfThreads) {
     cv::Mat1f filtered;
     filterBySupport(range, 10, map, filtered);
     expectEqual(filtered, supportNaively(range, 10, map), "support");
-    fillHolesAndMedian3x3(range, 20, 3, map, filtered);
-    expectEqual(filtered, filledMedianNaively(range, 20, map), "median", 1e-5);
+    fillHoles(range, 20, 3, map, filtered);
+    expectEqual(filtered, filledNaively(range, 20, map), "holes", 1e-4);
+    median3x3(range, map, filtered);
+    expectEqual(filtered, medianNaively(range, map), "median");
   }
   cv::setNumThreads(before);
 }
