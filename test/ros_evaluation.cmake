@@ -123,6 +123,9 @@ add_test(NAME benchmark
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/benchmark_test.py
     ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}
 )
+add_test(NAME leave_one_out
+  COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/tooling/leave_one_out_test.py ${PROJECT_SOURCE_DIR}
+)
 # Exit status 77, skipped: no permission to mount a small disk.
 add_test(NAME hostile_files
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/hostile_files_test.py

@@ -51,13 +51,14 @@ cv::Mat1b withNoise(const cv::Mat1b& image, double sigma, uint64_t seed) {
   return noisy;
 }
 
-// A quadratic offset: `largest_px` in the lower left corner, -`largest_px` in the upper right one.
-cv::Mat1b withColumnOffset(const cv::Mat1b& image, double largest_px) {
+// Moves each pixel to the left by offset_px(u, v); u and v go from -1 to 1 over columns and rows.
+template <class Offset>
+cv::Mat1b withColumnOffsets(const cv::Mat1b& image, const Offset& offset_px) {
   cv::Mat1f x_px(image.size()), y_px(image.size());
   for (int y = 0; y < image.rows; ++y)
     for (int x = 0; x < image.cols; ++x) {
       const double u = 2.0 * x / image.cols - 1, v = 2.0 * y / image.rows - 1;
-      x_px(y, x) = static_cast<float>(x + largest_px * (0.25 * (v - u) - 0.5 * u * v));
+      x_px(y, x) = static_cast<float>(x + offset_px(u, v));
       y_px(y, x) = static_cast<float>(y);
     }
   cv::Mat1b warped;
@@ -85,8 +86,7 @@ class PerturbedSequence : public Sequence {
 
   SequenceFrame frame(int index) const override {
     SequenceFrame frame = from_.frame(source(index));
-    if (change_.column_offset_px != 0)
-      frame.right = withColumnOffset(frame.right, change_.column_offset_px);
+    frame.right = withWrongColumns(frame.right, source(index));
     if (change_.mirrored) {
       cv::Mat1b left, right;
       cv::flip(frame.right, left, 1);
@@ -96,9 +96,10 @@ class PerturbedSequence : public Sequence {
     }
     uint64_t seed = 2 * static_cast<uint64_t>(source(index)) + 1;
     for (cv::Mat1b* image : {&frame.left, &frame.right}) {
-      if (change_.gain != 1 || change_.offset != 0) {
+      const double gain = change_.gain * (image == &frame.right ? change_.right_gain : 1);
+      if (gain != 1 || change_.offset != 0) {
         cv::Mat1b changed;
-        image->convertTo(changed, CV_8U, change_.gain, change_.offset);
+        image->convertTo(changed, CV_8U, gain, change_.offset);
         *image = changed;
       }
       if (change_.noise_sigma > 0) *image = withNoise(*image, change_.noise_sigma, seed++);
@@ -113,6 +114,15 @@ class PerturbedSequence : public Sequence {
   }
 
  private:
+  cv::Mat1b withWrongColumns(const cv::Mat1b& right, int frame) const {
+    const double corner_px = change_.column_offset_px, bow_px = change_.column_bow_px;
+    const double jump_px = 2 * frame >= from_.frames() ? change_.column_jump_px : 0;
+    if (corner_px == 0 && bow_px == 0 && jump_px == 0) return right;
+    // The quadratic part is corner_px in the lower left corner, -corner_px in the upper right one.
+    return withColumnOffsets(right, [=](double u, double v) {
+      return corner_px * (0.25 * (v - u) - 0.5 * u * v) + bow_px * u * u + jump_px;
+    });
+  }
   int source(int index) const { return kept_.at(static_cast<size_t>(index)); }
 
   const Sequence& from_;
@@ -141,6 +151,9 @@ std::vector<Perturbation> makePerturbations() {
   strong.offset = -20;
   add("mirrored").mirrored = true;
   add("columns off 1 px").column_offset_px = 1;
+  add("columns off 3 px at the borders").column_bow_px = 3;
+  add("columns jump by 2 px").column_jump_px = 2;
+  add("right image darker by a quarter").right_gain = 0.75;
   add("every 7th frame missing").drop_every = 7;
   add("even frames").every = 2;
   Perturbation& odd = add("odd frames");

@@ -18,7 +18,10 @@ struct Perturbation {
   double margin_px = 0;         ///< SearchRangeParams::margin_px; 0: unchanged
   double noise_sigma = 0;       ///< of grey levels, Gaussian, in both images
   double gain = 1, offset = 0;  ///< of grey levels of both images
+  double right_gain = 1;        ///< of grey levels of the right image, in addition
   double column_offset_px = 0;  ///< largest error of the right image's columns, quadratic
+  double column_bow_px = 0;     ///< their error at both borders, a parabola over the columns
+  double column_jump_px = 0;    ///< their error from the middle of the sequence on, constant
   bool mirrored = false;        ///< flipped; the right image becomes the left one
   int every = 1, first = 0;     ///< only frames `first`, `first + every`, ...
   int drop_every = 0;           ///< frames 5, 5 + drop_every, ... are missing; 0: none

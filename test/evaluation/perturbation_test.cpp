@@ -131,6 +131,36 @@ TEST(Perturbation, ColumnsAreOffByAsMuchInTheCorner) {
   EXPECT_NEAR(shifted->frame(0).right(10, 50), ramp.frame(0).right(10, 50), 1);
 }
 
+TEST(Perturbation, ColumnsAreOffAtTheBorders) {
+  const Ramp ramp;
+  Perturbation bow = change();
+  bow.column_bow_px = 4;
+  const auto bowed = perturbed(ramp, bow);
+  EXPECT_NEAR(bowed->frame(0).right(7, 0), ramp.frame(0).right(7, 4), 1);
+  EXPECT_NEAR(bowed->frame(0).right(7, 95), ramp.frame(0).right(7, 98), 1);
+  EXPECT_EQ(bowed->frame(0).right(7, 50), ramp.frame(0).right(7, 50));
+}
+
+TEST(Perturbation, ColumnsJumpInTheMiddleOfTheSequence) {
+  const Ramp ramp;
+  Perturbation jump = change();
+  jump.column_jump_px = 2;
+  const auto jumped = perturbed(ramp, jump);
+  EXPECT_EQ(cv::norm(jumped->frame(5).right, ramp.frame(5).right, cv::NORM_INF), 0);
+  for (int x = 0; x < 98; ++x)
+    ASSERT_EQ(jumped->frame(6).right(7, x), ramp.frame(6).right(7, x + 2)) << x;
+  EXPECT_EQ(cv::norm(jumped->frame(6).left, ramp.frame(6).left, cv::NORM_INF), 0);
+}
+
+TEST(Perturbation, TheRightImageAloneIsDarker) {
+  const Ramp ramp;
+  Perturbation dark = change();
+  dark.right_gain = 0.5;
+  const auto darker = perturbed(ramp, dark);
+  EXPECT_EQ(cv::norm(darker->frame(5).left, ramp.frame(5).left, cv::NORM_INF), 0);
+  EXPECT_EQ(darker->frame(5).right(7, 60), ramp.frame(5).right(7, 60) / 2);
+}
+
 TEST(Perturbation, RememberedSequencesHaveTheLabelsOfFiles) {
   const Ramp ramp;
   ObjectLabel label;

@@ -57,9 +57,9 @@ Parameters:
   --threads N         (default: all cores)
 
   --perturb           runs each sequence again with perturbations that should not matter: other
-                      search ranges, noise, contrast, mirrored images, a column offset, missing
-                      frames, every second frame; prints the figures of each one, their mean and
-                      their standard deviation
+                      search ranges, noise, contrast, one darker image, mirrored images, wrong
+                      columns, missing frames, every second frame; prints the figures of each one,
+                      their mean and their standard deviation
 
 Also printed: the slowest speeds that the default scheme can detect with this camera and frame rate,
 by distance.
