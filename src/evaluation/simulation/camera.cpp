@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evaluation/simulation/glossy.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo::simulation {
@@ -85,67 +84,6 @@ struct Shader {
     return {point, normal, surface.normal, radiance};
   }
 
-  // Radiance from this direction (unit length) at a point (relative to the sunlight's centre).
-  // @param spread  growth of the pixel's footprint beyond `width_m`, per metre of distance.
-  float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
-                      int except) const {
-    LitHit hit;
-    static_cast<Hit&>(hit) = light.around->cast(point, direction, except);
-    if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
-    hit.sunny = light.look.sun > 0 && light.sunlight.reaches(point + (hit.t - 0.01f) * direction);
-    return shade(hit, light.around->inLocalAxes(hit.primitive, point), direction,
-                 width_m + spread * hit.t)
-        .radiance;
-  }
-
-  // Radiance of clear coat over paint, or of a pane: reflected and transmitted light.
-  float glossy(const LitHit& hit, const Shaded& shaded, float x, float y) const {
-    const Primitive& p = grid.primitive(hit.primitive);
-    const Vector3f direction = grid.directionOf(x, y), view = direction.normalized();
-    const Vector3f normal =
-        p.R_local_world.transpose() * normalOfPanel(p, shaded.local_normal, shaded.point);
-    const float cosine = std::clamp(-normal.dot(view), 0.0f, 1.0f);
-    const float width_m = hit.t * grid.pixelPerM();
-    const float mirror = fresnel(mirrorOf(p, hit.part, shaded.point), cosine);
-    const Vector3f reflected_ray = (view + 2 * cosine * normal).normalized();
-    const Vector3f point = light.offset_m + hit.t * direction;
-    // A convex mirror spreads the rays of a pixel.
-    const float spread =
-        grid.pixelPerM() + 2 * kPanelTurn * width_m / std::max(p.half_m.maxCoeff(), 0.1f);
-    const float reflected = light.look.reflections *
-                            lightArriving(point, reflected_ray, width_m, spread, hit.primitive);
-    if (isClear(p, hit.part, shaded.point)) {
-      constexpr float kTint = 0.8f;
-      return mirror * reflected + (1 - mirror) * kTint * behind(x, y, hit.primitive);
-    }
-    // Metal flakes below the coat reflect as well, in random directions.
-    const float metallic = p.albedo > 0.05f ? 0.5f * p.albedo + 0.05f : 0.0f;
-    float radiance = (1 - mirror) * shaded.radiance + (mirror + metallic) * reflected;
-    if (hit.sunny && light.look.reflections > 0)  // the sun itself
-      radiance += 4 * std::pow(std::max(0.0f, reflected_ray.dot(light.look.to_sun)), 600.0f);
-    return radiance;
-  }
-
-  float behind(float x, float y, int pane) const {
-    LitHit hit;
-    static_cast<Hit&>(hit) = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
-    const Vector3f direction = grid.directionOf(x, y);
-    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), light.look, light.sky_seed);
-    hit.sunny =
-        light.look.sun > 0 && light.sunlight.reaches(light.offset_m + (hit.t - 0.01f) * direction);
-    return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
-  }
-
-  bool isGlossy(const LitHit& hit) const {
-    const Material material = grid.primitive(hit.primitive).material;
-    return light.around && (material == Material::kGloss || material == Material::kGlossCabin);
-  }
-  // Edges behind a pane need antialiasing as well.
-  bool mayBePane(const LitHit& hit) const {
-    return light.around && !hit.sky() &&
-           grid.primitive(hit.primitive).material == Material::kGlossCabin;
-  }
-
   float operator()(const LitHit& hit, float x, float y) const {
     const Look& look = light.look;
     const uint32_t seed = light.sky_seed;
@@ -154,7 +92,6 @@ struct Shader {
     const Primitive& p = grid.primitive(hit.primitive);
     const Shaded shaded =
         shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM());
-    if (isGlossy(hit)) return glossy(hit, shaded, x, y);
     float radiance = shaded.radiance;
     const float mirror = look.reflections * mirrorOf(p, hit.part, shaded.point);
     if (mirror > 0) {
@@ -223,7 +160,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < hits.size().width; ++x) {
         const float row = ideal_row(x, y);
-        if (!isEdge(hits, x, y) && !shade.mayBePane(hits.at(x, y))) {
+        if (!isEdge(hits, x, y)) {
           radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
           continue;
         }
@@ -235,8 +172,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
           met[i] = shade.cast(ray_x, ray_y);
           int j = 0;
           while (!sameSurface(met[j], met[i])) ++j;
-          radiance_of[i] =
-              j < i && !shade.mayBePane(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
+          radiance_of[i] = j < i ? radiance_of[j] : shade(met[i], ray_x, ray_y);
           sum += radiance_of[i];
         }
         radiance(y, x) = 0.25f * sum;

@@ -170,7 +170,6 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
     case Material::kBark:
       return p.albedo *
              (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));
-    case Material::kGloss:
     case Material::kPaint: {
       const float dirt = texture2(u, v, fp, {0.7f, 5, 0.75f}, seed);
       // Gaps between doors and bonnet.
@@ -178,7 +177,6 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
                         fade(0.02f, fp.width_m + fp.length_m);
       return p.albedo * (1.0f + contrast * (0.13f * dirt - 0.7f * gap));
     }
-    case Material::kGlossCabin:
     case Material::kCabin: {
       const bool roof = part >= 4;
       if (roof || !isWindow(p, part, local))
@@ -252,17 +250,9 @@ float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
       return 0.12f;
     case Material::kCabin:
       return isWindow(p, part, local) ? 0.45f : 0.12f;
-    case Material::kGloss:
-      return 0.05f;  // clear coat
-    case Material::kGlossCabin:
-      return isWindow(p, part, local) ? 0.08f : 0.05f;  // two faces of a pane
     default:
       return 0;
   }
-}
-
-bool isClear(const Primitive& p, int part, const Vector3f& local) {
-  return p.material == Material::kGlossCabin && isWindow(p, part, local);
 }
 
 float surroundings(const Vector3f& direction, const Look& look, uint32_t seed) {

@@ -247,16 +247,6 @@ std::vector<Scene> makeScenes() {
     s.sensor.duplicate_every = 5;
     s.drive.turns = "S";
   }
-  {
-    Scene& s = scene("glossy_cars",
-                     "dark, glossy and metallic cars that reflect sky and street, clear windows");
-    s.look.glossy_cars = true;
-    s.traffic.companions = {{Kind::kCar, 8, 0, 2, 9}};
-    s.parked_cars = 0.9;
-    s.trees = 0.3;
-    s.drive.cruise_mps = 5;
-    s.drive.turns = "S";
-  }
   all.insert(all.end(), {drone(), robot(), handheld()});
   return all;
 }
