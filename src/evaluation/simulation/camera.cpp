@@ -47,19 +47,14 @@ struct Shader {
     return lit;
   }
 
-  // The shaded hit of a ray.
-  struct Shaded {
-    Vector3f point, normal, local_normal;  // point in local axes; the normal faces the viewer
-    float radiance = 0;                    // without mirrors
-  };
-  // @param origin  of the ray, in the primitive's axes. @param direction  in the world's.
-  // @param width_m  width of the pixel's footprint.
-  Shaded shade(const LitHit& hit, const Vector3f& origin, const Vector3f& direction,
-               float width_m) const {
+  // Radiance of the hit of the ray through (x, y).
+  float operator()(const LitHit& hit, float x, float y) const {
     const Look& look = light.look;
+    const Vector3f direction = grid.directionOf(x, y);
+    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, light.sky_seed);
     const Primitive& p = grid.primitive(hit.primitive);
     const Vector3f local_direction = p.R_local_world * direction;
-    const Vector3f point = origin + hit.t * local_direction;
+    const Vector3f point = grid.originIn(hit.primitive) + hit.t * local_direction;
     Surface surface = surfaceAt(p, hit.part, point);
     if (surface.normal.dot(local_direction) > 0) surface.normal = -surface.normal;
     if (p.shape == Shape::kGround) {
@@ -67,10 +62,25 @@ struct Shader {
       surface.u_m = p.centre_m.x() + point.x();
       surface.v_m = p.centre_m.y() + point.y();
     }
-    const Footprint footprint = footprintOf(surface, local_direction, width_m);
+    const Footprint footprint = footprintOf(surface, local_direction, hit.t * grid.pixelPerM());
     const float albedo =
         std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
     const Vector3f normal = p.R_local_world.transpose() * surface.normal;
+    float radiance = albedo * illuminationOf(hit, direction, normal);
+    if (p.material == Material::kLamp) radiance += look.lamps;
+    const float mirror = look.reflections * mirrorOf(p, hit.part, point);
+    if (mirror > 0) {
+      const Vector3f view = direction.normalized();
+      const float cosine = std::min(1.0f, -normal.dot(view));
+      const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
+      radiance += fresnel * surroundings(view + 2 * cosine * normal, look, light.sky_seed);
+    }
+    return radiance;
+  }
+
+  // @param normal  towards the camera.
+  float illuminationOf(const LitHit& hit, const Vector3f& direction, const Vector3f& normal) const {
+    const Look& look = light.look;
     float illumination = look.ambient * (0.75f + 0.25f * normal.z());
     if (hit.sunny) illumination += look.sun * std::abs(normal.dot(look.to_sun));
     if (look.headlights > 0) {
@@ -79,28 +89,7 @@ struct Shader {
     }
     if (look.ceiling.pitch_m > 0)
       illumination += lampLight(look.ceiling, light.camera_m + hit.t * direction, normal);
-    float radiance = albedo * illumination;
-    if (p.material == Material::kLamp) radiance += look.lamps;
-    return {point, normal, surface.normal, radiance};
-  }
-
-  float operator()(const LitHit& hit, float x, float y) const {
-    const Look& look = light.look;
-    const uint32_t seed = light.sky_seed;
-    const Vector3f direction = grid.directionOf(x, y);
-    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, seed);
-    const Primitive& p = grid.primitive(hit.primitive);
-    const Shaded shaded =
-        shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM());
-    float radiance = shaded.radiance;
-    const float mirror = look.reflections * mirrorOf(p, hit.part, shaded.point);
-    if (mirror > 0) {
-      const Vector3f view = direction.normalized();
-      const float cosine = std::min(1.0f, -shaded.normal.dot(view));
-      const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
-      radiance += fresnel * surroundings(view + 2 * cosine * shaded.normal, look, seed);
-    }
-    return radiance;
+    return illumination;
   }
 };
 
