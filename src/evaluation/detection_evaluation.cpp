@@ -4,6 +4,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "tools/progress.h"
+
 namespace predictive_stereo {
 
 Detector pipelineDetector(const PipelineParams& params) {
@@ -27,8 +29,9 @@ DetectionEvaluation evaluateDetection(
     const std::function<void(const EvaluatedFrame&, const SequenceFrame&)>& seen) {
   DetectionEvaluation evaluation;
   evaluation.name = sequence.name();
-  const int frames = max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
+  const int frames = framesOf(sequence, max_frames);
   std::vector<double> times_ms;
+  Progress progress(sequence.name(), frames);
   for (int index = 0; index < frames; ++index) {
     const SequenceFrame images = sequence.frame(index);
     const auto known =
@@ -45,6 +48,7 @@ DetectionEvaluation evaluateDetection(
     times_ms.push_back(output.ms);
     if (seen) seen(frame, images);
     evaluation.frames.push_back(std::move(frame));
+    progress.update(index);
   }
   evaluation.median_ms = median(times_ms);
   return evaluation;

@@ -25,6 +25,23 @@ std::string distanceGroup(const std::optional<double>& distance_m) {
   return "35 m and more";
 }
 
+// Matches demanded objects and boxes one to one, the best pair first.
+void matchBoxes(const std::vector<ObjectLabel>& labels, const std::vector<DetectedObject>& objects,
+                double min_iou, FrameVerdict& verdict) {
+  std::vector<std::tuple<double, size_t, size_t>> pairs;
+  for (size_t l = 0; l < labels.size(); ++l)
+    for (size_t o = 0; o < objects.size(); ++o) {
+      const double iou = intersectionOverUnion(labels[l].box_px, objects[o].box_px);
+      if (verdict.demanded[l] && iou >= min_iou) pairs.emplace_back(-iou, l, o);
+    }
+  std::sort(pairs.begin(), pairs.end());
+  for (const auto& [negative_iou, l, o] : pairs) {
+    if (verdict.found_by[l] >= 0 || verdict.boxes[o] == FrameVerdict::kRight) continue;
+    verdict.found_by[l] = static_cast<int>(o);
+    verdict.boxes[o] = FrameVerdict::kRight;
+  }
+}
+
 }  // namespace
 
 double DetectionCounts::recall() const { return ratio(found, demanded); }
@@ -65,19 +82,7 @@ FrameVerdict DetectionScore::add(const std::vector<ObjectLabel>& labels,
     verdict.demanded.push_back(label.isDemanded() && long_enough);
   }
 
-  // The best pair is matched first.
-  std::vector<std::tuple<double, size_t, size_t>> pairs;
-  for (size_t l = 0; l < labels.size(); ++l)
-    for (size_t o = 0; o < objects.size(); ++o) {
-      const double iou = intersectionOverUnion(labels[l].box_px, objects[o].box_px);
-      if (verdict.demanded[l] && iou >= params_.min_iou) pairs.emplace_back(-iou, l, o);
-    }
-  std::sort(pairs.begin(), pairs.end());
-  for (const auto& [negative_iou, l, o] : pairs) {
-    if (verdict.found_by[l] >= 0 || verdict.boxes[o] == FrameVerdict::kRight) continue;
-    verdict.found_by[l] = static_cast<int>(o);
-    verdict.boxes[o] = FrameVerdict::kRight;
-  }
+  matchBoxes(labels, objects, params_.min_iou, verdict);
 
   for (size_t l = 0; l < labels.size(); ++l) {
     if (!verdict.demanded[l]) continue;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/progress.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -101,17 +103,17 @@ std::vector<BinnedCalibration::Bin> BinnedCalibration::bins(int count) const {
 }
 
 void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>& methods,
-                       const PipelineParams& params, int max_frames,
-                       const std::function<void(int)>& progress, const PanelCallback& panel,
+                       const PipelineParams& params, int max_frames, const PanelCallback& panel,
                        std::vector<DisparityEvaluation>& evaluations) {
   const DisparityRange& range = params.disparity.matcher.range;
   evaluations.resize(methods.size());
   std::vector<std::unique_ptr<DisparityMethod>> running;
-  for (const NamedMethod& method : methods) running.push_back(method.make(sequence.name()));
+  for (const NamedMethod& method : methods) running.push_back(method.make());
   std::vector<MethodOutput> outputs(methods.size());
   VisualOdometry odometry(params.ego_motion, params.max_gap);
 
-  const int frames = max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
+  const int frames = framesOf(sequence, max_frames);
+  Progress progress(sequence.name(), frames);
   for (int index = 0; index < frames; ++index) {
     const SequenceFrame frame = sequence.frame(index);
     MethodInput input{index, stereoFrame(sequence, index, frame), {}};
@@ -126,7 +128,7 @@ void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>&
       ++evaluation.images;
       if (!frame.truth_px.empty()) addScores(frame, index, outputs[m].maps, range, evaluation);
     }
-    if (progress) progress(index);
+    progress.update(index);
   }
 }
 

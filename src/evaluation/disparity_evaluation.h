@@ -60,7 +60,7 @@ struct DisparityEvaluation {
 /// A method with its name on the command line.
 struct NamedMethod {
   std::string name;
-  std::function<std::unique_ptr<DisparityMethod>(const std::string& sequence)> make;
+  std::function<std::unique_ptr<DisparityMethod>()> make;
 };
 
 /// Called with each frame, its index, a method's index and its output.
@@ -70,11 +70,9 @@ using PanelCallback = std::function<void(const SequenceFrame&, int, size_t, cons
 /// frame before the next one is read; ego-motion is estimated once for all of them.
 /// @param params  of the ego-motion; its disparity range is that of the scores.
 /// @param max_frames  0: all.
-/// @param progress  called after each frame with its index; may be empty.
 /// @param panel  may be empty.
 void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>& methods,
-                       const PipelineParams& params, int max_frames,
-                       const std::function<void(int)>& progress, const PanelCallback& panel,
+                       const PipelineParams& params, int max_frames, const PanelCallback& panel,
                        std::vector<DisparityEvaluation>& evaluations);
 
 }  // namespace predictive_stereo

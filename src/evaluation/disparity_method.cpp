@@ -1,11 +1,6 @@
 #include "evaluation/disparity_method.h"
 
-#include <algorithm>
-#include <cctype>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/calib3d.hpp>
 #include <utility>
 
 namespace predictive_stereo {
@@ -40,64 +35,13 @@ class PredictiveMethod : public DisparityMethod {
   PipelineOutput output_;
 };
 
-/// Disparities in 1/16 px as 16-bit images, the time as text beside them.
-class DisparityCache {
- public:
-  DisparityCache(const std::string& dir, const std::string& sequence, const std::string& method) {
-    if (dir.empty()) return;
-    std::string name = sequence + "_" + method;
-    std::replace_if(
-        name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c) && c != '_'; },
-        '_');
-    prefix_ = (std::filesystem::path(dir) / name).string();
-    std::filesystem::create_directories(dir);
-  }
-
-  bool load(int frame, cv::Size size, cv::Mat1f& disparity_px, double& ms) const {
-    std::ifstream time(file(frame, "txt"));
-    if (prefix_.empty() || !(time >> ms)) return false;
-    const cv::Mat coded = cv::imread(file(frame, "png"), cv::IMREAD_UNCHANGED);
-    if (coded.type() != CV_16UC1 || coded.size() != size) return false;
-    coded.convertTo(disparity_px, CV_32F, 1.0 / kScale, -kOffset);
-    return true;
-  }
-
-  void save(int frame, const cv::Mat1f& disparity_px, double ms) const {
-    if (prefix_.empty()) return;
-    cv::Mat1w coded;
-    disparity_px.convertTo(coded, CV_16U, kScale, kScale * kOffset);
-    cv::imwrite(file(frame, "png"), coded);
-    std::ofstream(file(frame, "txt")) << ms << "\n";
-  }
-
- private:
-  static constexpr int kScale = 16, kOffset = 300;
-
-  std::string file(int frame, const char* extension) const {
-    char number[16];
-    std::snprintf(number, sizeof(number), "_%06d.", frame);
-    return prefix_ + number + extension;
-  }
-
-  std::string prefix_;
-};
-
 class OpencvMethod : public DisparityMethod {
  public:
-  OpencvMethod(OpencvMode mode, const DisparityParams& params, bool aligned,
-               const std::string& cache_dir, const std::string& sequence)
-      : mode_(mode),
-        params_(params),
-        aligned_(aligned),
-        aligner_(withRowAlignment(params)),
-        cache_(cache_dir, sequence,
-               std::string(mode == OpencvMode::kHh ? "hh" : "3way") + (aligned ? "_aligned" : "")) {
-  }
+  OpencvMethod(OpencvMode mode, const DisparityParams& params, bool aligned)
+      : mode_(mode), params_(params), aligned_(aligned), aligner_(withRowAlignment(params)) {}
 
   void run(const MethodInput& input, MethodOutput& output) override {
-    cv::Mat1f& disparity_px = output.maps.disparity_px;
     const StereoFrame& frame = input.frame;
-    if (cache_.load(input.index, frame.left.size(), disparity_px, output.ms)) return;
     if (aligned_) {
       aligner_.begin(frame.left, frame.right, frame.rig, frame.rig);
       aligner_.matchCoarsely();
@@ -105,11 +49,10 @@ class OpencvMethod : public DisparityMethod {
     const cv::Mat1b& right = aligned_ ? aligner_.alignedRight() : frame.right;
     StageTimes times;
     Stopwatch watch;
-    opencvDisparity(frame.left, right, params_.matcher.range, mode_, disparity_px,
+    opencvDisparity(frame.left, right, params_.matcher.range, mode_, output.maps.disparity_px,
                     frame.rig.principalOffset());
     watch.lap("OpenCV", times);
     output.ms = sum(times);
-    cache_.save(input.index, disparity_px, output.ms);
   }
 
  private:
@@ -117,19 +60,34 @@ class OpencvMethod : public DisparityMethod {
   DisparityParams params_;
   bool aligned_;
   DisparityEstimator aligner_;
-  DisparityCache cache_;
 };
 
 }  // namespace
+
+void opencvDisparity(const cv::Mat1b& left, const cv::Mat1b& right, const DisparityRange& range,
+                     OpencvMode mode, cv::Mat1f& disparity_px, double principal_offset_px) {
+  constexpr int kBlock = 3, kP1 = 26, kP2 = 470;
+  const int first = range.min_disparity + cvFloor(principal_offset_px);
+  const auto matcher = cv::StereoSGBM::create(first, range.count, kBlock, kP1, kP2);
+  matcher->setMode(mode == OpencvMode::kHh ? cv::StereoSGBM::MODE_HH
+                                           : cv::StereoSGBM::MODE_SGBM_3WAY);
+  cv::Mat1s fixed_point;
+  matcher->compute(left, right, fixed_point);
+  fixed_point.convertTo(disparity_px, CV_32F, 1.0 / cv::StereoMatcher::DISP_SCALE,
+                        -principal_offset_px);
+  if (principal_offset_px == 0) return;
+  const cv::Mat1b unknown = fixed_point < first * cv::StereoMatcher::DISP_SCALE;
+  cv::max(disparity_px, static_cast<double>(range.min_disparity), disparity_px);
+  disparity_px.setTo(range.invalid(), unknown);
+}
 
 std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params) {
   return std::make_unique<PredictiveMethod>(params);
 }
 
 std::unique_ptr<DisparityMethod> opencvMethod(OpencvMode mode, const DisparityParams& params,
-                                              bool aligned, const std::string& cache_dir,
-                                              const std::string& sequence) {
-  return std::make_unique<OpencvMethod>(mode, params, aligned, cache_dir, sequence);
+                                              bool aligned) {
+  return std::make_unique<OpencvMethod>(mode, params, aligned);
 }
 
 }  // namespace predictive_stereo

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "evaluation/opencv_baseline.h"
 #include "evaluation/sequence.h"
 #include "predictive_stereo/pipeline.h"
 
@@ -35,12 +34,21 @@ class DisparityMethod {
 /// This package with a given ego-motion; moving objects are detected and fed back.
 std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params);
 
+enum class OpencvMode {
+  kHh,    ///< StereoSGBM::MODE_HH, 8 paths: the paper's baseline
+  k3Way,  ///< StereoSGBM::MODE_SGBM_3WAY: OpenCV's fastest
+};
+
+/// OpenCV's semi-global matching with the paper's parameters (P1 26, P2 470, block 3; OpenCV's
+/// defaults for all others).
+/// @param disparity_px  range.invalid() where OpenCV finds nothing.
+/// @param principal_offset_px  is subtracted, as in this package; see StereoRig::principalOffset.
+void opencvDisparity(const cv::Mat1b& left, const cv::Mat1b& right, const DisparityRange& range,
+                     OpencvMode mode, cv::Mat1f& disparity_px, double principal_offset_px = 0);
+
 /// OpenCV.
 /// @param aligned  whether the rows of the images are aligned first, as in this package.
-/// @param cache_dir  folder that keeps disparities and times for the next run on the same images;
-///   empty: none. Its files are named by sequence, mode and frame.
 std::unique_ptr<DisparityMethod> opencvMethod(OpencvMode mode, const DisparityParams& params,
-                                              bool aligned, const std::string& cache_dir,
-                                              const std::string& sequence);
+                                              bool aligned);
 
 }  // namespace predictive_stereo

@@ -21,6 +21,16 @@ std::string timeText(const DisparityEvaluation* evaluation) {
   return evaluation ? fixed(evaluation->mean_ms, 1) : "-";
 }
 
+// Adds D1 and D1f relative to opencv_hh and, for our methods, to ours_full.
+template <class ScoreOf>
+void addRatios(const SequenceReport& report, const DisparityEvaluation& e, const ScoreOf& scoreOf,
+               std::vector<std::string>& row) {
+  for (const auto* other : {report.find(kOpencvHh), isOwn(e) ? report.find(kOursFull) : nullptr})
+    for (const auto d1 : {&MeanDisparityScore::d1_percent, &MeanDisparityScore::d1_filled_percent})
+      row.push_back(other && e.score.frames ? fixed(ratio(scoreOf(e).*d1, scoreOf(*other).*d1), 2)
+                                            : "-");
+}
+
 void addCalibration(const std::string& name, const VarianceCalibration& c, Table& table) {
   table.rows.push_back({name, fixed(100 * c.shareWithin(1), 1), fixed(100 * c.shareWithin(2), 1),
                         fixed(100 * c.shareWithin(3), 1), fixed(c.negativeLogLikelihood(), 2),
@@ -68,20 +78,15 @@ Table accuracyTable(const SequenceReport& report) {
   table.title = report.name + ", " + std::to_string(report.evaluations.front().images) + " images";
   table.header = {"method", "ms",      "D1 %",     "D1f %",     "density %", "rms px",
                   "bias",   "D1 / hh", "D1f / hh", "D1 / full", "D1f / full"};
-  const auto *opencv = report.find(kOpencvHh), *full = report.find(kOursFull);
   for (size_t m = 0; m < report.methods.size(); ++m) {
     const DisparityEvaluation& e = report.evaluations[m];
-    const auto relative = [&](const DisparityEvaluation* other,
-                              double MeanDisparityScore::*member) {
-      return other && e.score.frames ? fixed(ratio(e.score.*member, other->score.*member), 2) : "-";
-    };
-    const auto d1 = &MeanDisparityScore::d1_percent, d1f = &MeanDisparityScore::d1_filled_percent;
-    const auto* own_full = isOwn(e) ? full : nullptr;
-    table.rows.push_back({report.methods[m], fixed(e.mean_ms, 1), figure(&e, d1, 2),
-                          figure(&e, d1f, 2), figure(&e, &MeanDisparityScore::density_percent, 2),
-                          figure(&e, &MeanDisparityScore::rms_px, 3),
-                          figure(&e, &MeanDisparityScore::bias_px, 3), relative(opencv, d1),
-                          relative(opencv, d1f), relative(own_full, d1), relative(own_full, d1f)});
+    table.rows.push_back(
+        {report.methods[m], fixed(e.mean_ms, 1), figure(&e, &MeanDisparityScore::d1_percent, 2),
+         figure(&e, &MeanDisparityScore::d1_filled_percent, 2),
+         figure(&e, &MeanDisparityScore::density_percent, 2),
+         figure(&e, &MeanDisparityScore::rms_px, 3), figure(&e, &MeanDisparityScore::bias_px, 3)});
+    addRatios(
+        report, e, [](const DisparityEvaluation& other) { return other.score; }, table.rows.back());
   }
   return table;
 }
@@ -91,22 +96,17 @@ Table regionTable(const SequenceReport& report) {
   table.title = report.name + ": by region";
   table.header = {"region, method", "D1 %",     "D1f %",     "density %", "rms px",
                   "D1 / hh",        "D1f / hh", "D1 / full", "D1f / full"};
-  const auto *opencv = report.find(kOpencvHh), *full = report.find(kOursFull);
   for (const auto& region : report.evaluations.front().regions)
     for (size_t m = 0; m < report.methods.size(); ++m) {
       const DisparityEvaluation& e = report.evaluations[m];
-      const MeanDisparityScore& score = e.regions.at(region.first);
-      const auto relative = [&](const DisparityEvaluation* other,
-                                double MeanDisparityScore::*member) {
-        return other ? fixed(ratio(score.*member, other->regions.at(region.first).*member), 2)
-                     : std::string("-");
+      const auto scoreOf = [&](const DisparityEvaluation& other) {
+        return other.regions.at(region.first);
       };
-      const auto d1 = &MeanDisparityScore::d1_percent, d1f = &MeanDisparityScore::d1_filled_percent;
-      const auto* own_full = isOwn(e) ? full : nullptr;
+      const MeanDisparityScore score = scoreOf(e);
       table.rows.push_back({region.first + ", " + report.methods[m], fixed(score.d1_percent, 2),
                             fixed(score.d1_filled_percent, 2), fixed(score.density_percent, 2),
-                            fixed(score.rms_px, 3), relative(opencv, d1), relative(opencv, d1f),
-                            relative(own_full, d1), relative(own_full, d1f)});
+                            fixed(score.rms_px, 3)});
+      addRatios(report, e, scoreOf, table.rows.back());
     }
   return table;
 }
@@ -195,7 +195,7 @@ Plot errorOverTime(const SequenceReport& report) {
     series.name = report.methods[m];
     for (const auto& frame : report.evaluations[m].series)
       series.points.emplace_back(frame.index, frame.d1_filled_percent);
-    if (series.points.size() < 3) series.style = PlotSeries::Style::kMarkers;
+    if (series.points.size() < 3) series.style = "markers";
     plot.series.push_back(series);
   }
   return plot;

@@ -7,6 +7,7 @@
 #include "evaluation/pose_metrics.h"
 #include "predictive_stereo/pipeline.h"
 #include "predictive_stereo/rigid_motion.h"
+#include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
@@ -112,8 +113,7 @@ std::vector<Loss> usualLosses(int frames, double seconds_per_frame) {
 }
 
 std::vector<LossResult> evaluateLosses(const Sequence& sequence, const EgoMotionParams& params,
-                                       const std::vector<Loss>& losses, int frames,
-                                       const std::function<void(int)>& progress) {
+                                       const std::vector<Loss>& losses, int frames) {
   std::vector<StereoFrame> input;
   for (int i = 0; i < frames; ++i) input.push_back(stereoFrame(sequence, i, sequence.frame(i)));
   const Run undisturbed = run(sequence, input, params, {"none", {}, {}});
@@ -123,9 +123,10 @@ std::vector<LossResult> evaluateLosses(const Sequence& sequence, const EgoMotion
   else
     for (const PoseEstimate& pose : undisturbed.poses) truth.push_back(pose.T_odom_cam);
   std::vector<LossResult> results{summarize({"none", {}, {}}, undisturbed, truth)};
+  Progress progress(sequence.name(), static_cast<int>(losses.size()));
   for (size_t i = 0; i < losses.size(); ++i) {
     results.push_back(summarize(losses[i], run(sequence, input, params, losses[i]), truth));
-    if (progress) progress(static_cast<int>(i));
+    progress.update(static_cast<int>(i));
   }
   return results;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -47,12 +46,10 @@ struct LossResult {
 };
 
 /// Runs the ego-motion on a sequence with each loss.
-/// @param progress  called after each loss with its index; may be empty.
 /// @returns first the result without a loss, then one for each loss. Without exact
 ///   true poses, those that were estimated without a loss take their place: the error is then what
 ///   the loss adds.
 std::vector<LossResult> evaluateLosses(const Sequence& sequence, const EgoMotionParams& params,
-                                       const std::vector<Loss>& losses, int frames,
-                                       const std::function<void(int)>& progress);
+                                       const std::vector<Loss>& losses, int frames);
 
 }  // namespace predictive_stereo

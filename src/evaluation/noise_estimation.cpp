@@ -3,21 +3,17 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <opencv2/core/optim.hpp>
-#include <random>
 #include <stdexcept>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_scene_2015.h"
+#include "evaluation/kitti_scenes.h"
 #include "evaluation/lidar_truth.h"
+#include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
 
 constexpr int kMoverMarginPx = 6;
-constexpr double kOneSigma = 0.6827, kTwoSigma = 0.9545;
-constexpr size_t kMinSamples = 200;
 
 /// Points, indexed by the pixel that they are rounded to.
 class PointGrid {
@@ -99,149 +95,12 @@ void addSamples(const DisparityOutput& maps, const DisparityRange& range, const 
     }
 }
 
-double matchSigma(const VarianceSample& sample, const VarianceParams& params) {
-  const double t =
-      std::max(0.0, (sample.ambiguity - params.ambiguity_onset) / (1.0 - params.ambiguity_onset));
-  return params.sigma_floor_px + params.sigma_ambiguous_px * t * t;
-}
-
-/// The part of the variance that is the same for measured, kept and filled disparities.
-double commonVariance(const VarianceSample& sample, const VarianceParams& params) {
-  const double ambiguity = sample.measured ? sample.ambiguity : 1;
-  const double doubt = 1 + params.ambiguity_weight * ambiguity * ambiguity +
-                       (sample.measured && !sample.predicted ? params.unpredicted_weight : 0);
-  const double around_px = params.sigma_disagreement_px * sample.disagreement * doubt;
-  const double far_px = rectificationShare(sample.row_offset_px) * params.sigma_far_px /
-                        (1 + std::max(sample.disparity_px, 0.0f) / kFarDisparityPx);
-  const double rig_px = params.sigma_per_row_offset * sample.row_offset_px * sample.disparity_px;
-  return around_px * around_px + far_px * far_px + rig_px * rig_px;
-}
-
-/// The part of a match's variance that depends on the prediction, or its absence.
-double innovationVariance(const VarianceSample& sample, const VarianceParams& params) {
-  if (!sample.predicted) {
-    const double unpredicted_px =
-        rectificationShare(sample.row_offset_px) * params.sigma_unpredicted_px;
-    return unpredicted_px * unpredicted_px;
-  }
-  const double innovation_px = std::min<double>(sample.innovation_px, params.max_innovation_px);
-  return params.innovation_weight * innovation_px * innovation_px;
-}
-
-/// Loss of quantile regression for sigma as the 68.3 % and 2 sigma as the 95.4 % quantile of
-/// |error|. It uses logarithms, which have the same quantiles: all pixels then have the same
-/// weight, as for the shares of errors within 1 and 2 sigma. Without logarithms large errors would
-/// dominate.
-double quantileLoss(double error_px, double sigma_px) {
-  constexpr double kFinestError_px = 0.01;
-  const double beyond = std::log(std::max(std::abs(error_px), kFinestError_px) / sigma_px);
-  const auto loss = [](double log_ratio, double share) {
-    return log_ratio > 0 ? share * log_ratio : (share - 1) * log_ratio;
-  };
-  return loss(beyond, kOneSigma) + loss(beyond - std::log(2.0), kTwoSigma);
-}
-
-/// An error and the known part of its variance.
-struct KnownPart {
-  double error_px, variance_px2;
-};
-
-/// The s for which sigma = sqrt(known variance + s^2) has the smallest loss.
-double addedSigma(const std::vector<KnownPart>& samples, double otherwise) {
-  if (samples.size() < kMinSamples) return otherwise;
-  double best = otherwise, least = std::numeric_limits<double>::infinity();
-  for (double s = 0.01; s < 10; s *= 1.04) {
-    double loss = 0;
-    for (const KnownPart& sample : samples)
-      loss += quantileLoss(sample.error_px, std::sqrt(sample.variance_px2 + s * s));
-    if (loss < least) {
-      least = loss;
-      best = s;
-    }
-  }
-  return best;
-}
-
-/// A random choice of samples for which `keep` holds: the same number from each set, at most
-/// `count`.
-std::vector<VarianceSample> chooseSamples(const std::vector<std::vector<VarianceSample>>& sets,
-                                          size_t count, bool (*keep)(const VarianceSample&)) {
-  std::vector<std::vector<VarianceSample>> kept(sets.size());
-  for (size_t i = 0; i < sets.size(); ++i) {
-    std::copy_if(sets[i].begin(), sets[i].end(), std::back_inserter(kept[i]), keep);
-    if (!kept[i].empty()) count = std::min(count, kept[i].size());
-  }
-  std::vector<VarianceSample> chosen;
-  std::mt19937 random(1);
-  for (auto& samples : kept) {
-    if (samples.empty()) continue;
-    // Not std::shuffle: its result depends on the standard library.
-    for (size_t i = 0; i < count; ++i) {
-      std::swap(samples[i], samples[i + random() % (samples.size() - i)]);
-      chosen.push_back(samples[i]);
-    }
-  }
-  return chosen;
-}
-
-/// Mean loss as a function of floor, ambiguous, onset, innovation_weight, disagreement,
-/// per_row_offset (times 100), far, unpredicted, ambiguity_weight, unpredicted_weight.
-class MatchLoss : public cv::MinProblemSolver::Function {
- public:
-  MatchLoss(std::vector<VarianceSample> samples, const VarianceParams& start)
-      : samples_(std::move(samples)), start_(start) {}
-  int getDims() const override { return 10; }
-  double calc(const double* x) const override {
-    // The solver has no bounds: the loss grows outside the limits.
-    double penalty = 0;
-    const auto limited = [&penalty](double value, double low, double high) {
-      const double inside = std::clamp(value, low, high);
-      penalty += std::abs(value - inside);
-      return inside;
-    };
-    VarianceParams params = start_;
-    params.sigma_floor_px = limited(x[0], 0.05, 10);
-    params.sigma_ambiguous_px = limited(x[1], 0, 100);
-    params.ambiguity_onset = limited(x[2], 0, 0.9);
-    params.innovation_weight = limited(x[3], 0, 1);
-    params.sigma_disagreement_px = limited(x[4], 0, 100);
-    params.sigma_per_row_offset = limited(x[5], 0, 100) / 100;
-    params.sigma_far_px = limited(x[6], 0, 100);
-    params.sigma_unpredicted_px = limited(x[7], 0, 100);
-    params.ambiguity_weight = limited(x[8], 0, 100);
-    params.unpredicted_weight = limited(x[9], 0, 100);
-    double loss = 0;
-    for (const VarianceSample& sample : samples_) {
-      const double match_px = matchSigma(sample, params);
-      loss += quantileLoss(sample.error_px,
-                           std::sqrt(match_px * match_px + innovationVariance(sample, params) +
-                                     commonVariance(sample, params)));
-    }
-    return loss / static_cast<double>(samples_.size()) + penalty;
-  }
-
- private:
-  std::vector<VarianceSample> samples_;
-  VarianceParams start_;
-};
-
-bool isMeasured(const VarianceSample& s) { return s.measured; }
-bool isPredicted(const VarianceSample& s) { return s.predicted; }
-bool isKept(const VarianceSample& s) { return !s.measured && s.predicted; }
-bool isFilled(const VarianceSample& s) { return !s.measured && !s.predicted; }
-
 PipelineParams withAllPublished(PipelineParams params) {
   params.disparity.variance.max_sigma_px = 0;
   return params;
 }
 
 std::optional<CameraMotion> unknownMotion(const Past&) { return {}; }
-
-double rounded(double value) {
-  if (value < 1e-6) return 0;
-  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
-  return std::round(value / unit) * unit;
-}
 
 }  // namespace
 
@@ -265,8 +124,7 @@ void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
 }
 
 NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<ObjectLabel>& labels,
-                               const PipelineParams& params, int max_frames,
-                               const std::function<void(int)>& progress) {
+                               const PipelineParams& params, int max_frames) {
   NoiseObservations seen;
   seen.process_image = ErrorImage(drive.rig().size);
   seen.measurement_image = ErrorImage(drive.rig().size);
@@ -281,6 +139,7 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
   std::vector<Eigen::Vector3d> points_prev;
   std::optional<Stamp> stamp_prev;
   const int frames = max_frames > 0 ? std::min(max_frames, drive.frames()) : drive.frames();
+  Progress progress(drive.name(), frames);
   for (int index = 0; index < frames; ++index) {
     const StereoFrame frame{drive.left(index), drive.right(index), drive.rig(),
                             Stamp(stamps_ns.at(static_cast<size_t>(index)))};
@@ -304,7 +163,7 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
     }
     points_prev = std::move(points);
     stamp_prev = frame.stamp;
-    if (progress) progress(index);
+    progress.update(index);
   }
   if (seen.frames == 0)
     throw std::runtime_error(drive.name() +
@@ -313,78 +172,38 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
 }
 
 std::vector<VarianceSample> observePublished(const Sequence& sequence, const PipelineParams& params,
-                                             int step, const std::function<void(int)>& progress) {
+                                             int step) {
   std::vector<VarianceSample> samples;
   Pipeline closed_loop(withAllPublished(params));
   PipelineOutput published;
+  Progress progress(sequence.name(), sequence.frames());
   for (int index = 0; index < sequence.frames(); ++index) {
     const SequenceFrame frame = sequence.frame(index);
     closed_loop.process(stereoFrame(sequence, index, frame), published);
     if (index > 0 && !frame.truth_px.empty())
       addSamples(published.disparity, params.disparity.matcher.range, frame.truth_px, step,
                  samples);
-    if (progress) progress(index);
+    progress.update(index);
   }
   return samples;
 }
 
 std::vector<VarianceSample> observePublished2015(const std::string& training_dir,
-                                                 const PipelineParams& params, int step,
-                                                 const std::function<void(int)>& progress) {
+                                                 const PipelineParams& params, int step) {
   std::vector<VarianceSample> samples;
   const PipelineParams all = withAllPublished(params);
+  const std::vector<std::string> names = listKittiScenes2015(training_dir);
+  Progress progress("KITTI 2015", static_cast<int>(names.size()));
   int pair = 0;
-  for (const std::string& name : listKittiScenes2015(training_dir)) {
+  for (const std::string& name : names) {
     const KittiScene2015 scene = readKittiScene2015(training_dir, name);
     DisparityLoop loop(all.disparity, all.max_gap);
     DisparityOutput published;
     loop.process({scene.left, scene.right, scene.rig, {}}, unknownMotion, published);
     addSamples(published, params.disparity.matcher.range, scene.truth_px, step, samples);
-    if (progress) progress(pair++);
+    progress.update(pair++);
   }
   return samples;
-}
-
-VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
-                           const VarianceParams& start) {
-  constexpr size_t kSamples = 60000;
-  VarianceParams fitted = start;
-  std::vector<VarianceSample> measured = chooseSamples(sets, kSamples, isMeasured);
-  if (measured.size() >= kMinSamples) {
-    const auto with_past =
-        static_cast<size_t>(std::count_if(measured.begin(), measured.end(), isPredicted));
-    const size_t without_past = measured.size() - with_past;
-    const auto loss = cv::makePtr<MatchLoss>(std::move(measured), start);
-    cv::Mat1d x = (cv::Mat1d(1, 10) << start.sigma_floor_px, start.sigma_ambiguous_px,
-                   start.ambiguity_onset, start.innovation_weight, start.sigma_disagreement_px,
-                   100 * start.sigma_per_row_offset, start.sigma_far_px, start.sigma_unpredicted_px,
-                   start.ambiguity_weight, start.unpredicted_weight);
-    const auto solver = cv::DownhillSolver::create(
-        loss, cv::Mat1d((cv::Mat1d(1, 10) << 0.1, 0.3, 0.1, 0.1, 0.2, 0.5, 0.2, 0.2, 1.0, 0.5)),
-        cv::TermCriteria(cv::TermCriteria::MAX_ITER + cv::TermCriteria::EPS, 1200, 1e-7));
-    solver->minimize(x);
-    fitted.sigma_floor_px = rounded(std::clamp(x(0), 0.05, 10.0));
-    fitted.sigma_ambiguous_px = rounded(std::clamp(x(1), 0.0, 100.0));
-    fitted.ambiguity_onset = rounded(std::clamp(x(2), 0.0, 0.9));
-    if (with_past >= kMinSamples) fitted.innovation_weight = rounded(std::clamp(x(3), 0.0, 1.0));
-    fitted.sigma_disagreement_px = rounded(std::clamp(x(4), 0.0, 100.0));
-    fitted.sigma_per_row_offset = rounded(std::clamp(x(5), 0.0, 100.0) / 100);
-    fitted.sigma_far_px = rounded(std::clamp(x(6), 0.0, 100.0));
-    if (without_past >= kMinSamples)
-      fitted.sigma_unpredicted_px = rounded(std::clamp(x(7), 0.0, 100.0));
-    fitted.ambiguity_weight = rounded(std::clamp(x(8), 0.0, 100.0));
-    if (with_past >= kMinSamples && without_past >= kMinSamples)
-      fitted.unpredicted_weight = rounded(std::clamp(x(9), 0.0, 100.0));
-  }
-  const auto beyondCommon = [&](bool (*kind)(const VarianceSample&)) {
-    std::vector<KnownPart> parts;
-    for (const VarianceSample& sample : chooseSamples(sets, kSamples, kind))
-      parts.push_back({sample.error_px, commonVariance(sample, fitted)});
-    return parts;
-  };
-  fitted.sigma_kept_px = rounded(addedSigma(beyondCommon(isKept), start.sigma_kept_px));
-  fitted.sigma_filled_px = rounded(addedSigma(beyondCommon(isFilled), start.sigma_filled_px));
-  return fitted;
 }
 
 }  // namespace predictive_stereo

@@ -1,30 +1,17 @@
-/// The paper's section 3: process and measurement noise from LiDAR. Beyond the paper, the
-/// parameters of the published variance.
+/// The paper's section 3: process and measurement noise from LiDAR.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "evaluation/error_histogram.h"
-#include "evaluation/error_image.h"
+#include "evaluation/error_distribution.h"
 #include "evaluation/object_labels.h"
 #include "evaluation/sequence.h"
+#include "evaluation/variance_fit.h"
 #include "predictive_stereo/pipeline.h"
 #include "tools/kitti_drive.h"
 
 namespace predictive_stereo {
-
-/// One published disparity with truth, and its observables.
-struct VarianceSample {
-  float error_px;
-  float disparity_px;
-  float ambiguity;      ///< 0..1; only where measured
-  float innovation_px;  ///< |measured - predicted|; only where both exist
-  float disagreement;   ///< see measureDisagreement
-  float row_offset_px;  ///< of the frame, see RowOffsetModel::rms_offset_px
-  bool measured, predicted;
-};
 
 /// Samples of one drive, without the moving objects in `labels`.
 struct NoiseObservations {
@@ -39,19 +26,17 @@ struct NoiseObservations {
 /// @param max_frames  0: all.
 /// @throws std::runtime_error if the drive has no laser scans.
 NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<ObjectLabel>& labels,
-                               const PipelineParams& params, int max_frames,
-                               const std::function<void(int)>& progress);
+                               const PipelineParams& params, int max_frames);
 
 /// The published disparities of a sequence, in closed loop, against its truth: every `step`-th
 /// pixel of a row and of a column.
 std::vector<VarianceSample> observePublished(const Sequence& sequence, const PipelineParams& params,
-                                             int step, const std::function<void(int)>& progress);
+                                             int step);
 
 /// The same for the pairs of a KITTI 2015 "training" folder, each without a past.
 /// @throws std::runtime_error with the file that cannot be read.
 std::vector<VarianceSample> observePublished2015(const std::string& training_dir,
-                                                 const PipelineParams& params, int step,
-                                                 const std::function<void(int)>& progress);
+                                                 const PipelineParams& params, int step);
 
 /// Errors of laser points of one frame, moved by the ego-motion, against those of the next frame. A
 /// point is compared with the plane in disparity space through its neighbours in the next frame, if
@@ -62,13 +47,5 @@ void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
                       const std::vector<Eigen::Vector3d>& points, const StereoRig& rig,
                       const Eigen::Isometry3d& T_cam_prev, const cv::Mat1b& moving,
                       ErrorHistogram& errors, ErrorImage& image);
-
-/// Fits the parameters of the published variance by quantile regression: sigma and 2 sigma are as
-/// close as possible to the 68.3 and 95.4 % quantiles of the absolute error. First for measured
-/// disparities, with and without a prediction, then for kept predictions and for filled holes. Each
-/// set of samples (a drive, a scene) has the same weight. Kinds with fewer than 200 samples, and
-/// parameters that no sample depends on, keep the values of `start`.
-VarianceParams fitVariance(const std::vector<std::vector<VarianceSample>>& sets,
-                           const VarianceParams& start);
 
 }  // namespace predictive_stereo

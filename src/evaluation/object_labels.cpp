@@ -1,10 +1,10 @@
 #include "evaluation/object_labels.h"
 
 #include <algorithm>
+#include <boost/algorithm/string/split.hpp>
 #include <cmath>
 #include <fstream>
 #include <iterator>
-#include <sstream>
 #include <stdexcept>
 
 namespace predictive_stereo {
@@ -15,15 +15,6 @@ constexpr char kHeader[] =
 
 constexpr double kFarthestDemanded_m = 35, kSlowestDemanded_mps = 2, kLeastVisible = 0.5,
                  kSmallestDemanded_px2 = 400;
-
-std::vector<std::string> fields(const std::string& line) {
-  std::vector<std::string> parts;
-  std::string part;
-  std::istringstream text(line);
-  while (std::getline(text, part, ',')) parts.push_back(part);
-  if (!line.empty() && line.back() == ',') parts.emplace_back();
-  return parts;
-}
 
 double number(const std::string& text) {
   size_t used = 0;
@@ -74,7 +65,9 @@ std::vector<ObjectLabel> readObjectLabels(const std::string& path) {
       throw std::runtime_error(path + ": first line must be " + kHeader);
     if (count == 1 || line.empty()) continue;
     try {
-      labels.push_back(parse(fields(line)));
+      std::vector<std::string> fields;
+      labels.push_back(
+          parse(boost::algorithm::split(fields, line, [](char c) { return c == ','; })));
     } catch (const std::logic_error&) {
       throw std::runtime_error(path + ": line " + std::to_string(count) + " \"" + line +
                                "\" is not a label: 12 fields, x1 < x2, y1 < y2");

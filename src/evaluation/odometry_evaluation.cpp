@@ -8,6 +8,7 @@
 
 #include "predictive_stereo/pipeline.h"
 #include "predictive_stereo/rigid_motion.h"
+#include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
@@ -120,8 +121,7 @@ int OdometryInput::frames(const Sequence& sequence) const {
 }
 
 OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
-                                    const OdometryInput& input,
-                                    const std::function<void(int)>& progress) {
+                                    const OdometryInput& input) {
   auto poses = sequence.poses();
   if (!poses)
     throw std::runtime_error(sequence.name() +
@@ -136,6 +136,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   size_t last_good = 0;  // last frame whose pose was known
   VisualOdometry odometry(params, PipelineParams().max_gap);
   std::vector<EgoMotionEstimate> estimates;
+  Progress progress(sequence.name(), frames);
   for (int index = 0; index < frames; ++index) {
     const int place = index * input.every;
     const SequenceFrame frame = sequence.frame(place);
@@ -146,7 +147,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
           sequence.stamp_s(place) - sequence.stamp_s(place - input.every));
     const OdometryOutput& output = odometry.process(stereoFrame(sequence, place, frame), hints);
     const EgoMotionEstimate& estimate = output.ego_motion;
-    if (progress) progress(index);
+    progress.update(index);
     estimates.push_back(estimate);
     if (index == 0) continue;
     const auto i = static_cast<size_t>(index);

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "evaluation/plot.h"
 #include "evaluation/pose_metrics.h"
+#include "evaluation/report.h"
 #include "evaluation/rotation_prior.h"
 #include "evaluation/sequence.h"
 #include "predictive_stereo/ego_motion.h"
@@ -57,11 +56,9 @@ struct OdometryInput {
   int frames(const Sequence& sequence) const;
 };
 
-/// @param progress  called after each frame with its index; may be empty.
 /// @throws std::runtime_error for a sequence without true poses.
 OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
-                                    const OdometryInput& input,
-                                    const std::function<void(int)>& progress);
+                                    const OdometryInput& input = {});
 
 /// Estimated and true path, seen from above.
 Plot pathPlot(const OdometryEvaluation& evaluation);

@@ -1,7 +1,9 @@
 #include "evaluation/perturbation.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace predictive_stereo {
 namespace {
@@ -11,7 +13,7 @@ class RememberedSequence : public Sequence {
   RememberedSequence(const Sequence& from, const std::optional<std::vector<ObjectLabel>>& labels,
                      int max_frames)
       : name_(from.name()), rig_(from.rig()) {
-    const int frames = max_frames > 0 ? std::min(max_frames, from.frames()) : from.frames();
+    const int frames = framesOf(from, max_frames);
     for (int i = 0; i < frames; ++i) {
       frames_.push_back(from.frame(i));
       frames_.back().truth_px.release();
@@ -68,24 +70,36 @@ cv::Mat1b withColumnOffsets(const cv::Mat1b& image, const Offset& offset_px) {
 
 class PerturbedSequence : public Sequence {
  public:
-  PerturbedSequence(const Sequence& from, const Perturbation& change)
-      : from_(from), change_(change), rig_(from.rig()) {
+  PerturbedSequence(std::shared_ptr<const Sequence> from, const Perturbation& change,
+                    const std::string& suffix = "")
+      : from_(std::move(from)), change_(change), name_(from_->name() + suffix), rig_(from_->rig()) {
     if (change.mirrored) {
       const double last = rig_.size.width - 1;
-      rig_.cx_left_px = last - from.rig().cx_right_px;
-      rig_.cx_right_px = last - from.rig().cx_left_px;
+      rig_.cx_left_px = last - from_->rig().cx_right_px;
+      rig_.cx_right_px = last - from_->rig().cx_left_px;
     }
-    for (int i = change.first; i < from.frames(); i += change.every)
+    for (int i = change.first; i < from_->frames(); i += change.every)
       if (change.drop_every == 0 || i % change.drop_every != 5) kept_.push_back(i);
   }
-  const std::string& name() const override { return from_.name(); }
+  const std::string& name() const override { return name_; }
+  const std::string& recording() const override { return from_->recording(); }
   const StereoRig& rig() const override { return rig_; }
   int frames() const override { return static_cast<int>(kept_.size()); }
-  double stamp_s(int index) const override { return from_.stamp_s(source(index)); }
-  int fileNumber(int index) const override { return from_.fileNumber(source(index)); }
+  double stamp_s(int index) const override { return from_->stamp_s(source(index)); }
+  int fileNumber(int index) const override { return from_->fileNumber(source(index)); }
+  bool hasExactPoses() const override { return from_->hasExactPoses(); }
+  std::optional<std::vector<Eigen::Isometry3d>> poses() const override {
+    const auto all = change_.mirrored ? std::nullopt : from_->poses();
+    if (!all) return std::nullopt;
+    std::vector<Eigen::Isometry3d> poses;
+    for (const int i : kept_) poses.push_back(all->at(static_cast<size_t>(i)));
+    return poses;
+  }
 
   SequenceFrame frame(int index) const override {
-    SequenceFrame frame = from_.frame(source(index));
+    SequenceFrame frame = from_->frame(source(index));
+    if (change_.right_shift_px != 0)
+      frame.right = shiftedRight(frame.right, change_.right_shift_px);
     frame.right = withWrongColumns(frame.right, source(index));
     if (change_.mirrored) {
       cv::Mat1b left, right;
@@ -107,16 +121,16 @@ class PerturbedSequence : public Sequence {
     return frame;
   }
   std::optional<std::vector<ObjectLabel>> objects(int index) const override {
-    auto labels = from_.objects(source(index));
+    auto labels = from_->objects(source(index));
     if (labels && change_.mirrored)
-      for (ObjectLabel& label : *labels) label = predictive_stereo::mirrored(label, from_.rig());
+      for (ObjectLabel& label : *labels) label = predictive_stereo::mirrored(label, from_->rig());
     return labels;
   }
 
  private:
   cv::Mat1b withWrongColumns(const cv::Mat1b& right, int frame) const {
     const double corner_px = change_.column_offset_px, bow_px = change_.column_bow_px;
-    const double jump_px = 2 * frame >= from_.frames() ? change_.column_jump_px : 0;
+    const double jump_px = 2 * frame >= from_->frames() ? change_.column_jump_px : 0;
     if (corner_px == 0 && bow_px == 0 && jump_px == 0) return right;
     // The quadratic part is corner_px in the lower left corner, -corner_px in the upper right one.
     return withColumnOffsets(right, [=](double u, double v) {
@@ -125,8 +139,9 @@ class PerturbedSequence : public Sequence {
   }
   int source(int index) const { return kept_.at(static_cast<size_t>(index)); }
 
-  const Sequence& from_;
+  std::shared_ptr<const Sequence> from_;
   Perturbation change_;
+  std::string name_;
   StereoRig rig_;
   std::vector<int> kept_;
 };
@@ -193,7 +208,24 @@ ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig) {
 }
 
 std::unique_ptr<Sequence> perturbed(const Sequence& sequence, const Perturbation& perturbation) {
-  return std::make_unique<PerturbedSequence>(sequence, perturbation);
+  const std::shared_ptr<const Sequence> not_owned(std::shared_ptr<void>(), &sequence);
+  return std::make_unique<PerturbedSequence>(not_owned, perturbation);
+}
+
+cv::Mat1b shiftedRight(const cv::Mat1b& right, double shift_px) {
+  const cv::Matx23d shift(1, 0, shift_px, 0, 1, 0);
+  cv::Mat1b shifted;
+  cv::warpAffine(right, shifted, shift, right.size(), cv::INTER_LANCZOS4, cv::BORDER_REPLICATE);
+  return shifted;
+}
+
+std::unique_ptr<Sequence> shiftedRightSequence(std::unique_ptr<Sequence> sequence,
+                                               double shift_px) {
+  Perturbation shift;
+  shift.right_shift_px = shift_px;
+  char suffix[64];
+  std::snprintf(suffix, sizeof suffix, ", right %+g px", shift_px);
+  return std::make_unique<PerturbedSequence>(std::move(sequence), shift, suffix);
 }
 
 }  // namespace predictive_stereo

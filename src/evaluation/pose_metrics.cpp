@@ -20,13 +20,6 @@ double angle(const Eigen::Matrix3d& rotation) { return Eigen::AngleAxisd(rotatio
 
 }  // namespace
 
-Poses accumulatePoses(const std::vector<Eigen::Isometry3d>& T_cam_prev,
-                      const Eigen::Isometry3d& T_world_first) {
-  Poses poses{T_world_first};
-  for (const auto& motion : T_cam_prev) poses.push_back(compose(poses.back(), motion.inverse()));
-  return poses;
-}
-
 std::vector<Eigen::Isometry3d> motionsBetween(const Poses& poses) {
   std::vector<Eigen::Isometry3d> motions;
   for (size_t i = 1; i < poses.size(); ++i) motions.push_back(relative(poses[i], poses[i - 1]));

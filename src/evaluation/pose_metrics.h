@@ -11,10 +11,6 @@ namespace predictive_stereo {
 
 using Poses = std::vector<Eigen::Isometry3d>;  ///< T_world_cam, one per frame
 
-/// Poses from frame-to-frame motions T_cam_prev; one pose more than there are motions.
-Poses accumulatePoses(const std::vector<Eigen::Isometry3d>& T_cam_prev,
-                      const Eigen::Isometry3d& T_world_first = Eigen::Isometry3d::Identity());
-
 /// Motions T_cam_prev between consecutive poses; one less than there are poses.
 std::vector<Eigen::Isometry3d> motionsBetween(const Poses& poses);
 

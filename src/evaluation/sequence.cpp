@@ -1,9 +1,9 @@
 #include "evaluation/sequence.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_scene_2012.h"
 #include "evaluation/lidar_truth.h"
 #include "predictive_stereo/rigid_motion.h"
 #include "tools/kitti_drive.h"
@@ -34,29 +34,6 @@ class KittiDriveSequence : public Sequence {
  private:
   KittiDrive drive_;
   mutable std::vector<int64_t> stamps_ns_;  ///< read on first use
-};
-
-class KittiScene2012Sequence : public Sequence {
- public:
-  KittiScene2012Sequence(const std::string& training_dir, const std::string& scene)
-      : scene_(training_dir, scene) {}
-  const std::string& name() const override { return scene_.name(); }
-  const StereoRig& rig() const override { return scene_.rig(); }
-  int frames() const override { return scene_.frames(); }
-  SequenceFrame frame(int index) const override {
-    SequenceFrame frame{scene_.left(index), scene_.right(index), {}, {}};
-    if (index == scene_.frames() - 1) {
-      frame.truth_px = scene_.truth();
-      frame.regions = {{"near edges", nearTruthEdges(frame.truth_px)}};
-    }
-    return frame;
-  }
-  std::optional<std::vector<ObjectLabel>> objects(int) const override {
-    return std::vector<ObjectLabel>();
-  }
-
- private:
-  KittiScene2012 scene_;
 };
 
 /// 255 where a static surface was occluded or outside the image in the previous frame.
@@ -131,6 +108,10 @@ class StreetSequence : public Sequence {
 
 }  // namespace
 
+int framesOf(const Sequence& sequence, int max_frames) {
+  return max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
+}
+
 StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame& images) {
   return {images.left, images.right, sequence.rig(), stampFromSeconds(sequence.stamp_s(index))};
 }
@@ -138,11 +119,6 @@ StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir,
                                              const std::string& drive) {
   return std::make_unique<KittiDriveSequence>(date_dir, drive);
-}
-
-std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
-                                                 const std::string& scene) {
-  return std::make_unique<KittiScene2012Sequence>(training_dir, scene);
 }
 
 std::unique_ptr<Sequence> streetSequence(const StreetParams& params) {

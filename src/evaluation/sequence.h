@@ -51,6 +51,9 @@ class Sequence {
   virtual bool hasExactPoses() const { return false; }
 };
 
+/// Its number of frames, or `max_frames` if this is less; 0: no limit.
+int framesOf(const Sequence& sequence, int max_frames);
+
 /// A pair of the sequence as input of the pipeline.
 StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame& images);
 

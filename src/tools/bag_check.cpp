@@ -8,8 +8,6 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -19,6 +17,7 @@
 #include "nodelets/stereo_messages.h"
 #include "tools/bag_layouts.h"
 #include "tools/refused_messages.h"
+#include "tools/stamp_check.h"
 
 namespace predictive_stereo {
 namespace {
@@ -26,25 +25,6 @@ namespace {
 using Level = BagFinding::Level;
 
 constexpr double kLookedAt_s = 30;
-constexpr double kSlow_hz = 5;
-constexpr double kLargestGap_s = 1.0;
-
-template <class... Values>
-std::string format(const char* text, Values... values) {
-  char buffer[1024];
-  std::snprintf(buffer, sizeof(buffer), text, values...);
-  return buffer;
-}
-
-// The stamps of one topic.
-struct Stream {
-  std::string topic;
-  std::vector<ros::Time> stamps;
-
-  bool unstamped() const {
-    return std::any_of(stamps.begin(), stamps.end(), [](ros::Time t) { return t.isZero(); });
-  }
-};
 
 class Checker {
  public:
@@ -53,31 +33,26 @@ class Checker {
   BagCheck run() {
     types_ = topicTypes(bag_);
     if (types_.empty()) {
-      fault("the bag is empty: record the images and camera_info topics");
+      result_.fault("the bag is empty: record the images and camera_info topics");
       return result_;
     }
     if (!chooseCamera()) return result_;
+    result_.launch_file = camera_.launch_file;
+    result_.arguments = camera_.arguments;
     try {
       readMessages();
     } catch (const std::invalid_argument& error) {  // an image that cannot be decoded
-      fault(error.what());
+      result_.fault(error.what());
       return result_;
     }
     if (checkMessages() && checkCalibration()) {
-      checkStamps();
+      checkStamps(streams_, result_);
       checkFrames();
     }
-    result_.launch_file = camera_.launch_file;
-    result_.arguments = camera_.arguments;
     return result_;
   }
 
  private:
-  void good(const std::string& text) { result_.findings.push_back({Level::kGood, text}); }
-  void advice(const std::string& text) { result_.findings.push_back({Level::kAdvice, text}); }
-  void fault(const std::string& text) { result_.findings.push_back({Level::kFault, text}); }
-  void argument(const std::string& text) { camera_.arguments.push_back(text); }
-
   std::string topicsOfType(const std::string& type) const {
     std::string list;
     for (const auto& known : types_)
@@ -99,30 +74,31 @@ class Checker {
     }
     if (!cameras.empty()) {
       camera_ = cameras[0];
-      good("layout: " + camera_.name);
+      result_.good("layout: " + camera_.name);
       for (size_t i = 1; i < cameras.size(); ++i)
-        advice("the bag also has: " + cameras[i].name + " (--left " + cameras[i].topics.left +
-               " --right " + cameras[i].topics.right + ")");
+        result_.advice("the bag also has: " + cameras[i].name + " (--left " +
+                       cameras[i].topics.left + " --right " + cameras[i].topics.right + ")");
       return true;
     }
     std::string images = topicsOfType("sensor_msgs/Image");
     const std::string packed = topicsOfType("sensor_msgs/CompressedImage");
     if (!packed.empty()) images += (images.empty() ? "" : ", ") + packed;
     if (!images.empty() && topicsOfType("sensor_msgs/CameraInfo").empty())
-      fault("the bag has images (" + images +
-            ") but no sensor_msgs/CameraInfo, the calibration: record the camera_info topics too");
+      result_.fault(
+          "the bag has images (" + images +
+          ") but no sensor_msgs/CameraInfo, the calibration: record the camera_info topics too");
     else if (!images.empty())
-      fault(
+      result_.fault(
           "the bag has no stereo camera of a known layout; choose with --left and --right from the "
           "image topics " +
           images + "; each needs a camera_info topic beside it");
     else
-      fault(
+      result_.fault(
           "no topic has type sensor_msgs/Image or sensor_msgs/CompressedImage: record the images");
     return false;
   }
 
-  void addStamp(ros::Time stamp, Stream& stream) {
+  void addStamp(ros::Time stamp, StampStream& stream) {
     if (!refused_.has(stream.topic, stamp, ZeroStamp::kLegal)) stream.stamps.push_back(stamp);
   }
 
@@ -137,7 +113,7 @@ class Checker {
     for (const rosbag::MessageInstance& message : view) {
       const bool left_image = message.getTopic() == topics.left;
       auto& first_image = left_image ? pair_.left : pair_.right;
-      Stream& images = streams_[left_image ? 0 : 1];
+      StampStream& images = streams_[left_image ? 0 : 1];
       if (const auto image = message.instantiate<sensor_msgs::Image>()) {
         addStamp(image->header.stamp, images);
         if (!first_image) first_image = image;
@@ -191,11 +167,11 @@ class Checker {
       const std::string& topic = streams_[i].topic;
       const auto type = types_.find(topic);
       if (type == types_.end()) {
-        fault(cureForMissing(i, kinds[i]));
+        result_.fault(cureForMissing(i, kinds[i]));
       } else if (type->second != kinds[i]) {
-        fault(topic + " has type " + type->second + ", not " + kinds[i]);
+        result_.fault(topic + " has type " + type->second + ", not " + kinds[i]);
       } else if (streams_[i].stamps.empty()) {
-        fault("no messages on " + topic + " in the first " + format("%g s", kLookedAt_s));
+        result_.fault("no messages on " + topic + " in the first " + format("%g s", kLookedAt_s));
       } else {
         continue;
       }
@@ -209,16 +185,17 @@ class Checker {
       cv::Mat1b buffer;
       greyImage(*pair_.right, "right", buffer);
       checkBrightness(greyImage(*pair_.left, "left", buffer));
-      good(format("images: %ux%u %s", pair_.left->width, pair_.left->height,
-                  pair_.left->encoding.c_str()));
+      result_.good(format("images: %ux%u %s", pair_.left->width, pair_.left->height,
+                          pair_.left->encoding.c_str()));
       const StereoRig rig = stereoRig(pair_);
-      good(format("calibration: focal length %.1f px, baseline %.4f m", rig.fx_px, rig.baseline_m));
+      result_.good(
+          format("calibration: focal length %.1f px, baseline %.4f m", rig.fx_px, rig.baseline_m));
       if (rig.baseline_m < 0.01 || rig.baseline_m > 5)
-        advice(
+        result_.advice(
             format("a baseline of %g m is unusual: are the P matrices in metres?", rig.baseline_m));
       return true;
     } catch (const std::invalid_argument& error) {
-      fault(error.what());
+      result_.fault(error.what());
       return false;
     }
   }
@@ -228,98 +205,12 @@ class Checker {
     double brightest = 0;
     cv::minMaxLoc(left, nullptr, &brightest);
     if (brightest >= kDark) return;
-    advice(
+    result_.advice(
         format("the first left image is dark: no pixel is brighter than %.0f of 255", brightest) +
         (pair_.left->encoding.find("16") == std::string::npos
              ? ""
              : ". The upper 8 of 16 bits are used: if the camera has fewer than 16 bits, set its "
                "driver to mono8"));
-  }
-
-  // Largest distance between a stamp of `a` and the nearest one of `b`, without the worst 5 %:
-  // single lost messages do not mean that the streams are not synchronised.
-  static double stampDistance(const Stream& a, const Stream& b) {
-    std::vector<ros::Time> sorted = b.stamps;
-    std::sort(sorted.begin(), sorted.end());
-    std::vector<double> distances;
-    for (const ros::Time& stamp : a.stamps) {
-      const auto next = std::lower_bound(sorted.begin(), sorted.end(), stamp);
-      double nearest = std::numeric_limits<double>::infinity();
-      if (next != sorted.end()) nearest = std::abs((*next - stamp).toSec());
-      if (next != sorted.begin())
-        nearest = std::min(nearest, std::abs((stamp - *(next - 1)).toSec()));
-      distances.push_back(nearest);
-    }
-    std::sort(distances.begin(), distances.end());
-    return distances[static_cast<size_t>(0.95 * static_cast<double>(distances.size() - 1))];
-  }
-
-  void checkStamps() {
-    for (size_t i = 0; i < 2; ++i)
-      if (streams_[i].unstamped()) {
-        fault(streams_[i].topic + " has stamps of zero: the camera driver must stamp its images");
-        return;
-      }
-    const std::vector<ros::Time>& left = streams_[0].stamps;
-    if (left.size() < 2) {
-      advice("the bag has fewer than two left images: prediction needs at least two");
-      return;
-    }
-    std::vector<double> periods;
-    size_t backward = 0, gaps = 0;
-    for (size_t i = 1; i < left.size(); ++i) {
-      const double period = (left[i] - left[i - 1]).toSec();
-      if (period <= 0) ++backward;
-      if (period > kLargestGap_s) ++gaps;
-      periods.push_back(period);
-    }
-    std::nth_element(periods.begin(), periods.begin() + periods.size() / 2, periods.end());
-    const double period_s = periods[periods.size() / 2];
-    const double rate_hz = period_s > 0 ? 1 / period_s : 0;
-    good(format("%zu left images in the first %.1f s, %.1f Hz", left.size(),
-                (left.back() - left.front()).toSec(), rate_hz));
-    if (backward) advice(format("stamps go back %zu times: all nodelets reset there", backward));
-    if (gaps)
-      advice(format("%zu gaps of more than max_gap = %g s: all nodelets reset after them", gaps,
-                    kLargestGap_s));
-    if (rate_hz < kSlow_hz)
-      advice(
-          format("%.1f Hz is slow: the prediction gets worse with the camera's motion between two "
-                 "frames; record at a higher rate",
-                 rate_hz));
-    checkSynchronisation(period_s);
-  }
-
-  void checkSynchronisation(double period_s) {
-    const SyncParams defaults;
-    double largest_s = 0;
-    for (size_t i = 1; i < streams_.size(); ++i) {
-      if (i > 1 && streams_[i].unstamped()) continue;  // one calibration for all images
-      const double distance_s = stampDistance(streams_[0], streams_[i]);
-      largest_s = std::max(largest_s, distance_s);
-      if (distance_s < 0.5 * period_s) continue;
-      fault(streams_[i].topic +
-            format(": its stamps differ from those of the left images by %.3f s, half the time "
-                   "between two frames (%.3f s) or more: the cameras are not synchronised; trigger "
-                   "them together",
-                   distance_s, period_s));
-      return;
-    }
-    if (largest_s == 0) {
-      good("stamps of both cameras are equal");
-    } else if (largest_s <= defaults.sync_tolerance) {
-      good(
-          format("stamps of both cameras differ by up to %.2f ms: approximate_sync, which is the "
-                 "default, is needed",
-                 1e3 * largest_s));
-    } else {
-      const double tolerance_s = std::min(0.49 * period_s, 1.2 * largest_s);
-      argument(format("sync_tolerance:=%.4f", tolerance_s));
-      advice(
-          format("stamps of both cameras differ by up to %.1f ms: give sync_tolerance:=%.4f; fast "
-                 "motion makes disparities wrong",
-                 1e3 * largest_s, tolerance_s));
-    }
   }
 
   // Root of the static frames above this one.
@@ -335,34 +226,36 @@ class Checker {
   void checkFrames() {
     const std::string& frame = pair_.left->header.frame_id;
     if (frame.empty()) {
-      fault(camera_.topics.left + " has an empty frame_id: set it in the camera driver");
+      result_.fault(camera_.topics.left + " has an empty frame_id: set it in the camera driver");
       return;
     }
     if (camera_.knows_tf) {
-      good("tf: " + camera_.launch_file + " has the transforms of this layout");
+      result_.good("tf: " + camera_.launch_file + " has the transforms of this layout");
       return;
     }
     const std::string base = EgoMotionProcessorParams().base_frame;
     if (!tf_.canTransform(base, frame, ros::Time(0))) {
       const std::string root = rootOf(frame);
       if (root != frame) {
-        argument("base_frame:=" + root);
-        advice("tf has no path from " + base + " to " + frame + ": give base_frame:=" + root +
-               ", the frame that the camera is fixed to");
+        result_.arguments.push_back("base_frame:=" + root);
+        result_.advice("tf has no path from " + base + " to " + frame +
+                       ": give base_frame:=" + root + ", the frame that the camera is fixed to");
         return;
       }
-      argument("camera_is_base:=true");
-      advice("tf has no path from " + base + " to " + frame +
-             ": give camera_is_base:=true, which makes the left camera the base, or base_frame:=");
+      result_.arguments.push_back("camera_is_base:=true");
+      result_.advice(
+          "tf has no path from " + base + " to " + frame +
+          ": give camera_is_base:=true, which makes the left camera the base, or base_frame:=");
       return;
     }
-    good("tf: has the transform from " + base + " to " + frame);
+    result_.good("tf: has the transform from " + base + " to " + frame);
     const auto parent = moving_parents_.find(base);
     if (parent != moving_parents_.end()) {
-      argument("publish_tf:=false");
-      argument("odom_frame:=" + parent->second);
-      advice("the bag's own tf moves " + base + " in " + parent->second +
-             ": give publish_tf:=false and odom_frame:=" + parent->second + " to use this motion");
+      result_.arguments.push_back("publish_tf:=false");
+      result_.arguments.push_back("odom_frame:=" + parent->second);
+      result_.advice("the bag's own tf moves " + base + " in " + parent->second +
+                     ": give publish_tf:=false and odom_frame:=" + parent->second +
+                     " to use this motion");
     }
   }
 
@@ -371,9 +264,9 @@ class Checker {
   BagCheck result_;
   TopicTypes types_;
   CameraLayout camera_;
-  StereoPair pair_;              // first message of each topic
-  std::vector<Stream> streams_;  // left, right, left_info, right_info
-  RefusedMessages refused_{[this](const std::string& text) { advice(text); }};
+  StereoPair pair_;                   // first message of each topic
+  std::vector<StampStream> streams_;  // left, right, left_info, right_info
+  RefusedMessages refused_{[this](const std::string& text) { result_.advice(text); }};
   tf2::BufferCore tf_{ros::Duration(2 * kLookedAt_s)};
   std::map<std::string, std::string> fixed_parents_, moving_parents_;  // by child
 };

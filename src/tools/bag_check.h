@@ -26,6 +26,9 @@ struct BagCheck {
   std::vector<std::string> arguments;  ///< of the launch file, without the bag
 
   bool isUsable() const;
+  void good(const std::string& text) { findings.push_back({BagFinding::Level::kGood, text}); }
+  void advice(const std::string& text) { findings.push_back({BagFinding::Level::kAdvice, text}); }
+  void fault(const std::string& text) { findings.push_back({BagFinding::Level::kFault, text}); }
 };
 
 /// Checks topics, images, calibrations, stamps and tf of the bag's first half minute.

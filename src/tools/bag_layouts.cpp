@@ -1,5 +1,6 @@
 #include "tools/bag_layouts.h"
 
+#include <boost/algorithm/string/predicate.hpp>
 #include <set>
 #include <utility>
 
@@ -10,8 +11,7 @@ constexpr char kRobot[] = "predictive_stereo.launch", kKitti[] = "kitti.launch";
 
 StereoTopics topicsOf(const std::string& left_folder, const std::string& right_folder,
                       const std::string& image) {
-  return {left_folder + "/" + image, left_folder + "/camera_info", right_folder + "/" + image,
-          right_folder + "/camera_info"};
+  return StereoTopics::ofImages(left_folder + "/" + image, right_folder + "/" + image);
 }
 
 // Selects the compressed images if there are no raw ones.
@@ -39,10 +39,6 @@ std::set<std::string> imageTopics(const TopicTypes& types) {
 std::string folderOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
 std::string nameOf(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
-
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 // A layout whose topics differ from the nodelets' default names.
 CameraLayout remapped(const std::string& name, const std::string& camera,
@@ -89,7 +85,7 @@ std::vector<CameraLayout> findCameras(const TopicTypes& types) {
   const std::set<std::string> lefts = imageTopics(types);
   for (const std::string image : {"image_rect", "image_rect_color", "image_raw"})
     for (const std::string& left : lefts) {
-      if (nameOf(left) != image || !endsWith(folderOf(left), "/left")) continue;
+      if (nameOf(left) != image || !boost::algorithm::ends_with(folderOf(left), "/left")) continue;
       const std::string camera = folderOf(folderOf(left));
       const StereoTopics topics = topicsOf(camera + "/left", camera + "/right", image);
       const std::string ns = camera.empty() ? "/" : camera;
@@ -106,7 +102,8 @@ std::vector<CameraLayout> findCameras(const TopicTypes& types) {
 
   // RealSense: the infrared pair is rectified, although its name does not say so.
   for (const std::string& left : lefts) {
-    if (nameOf(left) != "image_rect_raw" || !endsWith(folderOf(left), "/infra1")) continue;
+    if (nameOf(left) != "image_rect_raw" || !boost::algorithm::ends_with(folderOf(left), "/infra1"))
+      continue;
     const std::string camera = folderOf(folderOf(left));
     const StereoTopics topics = topicsOf(camera + "/infra1", camera + "/infra2", "image_rect_raw");
     addIfThere(types, remapped("infrared pair of " + camera, camera, topics), found);
@@ -124,10 +121,8 @@ CameraLayout chosenCamera(const StereoTopicChoice& choice, const TopicTypes& typ
               kRobot,
               {"camera:=" + ns}};
   } else {
-    const std::string left = imageTopic(choice.left), right = imageTopic(choice.right);
-    layout =
-        remapped("chosen topics", "/stereo",
-                 {left, folderOf(left) + "/camera_info", right, folderOf(right) + "/camera_info"});
+    layout = remapped("chosen topics", "/stereo",
+                      StereoTopics::ofImages(imageTopic(choice.left), imageTopic(choice.right)));
   }
   takeAsRecorded(types, layout);
   return layout;

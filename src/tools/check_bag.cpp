@@ -55,24 +55,12 @@ std::string launchLine(const BagCheck& check) {
 
 int check(const CommandLine& command_line) {
   if (command_line.positional().size() != 1) throw UsageError("give one bag");
-  const StereoTopicChoice choice{command_line.get("camera"), command_line.get("left"),
-                                 command_line.get("right")};
-  if (choice.left.empty() != choice.right.empty())
-    throw UsageError("give --left and --right together");
-  if (!choice.left.empty() && !choice.camera.empty())
-    throw UsageError("give either --camera, or --left and --right, not both");
+  const StereoTopicChoice choice = topicChoice(command_line);
   const std::string path = command_line.positional()[0];
 
   if (!std::filesystem::is_regular_file(path)) throw std::runtime_error(path + ": file not found");
   rosbag::Bag bag;
-  try {
-    bag.open(path, rosbag::bagmode::Read);
-  } catch (const rosbag::BagUnindexedException&) {
-    throw std::runtime_error(path +
-                             ": has no index (was the recording cut off?); run rosbag reindex");
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(path + ": " + error.what());
-  }
+  openBag(path, bag);
   const BagCheck result = checkBag(bag, choice);
 
   if (command_line.has("launch")) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "params/yaml_params.h"
+
 namespace predictive_stereo {
 
 /// Wrong use of a tool: the message is followed by a hint to --help.
@@ -39,6 +41,14 @@ class CommandLine {
   std::vector<std::string> positional_;
   std::string command_;
 };
+
+/// Sets parameters by the options --config (a yaml file) and then --set (NAME=VALUE).
+template <class Params>
+void setFromOptions(const CommandLine& line, Params& params) {
+  ParamTable table(params);
+  if (line.has("config")) setFromYamlFile(line.get("config"), table);
+  for (const std::string& assignment : line.all("set")) table.setAssignment(assignment);
+}
 
 /// Runs the body of a tool. Prints `help` for --help. Prints exceptions as "tool: message" to
 /// stderr.

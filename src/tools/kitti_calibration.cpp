@@ -6,11 +6,6 @@
 #include <stdexcept>
 
 namespace predictive_stereo {
-namespace {
-
-constexpr int kLargestSize_px = 100000;
-
-}  // namespace
 
 KittiCalibrationFile::KittiCalibrationFile(const std::string& path) : path_(path) {
   std::ifstream file(path);
@@ -58,13 +53,6 @@ KittiCamera kittiCamera(const KittiCalibrationFile& calibration, int number) {
   const std::string suffix = "_0" + std::to_string(number);
   KittiCamera camera;
   camera.number = number;
-  const auto& size = calibration.numbers("S_rect" + suffix, 2);
-  for (const double pixels : size)
-    if (!(pixels >= 1 && pixels <= kLargestSize_px))
-      throw std::runtime_error(calibration.path() + ": S_rect" + suffix + " has " +
-                               std::to_string(pixels) + " pixels, expected 1 to " +
-                               std::to_string(kLargestSize_px));
-  camera.rectified_size = cv::Size(static_cast<int>(size[0]), static_cast<int>(size[1]));
   camera.K = calibration.matrix3("K" + suffix);
   camera.D =
       Eigen::Map<const Eigen::Matrix<double, 5, 1>>(calibration.numbers("D" + suffix, 5).data());

@@ -17,7 +17,6 @@ class KittiCalibrationFile {
   /// @throws std::runtime_error if the file cannot be read.
   explicit KittiCalibrationFile(const std::string& path);
 
-  const std::string& path() const { return path_; }
   bool has(const std::string& name) const { return entries_.count(name) > 0; }
   /// @throws std::runtime_error with file and entry, if the entry is missing or does not have
   ///   `count` numbers.
@@ -35,7 +34,6 @@ class KittiCalibrationFile {
 /// One camera of a KITTI raw recording, as calib_cam_to_cam.txt describes it.
 struct KittiCamera {
   int number = 0;                 ///< 0, 1: grey left, right; 2, 3: colour left, right
-  cv::Size rectified_size;        ///< of the images of the `sync` drives
   Eigen::Matrix3d K;              ///< of the unrectified camera
   Eigen::Matrix<double, 5, 1> D;  ///< of the unrectified camera: k1, k2, p1, p2, k3
   Eigen::Matrix3d R_rect;         ///< rotates unrectified into rectified camera coordinates

@@ -1,9 +1,12 @@
 #include "tools/kitti_drive.h"
 
+#include <boost/algorithm/string/trim.hpp>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -38,25 +41,15 @@ std::set<int> fileNumbers(const std::string& folder, const std::string& extensio
   return numbers;
 }
 
-/// Days since 1970-01-01 of a date of the Gregorian calendar.
-int64_t daysSinceEpoch(int year, int month, int day) {
-  // Years are counted from March, so that leap days come last.
-  const int64_t y = month <= 2 ? year - 1 : year;
-  const int64_t day_of_year = (153 * (month > 2 ? month - 3 : month + 9) + 2) / 5 + day - 1;
-  return 365 * y + y / 4 - y / 100 + y / 400 + day_of_year - 719468;
-}
-
 /// "2011-09-26 13:08:24.973999360" to nanoseconds; none if it is malformed.
 std::optional<int64_t> parseTimestamp(const std::string& line) {
-  int year, month, day, hour, minute, second, used = 0;
-  if (std::sscanf(line.c_str(), "%4d-%2d-%2d %2d:%2d:%2d%n", &year, &month, &day, &hour, &minute,
-                  &second, &used) != 6)
-    return std::nullopt;
+  std::tm time{};
+  std::istringstream text(line);
+  text >> std::get_time(&time, "%Y-%m-%d %H:%M:%S");
   // ROS has 32 bits for seconds, which overflow in 2106.
-  if (year < 1970 || year > 2105 || month < 1 || month > 12 || day < 1 || day > 31 || hour < 0 ||
-      hour > 23 || minute < 0 || minute > 59 || second < 0 || second > 60)
-    return std::nullopt;
-  std::string fraction = line.substr(static_cast<size_t>(used));
+  if (!text || time.tm_year < 70 || time.tm_year > 205) return std::nullopt;
+  std::string fraction;
+  std::getline(text, fraction);
   if (!fraction.empty()) {
     if (fraction[0] != '.' || fraction.size() < 2 || fraction.size() > 10 ||
         fraction.find_first_not_of("0123456789", 1) != std::string::npos)
@@ -64,15 +57,7 @@ std::optional<int64_t> parseTimestamp(const std::string& line) {
     fraction.erase(0, 1);
   }
   fraction.resize(9, '0');
-  const int64_t seconds =
-      ((daysSinceEpoch(year, month, day) * 24 + hour) * 60 + minute) * 60 + second;
-  return seconds * 1000000000 + std::stoll(fraction);
-}
-
-std::string trimmed(const std::string& line) {
-  const size_t first = line.find_first_not_of(" \t\r");
-  if (first == std::string::npos) return "";
-  return line.substr(first, line.find_last_not_of(" \t\r") - first + 1);
+  return int64_t{timegm(&time)} * 1000000000 + std::stoll(fraction);
 }
 
 std::vector<Eigen::Isometry3d> readPoses(const std::string& path) {
@@ -81,7 +66,7 @@ std::vector<Eigen::Isometry3d> readPoses(const std::string& path) {
   std::vector<Eigen::Isometry3d> poses;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
-    if (trimmed(line).empty()) continue;
+    if (boost::algorithm::trim_copy(line).empty()) continue;
     std::istringstream text(line);
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     for (int i = 0; i < 12; ++i)
@@ -126,7 +111,7 @@ std::vector<int64_t> readKittiTimestamps(const std::string& path, size_t max_cou
   std::vector<int64_t> stamps;
   std::string line;
   for (int number = 1; stamps.size() < max_count && std::getline(file, line); ++number) {
-    line = trimmed(line);
+    boost::algorithm::trim(line);
     if (line.empty()) continue;
     const auto stamp = parseTimestamp(line);
     if (!stamp)

@@ -57,7 +57,6 @@ class KittiDrive {
              KittiCameras cameras = KittiCameras::kGray);
 
   const std::string& name() const { return name_; }
-  const std::string& dateDir() const { return date_dir_; }
   const StereoRig& rig() const { return rig_; }
   const KittiCamera& leftCamera() const { return left_; }
   const KittiCamera& rightCamera() const { return right_; }

@@ -163,6 +163,15 @@ double quantile(const std::vector<double>& sorted, double share) {
   return sorted[std::min(sorted.size() - 1, index)];
 }
 
+void loadNodelets(const std::string& ns, nodelet::Loader& loader) {
+  for (const auto& [name, type] :
+       {std::pair("ego_motion", "EgoMotion"), std::pair("disparity", "Disparity"),
+        std::pair("moving_objects", "MovingObjects")})
+    if (!loader.load(ns + "/" + name, std::string("predictive_stereo/") + type, {}, {}))
+      throw std::runtime_error(std::string("the nodelet ") + type +
+                               " cannot be loaded; source the workspace's setup.bash first");
+}
+
 }  // namespace
 
 LoadSummary LiveLoadResult::summary(int first, int last) const {
@@ -247,12 +256,7 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
   ros::Publisher left_info = node.advertise<sensor_msgs::CameraInfo>("left/camera_info", 20);
   ros::Publisher right_info = node.advertise<sensor_msgs::CameraInfo>("right/camera_info", 20);
   nodelet::Loader loader(false);
-  for (const auto& [name, type] :
-       {std::pair("ego_motion", "EgoMotion"), std::pair("disparity", "Disparity"),
-        std::pair("moving_objects", "MovingObjects")})
-    if (!loader.load(ns + "/" + name, std::string("predictive_stereo/") + type, {}, {}))
-      throw std::runtime_error(std::string("the nodelet ") + type +
-                               " cannot be loaded; source the workspace's setup.bash first");
+  loadNodelets(ns, loader);
   if (!waitUntil([&] {
         return left.getNumSubscribers() > 0 && right.getNumSubscribers() > 0 &&
                left_info.getNumSubscribers() > 0 && right_info.getNumSubscribers() > 0 &&

@@ -94,10 +94,8 @@ int run(const CommandLine& line) {
   const int frames = line.getInt("frames", 300, 20);
   const int window = line.getInt("window", 1000, 10);
   AllNodeletParams params;
-  ParamTable table(params);
   params.ego_motion.sync.sync_tolerance = params.disparity.sync.sync_tolerance = 0.02;
-  if (line.has("config")) setFromYamlFile(line.get("config"), table);
-  for (const std::string& assignment : line.all("set")) table.setAssignment(assignment);
+  setFromOptions(line, params);
   if (line.has("threads")) cv::setNumThreads(line.getInt("threads", 0, 1));
 
   ros::M_string no_remappings;
@@ -105,8 +103,7 @@ int run(const CommandLine& line) {
             ros::init_options::AnonymousName | ros::init_options::NoSigintHandler);
   if (!ros::master::check()) throw std::runtime_error("there is no ROS master: start roscore");
   catchInterruptions();
-  LiveLoad load(line.get("bag"), {line.get("camera"), line.get("left"), line.get("right")},
-                line.getInt("pairs", 100, 2));
+  LiveLoad load(line.get("bag"), topicChoice(line), line.getInt("pairs", 100, 2));
   std::printf("%d pairs of %dx%d, %d threads\n", load.pairs(), load.size().width,
               load.size().height, cv::getNumThreads());
   std::printf("%8s %8s %8s %8s %10s %8s %8s %8s %8s %10s\n", "asked Hz", "sent", "lost", "counted",

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 void writeBytes(const fs::path& path, const char* data, size_t size) {
   const fs::path temporary = path.string() + ".part" + std::to_string(getpid());
-  if (path.has_parent_path()) makeFolder(path.parent_path());
+  makeFolderOf(path);
   errno = 0;
   std::ofstream file(temporary, std::ios::binary);
   file.write(data, static_cast<std::streamsize>(size));
@@ -39,6 +39,10 @@ void makeFolder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);
   if (error) fail(path, error.message());
+}
+
+void makeFolderOf(const fs::path& path) {
+  if (path.has_parent_path()) makeFolder(path.parent_path());
 }
 
 void writeText(const fs::path& path, const std::string& text) {

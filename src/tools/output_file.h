@@ -10,6 +10,9 @@ namespace predictive_stereo {
 /// @throws std::runtime_error with `path` and the reason, if it cannot be made.
 void makeFolder(const std::filesystem::path& path);
 
+/// Makes the folder of a file, unless `path` has none.
+void makeFolderOf(const std::filesystem::path& path);
+
 /// Writes a text file atomically: to a temporary file beside `path`, which is renamed when the
 /// whole text is on the disk. Makes missing folders.
 /// @throws std::runtime_error with `path` and the reason, if it cannot be written.

@@ -13,17 +13,15 @@
 #include <string>
 #include <vector>
 
-#include "nodelets/disparity_views.h"
-#include "nodelets/moving_objects_views.h"
 #include "nodelets/pipeline_processor.h"
 #include "nodelets/rectifier.h"
 #include "params/yaml_params.h"
-#include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/interruption.h"
 #include "tools/output_file.h"
 #include "tools/progress.h"
 #include "tools/replay_figures.h"
+#include "tools/replay_output.h"
 #include "tools/stage_table.h"
 #include "tools/stereo_bag.h"
 
@@ -63,27 +61,21 @@ struct Options {
   explicit Options(const CommandLine& line)
       : bag(line.get("bag")),
         output(line.get("output")),
-        config(line.get("config")),
         csv(line.get("csv")),
-        topics{line.get("camera"), line.get("left"), line.get("right"), line.has("rectify")},
-        assignments(line.all("set")),
+        topics(topicChoice(line)),
         compress(line.has("compress")) {
     if (bag.empty()) throw UsageError("--bag is missing");
     if (output.empty()) throw UsageError("--output is missing");
     if (!line.positional().empty()) throw UsageError("unexpected argument " + line.positional()[0]);
-    if (topics.left.empty() != topics.right.empty())
-      throw UsageError("give --left and --right together");
-    if (!topics.left.empty() && !topics.camera.empty())
-      throw UsageError("give either --camera, or --left and --right, not both");
+    topics.raw = line.has("rectify");
     std::istringstream list(line.get("topics"));
     for (std::string topic; std::getline(list, topic, ',');) outputs.insert(topic);
     if (line.has("start")) start_s = seconds(line, "start");
     if (line.has("duration")) duration_s = seconds(line, "duration");
   }
 
-  std::string bag, output, config, csv;
+  std::string bag, output, csv;
   StereoTopicChoice topics;
-  std::vector<std::string> assignments;
   std::set<std::string> outputs;
   double start_s = 0;
   std::optional<double> duration_s;
@@ -99,122 +91,10 @@ struct Options {
   }
 };
 
-/// The output bag with the selected topics.
-class OutputBag {
- public:
-  OutputBag(const std::string& path, const std::set<std::string>& wanted, const std::string& ns,
-            bool compress)
-      : wanted_(wanted), ns_(ns), file_(path) {
-    for (const std::string& topic : wanted_)
-      if (!kTopics.count(topic)) {
-        std::string text = "--topics: there is no output '" + topic + "'; choose from";
-        for (const std::string& known : kTopics) text += " " + known;
-        throw UsageError(text);
-      }
-    if (compress) file_.setCompression(rosbag::compression::LZ4);
-  }
-
-  bool wants(const std::string& topic) const { return wanted_.empty() || wanted_.count(topic); }
-
-  template <class Message>
-  void write(const std::string& topic, ros::Time time, const Message& message) {
-    if (wants(topic)) file_.write(ns_ + "/" + topic, time, message);
-  }
-  // A message of the input bag, changed.
-  template <class Message>
-  void writeAs(const rosbag::MessageInstance& original, ros::Time time, const Message& message) {
-    file_.write(original.getTopic(), time, message, original.getConnectionHeader());
-  }
-  void writeTf(ros::Time time, const geometry_msgs::TransformStamped& transform) {
-    tf2_msgs::TFMessage message;
-    message.transforms.push_back(transform);
-    file_.write("/tf", time, message);
-  }
-
-  void finish() { file_.finish(); }
-
- private:
-  inline static const std::set<std::string> kTopics = {
-      "odometry",
-      "odometry/pose",
-      "odometry/row_alignment",
-      "disparity",
-      "disparity_variance",
-      "measured_disparity",
-      "measured_variance",
-      "predicted_disparity",
-      "predicted_variance",
-      "row_alignment",
-      "search_range",
-      "disparity/image",
-      "disparity/color",
-      "disparity/standard_deviation",
-      "depth/image_rect",
-      "depth/camera_info",
-      "points2",
-      "points2_static",
-      "moving_objects",
-      "moving_objects/mask",
-      "moving_objects/residual",
-      "moving_objects/markers",
-      "moving_objects/image",
-  };
-
-  std::set<std::string> wanted_;
-  std::string ns_;
-  BagFile file_;
-};
-
-void writeFrame(const PipelineProcessor::Output& frame, const StereoPair& pair, ros::Time time,
-                const PointsParams& params, OutputBag& out) {
-  const EgoMotionMessages& ego_motion = frame.ego_motion;
-  const DisparityMessages& disparity = frame.disparity;
-  const MovingObjectsMessages& moving = frame.moving_objects;
-  out.write("odometry", time, *ego_motion.odometry);
-  out.write("odometry/pose", time, *ego_motion.pose);
-  out.write("odometry/row_alignment", time, *ego_motion.row_alignment);
-  out.write("disparity", time, *disparity.disparity);
-  out.write("disparity_variance", time, *disparity.disparity_variance);
-  out.write("measured_disparity", time, *disparity.measured_disparity);
-  out.write("measured_variance", time, *disparity.measured_variance);
-  out.write("predicted_disparity", time, *disparity.predicted_disparity);
-  out.write("predicted_variance", time, *disparity.predicted_variance);
-  out.write("row_alignment", time, *disparity.row_alignment);
-  out.write("search_range", time, *disparity.search_range);
-  out.write("disparity/image", time, disparity.disparity->image);
-  if (out.wants("disparity/color"))
-    out.write("disparity/color", time, *colourImage(*disparity.disparity));
-  if (out.wants("disparity/standard_deviation"))
-    out.write("disparity/standard_deviation", time,
-              *standardDeviationImage(*disparity.disparity_variance));
-  if (out.wants("depth/image_rect"))
-    out.write("depth/image_rect", time, *depthImage(*disparity.disparity));
-  if (out.wants("depth/camera_info")) out.write("depth/camera_info", time, *depthCameraInfo(pair));
-  const auto cloud = [&](MovingPoints points) {
-    return pointCloud(*disparity.disparity, stereoRig(pair), *pair.left, moving.mask.get(), params,
-                      points);
-  };
-  if (out.wants("points2")) out.write("points2", time, *cloud(MovingPoints::kTinted));
-  if (out.wants("points2_static"))
-    out.write("points2_static", time, *cloud(MovingPoints::kLeftOut));
-  out.write("moving_objects", time, *moving.objects);
-  out.write("moving_objects/mask", time, *moving.mask);
-  if (out.wants("moving_objects/residual"))
-    out.write("moving_objects/residual", time,
-              *residualImage(*disparity.measured_disparity, *disparity.measured_variance,
-                             *disparity.predicted_disparity, *disparity.predicted_variance));
-  if (out.wants("moving_objects/markers"))
-    out.write("moving_objects/markers", time, *markers(*moving.objects, frame.pose));
-  if (out.wants("moving_objects/image"))
-    out.write("moving_objects/image", time, *overlay(*pair.left, *moving.objects, *moving.mask));
-}
-
 class Replay {
  public:
-  explicit Replay(const Options& options) : options_(options) {
-    ParamTable table(params_);
-    if (!options.config.empty()) setFromYamlFile(options.config, table);
-    for (const std::string& assignment : options.assignments) table.setAssignment(assignment);
+  Replay(const Options& options, const AllNodeletParams& params)
+      : options_(options), params_(params) {
     openBag(options.bag, in_);
     topics_ = findStereoTopics(in_, options.topics);
     rosbag::View everything(in_);
@@ -321,7 +201,7 @@ class Replay {
     if (!frame->event.empty())
       std::cerr << "\npair " << figures_.pairs() << ": " << frame->event << "\n";
     if (params_.ego_motion.publish_tf) out.writeTf(time, frame->ego_motion.transform);
-    writeFrame(*frame, pair, time, params_.disparity.points, out);
+    out.write({*frame, pair, params_.disparity.points}, time);
     table_.add(frame->times);
   }
 
@@ -380,7 +260,9 @@ int run(const CommandLine& line) {
   const Options options(line);
   catchInterruptions();
   if (line.has("threads")) cv::setNumThreads(line.getInt("threads", 0, 1));
-  Replay(options).run();
+  AllNodeletParams params;
+  setFromOptions(line, params);
+  Replay(options, params).run();
   return 0;
 }
 

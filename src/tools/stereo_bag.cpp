@@ -3,7 +3,9 @@
 #include <rosbag/view.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <boost/make_shared.hpp>
+#include <cstring>
 #include <stdexcept>
 
 #include "nodelets/compressed_image.h"
@@ -43,10 +45,6 @@ std::string cameraInfoTopic(const std::string& topic) {
   return (slash == std::string::npos ? "" : images.substr(0, slash + 1)) + "camera_info";
 }
 
-StereoTopics fromImages(const std::string& left, const std::string& right) {
-  return {left, cameraInfoTopic(left), right, cameraInfoTopic(right)};
-}
-
 // Pairs of topics whose names differ only in "left" and "right".
 std::vector<StereoTopics> knownLayouts(const TopicTypes& types, bool raw) {
   std::vector<StereoTopics> found;
@@ -61,7 +59,7 @@ std::vector<StereoTopics> knownLayouts(const TopicTypes& types, bool raw) {
     if (raw ? kind != "image_raw" || kitti : kind != "image_rect" && !kitti) continue;
     std::string right = left;
     right.replace(place, 4, "right");
-    const StereoTopics topics = fromImages(left, right);
+    const StereoTopics topics = StereoTopics::ofImages(left, right);
     if (topics.areIn(types)) found.push_back(topics);
   }
   return found;
@@ -86,6 +84,9 @@ SyncParams withoutLimit(SyncParams sync) {
 void openBag(const std::string& path, rosbag::Bag& bag) {
   try {
     bag.open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagUnindexedException&) {
+    throw std::runtime_error(path +
+                             ": has no index (was the recording cut off?); run rosbag reindex");
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(path + ": cannot be read as a bag (" + error.what() + ")");
   }
@@ -104,10 +105,23 @@ bool hasType(const TopicTypes& types, const std::string& topic, const std::strin
   return found != types.end() && found->second == type;
 }
 
+StereoTopics StereoTopics::ofImages(const std::string& left, const std::string& right) {
+  return {left, cameraInfoTopic(left), right, cameraInfoTopic(right)};
+}
+
 bool StereoTopics::areIn(const TopicTypes& types) const {
   return hasImages(types, left) && hasImages(types, right) &&
          hasType(types, left_info, "sensor_msgs/CameraInfo") &&
          hasType(types, right_info, "sensor_msgs/CameraInfo");
+}
+
+StereoTopicChoice topicChoice(const CommandLine& line) {
+  const StereoTopicChoice choice{line.get("camera"), line.get("left"), line.get("right")};
+  if (choice.left.empty() != choice.right.empty())
+    throw UsageError("give --left and --right together");
+  if (!choice.left.empty() && !choice.camera.empty())
+    throw UsageError("give either --camera, or --left and --right, not both");
+  return choice;
 }
 
 std::string asRecorded(const TopicTypes& types, const std::string& topic) {
@@ -122,10 +136,9 @@ std::string cameraNamespace(std::string name) {
 }
 
 std::string imageTopic(const std::string& topic) {
-  const std::string end = kCompressedTopic;
-  const bool compressed =
-      topic.size() > end.size() && topic.compare(topic.size() - end.size(), end.size(), end) == 0;
-  return compressed ? topic.substr(0, topic.size() - end.size()) : topic;
+  return boost::algorithm::ends_with(topic, kCompressedTopic)
+             ? topic.substr(0, topic.size() - std::strlen(kCompressedTopic))
+             : topic;
 }
 
 sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
@@ -146,10 +159,11 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
   if (!choice.camera.empty()) {
     const std::string camera = cameraNamespace(choice.camera);
     const std::string image = choice.raw ? "image_raw" : "image_rect";
-    topics = fromImages(asRecorded(types, camera + "/left/" + image),
-                        asRecorded(types, camera + "/right/" + image));
+    topics = StereoTopics::ofImages(asRecorded(types, camera + "/left/" + image),
+                                    asRecorded(types, camera + "/right/" + image));
   } else if (!choice.left.empty()) {
-    topics = fromImages(asRecorded(types, choice.left), asRecorded(types, choice.right));
+    topics =
+        StereoTopics::ofImages(asRecorded(types, choice.left), asRecorded(types, choice.right));
   } else {
     const std::vector<StereoTopics> candidates = knownLayouts(types, choice.raw);
     if (candidates.size() == 1) return candidates[0];

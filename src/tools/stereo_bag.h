@@ -11,6 +11,7 @@
 
 #include "nodelets/stamp_matcher.h"
 #include "nodelets/stereo_messages.h"
+#include "tools/command_line.h"
 #include "tools/refused_messages.h"
 
 namespace predictive_stereo {
@@ -27,6 +28,8 @@ bool hasType(const TopicTypes& types, const std::string& topic, const std::strin
 struct StereoTopics {
   std::string left, left_info, right, right_info;
 
+  /// Those of image topics, with camera_info beside them.
+  static StereoTopics ofImages(const std::string& left, const std::string& right);
   std::vector<std::string> all() const { return {left, left_info, right, right_info}; }
   /// Whether the bag has them all.
   bool areIn(const TopicTypes& types) const;
@@ -38,6 +41,10 @@ struct StereoTopicChoice {
   std::string left, right;  ///< image topics, with camera_info in the same namespaces; or empty
   bool raw = false;         ///< images are not rectified: image_raw, not image_rect
 };
+
+/// The options --camera, --left and --right.
+/// @throws UsageError for a choice that is incomplete or not unique.
+StereoTopicChoice topicChoice(const CommandLine& line);
 
 /// `topic` without the suffix /compressed.
 std::string imageTopic(const std::string& topic);

@@ -9,7 +9,7 @@
 
 #include "benchmark/sequences.h"
 #include "benchmark/timing.h"
-#include "evaluation/opencv_baseline.h"
+#include "evaluation/disparity_method.h"
 #include "predictive_stereo/pipeline.h"
 #include "tools/command_line.h"
 #include "tools/stage_table.h"

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <functional>
 
+#include "evaluation/disparity_method.h"
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/opencv_baseline.h"
 #include "predictive_stereo/post_filter.h"
 
 namespace predictive_stereo {

@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "evaluation/detection_evaluation.h"
-#include "evaluation/kitti_scene_2012.h"
+#include "evaluation/kitti_scenes.h"
 
 namespace predictive_stereo {
 namespace {
@@ -295,7 +295,7 @@ TEST_F(KittiDetection, StaticScenesOf2012) {
   EXPECT_GE(cyclists.score.all().recall(), 0.9) << describe(cyclists.score);
   DetectionScore score;
   const std::string training = kitti_ + "/stereo_flow_2012/training";
-  for (const std::string& scene : KittiScene2012::list(training)) {
+  for (const std::string& scene : listKittiScenes2012(training)) {
     const auto sequence = kittiScene2012Sequence(training, scene);
     score.startSequence();
     for (const EvaluatedFrame& frame :

@@ -74,8 +74,8 @@ class ConstantMethod : public DisparityMethod {
 
 SequenceReport evaluateWall(std::vector<Panel>* panels = nullptr) {
   const std::vector<NamedMethod> methods = {
-      {kOpencvHh, [](const std::string&) { return std::make_unique<ConstantMethod>(false); }},
-      {kOurs, [](const std::string&) { return std::make_unique<ConstantMethod>(true); }}};
+      {kOpencvHh, [] { return std::make_unique<ConstantMethod>(false); }},
+      {kOurs, [] { return std::make_unique<ConstantMethod>(true); }}};
   const WallSequence wall;
   SequenceReport report;
   report.name = wall.name();
@@ -87,7 +87,7 @@ SequenceReport evaluateWall(std::vector<Panel>* panels = nullptr) {
            panelsOf(frame, "wall", methods[m].name, m == 0, DisparityRange{}, output))
         panels->push_back(made);
   };
-  evaluateDisparity(wall, methods, PipelineParams{}, 0, nullptr, panel, report.evaluations);
+  evaluateDisparity(wall, methods, PipelineParams{}, 0, panel, report.evaluations);
   return report;
 }
 
@@ -226,7 +226,7 @@ TEST(DisparityReport, PlotsHaveThePointsOfTheirSeries) {
   Report page(dir.path(""), "", "");
   Plot plot;
   plot.title = "a: b";
-  plot.series = {{"steps", {{0, 0.25}, {10, 5}}, PlotSeries::Style::kSteps}, {}};
+  plot.series = {{"steps", {{0, 0.25}, {10, 5}}, "steps"}, {}};
   page.add(plot);
   page.add(Table());  // without rows: left out
   page.finish();

@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_scene_2012.h"
+#include "evaluation/kitti_scenes.h"
+#include "evaluation/sequence.h"
 #include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
@@ -77,16 +78,16 @@ TEST(KittiScene2012, ReadsPairsAndTruth) {
   cv::imwrite(files.path("disp_occ/000027_10.png"), coded);
   files.write("calib/000027.txt",
               "P0: 100 0 32 0 0 100 16 0 0 0 1 0\nP1: 100 0 32 -50 0 100 16 0 0 0 1 0\n");
-  EXPECT_EQ(KittiScene2012::list(files.path()), std::vector<std::string>{"000027"});
-  const KittiScene2012 scene(files.path(), "000027");
-  ASSERT_EQ(scene.frames(), 3);
-  EXPECT_EQ(scene.left(0)(0, 0), 80);
-  EXPECT_EQ(scene.right(2)(0, 0), 101);
-  const cv::Mat1f truth_px = scene.truth();
+  EXPECT_EQ(listKittiScenes2012(files.path()), std::vector<std::string>{"000027"});
+  const auto scene = kittiScene2012Sequence(files.path(), "000027");
+  ASSERT_EQ(scene->frames(), 3);
+  EXPECT_EQ(scene->frame(0).left(0, 0), 80);
+  EXPECT_TRUE(scene->frame(0).truth_px.empty());
+  EXPECT_EQ(scene->frame(2).right(0, 0), 101);
+  const cv::Mat1f truth_px = scene->frame(2).truth_px;
   EXPECT_FLOAT_EQ(truth_px(3, 4), 17.5f);
   EXPECT_EQ(known(truth_px), 1);
-  EXPECT_THROW(scene.truth(false), std::runtime_error);
-  EXPECT_THROW(KittiScene2012(files.path(), "000028"), std::runtime_error);
+  EXPECT_THROW(kittiScene2012Sequence(files.path(), "000028"), std::runtime_error);
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
-#include "evaluation/opencv_baseline.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
 
+#include "evaluation/disparity_method.h"
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/lidar_truth.h"
 #include "tools/kitti_drive.h"

@@ -15,18 +15,23 @@ Eigen::Isometry3d forward(double step_m, double yaw_rad = 0) {
   return T_prev_cam.inverse();
 }
 
+// Poses of equal motions T_cam_prev.
+Poses poses(size_t motions, const Eigen::Isometry3d& motion) {
+  Poses poses{Eigen::Isometry3d::Identity()};
+  while (poses.size() <= motions) poses.push_back(poses.back() * motion.inverse());
+  return poses;
+}
+
 TEST(PoseMetrics, MotionsAndPosesAreInverse) {
-  const std::vector<Eigen::Isometry3d> motions(5, forward(1.2, 0.1));
-  const Poses poses = accumulatePoses(motions);
-  ASSERT_EQ(poses.size(), 6u);
-  EXPECT_NEAR(poses[1].translation().z(), 1.2, 1e-12);
-  const auto back = motionsBetween(poses);
-  for (size_t i = 0; i < motions.size(); ++i) EXPECT_TRUE(back[i].isApprox(motions[i], 1e-9));
+  const Eigen::Isometry3d motion = forward(1.2, 0.1);
+  const auto motions = motionsBetween(poses(5, motion));
+  ASSERT_EQ(motions.size(), 5u);
+  for (const auto& back : motions) EXPECT_TRUE(back.isApprox(motion, 1e-9));
 }
 
 TEST(PoseMetrics, ScaleAndYawErrorsByHand) {
-  const Poses truth = accumulatePoses(std::vector<Eigen::Isometry3d>(20, forward(1.0)));
-  const Poses longer = accumulatePoses(std::vector<Eigen::Isometry3d>(20, forward(1.02)));
+  const Poses truth = poses(20, forward(1.0));
+  const Poses longer = poses(20, forward(1.02));
   const auto errors = relativePoseErrors(longer, truth, {5, 10, 100});
   ASSERT_EQ(errors.size(), 3u);
   EXPECT_EQ(errors[0].stretches, 16);
@@ -34,7 +39,7 @@ TEST(PoseMetrics, ScaleAndYawErrorsByHand) {
   EXPECT_NEAR(errors[1].translation_percent, 2, 1e-9);
   EXPECT_EQ(errors[2].stretches, 0);
 
-  const Poses turning = accumulatePoses(std::vector<Eigen::Isometry3d>(20, forward(1.0, 0.01)));
+  const Poses turning = poses(20, forward(1.0, 0.01));
   EXPECT_NEAR(relativePoseErrors(turning, truth, {10})[0].rotation_deg_per_m, 0.01 * 180 / M_PI,
               1e-9);
   const MotionError mean = meanMotionError(motionsBetween(turning), motionsBetween(truth));

@@ -58,9 +58,9 @@ struct Shipped {
 std::vector<cv::Mat1f> evaluated(const PipelineParams& params) {
   std::vector<cv::Mat1f> disparities_px;
   std::vector<DisparityEvaluation> evaluations;
-  const NamedMethod ours{"ours", [&](const std::string&) { return predictiveMethod(params); }};
+  const NamedMethod ours{"ours", [&] { return predictiveMethod(params); }};
   evaluateDisparity(
-      street(), {ours}, params, kFrames, {},
+      street(), {ours}, params, kFrames,
       [&](const SequenceFrame&, int, size_t, const MethodOutput& output) {
         disparities_px.push_back(output.maps.disparity_px.clone());
       },
@@ -98,8 +98,7 @@ TEST(ShippedLoop, IsWhatTheVarianceIsFittedOn) {
   const Shipped shipped(params);
   constexpr int kStep = 5;
   size_t sample = 0;
-  const std::vector<VarianceSample> samples =
-      observePublished(street(), PipelineParams(), kStep, {});
+  const std::vector<VarianceSample> samples = observePublished(street(), PipelineParams(), kStep);
   for (int index = 1; index < kFrames; ++index) {
     const cv::Mat1f truth_px = street().frame(index).truth_px;
     const cv::Mat1f& disparity_px = shipped.disparities_px[static_cast<size_t>(index)];

@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const KittiCalibrationFile calibration(file.path());
     mayRefuse([&] { calibration.rigidMotion(); });
     const KittiCamera left = kittiCamera(calibration, 0), right = kittiCamera(calibration, 1);
-    StereoRig::fromProjections(left.P_rect, right.P_rect, left.rectified_size);
+    StereoRig::fromProjections(left.P_rect, right.P_rect, {64, 32});
   });
   return 0;
 }

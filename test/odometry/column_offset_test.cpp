@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "evaluation/shifted_sequence.h"
+#include "evaluation/perturbation.h"
 #include "evaluation/simulation/street.h"
 #include "predictive_stereo/ego_motion.h"
 

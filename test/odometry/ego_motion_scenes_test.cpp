@@ -158,7 +158,7 @@ TEST(EgoMotionScenes, KittiDrive0020) {
   if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
   const auto sequence =
       kittiDriveSequence(std::string(kitti) + "/2011_09_30", "2011_09_30_drive_0020_sync");
-  const OdometryEvaluation result = evaluateOdometry(*sequence, EgoMotionParams(), {}, {});
+  const OdometryEvaluation result = evaluateOdometry(*sequence, EgoMotionParams());
   EXPECT_EQ(result.lost, 0);
   EXPECT_LE(result.mean.translation_m, 0.013);
   EXPECT_LE(result.mean.rotation_rad, 0.054 * kDegree);
@@ -177,7 +177,7 @@ TEST(EgoMotionScenes, CovarianceOfAPath) {
   params.seed = 3;
   params.frames = 26;
   const auto sequence = streetSequence(params);
-  const OdometryEvaluation result = evaluateOdometry(*sequence, perfectlyCalibrated(), {}, {});
+  const OdometryEvaluation result = evaluateOdometry(*sequence, perfectlyCalibrated());
   for (const OdometryEvaluation::Window& window : result.windows) {
     EXPECT_GT(window.mean_normalized, 0.4) << window.motions << " motions";
     EXPECT_LT(window.mean_normalized, 2.5) << window.motions << " motions";
@@ -218,7 +218,7 @@ TEST(EgoMotionScenes, KittiDrivesAreAsLongAsTheyAre) {
   if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
   for (const char* drive : {"2011_09_26_drive_0009_sync", "2011_09_26_drive_0002_sync"}) {
     const auto sequence = kittiDriveSequence(std::string(kitti) + "/2011_09_26", drive);
-    const OdometryEvaluation result = evaluateOdometry(*sequence, EgoMotionParams(), {}, {});
+    const OdometryEvaluation result = evaluateOdometry(*sequence, EgoMotionParams());
     EXPECT_EQ(result.lost, 0) << drive;
     EXPECT_LT(std::abs(result.length_error_percent), 0.5) << drive;
   }

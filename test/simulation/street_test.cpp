@@ -438,7 +438,7 @@ TEST(Street, LongExposuresBlur) {
 }
 
 TEST(Street, EverySceneRenders) {
-  for (const StreetSceneInfo& info : streetScenes()) {
+  for (const simulation::Scene& info : simulation::scenes()) {
     StreetParams params = smallStreet(info.name);
     params.width = 160;
     params.height = 48;

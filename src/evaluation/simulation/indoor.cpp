@@ -2,54 +2,23 @@
 
 #include <cmath>
 
-#include "evaluation/simulation/noise.h"
-
 namespace predictive_stereo::simulation {
 namespace {
 
 using Eigen::Vector3d;
 
-// Adds solids given by their corners.
-class Builder {
- public:
-  Builder(uint32_t seed, Primitives& out) : seed_(seed), out_(out) {}
+// A box given by two corners.
+Primitive& addBox(Builder& b, Material material, const Vector3d& low, const Vector3d& high,
+                  double albedo) {
+  return b.box(material, 0.5 * (low + high), 0.5 * (high - low), albedo);
+}
 
-  Primitive& box(Material material, const Vector3d& low, const Vector3d& high, double albedo) {
-    return add(Shape::kBox, material, 0.5 * (low + high), 0.5 * (high - low), albedo);
-  }
-
-  // Vertical, or along an axis of the world.
-  void rod(Material material, const Vector3d& from, const Vector3d& to, double radius,
-           double albedo) {
-    const Vector3d axis = to - from;
-    add(Shape::kCylinder, material, 0.5 * (from + to), {radius, radius, 0.5 * axis.norm()}, albedo)
-        .R_local_world = Eigen::Quaterniond::FromTwoVectors(axis, Vector3d::UnitZ())
-                             .toRotationMatrix()
-                             .cast<float>();
-  }
-
-  void floor(Material material, double albedo, double contrast) {
-    Primitive& p = add(Shape::kGround, material, Vector3d::Zero(), Vector3d::Ones(), albedo);
-    p.contrast = static_cast<float>(contrast);
-  }
-
- private:
-  Primitive& add(Shape shape, Material material, const Vector3d& centre, const Vector3d& half,
-                 double albedo) {
-    Primitive p;
-    p.shape = shape;
-    p.material = material;
-    p.seed = hashOf(seed_, static_cast<uint32_t>(out_.size()));
-    p.albedo = static_cast<float>(albedo);
-    p.centre_m = centre;
-    p.half_m = half.cast<float>();
-    out_.push_back(p);
-    return out_.back();
-  }
-
-  uint32_t seed_;
-  Primitives& out_;
-};
+Builder startWorld(uint32_t seed, double albedo, double contrast, Primitives& out) {
+  Builder b({}, seed, 0, out, 0);
+  b.add(Shape::kGround, Material::kLinoleum, Vector3d::Zero(), Vector3d::Ones(), albedo).contrast =
+      static_cast<float>(contrast);
+  return b;
+}
 
 // Coordinates at the front of a wall: along it, out of it, height.
 struct Front {
@@ -61,7 +30,7 @@ struct Front {
   Primitive& box(Builder& b, Material material, const Vector3d& low, const Vector3d& high,
                  double albedo) const {
     const Vector3d p = at(low.x(), low.y(), low.z()), q = at(high.x(), high.y(), high.z());
-    return b.box(material, p.cwiseMin(q), p.cwiseMax(q), albedo);
+    return addBox(b, material, p.cwiseMin(q), p.cwiseMax(q), albedo);
   }
 };
 
@@ -146,15 +115,14 @@ void addMachine(const Front& front, double at, Random& random, Builder& b) {
 
 void addHall(uint32_t seed, Primitives& out) {
   constexpr double kHeight_m = 7;
-  Builder b(seed, out);
+  Builder b = startWorld(seed, 0.42, 0.02, out);
   Random random(hashOf(seed, 1));
-  b.floor(Material::kLinoleum, 0.42, 0.02);
-  b.box(Material::kMetal, {-8, -8, kHeight_m}, {16, 8, kHeight_m + 0.1}, 0.4);
+  addBox(b, Material::kMetal, {-8, -8, kHeight_m}, {16, 8, kHeight_m + 0.1}, 0.4);
   for (double x = -6; x < 16; x += 4)  // girders and lamps
-    b.box(Material::kMetal, {x - 0.1, -8, kHeight_m - 0.5}, {x + 0.1, 8, kHeight_m}, 0.25);
+    addBox(b, Material::kMetal, {x - 0.1, -8, kHeight_m - 0.5}, {x + 0.1, 8, kHeight_m}, 0.25);
   for (double x = -4; x < 16; x += 4)
     for (const double y : {-4.0, 0.0, 4.0})
-      b.box(Material::kLamp, {x - 0.6, y - 0.1, 5.9}, {x + 0.6, y + 0.1, 5.98}, 0.8);
+      addBox(b, Material::kLamp, {x - 0.6, y - 0.1, 5.9}, {x + 0.6, y + 0.1, 5.98}, 0.8);
   const Front walls[] = {{{16, -8, 0}, Vector3d::UnitY(), -Vector3d::UnitX()},
                          {{16, 8, 0}, -Vector3d::UnitX(), -Vector3d::UnitY()},
                          {{-8, 8, 0}, -Vector3d::UnitY(), Vector3d::UnitX()},
@@ -187,22 +155,22 @@ void addHall(uint32_t seed, Primitives& out) {
   for (const Vector3d& at : {Vector3d(9, -3, 0), Vector3d(10.5, 3.5, 0), Vector3d(-4, 4, 0),
                              Vector3d(-3.5, -4, 0), Vector3d(2, -5, 0), Vector3d(6, 5.2, 0)}) {
     const double half = random.uniform(0.3, 0.5), height = random.uniform(0.5, 1.1);
-    b.box(Material::kBark, at - Vector3d(half, half, 0), at + Vector3d(half, half, height), 0.35);
-    b.box(Material::kPrint, at + Vector3d(-0.2, -0.25, height),
-          at + Vector3d(0.25, 0.2, height + 0.35), 0.6);
+    addBox(b, Material::kBark, at - Vector3d(half, half, 0), at + Vector3d(half, half, height),
+           0.35);
+    addBox(b, Material::kPrint, at + Vector3d(-0.2, -0.25, height),
+           at + Vector3d(0.25, 0.2, height + 0.35), 0.6);
     const Vector3d barrel = at + Vector3d(0.3, half + 0.5, 0);
     b.rod(Material::kPaint, barrel, barrel + Vector3d(0, 0, 0.9), 0.29, random.uniform(0.1, 0.4));
   }
-  b.box(Material::kChessboard, {kBoardX_m - 0.5, kBoardY_m - 0.65, 0},
-        {kBoardX_m + 0.5, kBoardY_m + 0.65, 0.01}, 0.85);
+  addBox(b, Material::kChessboard, {kBoardX_m - 0.5, kBoardY_m - 0.65, 0},
+         {kBoardX_m + 0.5, kBoardY_m + 0.65, 0.01}, 0.85);
 }
 
 void addCorridor(uint32_t seed, Primitives& out) {
   constexpr double kHeight_m = 2.7;
-  Builder b(seed, out);
+  Builder b = startWorld(seed, 0.36, 0.5, out);
   Random random(hashOf(seed, 1));
-  b.floor(Material::kLinoleum, 0.36, 0.5);
-  b.box(Material::kPanels, {-6.2, -22.2, kHeight_m}, {44.2, 22.2, kHeight_m + 0.1}, 0.7);
+  addBox(b, Material::kPanels, {-6.2, -22.2, kHeight_m}, {44.2, 22.2, kHeight_m + 0.1}, 0.7);
   const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY();
   // The walls of one corridor end at the backs of the other one's walls: no coplanar faces.
   addCorridorWall({{-6, -1.25, 0}, x, y}, 19.3, random, b);
@@ -224,11 +192,13 @@ void addCorridor(uint32_t seed, Primitives& out) {
   }
   for (double at = -4.8; at < 43; at += 2.4)
     if (at < 12.5 || at > 17)
-      b.box(Material::kLamp, {at - 0.6, -0.15, kHeight_m - 0.03}, {at + 0.6, 0.15, kHeight_m}, 0.9);
+      addBox(b, Material::kLamp, {at - 0.6, -0.15, kHeight_m - 0.03}, {at + 0.6, 0.15, kHeight_m},
+             0.9);
   for (double at = -21.6; at < 22; at += 2.4)
-    b.box(Material::kLamp, {14.6, at - 0.6, kHeight_m - 0.03}, {14.9, at + 0.6, kHeight_m}, 0.9);
+    addBox(b, Material::kLamp, {14.6, at - 0.6, kHeight_m - 0.03}, {14.9, at + 0.6, kHeight_m},
+           0.9);
   for (const double at : {13.0, 16.5})  // signs that hang from the ceiling
-    b.box(Material::kSign, {at - 0.02, -0.25, 2.25}, {at + 0.02, 0.25, 2.45}, 0.6);
+    addBox(b, Material::kSign, {at - 0.02, -0.25, 2.25}, {at + 0.02, 0.25, 2.45}, 0.6);
 }
 
 }  // namespace predictive_stereo::simulation

@@ -125,6 +125,60 @@ float chessboardAlbedo(const Primitive& p, const Surface& s, const Footprint& fp
   return p.albedo * (1 - inside * (0.47f + 0.47f * product));
 }
 
+// Slabs between a kerb and the grass of a block.
+float pavementAlbedo(const Primitive& p, int part, const Surface& s, const Vector3f& local,
+                     const Footprint& fp, float contrast, uint32_t seed) {
+  if (part < 4) return 0.42f + contrast * 0.12f * texture2(s.u_m, s.v_m, fp, {0.8f, 6, 0.8f}, seed);
+  const float inside = p.half_m.x() - std::max(std::abs(local.x()), std::abs(local.y()));
+  const float kerb = band(inside, 0.0, 0.14, fp.width_m);
+  const float edge = band(inside, -1.0, kSidewalk_m, fp.width_m);
+  float albedo = 0;
+  if (edge > 0)
+    albedo += edge * (0.40f + 0.22f * kerb +
+                      contrast * (masonry(s.u_m, s.v_m, 0.4f, 0.4f, 0.012f, fp, seed) +
+                                  0.06f * texture2(s.u_m, s.v_m, fp, {2.0f, 6, 0.85f}, seed)));
+  if (edge < 1)  // grass behind
+    albedo += (1 - edge) *
+              (0.24f + contrast * (0.10f * texture2(s.u_m, s.v_m, fp, {0.5f, 6, 0.95f}, seed) +
+                                   0.05f * texture2(s.u_m, s.v_m, fp, {8.0f, 3, 0.7f}, seed + 1)));
+  return albedo;
+}
+
+float paintAlbedo(const Primitive& p, const Surface& s, const Footprint& fp, float contrast,
+                  uint32_t seed) {
+  const float dirt = texture2(s.u_m, s.v_m, fp, {0.7f, 5, 0.75f}, seed);
+  // Gaps between doors and bonnet.
+  const float gap = band(remainder(s.u_m + 0.45, 1.05), 0.0, 0.012, fp.width_m + fp.length_m) *
+                    fade(0.02f, fp.width_m + fp.length_m);
+  return p.albedo * (1.0f + contrast * (0.13f * dirt - 0.7f * gap));
+}
+
+float cabinAlbedo(const Primitive& p, int part, const Surface& s, const Vector3f& local,
+                  const Footprint& fp, float contrast, uint32_t seed) {
+  const bool roof = part >= 4;
+  if (roof || !isWindow(p, part, local))
+    return p.albedo * (1.0f + contrast * 0.1f * texture2(s.u_m, s.v_m, fp, {0.7f, 5, 0.7f}, seed));
+  return 0.07f + contrast * 0.05f * texture2(s.u_m, s.v_m, fp, {0.4f, 3, 0.7f}, seed);
+}
+
+float rubberAlbedo(const Primitive& p, int part, const Surface& s, const Footprint& fp,
+                   float contrast, uint32_t seed) {
+  const float radius = static_cast<float>(std::hypot(s.u_m, s.v_m));
+  const bool rim = part >= 4 && radius < 0.65f * p.half_m.x();
+  const float spokes =
+      rim ? 0.3f + 0.25f * noise2(std::atan2(s.v_m, s.u_m) * 2.0, radius * 9, seed) : 0.06f;
+  return spokes + contrast * 0.04f * texture2(s.u_m, s.v_m, fp, {0.2f, 4, 0.8f}, seed);
+}
+
+float linoleumAlbedo(const Primitive& p, const Surface& s, const Footprint& fp, float contrast,
+                     uint32_t seed) {
+  const float speckles = texture2(s.u_m, s.v_m, fp, {0.03f, 3, 0.8f}, seed);
+  const float stains = texture2(s.u_m, s.v_m, fp, {1.5f, 4, 0.6f}, seed + 1);
+  const float blur = fp.width_m + fp.length_m;
+  const float seam = band(remainder(s.v_m, 2.0), 0.0, 0.006, blur) * fade(0.006f, 0.5f * blur);
+  return p.albedo + contrast * (0.06f * speckles + 0.03f * stains - 0.15f * seam);
+}
+
 }  // namespace
 
 float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& local,
@@ -135,22 +189,8 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
   switch (materialOf(p, part)) {
     case Material::kRoad:
       return roadAlbedo(u, v, fp, contrast);
-    case Material::kPavement: {
-      if (part < 4) return 0.42f + contrast * 0.12f * texture2(u, v, fp, {0.8f, 6, 0.8f}, seed);
-      const float inside = p.half_m.x() - std::max(std::abs(local.x()), std::abs(local.y()));
-      const float kerb = band(inside, 0.0, 0.14, fp.width_m);
-      const float edge = band(inside, -1.0, kSidewalk_m, fp.width_m);
-      float albedo = 0;
-      if (edge > 0)
-        albedo += edge * (0.40f + 0.22f * kerb +
-                          contrast * (masonry(u, v, 0.4f, 0.4f, 0.012f, fp, seed) +
-                                      0.06f * texture2(u, v, fp, {2.0f, 6, 0.85f}, seed)));
-      if (edge < 1)  // grass behind
-        albedo += (1 - edge) *
-                  (0.24f + contrast * (0.10f * texture2(u, v, fp, {0.5f, 6, 0.95f}, seed) +
-                                       0.05f * texture2(u, v, fp, {8.0f, 3, 0.7f}, seed + 1)));
-      return albedo;
-    }
+    case Material::kPavement:
+      return pavementAlbedo(p, part, s, local, fp, contrast, seed);
     case Material::kPlaster: {
       const float stains = texture2(u, v, fp, {4.0f, 6, 0.75f}, seed);
       const float streaks = texture2(u * 3, v * 0.25, fp, {0.7f, 4, 0.8f}, seed + 1);
@@ -170,28 +210,12 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
     case Material::kBark:
       return p.albedo *
              (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));
-    case Material::kGloss:
-    case Material::kPaint: {
-      const float dirt = texture2(u, v, fp, {0.7f, 5, 0.75f}, seed);
-      // Gaps between doors and bonnet.
-      const float gap = band(remainder(u + 0.45, 1.05), 0.0, 0.012, fp.width_m + fp.length_m) *
-                        fade(0.02f, fp.width_m + fp.length_m);
-      return p.albedo * (1.0f + contrast * (0.13f * dirt - 0.7f * gap));
-    }
-    case Material::kGlossCabin:
-    case Material::kCabin: {
-      const bool roof = part >= 4;
-      if (roof || !isWindow(p, part, local))
-        return p.albedo * (1.0f + contrast * 0.1f * texture2(u, v, fp, {0.7f, 5, 0.7f}, seed));
-      return 0.07f + contrast * 0.05f * texture2(u, v, fp, {0.4f, 3, 0.7f}, seed);
-    }
-    case Material::kRubber: {
-      const float radius = static_cast<float>(std::hypot(u, v));
-      const bool rim = part >= 4 && radius < 0.65f * p.half_m.x();
-      const float spokes =
-          rim ? 0.3f + 0.25f * noise2(std::atan2(v, u) * 2.0, radius * 9, seed) : 0.06f;
-      return spokes + contrast * 0.04f * texture2(u, v, fp, {0.2f, 4, 0.8f}, seed);
-    }
+    case Material::kPaint:
+      return paintAlbedo(p, s, fp, contrast, seed);
+    case Material::kCabin:
+      return cabinAlbedo(p, part, s, local, fp, contrast, seed);
+    case Material::kRubber:
+      return rubberAlbedo(p, part, s, fp, contrast, seed);
     case Material::kCloth:
       return p.albedo * (1.0f + contrast * 0.45f *
                                     texture3(local.x(), local.y(), local.z(), fp.width_m,
@@ -205,13 +229,8 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
       return p.albedo * (1.0f + contrast * 0.3f * texture2(u, v, fp, {0.6f, 6, 0.75f}, seed));
     case Material::kSign:
       return plateAlbedo(p, s, fp);
-    case Material::kLinoleum: {
-      const float speckles = texture2(u, v, fp, {0.03f, 3, 0.8f}, seed);
-      const float stains = texture2(u, v, fp, {1.5f, 4, 0.6f}, seed + 1);
-      const float blur = fp.width_m + fp.length_m;
-      const float seam = band(remainder(v, 2.0), 0.0, 0.006, blur) * fade(0.006f, 0.5f * blur);
-      return p.albedo + contrast * (0.06f * speckles + 0.03f * stains - 0.15f * seam);
-    }
+    case Material::kLinoleum:
+      return linoleumAlbedo(p, s, fp, contrast, seed);
     case Material::kPanels:
       return p.albedo + contrast * (0.35f * masonry(u, v, 0.6f, 0.6f, 0.008f, fp, seed) +
                                     0.05f * texture2(u, v, fp, {0.04f, 3, 0.9f}, seed));
@@ -252,17 +271,9 @@ float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
       return 0.12f;
     case Material::kCabin:
       return isWindow(p, part, local) ? 0.45f : 0.12f;
-    case Material::kGloss:
-      return 0.05f;  // clear coat
-    case Material::kGlossCabin:
-      return isWindow(p, part, local) ? 0.08f : 0.05f;  // two faces of a pane
     default:
       return 0;
   }
-}
-
-bool isClear(const Primitive& p, int part, const Vector3f& local) {
-  return p.material == Material::kGlossCabin && isWindow(p, part, local);
 }
 
 float surroundings(const Vector3f& direction, const Look& look, uint32_t seed) {

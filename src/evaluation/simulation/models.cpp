@@ -8,71 +8,13 @@ namespace predictive_stereo::simulation {
 namespace {
 
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 
 constexpr double kPi = 3.14159265358979;
 
-// Adds primitives given in the axes of a model: x ahead, y left, z up.
-class Builder {
- public:
-  Builder(const Place& place, uint32_t seed, int object, Primitives& out)
-      : place_(place), object_(object), seed_(seed), out_(out) {
-    R_world_thing_ = Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
-  }
-
-  Primitive& add(Shape shape, Material material, const Vector3d& centre, const Vector3d& half,
-                 double albedo) {
-    return add(shape, material, centre, half, albedo, Eigen::Matrix3d::Identity());
-  }
-
-  Primitive& add(Shape shape, Material material, const Vector3d& centre, const Vector3d& half,
-                 double albedo, const Eigen::Matrix3d& R_thing_local) {
-    Primitive p;
-    p.shape = shape;
-    p.material = material;
-    p.object = object_;
-    p.seed = hashOf(seed_, static_cast<uint32_t>(++count_));
-    p.albedo = static_cast<float>(albedo);
-    p.centre_m = place_.position_m + R_world_thing_ * centre;
-    p.R_local_world = (R_world_thing_ * R_thing_local).transpose().cast<float>();
-    p.half_m = half.cast<float>();
-    out_.push_back(p);
-    return out_.back();
-  }
-
-  // A rod between two points.
-  void rod(Material material, const Vector3d& from, const Vector3d& to, double radius,
-           double albedo) {
-    const Vector3d axis = to - from;
-    const Eigen::Matrix3d R =
-        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
-    add(Shape::kCylinder, material, 0.5 * (from + to), {radius, radius, 0.5 * axis.norm()}, albedo,
-        R);
-  }
-
-  void frustum(Material material, const Vector3d& centre, const Vector3d& half, double top_back,
-               double top_front, double top_side, double albedo) {
-    Primitive& p = add(Shape::kFrustum, material, centre, half, albedo);
-    p.top_back_m = static_cast<float>(top_back);
-    p.top_front_m = static_cast<float>(top_front);
-    p.top_side_m = static_cast<float>(top_side);
-  }
-
-  void wheel(double x, double y, double radius) {
-    const Eigen::Matrix3d sideways =
-        Eigen::AngleAxisd(kPi / 2, Vector3d::UnitX()).toRotationMatrix();
-    add(Shape::kCylinder, Material::kRubber, {x, y, radius}, {radius, radius, 0.11}, 0.06,
-        sideways);
-  }
-
- private:
-  Place place_;
-  Eigen::Matrix3d R_world_thing_;
-  int object_;
-  uint32_t seed_;
-  int count_ = 0;
-  Primitives& out_;
-};
+void addWheel(Builder& b, double x, double y, double radius) {
+  b.add(Shape::kCylinder, Material::kRubber, {x, y, radius}, {radius, radius, 0.11}, 0.06,
+        Eigen::AngleAxisd(kPi / 2, Vector3d::UnitX()).toRotationMatrix());
+}
 
 void addCar(Builder b, const Vector3d& size, uint32_t seed) {
   Random random(seed);
@@ -87,17 +29,17 @@ void addCar(Builder b, const Vector3d& size, uint32_t seed) {
   const double cabin = 0.5 * (front - back), cabin_x = 0.5 * (front + back);
   b.frustum(Material::kCabin, {cabin_x, 0, 0.5 * (belt + h)}, {cabin, w - 0.08, 0.5 * (h - belt)},
             -cabin + (estate ? 0.25 : 0.6), cabin - 0.75, w - 0.28, paint);
-  b.add(Shape::kBox, Material::kRubber, {0, 0, 0.3}, {l + 0.03, w - 0.05, 0.09}, 0.08);
+  b.box(Material::kRubber, {0, 0, 0.3}, {l + 0.03, w - 0.05, 0.09}, 0.08);
   for (const double x : {-0.6 * l, 0.62 * l})
-    for (const double y : {-w + 0.1, w - 0.1}) b.wheel(x, y, 0.31);
+    for (const double y : {-w + 0.1, w - 0.1}) addWheel(b, x, y, 0.31);
   for (const double y : {-w + 0.25, w - 0.25}) {
     b.add(Shape::kEllipsoid, Material::kLamp, {l - 0.12, y, 0.62}, {0.14, 0.17, 0.09}, 0.85);
-    b.add(Shape::kBox, Material::kMetal, {-l + 0.06, y, 0.68}, {0.06, 0.13, 0.1}, 0.25);
+    b.box(Material::kMetal, {-l + 0.06, y, 0.68}, {0.06, 0.13, 0.1}, 0.25);
     b.add(Shape::kEllipsoid, Material::kPaint, {0.38 * l, (y > 0 ? 1 : -1) * (w + 0.06), 0.98},
           {0.07, 0.1, 0.07}, paint);
   }
-  b.add(Shape::kBox, Material::kSign, {-l + 0.02, 0, 0.5}, {0.04, 0.26, 0.06}, 0.85);
-  b.add(Shape::kBox, Material::kSign, {l - 0.02, 0, 0.42}, {0.04, 0.26, 0.06}, 0.85);
+  b.box(Material::kSign, {-l + 0.02, 0, 0.5}, {0.04, 0.26, 0.06}, 0.85);
+  b.box(Material::kSign, {l - 0.02, 0, 0.42}, {0.04, 0.26, 0.06}, 0.85);
 }
 
 // Vans, trucks and buses: a cab and a tall body.
@@ -119,26 +61,25 @@ void addTransporter(Builder b, const Vector3d& size, uint32_t seed, Kind kind) {
     // Rows of windows.
     for (double x = -l + 1.0; x < l - 0.5; x += 1.5)
       for (const double side : {-1.0, 1.0})
-        b.add(Shape::kBox, Material::kGlass, {x, side * (w - 0.045), 0.62 * h},
-              {0.62, 0.05, 0.17 * h}, 0.1);
+        b.box(Material::kGlass, {x, side * (w - 0.045), 0.62 * h}, {0.62, 0.05, 0.17 * h}, 0.1);
     for (const double end : {-1.0, 1.0})
-      b.add(Shape::kBox, Material::kGlass, {end * (l - 0.05), 0, 0.6 * h},
-            {0.06, w - 0.25, 0.22 * h}, 0.1);
+      b.box(Material::kGlass, {end * (l - 0.05), 0, 0.6 * h}, {0.06, w - 0.25, 0.22 * h}, 0.1);
   } else {
     // Doors, a stripe and letters on the body.
-    b.add(Shape::kBox, Material::kSign, {-l + 0.03, 0, 0.55 * h}, {0.04, 0.7 * w, 0.22 * h}, 0.75);
+    b.box(Material::kSign, {-l + 0.03, 0, 0.55 * h}, {0.04, 0.7 * w, 0.22 * h}, 0.75);
     for (const double side : {-1.0, 1.0})
-      b.add(Shape::kBox, Material::kSign, {-0.5 * cab, side * (w - 0.03), 0.6 * h},
+      b.box(Material::kSign, {-0.5 * cab, side * (w - 0.03), 0.6 * h},
             {0.65 * body, 0.04, 0.16 * h}, random.uniform(0.3, 0.9));
   }
-  b.add(Shape::kBox, Material::kRubber, {0, 0, 0.5}, {l - 0.1, w - 0.1, 0.2}, 0.07);
+  b.box(Material::kRubber, {0, 0, 0.5}, {l - 0.1, w - 0.1, 0.2}, 0.07);
   for (const double x : {-0.65 * l, 0.65 * l})
-    for (const double y : {-w + 0.12, w - 0.12}) b.wheel(x, y, kind == Kind::kVan ? 0.34 : 0.48);
+    for (const double y : {-w + 0.12, w - 0.12})
+      addWheel(b, x, y, kind == Kind::kVan ? 0.34 : 0.48);
   for (const double y : {-w + 0.2, w - 0.2}) {
-    b.add(Shape::kBox, Material::kMetal, {-l + 0.02, y, 0.9}, {0.05, 0.1, 0.14}, 0.3);
-    b.add(Shape::kBox, Material::kLamp, {l - 0.02, y, 0.75}, {0.05, 0.14, 0.1}, 0.85);
+    b.box(Material::kMetal, {-l + 0.02, y, 0.9}, {0.05, 0.1, 0.14}, 0.3);
+    b.box(Material::kLamp, {l - 0.02, y, 0.75}, {0.05, 0.14, 0.1}, 0.85);
   }
-  b.add(Shape::kBox, Material::kSign, {-l, 0, 0.6}, {0.04, 0.26, 0.06}, 0.85);
+  b.box(Material::kSign, {-l, 0, 0.6}, {0.04, 0.26, 0.06}, 0.85);
 }
 
 struct Pose {
@@ -297,8 +238,8 @@ void addBush(const Place& place, double length_m, double height_m, uint32_t seed
   Builder b(place, seed, 0, out);
   Random random(seed);
   const double albedo = random.uniform(0.26, 0.42), depth = 0.45;
-  b.add(Shape::kBox, Material::kLeaves, {0, 0, 0.46 * height_m},
-        {0.5 * length_m, 0.75 * depth, 0.46 * height_m}, 0.75 * albedo);
+  b.box(Material::kLeaves, {0, 0, 0.46 * height_m}, {0.5 * length_m, 0.75 * depth, 0.46 * height_m},
+        0.75 * albedo);
   const int count = static_cast<int>(length_m * height_m * 6) + 4;
   for (int i = 0; i < count; ++i)
     addLeaves(b,
@@ -312,7 +253,7 @@ void addLampPost(const Place& place, Primitives& out) {
   b.rod(Material::kMetal, {0, 0, 0}, {0, 0, 1.0}, 0.10, 0.3);
   b.rod(Material::kMetal, {0, 0, 1.0}, {0, 0, 6.5}, 0.055, 0.35);
   b.rod(Material::kMetal, {0, 0, 6.5}, {1.6, 0, 6.9}, 0.035, 0.35);
-  b.add(Shape::kBox, Material::kLamp, {1.8, 0, 6.88}, {0.35, 0.12, 0.06}, 0.6);
+  b.box(Material::kLamp, {1.8, 0, 6.88}, {0.35, 0.12, 0.06}, 0.6);
 }
 
 void addSignPost(const Place& place, uint32_t seed, Primitives& out) {
@@ -320,7 +261,7 @@ void addSignPost(const Place& place, uint32_t seed, Primitives& out) {
   Random random(seed);
   const double height = random.uniform(2.1, 2.6), size = random.uniform(0.25, 0.4);
   b.rod(Material::kMetal, {0, 0, 0}, {0, 0, height + size}, 0.03, 0.45);
-  b.add(Shape::kBox, Material::kSign, {0.05, 0, height}, {0.015, size, size}, 0.8);
+  b.box(Material::kSign, {0.05, 0, height}, {0.015, size, size}, 0.8);
 }
 
 void addFence(const Place& place, double length_m, uint32_t seed, Primitives& out) {
@@ -349,35 +290,34 @@ void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed,
         {0.5 * depth_m, 0.5 * width_m, 0.5 * height}, albedo)
       .windows = w;
   // A plinth, a cornice, a door, a roof, a chimney, a rain pipe, balconies.
-  b.add(Shape::kBox, Material::kPlaster, {-0.5 * depth_m, 0, 0.3},
+  b.box(Material::kPlaster, {-0.5 * depth_m, 0, 0.3},
         {0.5 * depth_m + 0.06, 0.5 * width_m + 0.0, 0.3}, 0.7 * albedo);
-  b.add(Shape::kBox, Material::kPlaster, {-0.5 * depth_m, 0, height - 0.15},
+  b.box(Material::kPlaster, {-0.5 * depth_m, 0, height - 0.15},
         {0.5 * depth_m + 0.3, 0.5 * width_m, 0.15}, 0.85 * albedo);
   if (random.chance(0.7)) {
     const double rise = random.uniform(1.5, 3.5);
     b.frustum(Material::kRoof, {-0.5 * depth_m, 0, height + 0.5 * rise},
               {0.5 * depth_m + 0.25, 0.5 * width_m, 0.5 * rise}, -0.1, 0.1, 0.5 * width_m - 0.05,
               random.uniform(0.15, 0.35));
-    b.add(Shape::kBox, Material::kBrick,
+    b.box(Material::kBrick,
           {-0.6 * depth_m, random.uniform(-0.3, 0.3) * width_m, height + 0.9 * rise},
           {0.35, 0.35, 0.9}, 0.3);
   }
   const double door = (random.index(3) - 1) * static_cast<double>(w.cell_width_m);
-  b.add(Shape::kBox, Material::kPaint, {0.04, door, 1.1}, {0.06, 0.55, 1.1},
-        random.uniform(0.08, 0.5));
+  b.box(Material::kPaint, {0.04, door, 1.1}, {0.06, 0.55, 1.1}, random.uniform(0.08, 0.5));
   b.rod(Material::kMetal, {0.07, 0.5 * width_m - 0.15, 0}, {0.07, 0.5 * width_m - 0.15, height},
         0.05, 0.4);
   if (random.chance(0.4)) {
     for (int s = 1; s < storeys; ++s) {
       const double y = (random.index(2) == 0 ? -1 : 1) * static_cast<double>(w.cell_width_m);
       const double z = s * storey + 0.15;
-      b.add(Shape::kBox, Material::kPlaster, {0.55, y, z}, {0.55, 0.95, 0.08}, 0.9 * albedo);
+      b.box(Material::kPlaster, {0.55, y, z}, {0.55, 0.95, 0.08}, 0.9 * albedo);
       b.add(Shape::kBars, Material::kMetal, {1.05, y, z + 0.5}, {0.95, 0.02, 0.5}, 0.25,
             Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ()).toRotationMatrix());
     }
   }
   if (random.chance(0.25))  // a shop sign over the pavement
-    b.add(Shape::kBox, Material::kSign, {0.08, 0.1 * width_m, 3.1}, {0.08, 0.22 * width_m, 0.35},
+    b.box(Material::kSign, {0.08, 0.1 * width_m, 3.1}, {0.08, 0.22 * width_m, 0.35},
           random.uniform(0.5, 0.9));
 }
 

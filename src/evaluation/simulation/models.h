@@ -1,22 +1,12 @@
 /// Models of vehicles, people, plants and buildings, each built from a few primitives.
 #pragma once
 
-#include <Eigen/Geometry>
-
-#include "evaluation/simulation/noise.h"
-#include "evaluation/simulation/primitive.h"
+#include "evaluation/simulation/builder.h"
 
 namespace predictive_stereo::simulation {
 
-using Primitives = std::vector<Primitive>;
-
-/// Pose of a model: its point on the ground, and its heading (0: along the world's x).
-struct Place {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  double heading_rad = 0;
-};
-
 enum class Kind : uint8_t { kCar, kVan, kTruck, kBus, kPerson, kCyclist };
+constexpr const char* kKindNames[] = {"car", "van", "truck", "bus", "person", "cyclist"};
 
 /// Length, width and height [m] of the model of this kind and seed.
 Eigen::Vector3d sizeOf(Kind kind, uint32_t seed);

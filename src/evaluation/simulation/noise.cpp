@@ -65,8 +65,6 @@ inline float noiseAt(float x, float y, float z, uint32_t seed) {
 
 float noise2(double x, double y, uint32_t seed) { return noiseAt(x, y, seed); }
 
-float noise3(float x, float y, float z, uint32_t seed) { return noiseAt(x, y, z, seed); }
-
 float texture2(double u_m, double v_m, const Footprint& footprint, const Octaves& octaves,
                uint32_t seed) {
   float sum = 0, amplitude = 1, wavelength = octaves.wavelength_m;

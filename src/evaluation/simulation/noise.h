@@ -42,7 +42,6 @@ struct Footprint {
 
 /// Value noise on a unit lattice, within [-1, 1], smooth, about 0 on average.
 float noise2(double x, double y, uint32_t seed);
-float noise3(float x, float y, float z, uint32_t seed);
 
 /// Sum of several octaves of noise. The first one has this wavelength; each next one has half the
 /// wavelength and `gain` times the strength. Octaves finer than the footprint are left out, and

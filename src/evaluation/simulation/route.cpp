@@ -30,7 +30,18 @@ double reachOfBend(double length_m) {
 
 Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(drive), seed_(seed) {
   const double length_m = drive.cruise_mps * duration_s + 150;
-  Vector3d at(drive.start_m, -kLane_m, 0);
+  layPath(length_m);
+  std::vector<double> stops;
+  for (double stop_m = drive.stop_first_m; stop_m >= 0 && stop_m < length_m;
+       stop_m += drive.stop_every_m) {
+    stops.push_back(stop_m);
+    if (drive.stop_every_m <= 0) break;
+  }
+  driveAlong(stops, speedLimits(stops), static_cast<size_t>((duration_s + 1) / kTick_s) + 2);
+}
+
+void Route::layPath(double length_m) {
+  Vector3d at(drive_.start_m, -kLane_m, 0);
   path_ = {at};
   bends_ = {false};
   const auto advance = [&](double step, double turn, bool bend) {
@@ -41,7 +52,7 @@ Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(driv
   };
   size_t junction = 0;
   while (path_.size() * kStep_m < length_m) {
-    const char turn = drive.turns.empty() ? 'S' : drive.turns[junction++ % drive.turns.size()];
+    const char turn = drive_.turns[junction++ % drive_.turns.size()];
     const double cosine = std::round(std::cos(at.z())), sine = std::round(std::sin(at.z()));
     const double position = at.x() * cosine + at.y() * sine;
     const double crossing = kPitch_m * std::floor(position / kPitch_m + 1);
@@ -63,27 +74,25 @@ Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(driv
     // Exactly quarter turns: rounding to whole steps must not accumulate over many bends.
     at.z() = kPi / 2 * std::round(at.z() / (kPi / 2));
   }
+}
 
-  // Highest speed that still allows braking for bends and stops ahead.
+// Highest speed at each step that still allows braking for bends and stops ahead.
+std::vector<double> Route::speedLimits(const std::vector<double>& stops) const {
   std::vector<double> limit(path_.size());
-  double stop_m = drive.stop_first_m;
-  std::vector<double> stops;
-  while (stop_m >= 0 && stop_m < length_m) {
-    stops.push_back(stop_m);
-    if (drive.stop_every_m <= 0) break;
-    stop_m += drive.stop_every_m;
-  }
   for (size_t i = 0; i < limit.size(); ++i)
-    limit[i] = bends_[i] ? std::min(kBendSpeed_mps, drive.cruise_mps) : drive.cruise_mps;
+    limit[i] = bends_[i] ? std::min(kBendSpeed_mps, drive_.cruise_mps) : drive_.cruise_mps;
   for (const double stop : stops) limit[static_cast<size_t>(stop / kStep_m)] = 0;
   for (size_t i = limit.size() - 1; i-- > 0;)
-    limit[i] =
-        std::min(limit[i], std::sqrt(limit[i + 1] * limit[i + 1] + 2 * drive.brake_mps2 * kStep_m));
+    limit[i] = std::min(limit[i],
+                        std::sqrt(limit[i + 1] * limit[i + 1] + 2 * drive_.brake_mps2 * kStep_m));
+  return limit;
+}
 
+void Route::driveAlong(const std::vector<double>& stops, const std::vector<double>& limit,
+                       size_t ticks) {
   State state{0, limit[0], 0};
   size_t next_stop = 0;
   double waited_s = 0;
-  const auto ticks = static_cast<size_t>((duration_s + 1) / kTick_s) + 2;
   states_.reserve(ticks);
   for (size_t i = 0; i < ticks; ++i) {
     states_.push_back(state);
@@ -95,12 +104,12 @@ Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(driv
     if (next_stop < stops.size() && state.way_m > stops[next_stop] - 0.002) {
       waited_s += kTick_s;
       allowed = 0;
-      if (waited_s > drive.stop_s) {
+      if (waited_s > drive_.stop_s) {
         ++next_stop;
         waited_s = 0;
         allowed = 0.5;
       }
-    } else if (allowed < 0.1 && drive.cruise_mps > 0) {
+    } else if (allowed < 0.1 && drive_.cruise_mps > 0) {
       allowed = 0.1;  // leaves a stop, or drives the last centimetres to one
     }
     const double before = state.speed_mps;
@@ -120,9 +129,6 @@ Route::State Route::stateAt(double time_s) const {
   return {a.way_m + rest * (b.way_m - a.way_m), a.speed_mps + rest * (b.speed_mps - a.speed_mps),
           a.accel_mps2 + rest * (b.accel_mps2 - a.accel_mps2)};
 }
-
-double Route::wayAt(double time_s) const { return stateAt(time_s).way_m; }
-double Route::speedAt(double time_s) const { return stateAt(time_s).speed_mps; }
 
 Place Route::placeAlong(double way_m) const {
   const double step = std::clamp(way_m / kStep_m, 0.0, static_cast<double>(path_.size() - 2));

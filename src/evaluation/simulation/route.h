@@ -11,12 +11,10 @@ class Route : public Path {
   /// @param duration_s  the trajectory is computed from 0 to this time.
   Route(const Drive& drive, double duration_s, uint32_t seed);
 
-  double wayAt(double time_s) const;    ///< distance driven [m]
-  double speedAt(double time_s) const;  ///< [m/s]
   /// Place on the path at this distance from its start.
   Place placeAlong(double way_m) const;
   Place placeAhead(double time_s, double gap_m) const override {
-    return placeAlong(wayAt(time_s) + gap_m);
+    return placeAlong(stateAt(time_s).way_m + gap_m);
   }
   Eigen::Isometry3d bodyAt(double time_s) const override;
 
@@ -24,6 +22,9 @@ class Route : public Path {
   struct State {
     double way_m, speed_mps, accel_mps2;
   };
+  void layPath(double length_m);
+  std::vector<double> speedLimits(const std::vector<double>& stops) const;
+  void driveAlong(const std::vector<double>& stops, const std::vector<double>& limit, size_t ticks);
   State stateAt(double time_s) const;
 
   Drive drive_;

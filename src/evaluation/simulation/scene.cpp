@@ -103,162 +103,120 @@ Scene handheld() {
   return s;
 }
 
+class SceneList {
+ public:
+  // A scene among traffic, straight on; the caller changes it before adding the next one.
+  Scene& add(const char* name, const char* summary) {
+    Scene& scene = scenes.emplace_back();
+    scene.name = name;
+    scene.summary = summary;
+    scene.traffic = busyTraffic();
+    return scene;
+  }
+
+  std::vector<Scene> scenes;
+};
+
+void setStopsAndTurns(Drive& drive) {
+  drive.stop_first_m = 48;
+  drive.stop_every_m = 140;
+  drive.turns = "LSR";
+}
+
+// What the camera's vehicle does.
+void addDrives(SceneList& list) {
+  Scene& street = list.add("street", "drives, brakes, stands, turns; all kinds of traffic");
+  setStopsAndTurns(street.drive);
+  list.add("straight", "drives straight on among traffic");
+  Scene& turn = list.add("turn", "turns left and right at every junction");
+  turn.drive.start_m = -30;
+  turn.drive.turns = "LR";
+  Scene& brake = list.add("brake", "drives fast and brakes hard, again and again");
+  brake.drive.cruise_mps = 13;
+  brake.drive.brake_mps2 = 8;
+  brake.drive.stop_first_m = 25;
+  brake.drive.stop_every_m = 45;
+  brake.drive.stop_s = 1;
+  Scene& standstill = list.add("standstill", "stands before a junction; only the others move");
+  standstill.drive.start_m = -14;
+  standstill.drive.cruise_mps = 0;
+  list.add("static", "drives straight on; nothing else moves").traffic = Traffic();
+  Scene& rotation = list.add("rotation", "stands and turns to both sides, up to 10 deg/s");
+  rotation.drive.cruise_mps = 0;
+  rotation.drive.start_m = -40;
+  rotation.drive.sways = false;
+  rotation.drive.look_deg = 12;
+  rotation.drive.look_period_s = 7.5;
+  Scene& fast = list.add("fast_rotation", "drives and swings to both sides at up to 20 deg/s");
+  fast.drive.cruise_mps = 4;
+  fast.drive.look_deg = 15;
+  fast.drive.look_period_s = 4.7;
+}
+
+// Vehicles that drive with the camera.
+void addCompanions(SceneList& list) {
+  list.add("leader", "follows another car among oncoming traffic").traffic.companions = {
+      {Kind::kCar, 13, 0, 3, 9}};
+  Scene& crowded = list.add("crowded", "among tall vehicles that cover 40 % of the view");
+  crowded.traffic.companions = {{Kind::kTruck, 15, 0, 2, 9},
+                                {Kind::kBus, 6.5, 3.2, 1.5, 13},
+                                {Kind::kTruck, 11, -3.0, 2, 11}};
+  crowded.parked_cars = 0;
+  Scene& near =
+      list.add("near_half_moves", "close to two trucks and a bus: half of the view moves");
+  near.traffic.companions = {{Kind::kTruck, 10, 0, 1.5, 9},
+                             {Kind::kBus, 5.5, 3.2, 1, 13},
+                             {Kind::kTruck, 11, -3.0, 2, 11}};
+  near.parked_cars = 0;
+  Scene& highway =
+      list.add("highway", "drives at 100 km/h among a car, a van and a truck of that speed");
+  highway.traffic = Traffic();
+  highway.traffic.companions = {
+      {Kind::kCar, 18, 0, 4, 9}, {Kind::kVan, 9, 3.2, 3, 13}, {Kind::kTruck, 35, 0, 3, 11}};
+  highway.drive.cruise_mps = 28;
+  highway.parked_cars = 0;
+}
+
+// Light, and faults of the sensors.
+void addConditions(SceneList& list) {
+  Scene& rain = list.add("rain", "streaks of rain, different in every image, and dull light");
+  rain.sensor.rain = 1500;
+  rain.sensor.noise = 2.5;
+  rain.look.sun = 0.2f;
+  rain.look.ambient = 0.6f;
+  rain.look.sky = 0.9f;
+  Scene& night = list.add("night", "dark and noisy, with saturated lamps");
+  night.look.sun = 0.0f;
+  night.look.ambient = 0.10f;
+  night.look.sky = 0.02f;
+  night.look.headlights = 0.9f;
+  night.look.lamps = 4;
+  night.look.reflections = 0.3f;
+  night.sensor.noise = 3;
+  night.sensor.exposure = 1.6;
+  Scene& saturated = list.add("saturated", "over-exposed, with quickly changing exposure");
+  saturated.sensor.exposure = 2.2;
+  saturated.sensor.exposure_swing = 0.35;
+  saturated.sensor.exposure_period_s = 3;
+  list.add("low_texture", "surfaces nearly without texture").look.contrast = 0.12f;
+  Scene& blur = list.add("blur", "long exposure: motion blur while driving and turning");
+  blur.sensor.exposure_time_s = 0.03;
+  blur.drive.turns = "LR";
+  blur.drive.start_m = -30;
+  Scene& misaligned = list.add("misaligned", "right camera up to 1.5 rows off, as KITTI's are");
+  misaligned.sensor.row_offset_px = 1.5;
+  setStopsAndTurns(misaligned.drive);
+  list.add("dropped", "every fifth frame is missing").sensor.drop_every = 5;
+  list.add("duplicated", "every fifth frame repeats the previous one").sensor.duplicate_every = 5;
+}
+
 std::vector<Scene> makeScenes() {
-  std::vector<Scene> all;
-  const auto scene = [&all](const char* name, const char* summary) -> Scene& {
-    all.emplace_back();
-    all.back().name = name;
-    all.back().summary = summary;
-    all.back().traffic = busyTraffic();
-    return all.back();
-  };
-  {
-    Scene& s = scene("street", "drives, brakes, stands, turns; all kinds of traffic");
-    s.drive.stop_first_m = 48;
-    s.drive.stop_every_m = 140;
-    s.drive.turns = "LSR";
-  }
-  {
-    Scene& s = scene("straight", "drives straight on among traffic");
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("turn", "turns left and right at every junction");
-    s.drive.start_m = -30;
-    s.drive.turns = "LR";
-  }
-  {
-    Scene& s = scene("brake", "drives fast and brakes hard, again and again");
-    s.drive.cruise_mps = 13;
-    s.drive.brake_mps2 = 8;
-    s.drive.stop_first_m = 25;
-    s.drive.stop_every_m = 45;
-    s.drive.stop_s = 1;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("standstill", "stands before a junction; only the others move");
-    s.drive.start_m = -14;
-    s.drive.cruise_mps = 0;
-  }
-  {
-    Scene& s = scene("static", "drives straight on; nothing else moves");
-    s.traffic = Traffic();
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("rotation", "stands and turns to both sides, up to 10 deg/s");
-    s.drive.cruise_mps = 0;
-    s.drive.start_m = -40;
-    s.drive.sways = false;
-    s.drive.look_deg = 12;
-    s.drive.look_period_s = 7.5;
-  }
-  {
-    Scene& s = scene("fast_rotation", "drives and swings to both sides at up to 20 deg/s");
-    s.drive.cruise_mps = 4;
-    s.drive.turns = "S";
-    s.drive.look_deg = 15;
-    s.drive.look_period_s = 4.7;
-  }
-  {
-    Scene& s = scene("leader", "follows another car among oncoming traffic");
-    s.traffic.companions = {{Kind::kCar, 13, 0, 3, 9}};
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("crowded", "among tall vehicles that cover 40 % of the view");
-    s.traffic.companions = {{Kind::kTruck, 15, 0, 2, 9},
-                            {Kind::kBus, 6.5, 3.2, 1.5, 13},
-                            {Kind::kTruck, 11, -3.0, 2, 11}};
-    s.parked_cars = 0;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("near_half_moves", "close to two trucks and a bus: half of the view moves");
-    s.traffic.companions = {{Kind::kTruck, 10, 0, 1.5, 9},
-                            {Kind::kBus, 5.5, 3.2, 1, 13},
-                            {Kind::kTruck, 11, -3.0, 2, 11}};
-    s.parked_cars = 0;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("highway", "drives at 100 km/h among a car, a van and a truck of that speed");
-    s.traffic = Traffic();
-    s.traffic.companions = {
-        {Kind::kCar, 18, 0, 4, 9}, {Kind::kVan, 9, 3.2, 3, 13}, {Kind::kTruck, 35, 0, 3, 11}};
-    s.drive.cruise_mps = 28;
-    s.drive.turns = "S";
-    s.parked_cars = 0;
-  }
-  {
-    Scene& s = scene("rain", "streaks of rain, different in every image, and dull light");
-    s.sensor.rain = 1500;
-    s.sensor.noise = 2.5;
-    s.look.sun = 0.2f;
-    s.look.ambient = 0.6f;
-    s.look.sky = 0.9f;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("night", "dark and noisy, with saturated lamps");
-    s.look.sun = 0.0f;
-    s.look.ambient = 0.10f;
-    s.look.sky = 0.02f;
-    s.look.headlights = 0.9f;
-    s.look.lamps = 4;
-    s.look.reflections = 0.3f;
-    s.sensor.noise = 3;
-    s.sensor.exposure = 1.6;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("saturated", "over-exposed, with quickly changing exposure");
-    s.sensor.exposure = 2.2;
-    s.sensor.exposure_swing = 0.35;
-    s.sensor.exposure_period_s = 3;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("low_texture", "surfaces nearly without texture");
-    s.look.contrast = 0.12f;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("blur", "long exposure: motion blur while driving and turning");
-    s.sensor.exposure_time_s = 0.03;
-    s.drive.turns = "LR";
-    s.drive.start_m = -30;
-  }
-  {
-    Scene& s = scene("misaligned", "right camera up to 1.5 rows off, as KITTI's are");
-    s.sensor.row_offset_px = 1.5;
-    s.drive.stop_first_m = 48;
-    s.drive.stop_every_m = 140;
-    s.drive.turns = "LSR";
-  }
-  {
-    Scene& s = scene("dropped", "every fifth frame is missing");
-    s.sensor.drop_every = 5;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("duplicated", "every fifth frame repeats the previous one");
-    s.sensor.duplicate_every = 5;
-    s.drive.turns = "S";
-  }
-  {
-    Scene& s = scene("glossy_cars",
-                     "dark, glossy and metallic cars that reflect sky and street, clear windows");
-    s.look.glossy_cars = true;
-    s.traffic.companions = {{Kind::kCar, 8, 0, 2, 9}};
-    s.parked_cars = 0.9;
-    s.trees = 0.3;
-    s.drive.cruise_mps = 5;
-    s.drive.turns = "S";
-  }
-  all.insert(all.end(), {drone(), robot(), handheld()});
-  return all;
+  SceneList list;
+  addDrives(list);
+  addCompanions(list);
+  addConditions(list);
+  list.scenes.insert(list.scenes.end(), {drone(), robot(), handheld()});
+  return list.scenes;
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ struct Drive {
   double stop_first_m = -1;  ///< distance to the first stop; negative: no stops
   double stop_every_m = 0;   ///< distance between further stops; 0: no further ones
   double stop_s = 2;         ///< duration of a stop
-  std::string turns;         ///< at the junctions: S straight, L left, R right; repeated
+  std::string turns = "S";   ///< at the junctions: S straight, L left, R right; repeated
   double look_deg = 0;       ///< amplitude of the camera's yaw oscillation about its own centre
   double look_period_s = 6;
   bool sways = true;  ///< small pitch, roll and heave motions while driving

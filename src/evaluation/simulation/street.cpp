@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "evaluation/simulation/camera.h"
-#include "evaluation/simulation/glossy.h"
 #include "evaluation/simulation/indoor.h"
 #include "evaluation/simulation/path.h"
 #include "evaluation/simulation/town.h"
@@ -22,24 +21,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979;
-
-const char* nameOf(Kind kind) {
-  switch (kind) {
-    case Kind::kCar:
-      return "car";
-    case Kind::kVan:
-      return "van";
-    case Kind::kTruck:
-      return "truck";
-    case Kind::kBus:
-      return "bus";
-    case Kind::kPerson:
-      return "person";
-    case Kind::kCyclist:
-      return "cyclist";
-  }
-  return "";
-}
 
 // Replaces zeros by the defaults of the scene.
 StreetParams withSceneDefaults(StreetParams params, const Camera& camera) {
@@ -70,6 +51,35 @@ Isometry3d mountOf(const Camera& camera) {
       Eigen::AngleAxisd(camera.down_rad, Vector3d::UnitY()).toRotationMatrix() * R_body_cam;
   T_body_cam.translation().z() = camera.up_m;
   return T_body_cam;
+}
+
+// Sets `occluded` and `truncated` by the outline without occlusion, also beyond the image borders.
+// @param parts  its primitives.
+void setHiddenShares(const RayGrid& grid, const std::vector<int>& parts, const cv::Mat1w& moving_id,
+                     StreetMover& mover) {
+  const auto width = static_cast<float>(moving_id.cols),
+             height = static_cast<float>(moving_id.rows);
+  cv::Rect2f bounds;
+  for (const int part : parts) bounds |= grid.boundsOf(part);
+  bounds &= cv::Rect2f(-width, -height, 3 * width, 3 * height);
+  const int right = cvFloor(bounds.x + bounds.width), bottom = cvFloor(bounds.y + bounds.height);
+  const cv::Rect image(cv::Point(), moving_id.size());
+  // For the shares, every few pixels of large outlines are enough.
+  const int step = std::max(1, static_cast<int>(std::sqrt(bounds.area() / 20000.0)));
+  int inside = 0, all = 0, visible = 0;
+  for (int y = cvCeil(bounds.y); y <= bottom; y += step) {
+    for (int x = cvCeil(bounds.x); x <= right; x += step) {
+      const bool within = image.contains({x, y}), seen = within && moving_id(y, x) == mover.id;
+      const bool covered = seen || std::any_of(parts.begin(), parts.end(), [&](int part) {
+                             return grid.meets(part, static_cast<float>(x), static_cast<float>(y));
+                           });
+      visible += seen;
+      all += covered;
+      inside += covered && within;
+    }
+  }
+  mover.occluded = inside > 0 ? 1.0 - static_cast<double>(visible) / inside : 0.0;
+  mover.truncated = all > 0 ? 1.0 - static_cast<double>(inside) / all : 0.0;
 }
 
 }  // namespace
@@ -132,7 +142,6 @@ struct Street::World {
     view.forward = T_world_cam.linear().col(2).head<2>().normalized();
     const double reach = std::max(rig.cx_left_px, rig.size.width - rig.cx_left_px) + 40;
     view.tan_half_angle = reach / rig.fx_px;
-    view.all_around = scene.look.glossy_cars;
     // Seen from above, the view of a pitched or rolled camera is wider, up to all directions.
     for (const double x : {0, rig.size.width})
       for (const double y : {0, rig.size.height}) {
@@ -150,22 +159,12 @@ struct Street::World {
     const View view = viewFrom(pose);
     const uint32_t site_seed = hashOf(seed(), 4);
     Primitives primitives;
-    switch (scene.site) {
-      case Site::kTown: {
-        TownParams town;
-        town.seed = site_seed;
-        town.parked_cars = scene.parked_cars;
-        town.trees = scene.trees;
-        addTown(town, view, primitives);
-        break;
-      }
-      case Site::kHall:
-        addHall(site_seed, primitives);
-        break;
-      case Site::kCorridor:
-        addCorridor(site_seed, primitives);
-        break;
-    }
+    if (scene.site == Site::kTown)
+      addTown({site_seed, scene.parked_cars, scene.trees}, view, primitives);
+    else if (scene.site == Site::kHall)
+      addHall(site_seed, primitives);
+    else
+      addCorridor(site_seed, primitives);
     for (const Mover& mover : movers) {
       if (time_s < mover.from_s || time_s > mover.until_s) continue;
       const Place place = mover.placeAt(time_s, *path);
@@ -173,14 +172,11 @@ struct Street::World {
       if (scene.site == Site::kTown && (view.distance(at) > 200 || !view.reaches(at, 8))) continue;
       addThing(mover.kind, mover.seed, place, mover.strideAt(time_s), mover.id, primitives);
     }
-    if (scene.look.glossy_cars) makeGlossy(primitives);
     return primitives;
   }
 
   Isometry3d rightPose(const Isometry3d& T_world_cam) const {
-    Isometry3d pose = T_world_cam;
-    pose.translation() += rig.baseline_m * T_world_cam.linear().col(0);
-    return pose;
+    return T_world_cam * Eigen::Translation3d(rig.baseline_m, 0, 0);
   }
 
   void renderImages(int index, StreetFrame& frame) const;
@@ -194,7 +190,6 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
                               StreetFrame& frame) const {
   frame.disparity_px.create(rig.size);
   frame.occluded.create(rig.size);
-  frame.reflecting.create(rig.size);
   frame.moving_id.create(rig.size);
   std::vector<bool> moves(1, false);
   for (const Mover& mover : movers) {
@@ -217,18 +212,9 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
                             x_right > static_cast<float>(rig.size.width) - 0.5f ||
                             right.blocked(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f);
         frame.occluded(y, x) = hidden ? 255 : 0;
-        int id = 0;
-        bool mirror = false;
-        if (!hit.sky()) {
-          const Primitive& p = left.primitive(hit.primitive);
-          if (moves[static_cast<size_t>(p.object)]) id = p.object;
-          const Eigen::Vector3f point =
-              left.originIn(hit.primitive) +
-              hit.t * (p.R_local_world * left.directionOf(static_cast<float>(x), row));
-          mirror = mirrorOf(p, hit.part, point) > 0;
-        }
-        frame.moving_id(y, x) = static_cast<ushort>(id);
-        frame.reflecting(y, x) = mirror ? 255 : 0;
+        const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
+        frame.moving_id(y, x) =
+            static_cast<ushort>(moves[static_cast<size_t>(object)] ? object : 0);
       }
     }
   });
@@ -239,6 +225,7 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
   struct Seen {
     int pixels = 0, x0 = 1 << 20, x1 = -1, y0 = 1 << 20, y1 = -1;
     float nearest_m = std::numeric_limits<float>::infinity();
+    std::vector<int> parts;  // primitives of the mover
   };
   std::map<int, Seen> seen;
   for (int y = 0; y < rig.size.height; ++y) {
@@ -254,9 +241,9 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
       s.nearest_m = std::min(s.nearest_m, hits.at(x, y).t);
     }
   }
-  std::map<int, std::vector<int>> parts;
   for (int i = 0; i < left.count(); ++i)
-    if (seen.count(left.primitive(i).object)) parts[left.primitive(i).object].push_back(i);
+    if (const auto found = seen.find(left.primitive(i).object); found != seen.end())
+      found->second.parts.push_back(i);
   const Isometry3d T_cam_world = frame.T_world_cam.inverse();
   for (const Mover& mover : movers) {
     const auto found = seen.find(mover.id);
@@ -264,7 +251,7 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
     const Seen& s = found->second;
     StreetMover out;
     out.id = mover.id;
-    out.kind = nameOf(mover.kind);
+    out.kind = kKindNames[static_cast<size_t>(mover.kind)];
     out.box_px = cv::Rect(s.x0, s.y0, s.x1 - s.x0 + 1, s.y1 - s.y0 + 1);
     out.visible_px = s.pixels;
     out.distance_m = s.nearest_m;
@@ -277,35 +264,7 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
         Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
     out.centre_m = T_cam_world * (place.position_m + Vector3d(0, 0, 0.5 * out.size_m.z()));
     out.extent_m = axes.cwiseAbs() * out.size_m;
-
-    // Its outline without occlusion, also beyond the image borders.
-    cv::Rect2f bounds;
-    for (const int part : parts[mover.id]) bounds |= left.boundsOf(part);
-    const cv::Rect2f limit(
-        static_cast<float>(-rig.size.width), static_cast<float>(-rig.size.height),
-        3.0f * static_cast<float>(rig.size.width), 3.0f * static_cast<float>(rig.size.height));
-    bounds &= limit;
-    const cv::Point first(static_cast<int>(std::ceil(bounds.x)),
-                          static_cast<int>(std::ceil(bounds.y)));
-    const cv::Point last(static_cast<int>(std::floor(bounds.x + bounds.width)),
-                         static_cast<int>(std::floor(bounds.y + bounds.height)));
-    const cv::Rect image(cv::Point(), rig.size);
-    // For the shares, every few pixels of large outlines are enough.
-    const int step = std::max(1, static_cast<int>(std::sqrt(bounds.area() / 20000.0)));
-    int inside = 0, all = 0, visible = 0;
-    for (int y = first.y; y <= last.y; y += step) {
-      for (int x = first.x; x <= last.x; x += step) {
-        const bool within = image.contains({x, y});
-        bool covered = within && frame.moving_id(y, x) == mover.id;
-        visible += covered;
-        for (size_t i = 0; i < parts[mover.id].size() && !covered; ++i)
-          covered = left.meets(parts[mover.id][i], static_cast<float>(x), static_cast<float>(y));
-        all += covered;
-        inside += covered && within;
-      }
-    }
-    out.occluded = inside > 0 ? 1.0 - static_cast<double>(visible) / inside : 0.0;
-    out.truncated = all > 0 ? 1.0 - static_cast<double>(inside) / all : 0.0;
+    setHiddenShares(left, s.parts, frame.moving_id, out);
     frame.movers.push_back(out);
   }
 }
@@ -328,17 +287,11 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
     const RayGrid left(primitives, pose, rig, rig.cx_left_px);
     const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
     const Sunlight sunlight(primitives, scene.look.to_sun, pose.translation());
-    std::unique_ptr<const RayMap> around;
-    if (scene.look.glossy_cars)
-      around = std::make_unique<const RayMap>(primitives, pose.translation());
     const uint32_t sky = hashOf(seed(), 5);
     const auto lightOf = [&](const Isometry3d& T_world_cam) {
-      return Light{scene.look,
-                   sunlight,
-                   (T_world_cam.translation() - pose.translation()).cast<float>(),
-                   sky,
-                   T_world_cam.translation().cast<float>(),
-                   around.get()};
+      return Light{scene.look, sunlight,
+                   (T_world_cam.translation() - pose.translation()).cast<float>(), sky,
+                   T_world_cam.translation().cast<float>()};
     };
     const Light left_light = lightOf(pose), right_light = lightOf(rightPose(pose));
     const HitImage left_hits(left, left_light, rig.size, same_row);
@@ -392,12 +345,6 @@ StreetFrame Street::render(int index) const {
   frame.stamp_s = world_->stamp(index);
   world_->renderImages(index, frame);
   return frame;
-}
-
-std::vector<StreetSceneInfo> streetScenes() {
-  std::vector<StreetSceneInfo> infos;
-  for (const Scene& scene : scenes()) infos.push_back({scene.name, scene.summary});
-  return infos;
 }
 
 }  // namespace predictive_stereo

@@ -17,7 +17,7 @@
 namespace predictive_stereo {
 
 struct StreetParams {
-  std::string scene = "street";  ///< see streetScenes()
+  std::string scene = "street";  ///< see simulation::scenes()
   int seed = 1;                  ///< another seed gives another town with other traffic
   int frames = 150;
   /// The camera; 0: default of the scene, mostly KITTI's with 1242 x 375 px, 0.54 m and 10 Hz.
@@ -66,18 +66,12 @@ struct StreetFrame {
   /// the sky, infinitely far away. It is that of the surface which the ray through the centre hits,
   /// also at edges, where the brightness is a mixture of two surfaces.
   cv::Mat1f disparity_px;
-  cv::Mat1b occluded;    ///< 255: this surface point is occluded in the right camera, or outside
-                         ///< its image
-  cv::Mat1b reflecting;  ///< 255: glass and car paint, whose brightness depends on the view
-  cv::Mat1w moving_id;   ///< StreetMover::id, 0: static
+  cv::Mat1b occluded;   ///< 255: this surface point is occluded in the right camera, or outside
+                        ///< its image
+  cv::Mat1w moving_id;  ///< StreetMover::id, 0: static
   Eigen::Isometry3d T_world_cam;  ///< pose of the left camera's optical frame
   std::vector<StreetMover> movers;
 };
-
-struct StreetSceneInfo {
-  std::string name, summary;
-};
-std::vector<StreetSceneInfo> streetScenes();
 
 namespace simulation {
 struct Scene;

@@ -85,6 +85,121 @@ struct Street {
   }
 };
 
+class TrafficMaker {
+ public:
+  TrafficMaker(const Path& path, const Vector3d& body_m, double duration_s, uint32_t seed)
+      : path_(path), body_m_(body_m), duration_s_(duration_s), seed_(seed) {}
+
+  void addCompanion(const Companion& companion) {
+    Mover mover;
+    mover.id = next_id_++;
+    mover.kind = companion.kind;
+    mover.seed = hashOf(seed_, 1, static_cast<uint32_t>(mover.id));
+    mover.goes_along = true;
+    mover.along = companion;
+    mover.along.gap_m += 0.5 * sizeOf(mover.kind, mover.seed).x();
+    mover.until_s = duration_s_;
+    movers.push_back(mover);
+  }
+
+  void addWalk(const Walk& walk) {
+    const Vector2d way = walk.to_m - walk.from_m;
+    Mover mover;
+    mover.id = next_id_++;
+    mover.kind = walk.kind;
+    mover.seed = hashOf(seed_, 3, static_cast<uint32_t>(mover.id));
+    mover.met_s = mover.from_s = walk.start_s;
+    mover.until_s = walk.start_s + way.norm() / walk.speed_mps;
+    mover.met = {{walk.from_m.x(), walk.from_m.y(), 0}, std::atan2(way.y(), way.x())};
+    mover.speed_mps = walk.speed_mps;
+    if (!isFree(mover, movers, path_, body_m_))
+      throw std::invalid_argument("walk " + std::to_string(mover.id) +
+                                  " collides with the camera or with another one; change its path");
+    movers.push_back(mover);
+  }
+
+  // Candidates of one kind after the other; those that would collide are left out.
+  // @param make  sets kind, speed and place; false: there is none now.
+  void addEncounters(double period_s, uint32_t kind, double reach_s,
+                     bool (*make)(const Street&, Random&, Mover&)) {
+    if (period_s <= 0) return;
+    Random random(hashOf(seed_, 2, kind));
+    for (double t = -reach_s + random.uniform(0, period_s); t < duration_s_ + reach_s;
+         t += period_s * random.uniform(0.6, 1.4)) {
+      Mover mover;
+      mover.seed = random.bits();
+      mover.met_s = t;
+      const Street street(path_, std::clamp(t, 0.0, duration_s_));
+      Random own(mover.seed);
+      const bool possible = make(street, own, mover);
+      if (!street.valid || !possible) continue;
+      mover.from_s = t - reach_s;
+      mover.until_s = t + reach_s;
+      mover.id = next_id_;
+      if (!isFree(mover, movers, path_, body_m_)) continue;
+      movers.push_back(mover);
+      ++next_id_;
+    }
+  }
+
+  std::vector<Mover> movers;
+
+ private:
+  const Path& path_;
+  const Vector3d body_m_;
+  const double duration_s_;
+  const uint32_t seed_;
+  int next_id_ = 1;
+};
+
+bool makeOncomingCar(const Street& s, Random& r, Mover& m) {
+  m.kind = r.chance(0.75) ? Kind::kCar : r.chance(0.6) ? Kind::kVan : Kind::kTruck;
+  m.speed_mps = r.uniform(6, 12);
+  m.met = s.place(s.along_m + r.uniform(3, 12), kLane_m + r.uniform(-0.1, 0.2), kPi, false);
+  return true;
+}
+
+bool makeCrossingCar(const Street& s, Random& r, Mover& m) {
+  m.kind = r.chance(0.7) ? Kind::kCar : Kind::kVan;
+  m.speed_mps = r.uniform(5, 10);
+  const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1);
+  if (junction - s.along_m > 55) return false;
+  const double side = r.chance(0.5) ? 1 : -1;  // it drives to the left or to the right
+  m.met = s.place(junction + side * kLane_m, 0, side * kPi / 2, false);
+  return true;
+}
+
+bool makeCyclist(const Street& s, Random& r, Mover& m) {
+  m.kind = Kind::kCyclist;
+  const bool right = r.chance(0.65);
+  m.speed_mps = r.uniform(3.2, 5.5);
+  m.met = s.place(s.along_m + r.uniform(6, 28), right ? -3.5 : 3.5, right ? 0 : kPi, false);
+  return true;
+}
+
+bool makeCrossingPerson(const Street& s, Random& r, Mover& m) {
+  m.kind = Kind::kPerson;
+  m.speed_mps = r.uniform(1.0, 2.0);
+  const bool to_left = r.chance(0.5);
+  // On the zebra crossing of the next junction if it is near, else anywhere.
+  const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1) - kKerb_m - 2.7;
+  const double ahead = junction - s.along_m;
+  const double along =
+      ahead > 5 && ahead < 40 ? junction + r.uniform(-1, 1) : s.along_m + r.uniform(9, 32);
+  m.met = s.place(along, r.uniform(-3, 3), (to_left ? 1 : -1) * kPi / 2 + r.uniform(-0.15, 0.15),
+                  false);
+  return true;
+}
+
+bool makeWalker(const Street& s, Random& r, Mover& m) {
+  m.kind = Kind::kPerson;
+  m.speed_mps = r.uniform(0.9, 2.0);
+  const double side = r.chance(0.5) ? 1 : -1;
+  m.met = s.place(s.along_m + r.uniform(5, 45), side * (kKerb_m + r.uniform(1.3, 2.6)),
+                  r.chance(0.5) ? 0 : kPi, true);
+  return true;
+}
+
 }  // namespace
 
 double Mover::gapAt(double time_s) const {
@@ -113,101 +228,15 @@ Vector3d Mover::velocityAt(double time_s, const Path& path) const {
 
 std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const Vector3d& body_m,
                                double duration_s, uint32_t seed) {
-  std::vector<Mover> movers;
-  int next_id = 1;
-  for (const Companion& companion : traffic.companions) {
-    Mover mover;
-    mover.id = next_id++;
-    mover.kind = companion.kind;
-    mover.seed = hashOf(seed, 1, static_cast<uint32_t>(mover.id));
-    mover.goes_along = true;
-    mover.along = companion;
-    mover.along.gap_m += 0.5 * sizeOf(mover.kind, mover.seed).x();
-    mover.until_s = duration_s;
-    movers.push_back(mover);
-  }
-  for (const Walk& walk : traffic.walks) {
-    const Vector2d way = walk.to_m - walk.from_m;
-    Mover mover;
-    mover.id = next_id++;
-    mover.kind = walk.kind;
-    mover.seed = hashOf(seed, 3, static_cast<uint32_t>(mover.id));
-    mover.met_s = mover.from_s = walk.start_s;
-    mover.until_s = walk.start_s + way.norm() / walk.speed_mps;
-    mover.met = {{walk.from_m.x(), walk.from_m.y(), 0}, std::atan2(way.y(), way.x())};
-    mover.speed_mps = walk.speed_mps;
-    if (!isFree(mover, movers, path, body_m))
-      throw std::invalid_argument("walk " + std::to_string(mover.id) +
-                                  " collides with the camera or with another one; change its path");
-    movers.push_back(mover);
-  }
-  // Candidates of one kind after the other; those that would collide are left out.
-  const auto meet = [&](double period_s, uint32_t kind, double reach_s, const auto& make) {
-    if (period_s <= 0) return;
-    Random random(hashOf(seed, 2, kind));
-    for (double t = -reach_s + random.uniform(0, period_s); t < duration_s + reach_s;
-         t += period_s * random.uniform(0.6, 1.4)) {
-      const double known = std::clamp(t, 0.0, duration_s);
-      Mover mover;
-      mover.seed = random.bits();
-      mover.met_s = t;
-      const Street street(path, known);
-      Random own(mover.seed);
-      const bool possible = make(street, own, mover);
-      if (!street.valid || !possible) continue;
-      mover.from_s = t - reach_s;
-      mover.until_s = t + reach_s;
-      mover.id = next_id;
-      if (!isFree(mover, movers, path, body_m)) continue;
-      movers.push_back(mover);
-      ++next_id;
-    }
-  };
-  meet(traffic.oncoming_s, 2, 14, [&](const Street& s, Random& r, Mover& m) {
-    m.kind = r.chance(0.75) ? Kind::kCar : r.chance(0.6) ? Kind::kVan : Kind::kTruck;
-    m.speed_mps = r.uniform(6, 12);
-    m.met = s.place(s.along_m + r.uniform(3, 12), kLane_m + r.uniform(-0.1, 0.2), kPi, false);
-    return true;
-  });
-  meet(traffic.crossing_cars_s, 3, 12, [&](const Street& s, Random& r, Mover& m) {
-    m.kind = r.chance(0.7) ? Kind::kCar : Kind::kVan;
-    m.speed_mps = r.uniform(5, 10);
-    const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1);
-    if (junction - s.along_m > 55) return false;
-    const bool to_left = r.chance(0.5);
-    m.met =
-        s.place(junction + (to_left ? kLane_m : -kLane_m), 0, to_left ? kPi / 2 : -kPi / 2, false);
-    return true;
-  });
-  meet(traffic.cyclists_s, 4, 25, [&](const Street& s, Random& r, Mover& m) {
-    m.kind = Kind::kCyclist;
-    const bool right = r.chance(0.65);
-    m.speed_mps = r.uniform(3.2, 5.5);
-    m.met = s.place(s.along_m + r.uniform(6, 28), right ? -3.5 : 3.5, right ? 0 : kPi, false);
-    return true;
-  });
-  meet(traffic.crossing_people_s, 5, 12, [&](const Street& s, Random& r, Mover& m) {
-    m.kind = Kind::kPerson;
-    m.speed_mps = r.uniform(1.0, 2.0);
-    const bool to_left = r.chance(0.5);
-    // On the zebra crossing of the next junction if it is near, else anywhere.
-    const double junction = kPitch_m * std::floor(s.along_m / kPitch_m + 1) - kKerb_m - 2.7;
-    const double ahead = junction - s.along_m;
-    const double along =
-        ahead > 5 && ahead < 40 ? junction + r.uniform(-1, 1) : s.along_m + r.uniform(9, 32);
-    m.met = s.place(along, r.uniform(-3, 3), (to_left ? 1 : -1) * kPi / 2 + r.uniform(-0.15, 0.15),
-                    false);
-    return true;
-  });
-  meet(traffic.walkers_s, 6, 50, [&](const Street& s, Random& r, Mover& m) {
-    m.kind = Kind::kPerson;
-    m.speed_mps = r.uniform(0.9, 2.0);
-    const double side = r.chance(0.5) ? 1 : -1;
-    m.met = s.place(s.along_m + r.uniform(5, 45), side * (kKerb_m + r.uniform(1.3, 2.6)),
-                    r.chance(0.5) ? 0 : kPi, true);
-    return true;
-  });
-  return movers;
+  TrafficMaker maker(path, body_m, duration_s, seed);
+  for (const Companion& companion : traffic.companions) maker.addCompanion(companion);
+  for (const Walk& walk : traffic.walks) maker.addWalk(walk);
+  maker.addEncounters(traffic.oncoming_s, 2, 14, makeOncomingCar);
+  maker.addEncounters(traffic.crossing_cars_s, 3, 12, makeCrossingCar);
+  maker.addEncounters(traffic.cyclists_s, 4, 25, makeCyclist);
+  maker.addEncounters(traffic.crossing_people_s, 5, 12, makeCrossingPerson);
+  maker.addEncounters(traffic.walkers_s, 6, 50, makeWalker);
+  return std::move(maker.movers);
 }
 
 }  // namespace predictive_stereo::simulation

@@ -9,6 +9,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -34,13 +35,9 @@ Eigen::Vector3d vector(const geometry_msgs::Point& p) { return {p.x, p.y, p.z}; 
 // Topics of a type whose names end in `name`.
 Topics topicsNamed(const rosbag::Bag& bag, const std::string& name, const std::string& type) {
   Topics found;
-  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
-    const std::string topic = "/" + connection->topic;
-    const std::string end = "/" + name;
-    if (connection->datatype == type && topic.size() >= end.size() &&
-        topic.compare(topic.size() - end.size(), end.size(), end) == 0)
-      found.push_back(connection->topic);
-  }
+  for (const auto& [topic, known] : topicTypes(bag))
+    if (known == type && boost::algorithm::ends_with("/" + topic, "/" + name))
+      found.push_back(topic);
   return found;
 }
 

@@ -7,13 +7,12 @@
 #include <sstream>
 #include <utility>
 
-#include "evaluation/kitti_scene_2015.h"
+#include "evaluation/kitti_scenes.h"
 #include "evaluation/noise_estimation.h"
 #include "evaluation/report.h"
 #include "evaluation/tools/tool_input.h"
 #include "tools/command_line.h"
 #include "tools/output_file.h"
-#include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
@@ -50,16 +49,16 @@ scripts/report DIR makes a page of them, with plots of the distributions.
   --threads N         (default: all cores)
 )";
 
-void printErrors(const char* name, const ErrorHistogram& errors, std::ostream& out) {
+std::string textOf(const char* name, const ErrorHistogram& errors) {
   char line[320];
   std::snprintf(
       line, sizeof(line),
       "%s: %lld errors, mean %+.3f px, sigma %.3f px, robust sigma %.3f px, %.1f %% within "
-      "1 px, %.2f %% gross (> 3 px), sigma of all %.3f px",
+      "1 px, %.2f %% gross (> 3 px), sigma of all %.3f px\n",
       name, static_cast<long long>(errors.count()), errors.mean_px(),
       std::sqrt(errors.variance_px2()), errors.robustSigma_px(), 100 * errors.shareWithin(1),
       100 * errors.grossShare(), std::sqrt(errors.varianceOfAll_px2()));
-  out << line << "\n";
+  return line;
 }
 
 std::string today() {
@@ -75,111 +74,100 @@ void write(const ErrorHistogram& errors, const std::string& name, const std::str
   report.add(errors.plot(title));
 }
 
-int estimate(const CommandLine& command_line) {
-  if (!command_line.has("output")) throw UsageError("--output is missing");
-  const auto drives = driveArguments(command_line.positional());
-  if (drives.empty()) throw UsageError("expected DATE_DIR DRIVE");
-  const PipelineParams params = readParams(command_line);
-  const int max_frames = command_line.getInt("frames", 0, 2);
-  useThreads(command_line);
-  const fs::path dir = command_line.get("output");
-  Report report(dir, "Noise, estimated from LiDAR", command_line.command());
-
-  std::ostringstream provenance;
-  provenance << "# Noise, estimated from LiDAR by estimate_noise on " << today() << ".\n";
+// All that was observed.
+struct Observations {
   ErrorHistogram process, measurement;
   std::vector<std::vector<VarianceSample>> published;
-  for (const DriveArgument& argument : drives) {
-    const KittiDrive drive(argument.date_dir, argument.drive);
-    std::vector<ObjectLabel> labels;
-    if (command_line.has("labels"))
-      labels = readObjectLabels(
-          (fs::path(command_line.get("labels")) / (drive.name() + ".csv")).string());
-    NoiseObservations seen;
-    {
-      Progress progress(drive.name(),
-                        max_frames ? std::min(max_frames, drive.frames()) : drive.frames());
-      seen = observeNoise(drive, labels, params, max_frames,
-                          [&](int frame) { progress.update(frame); });
-    }
-    provenance << "# " << drive.name() << ", " << seen.frames
-               << " frames with scans, moving objects "
-               << (labels.empty() ? "not masked" : "masked by labels") << "\n";
-    for (std::ostream* out : {static_cast<std::ostream*>(&provenance), &std::cout}) {
-      const char* indent = out == &std::cout ? "" : "#   ";
-      if (out == &std::cout) *out << drive.name() << "\n";
-      *out << indent;
-      printErrors("process", seen.process, *out);
-      *out << indent;
-      printErrors("measurement", seen.measurement, *out);
-    }
-    const std::string name = fileName(drive.name());  // stays in `dir`
-    for (const auto& [kind, errors] : {std::pair("process", &seen.process_image),
-                                       std::pair("measurement", &seen.measurement_image)}) {
-      const std::string file = name + "_" + kind + "_error.png";
-      writePicture(dir / file, errors->picture());
-      report.addPicture(file, drive.name() + ", " + kind + " error");
-    }
-    process += seen.process;
-    measurement += seen.measurement;
-    published.push_back(std::move(seen.published));
+  std::string provenance;  // comments of the yaml
+};
+
+void addDrive(const DriveArgument& argument, const CommandLine& command_line,
+              const PipelineParams& params, Observations& all, Report& report) {
+  const KittiDrive drive(argument.date_dir, argument.drive);
+  std::vector<ObjectLabel> labels;
+  if (command_line.has("labels"))
+    labels =
+        readObjectLabels((fs::path(command_line.get("labels")) / (drive.name() + ".csv")).string());
+  NoiseObservations seen = observeNoise(drive, labels, params, command_line.getInt("frames", 0, 2));
+  const std::string process = textOf("process", seen.process),
+                    measurement = textOf("measurement", seen.measurement);
+  std::cout << drive.name() << "\n" << process << measurement;
+  all.provenance += "# " + drive.name() + ", " + std::to_string(seen.frames) +
+                    " frames with scans, moving objects " +
+                    (labels.empty() ? "not masked" : "masked by labels") + "\n#   " + process +
+                    "#   " + measurement;
+  const std::string name = fileName(drive.name());  // stays in the report's folder
+  for (const auto& [kind, errors] : {std::pair("process", &seen.process_image),
+                                     std::pair("measurement", &seen.measurement_image)}) {
+    const std::string file = name + "_" + kind + "_error.png";
+    writePicture(report.dir() / file, errors->picture());
+    report.addPicture(file, drive.name() + ", " + kind + " error");
   }
+  all.process += seen.process;
+  all.measurement += seen.measurement;
+  all.published.push_back(std::move(seen.published));
+}
+
+// Data for the published variance only.
+void addStreetsAndPairs(const CommandLine& command_line, const PipelineParams& params,
+                        Observations& all) {
   for (const std::string& scene : command_line.all("street")) {
     StreetParams street;
     street.scene = scene;
     street.frames = command_line.getInt("street-frames", 20, 2);
     const auto sequence = streetSequence(street);
     constexpr int kStep = 3;  // errors of neighbouring pixels are correlated
-    Progress progress(sequence->name(), street.frames);
-    published.push_back(
-        observePublished(*sequence, params, kStep, [&](int frame) { progress.update(frame); }));
-    provenance << "# " << sequence->name() << ", " << street.frames
-               << " frames with exact truth, for the published variance\n";
+    all.published.push_back(observePublished(*sequence, params, kStep));
+    all.provenance += "# " + sequence->name() + ", " + std::to_string(street.frames) +
+                      " frames with exact truth, for the published variance\n";
   }
-  if (command_line.has("kitti2015")) {
-    const std::string training_dir = command_line.get("kitti2015");
-    const int pairs = static_cast<int>(listKittiScenes2015(training_dir).size());
-    constexpr int kStep = 2;
-    Progress progress("KITTI 2015", pairs);
-    published.push_back(observePublished2015(training_dir, params, kStep,
-                                             [&](int pair) { progress.update(pair); }));
-    provenance << "# KITTI 2015, " << pairs << " single pairs, for the published variance\n";
-  }
-  const VarianceParams variance = fitVariance(published, params.disparity.variance);
+  if (!command_line.has("kitti2015")) return;
+  const std::string training_dir = command_line.get("kitti2015");
+  const int pairs = static_cast<int>(listKittiScenes2015(training_dir).size());
+  constexpr int kStep = 2;
+  all.published.push_back(observePublished2015(training_dir, params, kStep));
+  all.provenance +=
+      "# KITTI 2015, " + std::to_string(pairs) + " single pairs, for the published variance\n";
+}
 
+std::string yamlOf(const Observations& all, VarianceParams variance, bool all_errors) {
+  const char* const errors_used = all_errors ? "all errors" : "errors that are not gross";
+  const auto varianceOf = [&](const ErrorHistogram& errors) {
+    return all_errors ? errors.varianceOfAll_px2() : errors.variance_px2();
+  };
   std::ostringstream yaml;
   yaml.precision(3);
-  yaml << provenance.str() << "# all\n#   ";
-  printErrors("process", process, yaml);
-  yaml << "#   ";
-  printErrors("measurement", measurement, yaml);
-  const bool all = command_line.has("all-errors");
-  const char* const errors_used = all ? "all errors" : "errors that are not gross";
-  const auto varianceOf = [all](const ErrorHistogram& errors) {
-    return all ? errors.varianceOfAll_px2() : errors.variance_px2();
-  };
-  yaml << "disparity:\n  prediction:\n    process_noise_px2: " << varianceOf(process)
+  yaml << "# Noise, estimated from LiDAR by estimate_noise on " << today() << ".\n"
+       << all.provenance << "# all\n#   " << textOf("process", all.process) << "#   "
+       << textOf("measurement", all.measurement)
+       << "disparity:\n  prediction:\n    process_noise_px2: " << varianceOf(all.process)
        << "  # variance of " << errors_used << "; includes the scan noise twice\n"
-       << "  correction:\n    measurement_noise_px2: " << varianceOf(measurement)
+       << "  correction:\n    measurement_noise_px2: " << varianceOf(all.measurement)
        << "  # variance of " << errors_used << "; includes the scan noise\n"
-       << "  variance:  # sigma, 2 sigma: 68.3, 95.4 % quantiles of the published error\n"
-       << "    sigma_floor_px: " << variance.sigma_floor_px
-       << "\n    sigma_ambiguous_px: " << variance.sigma_ambiguous_px
-       << "\n    ambiguity_onset: " << variance.ambiguity_onset
-       << "\n    innovation_weight: " << variance.innovation_weight
-       << "\n    sigma_unpredicted_px: " << variance.sigma_unpredicted_px
-       << "\n    sigma_kept_px: " << variance.sigma_kept_px
-       << "\n    sigma_filled_px: " << variance.sigma_filled_px
-       << "\n    sigma_disagreement_px: " << variance.sigma_disagreement_px
-       << "\n    ambiguity_weight: " << variance.ambiguity_weight
-       << "\n    unpredicted_weight: " << variance.unpredicted_weight
-       << "\n    sigma_far_px: " << variance.sigma_far_px
-       << "\n    sigma_per_row_offset: " << variance.sigma_per_row_offset << "\n";
+       << "  variance:  # sigma, 2 sigma: 68.3, 95.4 % quantiles of the published error\n";
+  variance.visit([&](const std::string& name, double value, double, double) {
+    if (name.rfind("max_", 0) != 0)  // these limits are not fitted
+      yaml << "    " << name << ": " << value << "\n";
+  });
+  return yaml.str();
+}
 
-  write(process, "process_noise", "Process noise", report);
-  write(measurement, "measurement_noise", "Measurement noise", report);
-  writeText(dir / "noise.yaml", yaml.str());
-  std::cout << yaml.str().substr(yaml.str().find("# all"));
+int estimate(const CommandLine& command_line) {
+  if (!command_line.has("output")) throw UsageError("--output is missing");
+  const auto drives = driveArguments(command_line.positional());
+  if (drives.empty()) throw UsageError("expected DATE_DIR DRIVE");
+  const PipelineParams params = readParams(command_line);
+  useThreads(command_line);
+  Report report(command_line.get("output"), "Noise, estimated from LiDAR", command_line.command());
+  Observations all;
+  for (const DriveArgument& drive : drives) addDrive(drive, command_line, params, all, report);
+  addStreetsAndPairs(command_line, params, all);
+  const std::string yaml = yamlOf(all, fitVariance(all.published, params.disparity.variance),
+                                  command_line.has("all-errors"));
+  write(all.process, "process_noise", "Process noise", report);
+  write(all.measurement, "measurement_noise", "Measurement noise", report);
+  writeText(report.dir() / "noise.yaml", yaml);
+  std::cout << yaml.substr(yaml.find("# all"));
   report.finish();
   return 0;
 }

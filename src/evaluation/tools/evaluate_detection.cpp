@@ -7,7 +7,6 @@
 #include "evaluation/tools/bag_sequence.h"
 #include "evaluation/tools/tool_input.h"
 #include "tools/output_file.h"
-#include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
@@ -52,7 +51,6 @@ Parameters:
   --scheme NAME       default or paper: the same as --set moving_objects/scheme=NAME
   --config YAML       as in config/*.yaml
   --set NAME=VALUE    one parameter, e.g. moving_objects/motion/min_tracks=5; may be repeated
-  --list-parameters   prints all parameters with their values and limits, and exits
   --frames N          use at most N frames of each sequence
   --threads N         (default: all cores)
 
@@ -76,126 +74,126 @@ faster than 2 m/s over ground, at least half visible, and have a box of 400 px^2
 medians of absolute values; speed errors are of objects up to 25 m away.
 )";
 
-// Labels of one sequence; none: the sequence must have ground truth.
-std::optional<std::vector<ObjectLabel>> labelsFor(const CommandLine& command_line,
-                                                  const Sequence& sequence) {
-  if (!command_line.has("labels")) return std::nullopt;
+using Labels = std::optional<std::vector<ObjectLabel>>;
+
+// Labels of one sequence; none: it has ground truth.
+Labels labelsFor(const CommandLine& command_line, const Sequence& sequence) {
   const fs::path path = command_line.get("labels");
-  if (!fs::is_directory(path)) return readObjectLabels(path.string());
-  const fs::path file = path / (sequence.recording() + ".csv");
-  if (!fs::exists(file) && sequence.objects(0)) return std::nullopt;
-  return readObjectLabels(file.string());
+  fs::path file = path;
+  if (fs::is_directory(path)) file = path / (sequence.recording() + ".csv");
+  const bool has_truth = sequence.objects(0).has_value();
+  if (command_line.has("labels") && (file == path || fs::exists(file) || !has_truth))
+    return readObjectLabels(file.string());
+  if (!has_truth)
+    throw UsageError(sequence.name() + ": has no labels of moving objects; give --labels CSV");
+  return std::nullopt;
 }
 
-/// Writes a picture of a frame into `dir`.
-/// @return its file, relative to `dir`.
-std::string writeFrame(const fs::path& dir, const std::string& sequence, const cv::Mat1b& left,
-                       const EvaluatedFrame& frame) {
-  char number[16];
-  std::snprintf(number, sizeof(number), "_%06d", frame.index);
-  const std::string file = "frames/" + fileName(sequence) + number + ".png";
-  writePicture(dir / file, picture(left, frame));
-  return file;
-}
-
-int evaluate(const CommandLine& command_line) {
-  if (command_line.has("list-parameters")) {
-    std::cout << listParams(command_line);
-    return 0;
-  }
-  const PipelineParams params = readParams(command_line);
-  useThreads(command_line);
-  const int max_frames = command_line.getInt("frames", 0, 1);
-  const StereoTopicChoice topics{command_line.get("camera"), command_line.get("left"),
-                                 command_line.get("right")};
-  if (topics.left.empty() != topics.right.empty())
-    throw UsageError("give --left and --right together");
-  const auto groups = openSequences(
-      command_line, [&](const std::string& path) { return bagSequence(path, topics); });
-
-  // Checks the inputs now, not after an hour of computing.
-  std::vector<std::optional<std::vector<ObjectLabel>>> labels;
-  size_t sequences = 0;
-  for (const SequenceGroup& group : groups)
-    for (const auto& sequence : group.sequences) {
-      ++sequences;
-      labels.push_back(labelsFor(command_line, *sequence));
-      if (!labels.back() && !sequence->objects(0))
-        throw UsageError(sequence->name() + ": has no labels of moving objects; give --labels CSV");
-    }
+void requireValidChoice(const CommandLine& command_line, size_t sequences) {
   if (sequences > 1 && command_line.has("labels") && !fs::is_directory(command_line.get("labels")))
     throw UsageError("--labels = " + command_line.get("labels") +
                      ": must be a folder with NAME.csv for each of several sequences");
   if (sequences > 1 && command_line.has("objects"))
     throw UsageError("--objects: give one sequence, not " + std::to_string(sequences));
-  if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
-    makeFolder(folder);
-  std::optional<Report> report;
-  if (command_line.has("report"))
-    report.emplace(command_line.get("report"), "Moving objects against labels",
-                   command_line.command());
+  if (command_line.has("objects") && command_line.has("perturb"))
+    throw UsageError("give either --perturb or --objects, not both");
+}
 
-  const bool recorded = command_line.has("objects"), perturb = command_line.has("perturb");
-  if (recorded && perturb) throw UsageError("give either --perturb or --objects, not both");
-  std::vector<DetectionEvaluation> evaluations;
-  std::vector<std::pair<std::string, std::string>> with_errors;  // frames: file, caption
-  std::vector<PerturbedEvaluation> runs;
-  for (const Perturbation& change : perturbations())
-    if (perturb) runs.push_back({change.name, {}});
-  std::vector<Table> limits;  // one per camera
-  StereoRig last_rig;
-  for (const SequenceGroup& group : groups)
-    for (const auto& sequence : group.sequences) {
-      if (!recorded && params.detection.scheme == DetectionScheme::kDefault &&
-          sequence->rig() != last_rig)
-        limits.push_back(limitsTable(*sequence, params));
-      last_rig = sequence->rig();
-      const Detector detector = recorded ? recordedDetector(command_line.get("objects"), *sequence)
-                                         : pipelineDetector(params);
-      Progress progress(sequence->name(),
-                        max_frames ? std::min(max_frames, sequence->frames()) : sequence->frames());
-      evaluations.push_back(evaluateDetection(
-          *sequence, labels[evaluations.size()], detector, max_frames,
-          [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
-            if (report) {
-              const std::string file =
-                  writeFrame(report->dir(), sequence->name(), images.left, frame);
-              if (frame.hasErrors())
-                with_errors.emplace_back(
-                    file, sequence->name() + ", frame " + std::to_string(frame.index));
-            }
-            progress.update(frame.index);
-          }));
-      if (!perturb) continue;
-      const auto known = loadIntoMemory(*sequence, labels[evaluations.size() - 1], max_frames);
-      for (size_t i = 0; i < runs.size(); ++i) {
-        const Perturbation& change = perturbations()[i];
-        Progress steps(sequence->name() + ", " + change.name, 1);
-        runs[i].evaluations.push_back(
-            i == 0 ? evaluations.back()
-                   : evaluateDetection(*perturbed(*known, change), std::nullopt,
-                                       pipelineDetector(change.applyTo(params)), 0, {}));
-        steps.update(0);
-      }
-    }
-
-  if (evaluations.size() == 1)
-    std::cout << scoreTable(evaluations[0]).text() << "\n";
-  else
-    std::cout << scoreTable(evaluations).text() << "\n";
-  std::cout << pooledTable(evaluations).text() << "\n"
-            << reliabilityTable(evaluations).text() << "\n";
-  if (perturb)
-    std::cout << spreadTable(runs).text() << "\n" << perturbationTable(runs).text() << "\n";
-  for (const Table& table : limits) std::cout << table.text();
-  if (command_line.has("csv"))
-    writeCsv(command_line.get("csv"), csv(evaluations), framesCsv(evaluations));
-  if (report) {
-    add(evaluations, limits, *report);
-    if (!with_errors.empty()) report->addHeading("Frames with errors");
-    for (const auto& [file, caption] : with_errors) report->addPicture(file, caption);
-    report->finish();
+class Evaluator {
+ public:
+  Evaluator(const CommandLine& command_line, const PipelineParams& params)
+      : line_(command_line), params_(params), max_frames_(command_line.getInt("frames", 0, 1)) {
+    if (line_.has("report"))
+      report_.emplace(line_.get("report"), "Moving objects against labels", line_.command());
+    for (const Perturbation& change : perturbations())
+      if (line_.has("perturb")) runs_.push_back({change.name, {}});
   }
+
+  void add(const Sequence& sequence, const Labels& labels) {
+    const bool recorded = line_.has("objects");
+    if (!recorded && params_.detection.scheme == DetectionScheme::kDefault &&
+        sequence.rig() != last_rig_)
+      limits_.push_back(limitsTable(sequence, params_));
+    last_rig_ = sequence.rig();
+    const Detector detector =
+        recorded ? recordedDetector(line_.get("objects"), sequence) : pipelineDetector(params_);
+    evaluations_.push_back(
+        evaluateDetection(sequence, labels, detector, max_frames_,
+                          [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
+                            if (report_) writePictureOf(frame, images.left, sequence.name());
+                          }));
+    if (!runs_.empty()) addPerturbed(sequence, labels);
+  }
+
+  void print() const {
+    std::cout << (evaluations_.size() == 1 ? scoreTable(evaluations_[0]) : scoreTable(evaluations_))
+                     .text()
+              << "\n"
+              << pooledTable(evaluations_).text() << "\n"
+              << reliabilityTable(evaluations_).text() << "\n";
+    if (!runs_.empty())
+      std::cout << spreadTable(runs_).text() << "\n" << perturbationTable(runs_).text() << "\n";
+    for (const Table& table : limits_) std::cout << table.text();
+  }
+
+  void write() {
+    if (line_.has("csv")) writeCsv(line_.get("csv"), csv(evaluations_), framesCsv(evaluations_));
+    if (!report_) return;
+    predictive_stereo::add(evaluations_, limits_, *report_);
+    if (!with_errors_.empty()) report_->addHeading("Frames with errors");
+    for (const auto& [file, caption] : with_errors_) report_->addPicture(file, caption);
+    report_->finish();
+  }
+
+ private:
+  void writePictureOf(const EvaluatedFrame& frame, const cv::Mat1b& left, const std::string& name) {
+    char number[16];
+    std::snprintf(number, sizeof(number), "_%06d", frame.index);
+    const std::string file = "frames/" + fileName(name) + number + ".png";
+    writePicture(report_->dir() / file, picture(left, frame));
+    if (frame.hasErrors())
+      with_errors_.emplace_back(file, name + ", frame " + std::to_string(frame.index));
+  }
+
+  void addPerturbed(const Sequence& sequence, const Labels& labels) {
+    const auto known = loadIntoMemory(sequence, labels, max_frames_);
+    for (size_t i = 0; i < runs_.size(); ++i) {
+      const Perturbation& change = perturbations()[i];
+      runs_[i].evaluations.push_back(
+          i == 0 ? evaluations_.back()
+                 : evaluateDetection(*perturbed(*known, change), std::nullopt,
+                                     pipelineDetector(change.applyTo(params_)), 0, {}));
+    }
+  }
+
+  const CommandLine& line_;
+  const PipelineParams params_;
+  const int max_frames_;
+  std::optional<Report> report_;
+  std::vector<DetectionEvaluation> evaluations_;
+  std::vector<std::pair<std::string, std::string>> with_errors_;  // frames: file, caption
+  std::vector<PerturbedEvaluation> runs_;
+  std::vector<Table> limits_;  // one per camera
+  StereoRig last_rig_;
+};
+
+int evaluate(const CommandLine& command_line) {
+  const PipelineParams params = readParams(command_line);
+  useThreads(command_line);
+  const StereoTopicChoice topics = topicChoice(command_line);
+  const auto groups = openSequences(
+      command_line, [&](const std::string& path) { return bagSequence(path, topics); });
+  // Checks the inputs now, not after an hour of computing.
+  std::vector<std::pair<const Sequence*, Labels>> sequences;
+  for (const SequenceGroup& group : groups)
+    for (const auto& sequence : group.sequences)
+      sequences.emplace_back(sequence.get(), labelsFor(command_line, *sequence));
+  requireValidChoice(command_line, sequences.size());
+  makeFolderOf(command_line.get("csv"));
+  Evaluator evaluator(command_line, params);
+  for (const auto& [sequence, labels] : sequences) evaluator.add(*sequence, labels);
+  evaluator.print();
+  evaluator.write();
   return 0;
 }
 
@@ -207,5 +205,5 @@ int main(int argc, char** argv) {
       argc, argv, predictive_stereo::kHelp,
       {"labels", "objects", "camera", "left", "right", "kitti2012", "street", "street-frames",
        "shift-right", "scheme", "config", "set", "frames", "threads", "csv", "report"},
-      {"list-parameters", "perturb"}, predictive_stereo::evaluate);
+      {"perturb"}, predictive_stereo::evaluate);
 }

@@ -45,11 +45,8 @@ KITTI 2012 and synthetic streets against dense ground truth. Outliers have an er
                       config/paper.yaml, also ours_widened and ours_8_widened: search ranges as
                       widened by vector code; compare the times of these
   --quick             only opencv_hh and ours
-  --cache DIR         stores OpenCV's disparities in DIR for the next run. Empty it after a change
-                      of images or of row alignment.
   --config YAML       parameters of this package, e.g. one of config/*.yaml
   --set NAME=VALUE    one parameter, e.g. disparity/matcher/p1=12; may be given several times
-  --list-parameters   prints all parameters with their values and limits, and exits
   --csv FILE          writes all figures, and those of each frame into a second file, with _frames
                       added to its name
   --report DIR        writes all figures and pictures; scripts/report DIR makes a page of them
@@ -59,14 +56,11 @@ KITTI 2012 and synthetic streets against dense ground truth. Outliers have an er
 
 std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
                                        const PipelineParams& params) {
-  const std::string cache = command_line.get("cache");
   const auto ours = [](PipelineParams changed) {
-    return [changed](const std::string&) { return predictiveMethod(changed); };
+    return [changed] { return predictiveMethod(changed); };
   };
   const auto opencv = [&](OpencvMode mode, bool aligned) {
-    return [=](const std::string& sequence) {
-      return opencvMethod(mode, params.disparity, aligned, cache, sequence);
-    };
+    return [=] { return opencvMethod(mode, params.disparity, aligned); };
   };
   PipelineParams diagonal = params, all = params, full = params;
   diagonal.disparity.matcher.paths = PathSet::kDiagonal4;
@@ -127,7 +121,7 @@ std::string provenance(const CommandLine& command_line, PipelineParams params) {
 void addPictures(const KittiScene2015& scene, const std::vector<NamedMethod>& methods,
                  const DisparityRange& range, Report& report) {
   std::vector<MethodOutput> outputs;
-  evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods, scene.name), range, outputs);
+  evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods), range, outputs);
   const SequenceFrame frame{scene.left, scene.right, scene.truth_px, {}};
   report.addHeading("Scene " + scene.name);
   for (size_t m = 0; m < methods.size(); ++m)
@@ -157,7 +151,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
       progress.update(index);
       const KittiScene2015 scene = readKittiScene2015(training_dir, name);
       MethodInput input = inputOf(scene, as_sequence ? index : 0);
-      if (!as_sequence || index == 0) running = startMethods(methods, name);
+      if (!as_sequence || index == 0) running = startMethods(methods);
       if (as_sequence) input.camera = odometry.process(input.frame);
       results.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
     }
@@ -191,10 +185,6 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
 }
 
 int evaluate(const CommandLine& command_line) {
-  if (command_line.has("list-parameters")) {
-    std::cout << listParams(command_line);
-    return 0;
-  }
   const PipelineParams params = readParams(command_line);
   useThreads(command_line);
   const int max_frames = command_line.getInt("frames", 0, 1);
@@ -206,8 +196,7 @@ int evaluate(const CommandLine& command_line) {
   if (command_line.has("report"))
     page.emplace(command_line.get("report"), "Disparities against ground truth",
                  provenance(command_line, params));
-  if (const fs::path folder = fs::path(command_line.get("csv")).parent_path(); !folder.empty())
-    makeFolder(folder);
+  makeFolderOf(command_line.get("csv"));
 
   if (command_line.has("kitti2015")) evaluateKitti2015(command_line, params, methods);
   if (groups.empty()) return 0;
@@ -219,8 +208,7 @@ int evaluate(const CommandLine& command_line) {
     report.name = group.name;
     for (const NamedMethod& method : methods) report.methods.push_back(method.name);
     for (const auto& sequence : group.sequences) {
-      const int frames =
-          max_frames > 0 ? std::min(max_frames, sequence->frames()) : sequence->frames();
+      const int frames = framesOf(*sequence, max_frames);
       const auto addPanels = [&](const SequenceFrame& frame, int index, size_t m,
                                  const MethodOutput& output) {
         const std::string& method = methods[m].name;
@@ -229,10 +217,8 @@ int evaluate(const CommandLine& command_line) {
                                      method, m == 0, range, output);
         report.panels.insert(report.panels.end(), panels.begin(), panels.end());
       };
-      Progress progress(sequence->name(), frames);
-      evaluateDisparity(
-          *sequence, methods, params, max_frames, [&](int index) { progress.update(index); },
-          page ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
+      evaluateDisparity(*sequence, methods, params, max_frames,
+                        page ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
     }
     print(report);
     reports.push_back(std::move(report));
@@ -253,6 +239,6 @@ int main(int argc, char** argv) {
   return predictive_stereo::runTool(
       argc, argv, predictive_stereo::kHelp,
       {"csv", "report", "kitti2012", "kitti2015", "street", "street-frames", "shift-right",
-       "methods", "cache", "config", "set", "frames", "threads"},
-      {"quick", "list-parameters", "kitti2015-as-sequence"}, predictive_stereo::evaluate);
+       "methods", "config", "set", "frames", "threads"},
+      {"quick", "kitti2015-as-sequence"}, predictive_stereo::evaluate);
 }

@@ -9,7 +9,6 @@
 #include "evaluation/report.h"
 #include "evaluation/tools/tool_input.h"
 #include "tools/command_line.h"
-#include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
@@ -100,9 +99,7 @@ int evaluateLosses(const CommandLine& command_line) {
     for (const auto& sequence : group.sequences) {
       const int frames = input.frames(*sequence);
       const auto losses = usualLosses(frames, sequence->stamp_s(1) - sequence->stamp_s(0));
-      Progress progress(sequence->name(), static_cast<int>(losses.size()));
-      print(sequence->name(), evaluateLosses(*sequence, params.ego_motion, losses, frames,
-                                             [&](int index) { progress.update(index); }));
+      print(sequence->name(), evaluateLosses(*sequence, params.ego_motion, losses, frames));
     }
   return 0;
 }
@@ -156,12 +153,8 @@ int evaluate(const CommandLine& command_line) {
     report.emplace(command_line.get("report"), "Paths, seen from above", command_line.command());
   std::vector<OdometryEvaluation> evaluations;
   for (const SequenceGroup& group : openSequences(command_line))
-    for (const auto& sequence : group.sequences) {
-      const int frames = input.frames(*sequence);
-      Progress progress(sequence->name(), frames);
-      evaluations.push_back(evaluateOdometry(*sequence, params.ego_motion, input,
-                                             [&](int index) { progress.update(index); }));
-    }
+    for (const auto& sequence : group.sequences)
+      evaluations.push_back(evaluateOdometry(*sequence, params.ego_motion, input));
   for (const OdometryEvaluation& evaluation : evaluations) {
     print(evaluation);
     if (report) report->add(pathPlot(evaluation));

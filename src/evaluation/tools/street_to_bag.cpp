@@ -1,9 +1,9 @@
 /// Writes a synthetic sequence to a bag: a stereo camera and the ground truth.
+#include <cv_bridge/cv_bridge.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
 #include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
 #include <sensor_msgs/image_encodings.h>
 #include <stereo_msgs/DisparityImage.h>
 #include <tf2_eigen/tf2_eigen.h>
@@ -11,15 +11,16 @@
 
 #include <boost/make_shared.hpp>
 #include <cstdio>
-#include <cstring>
 #include <map>
 #include <sstream>
 
+#include "evaluation/simulation/scene.h"
 #include "evaluation/simulation/street.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/interruption.h"
 #include "tools/progress.h"
+#include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
 namespace {
@@ -52,7 +53,7 @@ have the left camera's frame_id, as usual for stereo pairs in ROS. About 2.8 MB 
 
 Scenes:
 )";
-  for (const StreetSceneInfo& scene : streetScenes()) {
+  for (const simulation::Scene& scene : simulation::scenes()) {
     std::string name = scene.name;
     name.resize(std::max<size_t>(name.size(), 17), ' ');
     text += "  " + name + " " + scene.summary + "\n";
@@ -77,21 +78,6 @@ void writeLatched(const std::string& topic, const ros::Time& time, const Message
   bag.write(topic, time, message, connection);
 }
 
-sensor_msgs::Image imageMessage(const std_msgs::Header& header, const cv::Mat& image,
-                                const std::string& encoding) {
-  sensor_msgs::Image message;
-  message.header = header;
-  message.height = static_cast<uint32_t>(image.rows);
-  message.width = static_cast<uint32_t>(image.cols);
-  message.encoding = encoding;
-  const size_t row_bytes = static_cast<size_t>(image.cols) * image.elemSize();
-  message.step = static_cast<uint32_t>(row_bytes);
-  message.data.resize(row_bytes * static_cast<size_t>(image.rows));
-  for (int y = 0; y < image.rows; ++y)
-    std::memcpy(&message.data[static_cast<size_t>(y) * row_bytes], image.ptr(y), row_bytes);
-  return message;
-}
-
 sensor_msgs::CameraInfo cameraInfo(const std_msgs::Header& header, const StereoRig& rig,
                                    bool right) {
   sensor_msgs::CameraInfo info;
@@ -112,7 +98,8 @@ stereo_msgs::DisparityImage disparityMessage(const std_msgs::Header& header, con
                                              const cv::Mat1f& disparity_px) {
   stereo_msgs::DisparityImage message;
   message.header = header;
-  message.image = imageMessage(header, disparity_px, sensor_msgs::image_encodings::TYPE_32FC1);
+  cv_bridge::CvImage(header, sensor_msgs::image_encodings::TYPE_32FC1, disparity_px)
+      .toImageMsg(message.image);
   message.f = static_cast<float>(rig.fx_px);
   message.T = static_cast<float>(rig.baseline_m);
   message.valid_window.width = static_cast<uint32_t>(rig.size.width);
@@ -220,9 +207,7 @@ StreetParams paramsFrom(const CommandLine& line) {
       throw UsageError("--size = " + line.get("size") + ": must be WIDTHxHEIGHT, e.g. 1242x375");
   }
   if (line.has("rate")) {
-    char rest = 0;
-    if (std::sscanf(line.get("rate").c_str(), "%lf%c", &params.rate_hz, &rest) != 1)
-      throw UsageError("--rate = " + line.get("rate") + ": must be a number");
+    params.rate_hz = line.getDouble("rate", 0);
   }
   return params;
 }
@@ -233,9 +218,7 @@ int streetToBag(const CommandLine& line) {
   const Street street(paramsFrom(line));
   const StereoRig& rig = street.rig();
   const Robot robot(street);
-  std::string ns = line.get("namespace", "/street");
-  while (!ns.empty() && ns.back() == '/') ns.pop_back();
-  if (!ns.empty() && ns[0] != '/') ns = "/" + ns;
+  const std::string ns = cameraNamespace(line.get("namespace", "/street"));
 
   BagFile file(line.positional()[0]);
   if (line.has("compress")) file.setCompression(rosbag::compression::LZ4);
@@ -254,10 +237,12 @@ int streetToBag(const CommandLine& line) {
     const auto write = [&](const char* topic, const auto& message) {
       file.write(ns + "/" + topic, header.stamp, message);
     };
-    const std::string mono = sensor_msgs::image_encodings::MONO8;
-    write("left/image_rect", imageMessage(header, frame.left, mono));
+    const auto writeImage = [&](const char* topic, const cv::Mat1b& image) {
+      write(topic, *cv_bridge::CvImage(header, "mono8", image).toImageMsg());
+    };
+    writeImage("left/image_rect", frame.left);
     write("left/camera_info", cameraInfo(header, rig, false));
-    write("right/image_rect", imageMessage(header, frame.right, mono));
+    writeImage("right/image_rect", frame.right);
     write("right/camera_info", cameraInfo(header, rig, true));
     write("truth/disparity", disparityMessage(header, rig, frame.disparity_px));
     write("truth/odometry", robot.odometry(header, i));

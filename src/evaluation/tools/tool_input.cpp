@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "evaluation/kitti_scene_2012.h"
-#include "evaluation/shifted_sequence.h"
+#include "evaluation/kitti_scenes.h"
+#include "evaluation/perturbation.h"
 #include "nodelets/nodelet_params.h"
 #include "params/yaml_params.h"
 #include "tools/output_file.h"
@@ -21,16 +21,6 @@ SequenceGroup groupOfOne(std::unique_ptr<Sequence> sequence) {
   group.name = sequence->name();
   group.sequences.push_back(std::move(sequence));
   return group;
-}
-
-AllNodeletParams readConfig(const CommandLine& command_line) {
-  AllNodeletParams params;
-  ParamTable table(params);
-  if (command_line.has("config")) setFromYamlFile(command_line.get("config"), table);
-  for (const std::string& assignment : command_line.all("set")) table.setAssignment(assignment);
-  if (command_line.has("scheme"))
-    table.setAssignment("moving_objects/scheme=" + command_line.get("scheme"));
-  return params;
 }
 
 }  // namespace
@@ -73,10 +63,8 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
   if (command_line.has("kitti2012")) {
     const std::string training_dir = command_line.get("kitti2012");
     SequenceGroup group;
-    for (const std::string& scene : KittiScene2012::list(training_dir))
+    for (const std::string& scene : listKittiScenes2012(training_dir))
       group.sequences.push_back(kittiScene2012Sequence(training_dir, scene));
-    if (group.sequences.empty())
-      throw std::runtime_error(training_dir + ": has no scenes; give the training folder");
     group.name = "KITTI 2012 (" + std::to_string(group.sequences.size()) + ")";
     groups.push_back(std::move(group));
   }
@@ -99,18 +87,16 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
 }
 
 PipelineParams readParams(const CommandLine& command_line) {
-  const AllNodeletParams params = readConfig(command_line);
+  AllNodeletParams params;
+  setFromOptions(command_line, params);
+  if (command_line.has("scheme"))
+    ParamTable(params).setAssignment("moving_objects/scheme=" + command_line.get("scheme"));
   PipelineParams pipeline;
   pipeline.max_gap = params.disparity.processor.max_gap;
   pipeline.ego_motion = params.ego_motion.processor.ego_motion;
   pipeline.disparity = params.disparity.processor.disparity;
   pipeline.detection = params.moving_objects.processor.detection;
   return pipeline;
-}
-
-std::string listParams(const CommandLine& command_line) {
-  AllNodeletParams params = readConfig(command_line);
-  return toYaml(ParamTable(params));
 }
 
 void useThreads(const CommandLine& command_line) {

@@ -42,8 +42,6 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
 /// The default parameters, changed by the options --config, --set and --scheme. Files and names are
 /// those of the nodelets (config/*.yaml), so robot, replay and evaluation can use the same file.
 PipelineParams readParams(const CommandLine& command_line);
-/// All parameters as yaml, with their limits.
-std::string listParams(const CommandLine& command_line);
 
 /// Applies the option --threads.
 void useThreads(const CommandLine& command_line);

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <rosbag/message_instance.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <boost/algorithm/string/join.hpp>
+#include <set>
+#include <string>
+
+#include "nodelets/disparity_views.h"
+#include "nodelets/moving_objects_views.h"
+#include "nodelets/pipeline_processor.h"
+#include "tools/bag_file.h"
+#include "tools/command_line.h"
+
+namespace predictive_stereo {
+
+/// What the outputs of a pair are made of.
+struct ReplayedFrame {
+  const PipelineProcessor::Output& out;
+  const StereoPair& pair;
+  const PointsParams& points;
+
+  sensor_msgs::PointCloud2Ptr cloud(MovingPoints which) const {
+    return pointCloud(*out.disparity.disparity, stereoRig(pair), *pair.left,
+                      out.moving_objects.mask.get(), points, which);
+  }
+  sensor_msgs::ImagePtr residual() const {
+    return residualImage(*out.disparity.measured_disparity, *out.disparity.measured_variance,
+                         *out.disparity.predicted_disparity, *out.disparity.predicted_variance);
+  }
+};
+
+/// Calls `visit(topic, make)` for each output; make(frame) is a pointer to its message.
+template <class Visit>
+void visitOutputs(const Visit& visit) {
+  using F = ReplayedFrame;
+  visit("odometry", [](const F& f) { return f.out.ego_motion.odometry; });
+  visit("odometry/pose", [](const F& f) { return f.out.ego_motion.pose; });
+  visit("odometry/row_alignment", [](const F& f) { return f.out.ego_motion.row_alignment; });
+  visit("disparity", [](const F& f) { return f.out.disparity.disparity; });
+  visit("disparity_variance", [](const F& f) { return f.out.disparity.disparity_variance; });
+  visit("measured_disparity", [](const F& f) { return f.out.disparity.measured_disparity; });
+  visit("measured_variance", [](const F& f) { return f.out.disparity.measured_variance; });
+  visit("predicted_disparity", [](const F& f) { return f.out.disparity.predicted_disparity; });
+  visit("predicted_variance", [](const F& f) { return f.out.disparity.predicted_variance; });
+  visit("row_alignment", [](const F& f) { return f.out.disparity.row_alignment; });
+  visit("search_range", [](const F& f) { return f.out.disparity.search_range; });
+  visit("disparity/image", [](const F& f) { return innerImage(f.out.disparity.disparity); });
+  visit("disparity/color", [](const F& f) { return colourImage(*f.out.disparity.disparity); });
+  visit("disparity/standard_deviation",
+        [](const F& f) { return standardDeviationImage(*f.out.disparity.disparity_variance); });
+  visit("depth/image_rect", [](const F& f) { return depthImage(*f.out.disparity.disparity); });
+  visit("depth/camera_info", [](const F& f) { return depthCameraInfo(f.pair); });
+  visit("points2", [](const F& f) { return f.cloud(MovingPoints::kTinted); });
+  visit("points2_static", [](const F& f) { return f.cloud(MovingPoints::kLeftOut); });
+  visit("moving_objects", [](const F& f) { return f.out.moving_objects.objects; });
+  visit("moving_objects/mask", [](const F& f) { return f.out.moving_objects.mask; });
+  visit("moving_objects/residual", [](const F& f) { return f.residual(); });
+  visit("moving_objects/markers",
+        [](const F& f) { return markers(*f.out.moving_objects.objects, f.out.pose); });
+  visit("moving_objects/image", [](const F& f) {
+    return overlay(*f.pair.left, *f.out.moving_objects.objects, *f.out.moving_objects.mask);
+  });
+}
+
+/// The output bag with the selected topics; see BagFile.
+class OutputBag {
+ public:
+  OutputBag(const std::string& path, const std::set<std::string>& wanted, const std::string& ns,
+            bool compress)
+      : wanted_(wanted), ns_(ns), file_(path) {
+    std::set<std::string> known;
+    visitOutputs([&](const char* topic, const auto&) { known.insert(topic); });
+    for (const std::string& topic : wanted_)
+      if (!known.count(topic))
+        throw UsageError("--topics: there is no output '" + topic + "'; choose from " +
+                         boost::algorithm::join(known, " "));
+    if (compress) file_.setCompression(rosbag::compression::LZ4);
+  }
+
+  void write(const ReplayedFrame& frame, ros::Time time) {
+    visitOutputs([&](const char* topic, const auto& make) {
+      if (wanted_.empty() || wanted_.count(topic))
+        file_.write(ns_ + "/" + topic, time, *make(frame));
+    });
+  }
+  // A message of the input bag, changed.
+  template <class Message>
+  void writeAs(const rosbag::MessageInstance& original, ros::Time time, const Message& message) {
+    file_.write(original.getTopic(), time, message, original.getConnectionHeader());
+  }
+  void writeTf(ros::Time time, const geometry_msgs::TransformStamped& transform) {
+    tf2_msgs::TFMessage message;
+    message.transforms.push_back(transform);
+    file_.write("/tf", time, message);
+  }
+
+  void finish() { file_.finish(); }
+
+ private:
+  std::set<std::string> wanted_;
+  std::string ns_;
+  BagFile file_;
+};
+
+}  // namespace predictive_stereo
