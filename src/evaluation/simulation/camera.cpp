@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evaluation/simulation/glossy.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo::simulation {
@@ -47,14 +48,19 @@ struct Shader {
     return lit;
   }
 
-  // Radiance of the hit of the ray through (x, y).
-  float operator()(const LitHit& hit, float x, float y) const {
+  // The shaded hit of a ray.
+  struct Shaded {
+    Vector3f point, normal, local_normal;  // point in local axes; the normal faces the viewer
+    float radiance = 0;                    // without mirrors
+  };
+  // @param origin  of the ray, in the primitive's axes. @param direction  in the world's.
+  // @param width_m  width of the pixel's footprint.
+  Shaded shade(const LitHit& hit, const Vector3f& origin, const Vector3f& direction,
+               float width_m) const {
     const Look& look = light.look;
-    const Vector3f direction = grid.directionOf(x, y);
-    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, light.sky_seed);
     const Primitive& p = grid.primitive(hit.primitive);
     const Vector3f local_direction = p.R_local_world * direction;
-    const Vector3f point = grid.originIn(hit.primitive) + hit.t * local_direction;
+    const Vector3f point = origin + hit.t * local_direction;
     Surface surface = surfaceAt(p, hit.part, point);
     if (surface.normal.dot(local_direction) > 0) surface.normal = -surface.normal;
     if (p.shape == Shape::kGround) {
@@ -62,23 +68,16 @@ struct Shader {
       surface.u_m = p.centre_m.x() + point.x();
       surface.v_m = p.centre_m.y() + point.y();
     }
-    const Footprint footprint = footprintOf(surface, local_direction, hit.t * grid.pixelPerM());
+    const Footprint footprint = footprintOf(surface, local_direction, width_m);
     const float albedo =
         std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
     const Vector3f normal = p.R_local_world.transpose() * surface.normal;
     float radiance = albedo * illuminationOf(hit, direction, normal);
     if (p.material == Material::kLamp) radiance += look.lamps;
-    const float mirror = look.reflections * mirrorOf(p, hit.part, point);
-    if (mirror > 0) {
-      const Vector3f view = direction.normalized();
-      const float cosine = std::min(1.0f, -normal.dot(view));
-      const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
-      radiance += fresnel * surroundings(view + 2 * cosine * normal, look, light.sky_seed);
-    }
-    return radiance;
+    return {point, normal, surface.normal, radiance};
   }
 
-  // @param normal  towards the camera.
+  // @param normal  towards the viewer.
   float illuminationOf(const LitHit& hit, const Vector3f& direction, const Vector3f& normal) const {
     const Look& look = light.look;
     float illumination = look.ambient * (0.75f + 0.25f * normal.z());
@@ -90,6 +89,87 @@ struct Shader {
     if (look.ceiling.pitch_m > 0)
       illumination += lampLight(look.ceiling, light.camera_m + hit.t * direction, normal);
     return illumination;
+  }
+
+  // Radiance from this direction (unit length) at a point (relative to the sunlight's centre).
+  // @param spread  growth of the pixel's footprint beyond `width_m`, per metre of distance.
+  float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
+                      int except) const {
+    LitHit hit;
+    static_cast<Hit&>(hit) = light.around->cast(point, direction, except);
+    if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
+    hit.sunny = light.look.sun > 0 && light.sunlight.reaches(point + (hit.t - 0.01f) * direction);
+    return shade(hit, light.around->inLocalAxes(hit.primitive, point), direction,
+                 width_m + spread * hit.t)
+        .radiance;
+  }
+
+  // Radiance of clear coat over paint, or of a pane: reflected and transmitted light.
+  float glossy(const LitHit& hit, const Shaded& shaded, float x, float y) const {
+    const Primitive& p = grid.primitive(hit.primitive);
+    const Vector3f direction = grid.directionOf(x, y), view = direction.normalized();
+    const Vector3f normal =
+        p.R_local_world.transpose() * normalOfPanel(p, shaded.local_normal, shaded.point);
+    const float cosine = std::clamp(-normal.dot(view), 0.0f, 1.0f);
+    const float width_m = hit.t * grid.pixelPerM();
+    const float mirror = fresnel(mirrorOf(p, hit.part, shaded.point), cosine);
+    const Vector3f reflected_ray = (view + 2 * cosine * normal).normalized();
+    const Vector3f point = light.offset_m + hit.t * direction;
+    // A convex mirror spreads the rays of a pixel.
+    const float spread =
+        grid.pixelPerM() + 2 * kPanelTurn * width_m / std::max(p.half_m.maxCoeff(), 0.1f);
+    const float reflected = light.look.reflections *
+                            lightArriving(point, reflected_ray, width_m, spread, hit.primitive);
+    if (isClear(p, hit.part, shaded.point)) {
+      constexpr float kTint = 0.8f;
+      return mirror * reflected + (1 - mirror) * kTint * behind(x, y, hit.primitive);
+    }
+    // Metal flakes below the coat reflect as well, in random directions.
+    const float metallic = p.albedo > 0.05f ? 0.5f * p.albedo + 0.05f : 0.0f;
+    float radiance = (1 - mirror) * shaded.radiance + (mirror + metallic) * reflected;
+    if (hit.sunny && light.look.reflections > 0)  // the sun itself
+      radiance += 4 * std::pow(std::max(0.0f, reflected_ray.dot(light.look.to_sun)), 600.0f);
+    return radiance;
+  }
+
+  float behind(float x, float y, int pane) const {
+    LitHit hit;
+    static_cast<Hit&>(hit) = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
+    const Vector3f direction = grid.directionOf(x, y);
+    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), light.look, light.sky_seed);
+    hit.sunny =
+        light.look.sun > 0 && light.sunlight.reaches(light.offset_m + (hit.t - 0.01f) * direction);
+    return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
+  }
+
+  bool isGlossy(const LitHit& hit) const {
+    const Material material = grid.primitive(hit.primitive).material;
+    return light.around && (material == Material::kGloss || material == Material::kGlossCabin);
+  }
+  // Edges behind a pane need antialiasing as well.
+  bool mayBePane(const LitHit& hit) const {
+    return light.around && !hit.sky() &&
+           grid.primitive(hit.primitive).material == Material::kGlossCabin;
+  }
+
+  float operator()(const LitHit& hit, float x, float y) const {
+    const Look& look = light.look;
+    const uint32_t seed = light.sky_seed;
+    const Vector3f direction = grid.directionOf(x, y);
+    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, seed);
+    const Primitive& p = grid.primitive(hit.primitive);
+    const Shaded shaded =
+        shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM());
+    if (isGlossy(hit)) return glossy(hit, shaded, x, y);
+    float radiance = shaded.radiance;
+    const float mirror = look.reflections * mirrorOf(p, hit.part, shaded.point);
+    if (mirror > 0) {
+      const Vector3f view = direction.normalized();
+      const float cosine = std::min(1.0f, -shaded.normal.dot(view));
+      const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
+      radiance += fresnel * surroundings(view + 2 * cosine * shaded.normal, look, seed);
+    }
+    return radiance;
   }
 };
 
@@ -149,7 +229,7 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < hits.size().width; ++x) {
         const float row = ideal_row(x, y);
-        if (!isEdge(hits, x, y)) {
+        if (!isEdge(hits, x, y) && !shade.mayBePane(hits.at(x, y))) {
           radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
           continue;
         }
@@ -161,7 +241,8 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
           met[i] = shade.cast(ray_x, ray_y);
           int j = 0;
           while (!sameSurface(met[j], met[i])) ++j;
-          radiance_of[i] = j < i ? radiance_of[j] : shade(met[i], ray_x, ray_y);
+          radiance_of[i] =
+              j < i && !shade.mayBePane(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
           sum += radiance_of[i];
         }
         radiance(y, x) = 0.25f * sum;

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "evaluation/simulation/ray_grid.h"
+#include "evaluation/simulation/ray_map.h"
 #include "evaluation/simulation/scene.h"
 #include "evaluation/simulation/sunlight.h"
 
@@ -20,6 +21,8 @@ struct Light {
   Eigen::Vector3f offset_m;  ///< of the camera from the sunlight's centre, world axes
   uint32_t sky_seed;
   Eigen::Vector3f camera_m = Eigen::Vector3f::Zero();  ///< in the world; for ceiling lamps
+  /// Surroundings that glossy paint reflects, with the sunlight's centre; nullptr: no glossy paint.
+  const RayMap* around = nullptr;
 };
 
 struct LitHit : Hit {

@@ -210,8 +210,10 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
     case Material::kBark:
       return p.albedo *
              (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));
+    case Material::kGloss:
     case Material::kPaint:
       return paintAlbedo(p, s, fp, contrast, seed);
+    case Material::kGlossCabin:
     case Material::kCabin:
       return cabinAlbedo(p, part, s, local, fp, contrast, seed);
     case Material::kRubber:
@@ -267,13 +269,22 @@ float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
   switch (materialOf(p, part)) {
     case Material::kGlass:
       return 0.35f;
+    case Material::kGloss:
     case Material::kPaint:
       return 0.12f;
     case Material::kCabin:
       return isWindow(p, part, local) ? 0.45f : 0.12f;
+    case Material::kGloss:
+      return 0.05f;  // clear coat
+    case Material::kGlossCabin:
+      return isWindow(p, part, local) ? 0.08f : 0.05f;  // two faces of a pane
     default:
       return 0;
   }
+}
+
+bool isClear(const Primitive& p, int part, const Vector3f& local) {
+  return p.material == Material::kGlossCabin && isWindow(p, part, local);
 }
 
 float surroundings(const Vector3f& direction, const Look& look, uint32_t seed) {

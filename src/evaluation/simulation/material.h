@@ -25,6 +25,7 @@ struct Look {
   float headlights = 0;      ///< light from the camera's own vehicle, below the horizon
   float lamps = 0;           ///< radiance of street lamps and headlights
   CeilingLamps ceiling;
+  bool glossy_cars = false;  ///< see glossy.h
 };
 
 /// Diffuse albedo of a surface, between about 0 and 1.
@@ -37,6 +38,9 @@ float mirrorOf(const Primitive& primitive, int part, const Eigen::Vector3f& loca
 /// Illumination of a surface at this point of the world by the ceiling lamps, without shadows.
 float lampLight(const CeilingLamps& lamps, const Eigen::Vector3f& point_m,
                 const Eigen::Vector3f& normal);
+
+/// Whether this is a transparent window.
+bool isClear(const Primitive& primitive, int part, const Eigen::Vector3f& local_m);
 
 /// Radiance that a mirror reflects from this direction (unit length, world): the sky and, below the
 /// horizon, a blurred street.

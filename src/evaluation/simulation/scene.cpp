@@ -206,6 +206,14 @@ void addConditions(SceneList& list) {
   Scene& misaligned = list.add("misaligned", "right camera up to 1.5 rows off, as KITTI's are");
   misaligned.sensor.row_offset_px = 1.5;
   setStopsAndTurns(misaligned.drive);
+  Scene& glossy =
+      list.add("glossy_cars",
+               "dark, glossy and metallic cars that reflect sky and street, clear windows");
+  glossy.look.glossy_cars = true;
+  glossy.traffic.companions = {{Kind::kCar, 8, 0, 2, 9}};
+  glossy.parked_cars = 0.9;
+  glossy.trees = 0.3;
+  glossy.drive.cruise_mps = 5;
   list.add("dropped", "every fifth frame is missing").sensor.drop_every = 5;
   list.add("duplicated", "every fifth frame repeats the previous one").sensor.duplicate_every = 5;
 }

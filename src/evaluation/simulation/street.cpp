@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "evaluation/simulation/camera.h"
+#include "evaluation/simulation/glossy.h"
 #include "evaluation/simulation/indoor.h"
 #include "evaluation/simulation/path.h"
 #include "evaluation/simulation/town.h"
@@ -142,6 +143,7 @@ struct Street::World {
     view.forward = T_world_cam.linear().col(2).head<2>().normalized();
     const double reach = std::max(rig.cx_left_px, rig.size.width - rig.cx_left_px) + 40;
     view.tan_half_angle = reach / rig.fx_px;
+    view.all_around = scene.look.glossy_cars;
     // Seen from above, the view of a pitched or rolled camera is wider, up to all directions.
     for (const double x : {0, rig.size.width})
       for (const double y : {0, rig.size.height}) {
@@ -172,6 +174,7 @@ struct Street::World {
       if (scene.site == Site::kTown && (view.distance(at) > 200 || !view.reaches(at, 8))) continue;
       addThing(mover.kind, mover.seed, place, mover.strideAt(time_s), mover.id, primitives);
     }
+    if (scene.look.glossy_cars) makeGlossy(primitives);
     return primitives;
   }
 
@@ -287,11 +290,17 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
     const RayGrid left(primitives, pose, rig, rig.cx_left_px);
     const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
     const Sunlight sunlight(primitives, scene.look.to_sun, pose.translation());
+    std::unique_ptr<const RayMap> around;
+    if (scene.look.glossy_cars)
+      around = std::make_unique<const RayMap>(primitives, pose.translation());
     const uint32_t sky = hashOf(seed(), 5);
     const auto lightOf = [&](const Isometry3d& T_world_cam) {
-      return Light{scene.look, sunlight,
-                   (T_world_cam.translation() - pose.translation()).cast<float>(), sky,
-                   T_world_cam.translation().cast<float>()};
+      return Light{scene.look,
+                   sunlight,
+                   (T_world_cam.translation() - pose.translation()).cast<float>(),
+                   sky,
+                   T_world_cam.translation().cast<float>(),
+                   around.get()};
     };
     const Light left_light = lightOf(pose), right_light = lightOf(rightPose(pose));
     const HitImage left_hits(left, left_light, rig.size, same_row);

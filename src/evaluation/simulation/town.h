@@ -24,6 +24,7 @@ struct View {
   Eigen::Vector3d position_m;
   Eigen::Vector2d forward;  ///< unit length
   double tan_half_angle;
+  bool all_around = false;  ///< includes the world behind the camera, which mirrors show
 
   bool reaches(const Eigen::Vector2d& centre_m, double radius_m) const;
   double distance(const Eigen::Vector2d& centre_m) const {
