@@ -6,7 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <stdexcept>
 
-#include "nodelets/compressed_image.h"
+#include "nodelets/image_messages.h"
 
 namespace predictive_stereo {
 namespace {
