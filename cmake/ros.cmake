@@ -2,12 +2,10 @@
 
 # Message processing without nodes, used by the nodelets and by replay.
 predictive_stereo_library(predictive_stereo_ros FILES
-  src/nodelets/compressed_image.cpp
   src/nodelets/disparity_processor.cpp
   src/nodelets/disparity_views.cpp
   src/nodelets/ego_motion_processor.cpp
   src/nodelets/image_messages.cpp
-  src/nodelets/imu_rotation.cpp
   src/nodelets/message_checks.cpp
   src/nodelets/motion_source.cpp
   src/nodelets/moving_objects_processor.cpp
@@ -16,8 +14,6 @@ predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/rectifier.cpp
   src/nodelets/stamp_matcher.cpp
   src/nodelets/stereo_messages.cpp
-  src/nodelets/tf_history.cpp
-  src/nodelets/tf_rivals.cpp
   src/nodelets/transforms.cpp
 )
 add_dependencies(predictive_stereo_ros ${PROJECT_NAME}_generate_messages_cpp)
@@ -28,24 +24,16 @@ target_link_libraries(predictive_stereo_ros
 
 # The nodelets, and each of them as a separate node.
 predictive_stereo_library(predictive_stereo_nodelets FILES
-  src/nodelets/disparity_input.cpp
   src/nodelets/disparity_nodelet.cpp
   src/nodelets/ego_motion_nodelet.cpp
   src/nodelets/health.cpp
-  src/nodelets/image_subscriber.cpp
   src/nodelets/live_params.cpp
-  src/nodelets/mask_input.cpp
   src/nodelets/moving_objects_nodelet.cpp
-  src/nodelets/odometry_input.cpp
   src/nodelets/rectify_nodelet.cpp
-  src/nodelets/ros_params.cpp
   src/nodelets/rotation_prior.cpp
-  src/nodelets/stereo_input.cpp
+  src/nodelets/synced_topics.cpp
   src/nodelets/tf_input.cpp
   src/nodelets/tf_output.cpp
-  src/nodelets/thread_limit.cpp
-  src/nodelets/topic_state.cpp
-  src/nodelets/view_output.cpp
 )
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)

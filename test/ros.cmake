@@ -14,11 +14,13 @@ foreach(name check_bag kitti_bag)
 endforeach()
 
 # Message processing, and parts of the nodelets.
-foreach(name arrivals disparity_views imu_rotation message_checks message_pool motion_source
-    moving_objects_views stamp_matcher stereo_messages tf_history tf_rivals transforms)
+foreach(name arrivals disparity_views message_checks message_pool motion_source moving_objects_views
+    stamp_matcher stereo_messages transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()
-predictive_stereo_unit_test(nodelets thread_limit_test predictive_stereo_nodelets)
+foreach(name imu_rotation tf_history tf_rivals thread_limit)
+  predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_nodelets predictive_stereo_ros)
+endforeach()
 
 # Scripts that are tests; only ctest runs them.
 add_test(NAME launch_files

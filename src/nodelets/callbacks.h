@@ -14,6 +14,10 @@
 
 namespace predictive_stereo {
 
+/// Length of roscpp's queue per topic. It drops messages silently, so it is longer than a nodelet
+/// needs: StampMatcher and LatestWorker drop messages as well, but count them.
+constexpr uint32_t kRoscppQueue = 64;
+
 /// May throw: see Health::guard.
 template <class Message>
 using Receiver = std::function<void(const boost::shared_ptr<const Message>&)>;
@@ -36,11 +40,10 @@ boost::function<void(const boost::shared_ptr<const Message>&)> guarded(
 template <class Message>
 ros::Subscriber subscribe(ros::NodeHandle& node, Health& health, const std::string& topic,
                           uint32_t queue, Receiver<Message> use,
-                          ZeroStamp zero = ZeroStamp::kRefused,
-                          const ros::TransportHints& hints = ros::TransportHints()) {
+                          ZeroStamp zero = ZeroStamp::kRefused) {
   return node.subscribe<Message>(
       topic, queue, guarded<Message>(health, node.resolveName(topic), std::move(use), zero),
-      ros::VoidConstPtr(), hints);
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
 }
 
 /// @param serve  returns whether the service has done what was asked; may throw.

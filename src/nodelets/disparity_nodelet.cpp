@@ -3,7 +3,6 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 
-#include "nodelets/columns_input.h"
 #include "nodelets/disparity_processor.h"
 #include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
@@ -38,9 +37,9 @@ class DisparityNodelet
  private:
   void connect(ros::NodeHandle& node) override {
     reportSimdTarget();
-    odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
-                                                params_.transform_timeout);
-    columns_ = std::make_unique<ColumnsInput>(node, *health_, "odometry/row_alignment");
+    odometry_ =
+        std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
+                                        params_.transform_timeout, "odometry/row_alignment");
     views_ = std::make_unique<ViewOutput>(node, outputs_, *health_, params_.points);
     masks_ = std::make_unique<MaskInput>(
         node, *health_, arrivals_,
@@ -52,19 +51,14 @@ class DisparityNodelet
   void subscribeInputs() override {
     views_->forget();
     odometry_->start();
-    columns_->start(5);
   }
 
   void unsubscribeInputs() override {
     if (masks_) masks_->stop();
-    if (columns_) columns_->stop();
     if (odometry_) odometry_->stop();
   }
 
-  void goBackTo(ros::Time stamp) override {
-    odometry_->goBackTo(stamp);
-    columns_->goBackTo(stamp);
-  }
+  void goBackTo(ros::Time stamp) override { odometry_->goBackTo(stamp); }
 
   // If the inputs of MovingObjects are the only outputs with subscribers, this nodelet must not
   // keep MovingObjects awake: so it uses the passive topic.
@@ -113,7 +107,7 @@ class DisparityNodelet
       return masks_->usable(mask, *job.frame.left);
     };
     sources.measured = [&](const DisparityMessages& messages) { publishForDetection(messages); };
-    if (const RowAlignmentConstPtr told = columns_->history().before(job.frame.left->header.stamp))
+    if (const RowAlignmentConstPtr told = odometry_->columns().before(job.frame.left->header.stamp))
       sources.column_offset = columnOffset(*told);
     const DisparityMessages messages = processor_->process(sources);
     StageTimes times = processor_->times();
@@ -168,7 +162,6 @@ class DisparityNodelet
   ros::Publisher disparity_, measured_disparity_, predicted_disparity_, disparity_variance_,
       measured_variance_, predicted_variance_, row_alignment_, search_range_;
   std::unique_ptr<OdometryInput> odometry_;
-  std::unique_ptr<ColumnsInput> columns_;
   std::unique_ptr<ViewOutput> views_;
   std::unique_ptr<MaskInput> masks_;
 };

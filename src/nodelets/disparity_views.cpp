@@ -1,10 +1,12 @@
 #include "nodelets/disparity_views.h"
 
+#include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/image_encodings.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -17,28 +19,10 @@ namespace {
 
 namespace encodings = sensor_msgs::image_encodings;
 
-sensor_msgs::PointField field(const char* name, uint32_t offset) {
-  sensor_msgs::PointField result;
-  result.name = name;
-  result.offset = offset;
-  result.datatype = sensor_msgs::PointField::FLOAT32;
-  result.count = 1;
-  return result;
-}
-
 // Half the pixel's own colour, half red.
 cv::Vec3b tinted(const cv::Vec3b& bgr) {
   return {static_cast<uint8_t>(bgr[0] / 2), static_cast<uint8_t>(bgr[1] / 2),
           static_cast<uint8_t>(128 + bgr[2] / 2)};
-}
-
-void requireSize(const char* name, cv::Size size, cv::Size expected) {
-  if (size == expected) return;
-  const auto text = [](cv::Size s) {
-    return std::to_string(s.width) + "x" + std::to_string(s.height);
-  };
-  throw std::invalid_argument(std::string(name) + " is " + text(size) + " but disparity is " +
-                              text(expected) + "; do the topics belong to one camera?");
 }
 
 }  // namespace
@@ -49,31 +33,24 @@ sensor_msgs::ImageConstPtr innerImage(const stereo_msgs::DisparityImageConstPtr&
 
 sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity) {
   const cv::Mat1f map = floatView(disparity.image, "disparity");
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  allocateImage(disparity.header, map.size(), encodings::BGR8, *message);
-  cv::Mat3b colour = writableView<cv::Vec3b>(*message);
   const double scale = 255.0 / (disparity.max_disparity - disparity.min_disparity);
   cv::Mat1b level;
   map.convertTo(level, CV_8U, scale, -disparity.min_disparity * scale);
+  cv::Mat3b colour;
   cv::applyColorMap(level, colour, cv::COLORMAP_TURBO);
   colour.setTo(cv::Scalar::all(0), map < disparity.min_disparity);
-  return message;
+  return cv_bridge::CvImage(disparity.header, encodings::BGR8, colour).toImageMsg();
 }
 
 sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance) {
-  const cv::Mat1f variance_px2 = floatView(variance, "disparity_variance");
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  allocateImage(variance.header, variance_px2.size(), encodings::TYPE_32FC1, *message);
-  cv::Mat1f deviation_px = writableView<float>(*message);
-  cv::sqrt(variance_px2, deviation_px);
-  return message;
+  cv::Mat1f deviation_px;
+  cv::sqrt(floatView(variance, "disparity_variance"), deviation_px);
+  return cv_bridge::CvImage(variance.header, encodings::TYPE_32FC1, deviation_px).toImageMsg();
 }
 
 sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity) {
   const cv::Mat1f map = floatView(disparity.image, "disparity");
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  allocateImage(disparity.header, map.size(), encodings::TYPE_32FC1, *message);
-  cv::Mat1f depth_m = writableView<float>(*message);
+  cv::Mat1f depth_m(map.size());
   const float disparity_times_depth = disparity.f * disparity.T;
   for (int y = 0; y < map.rows; ++y)
     for (int x = 0; x < map.cols; ++x) {
@@ -83,7 +60,7 @@ sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity) {
       else
         depth_m(y, x) = d > 0 ? disparity_times_depth / d : std::numeric_limits<float>::infinity();
     }
-  return message;
+  return cv_bridge::CvImage(disparity.header, encodings::TYPE_32FC1, depth_m).toImageMsg();
 }
 
 sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair) {
@@ -101,21 +78,19 @@ sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& dispar
   cv::Mat1b unused;
   const cv::Mat1b mask =
       moving_mask ? greyImage(*moving_mask, "moving_objects/mask", unused) : cv::Mat1b();
-  requireSize("left image", bgr.size(), map.size());
-  if (!mask.empty()) requireSize("moving_objects/mask", mask.size(), map.size());
+  requireOneCamera("left image", bgr.size(), "disparity", map.size());
+  if (!mask.empty()) requireOneCamera("moving_objects/mask", mask.size(), "disparity", map.size());
 
-  constexpr uint32_t kPointBytes = 16;
   const int stride = params.stride;
   auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
   cloud->header = disparity.header;
   cloud->width = static_cast<uint32_t>((map.cols + stride - 1) / stride);
   cloud->height = static_cast<uint32_t>((map.rows + stride - 1) / stride);
-  cloud->fields = {field("x", 0), field("y", 4), field("z", 8), field("rgb", 12)};
-  cloud->is_bigendian = false;
   cloud->is_dense = false;
-  cloud->point_step = kPointBytes;
-  cloud->row_step = kPointBytes * cloud->width;
-  cloud->data.resize(static_cast<size_t>(cloud->row_step) * cloud->height);
+  using sensor_msgs::PointField;
+  sensor_msgs::PointCloud2Modifier(*cloud).setPointCloud2Fields(
+      4, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1, PointField::FLOAT32,
+      "rgb", 1, PointField::FLOAT32);
 
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const auto fB = static_cast<float>(rig.disparityTimesDepth());
@@ -124,9 +99,10 @@ sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& dispar
   const double max_range_m =
       params.max_range_m > 0 ? params.max_range_m : std::numeric_limits<double>::infinity();
   const auto max_range2 = static_cast<float>(max_range_m * max_range_m);
-  uint8_t* out = cloud->data.data();
+  sensor_msgs::PointCloud2Iterator<float> xyz(*cloud, "x");
+  sensor_msgs::PointCloud2Iterator<uint8_t> rgb(*cloud, "rgb");
   for (int y = 0; y < map.rows; y += stride)
-    for (int x = 0; x < map.cols; x += stride, out += kPointBytes) {
+    for (int x = 0; x < map.cols; x += stride, ++xyz, ++rgb) {
       const bool moves = !mask.empty() && mask(y, x);
       const float d = map(y, x);
       cv::Vec3f point(nan, nan, nan);
@@ -138,9 +114,8 @@ sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& dispar
       }
       const cv::Vec3b colour =
           moves && moving == MovingPoints::kTinted ? tinted(bgr(y, x)) : bgr(y, x);
-      const uint8_t rgb[4] = {colour[0], colour[1], colour[2], 0};
-      std::memcpy(out, point.val, sizeof(point.val));
-      std::memcpy(out + 12, rgb, sizeof(rgb));
+      std::copy_n(point.val, 3, &xyz[0]);
+      std::copy_n(colour.val, 3, &rgb[0]);
     }
   return cloud;
 }

@@ -70,7 +70,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
 
   void process(const Job& job) override {
     const std_msgs::Header& header = job.frame.left->header;
-    requireFrame(*job.frame.left);
+    if (header.frame_id.empty()) throw std::invalid_argument(kNoFrame);
     const std::optional<Eigen::Isometry3d> T_base_cam = extrinsic(job.frame);
     if (!T_base_cam) return;
 
@@ -139,8 +139,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
       return text.str();
     }
     if (output.estimate.swapped)
-      return "the left image shows what the right camera sees. Are the topics of left and "
-             "right "
+      return "the left image shows what the right camera sees. Are the topics of left and right "
              "swapped? (The pose goes on with the last velocity.)";
     const bool goes_on = output.sequence.verdict == SequenceGuard::Verdict::kContinues;
     if (goes_on && output.pose_state != PoseState::kKnown)

@@ -1,5 +1,7 @@
 #include "nodelets/ego_motion_processor.h"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <boost/make_shared.hpp>
 
 #include "nodelets/transforms.h"
@@ -78,15 +80,10 @@ EgoMotionMessages EgoMotionProcessor::messages(const StereoPair& pair) const {
   result.odometry = boost::make_shared<nav_msgs::Odometry>();
   result.odometry->header = header;
   result.odometry->child_frame_id = baseFrame(pair);
-  result.odometry->pose.pose = poseMsg(pose.T_odom_body);
+  result.odometry->pose.pose = tf2::toMsg(pose.T_odom_body);
   result.odometry->pose.covariance =
       covarianceMsg(frozen_ ? kUnknown : Matrix6d(R * pose.covariance * R.transpose()));
-  result.odometry->twist.twist.linear.x = twist.twist(0);
-  result.odometry->twist.twist.linear.y = twist.twist(1);
-  result.odometry->twist.twist.linear.z = twist.twist(2);
-  result.odometry->twist.twist.angular.x = twist.twist(3);
-  result.odometry->twist.twist.angular.y = twist.twist(4);
-  result.odometry->twist.twist.angular.z = twist.twist(5);
+  result.odometry->twist.twist = tf2::toMsg(twist.twist);
   result.odometry->twist.covariance = covarianceMsg(twist.covariance);
 
   result.pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();

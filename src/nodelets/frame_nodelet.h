@@ -1,19 +1,25 @@
 #pragma once
 
 #include <nodelet/nodelet.h>
+#include <std_srvs/Empty.h>
 
-#include <functional>
+#include <atomic>
+#include <chrono>
 #include <memory>
+#include <mutex>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodelets/arrivals.h"
-#include "nodelets/frame_loop.h"
+#include "nodelets/callbacks.h"
 #include "nodelets/health.h"
+#include "nodelets/latest_worker.h"
+#include "nodelets/live_params.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/outputs.h"
-#include "nodelets/ros_params.h"
+#include "nodelets/synced_topics.h"
 #include "nodelets/tf_input.h"
 #include "nodelets/thread_limit.h"
 #include "predictive_stereo/sequence_guard.h"
@@ -21,19 +27,24 @@
 namespace predictive_stereo {
 
 /// The skeleton of a nodelet that processes frames: parameters, health, demand, the input of the
-/// frames, the loop in a thread of its own. A nodelet says its topics, and what happens to a frame.
-/// Its destructor calls shutDown() first.
+/// frames, a thread that always processes the newest one. A nodelet says its topics, and what
+/// happens to a frame. Its destructor calls shutDown() first.
 ///
-/// Awake, it receives its inputs; asleep, because nobody wants its outputs, only tf.
-/// @tparam Input  of the frames: StereoInput or DisparityInput.
+/// Changed parameters and ~reset take effect between two frames. Awake, it receives its inputs;
+/// asleep, because nobody wants its outputs, only tf; when it wakes up, the processor has been
+/// reset.
+/// @tparam Input  the topics of a frame, as StereoInput.
+/// @tparam Processor  has setParams(Live) and reset().
 /// @tparam Core  of the processor: refuses Live parameters that exclude each other.
 template <class Params, class Input, class Processor, class Core, class Live>
 class FrameNodelet : public nodelet::Nodelet {
  protected:
   using Frame = typename Input::Frame;
-  using Loop = FrameLoop<Frame, Processor, Live>;
-  using Job = typename Loop::Job;
   using ProcessorParams = decltype(Params::processor);
+  struct Job {
+    Frame frame;
+    std::chrono::steady_clock::time_point arrival = std::chrono::steady_clock::now();
+  };
 
   /// @param title  in the diagnostics. @param section  of config/predictive_stereo.yaml.
   /// @param live  the parameters that can change at run time. @param fixed  prefixes of those that
@@ -54,28 +65,26 @@ class FrameNodelet : public nodelet::Nodelet {
   virtual void goBackTo(ros::Time) {}
   /// Called whenever demand may have changed.
   virtual void followDemand() {}
-  /// Called in the loop's thread; may throw.
+  /// Called in the thread of the frames, within Health::guard.
   virtual void process(const Job& job) = 0;
   virtual TfInput::Listener tfListener() { return {}; }
 
-  /// @param params  see the constructor of Input.
-  template <class InputParams>
-  void makeInput(ros::NodeHandle& node, const InputParams& params) {
-    input_ = std::make_unique<Input>(
-        node, *health_, params, [this](const Frame& frame) { loop_->push(frame); },
-        [this](ros::Time stamp) {
-          tf_->goBackTo(stamp);
-          goBackTo(stamp);
-        });
+  void makeInput(ros::NodeHandle& node, const SyncParams& params) {
+    input_ = std::make_unique<SyncedTopics>(
+        node, *health_, params, Input::topics(), Input::cures(),
+        [this](const SyncedTopics::Set& set) { receive(Input::frame(set)); });
   }
 
   /// After this has returned, nothing calls the nodelet.
   void shutDown() {
     arrivals_.stop();
     if (health_) health_->stop();
-    demand_.stop();
-    sleep();
-    if (loop_) loop_->stop();
+    {
+      const std::lock_guard<std::mutex> lock(demand_mutex_);
+      follows_demand_ = false;
+    }
+    if (health_) sleep();
+    worker_.stop();
     tf_.reset();
   }
 
@@ -90,12 +99,25 @@ class FrameNodelet : public nodelet::Nodelet {
   /// @param frames, images  what is dropped, and what finds no partner.
   void finish(const Job& job, const StageTimes& times, const std::string& frames,
               const std::string& images) {
-    health_->figure("dropped " + frames, static_cast<double>(loop_->dropped()), "%.0f");
+    health_->figure("dropped " + frames, static_cast<double>(worker_.dropped()), "%.0f");
     health_->figure("unmatched " + images, static_cast<double>(input_->unmatched()), "%.0f");
-    health_->frame(job.frame.left->header.stamp, job.ageMs(), times);
+    const std::chrono::duration<double, std::milli> age =
+        std::chrono::steady_clock::now() - job.arrival;
+    health_->frame(job.frame.left->header.stamp, age.count(), times);
   }
 
-  void updateDemand() { demand_.update(); }
+  /// Wakes the nodelet or puts it to sleep, if the demand for its outputs has changed.
+  void updateDemand() {
+    const std::lock_guard<std::mutex> lock(demand_mutex_);
+    if (!follows_demand_) return;
+    const auto follow = [this] {
+      const bool wanted = this->wanted();
+      if (!wanted && awake_) sleep();
+      if (wanted && (!awake_ || wake_failed_)) wake();
+      followDemand();
+    };
+    health_->guard("subscriptions", follow, Health::Severity::kBroken);
+  }
 
   Params params_;
   std::unique_ptr<Health> health_;
@@ -103,7 +125,6 @@ class FrameNodelet : public nodelet::Nodelet {
   std::unique_ptr<Processor> processor_;
   std::unique_ptr<TfInput> tf_;
   Outputs outputs_{[this] { updateDemand(); }};
-  std::unique_ptr<Loop> loop_;
 
  private:
   void onInit() override {
@@ -117,41 +138,79 @@ class FrameNodelet : public nodelet::Nodelet {
 
   void start() {
     ros::NodeHandle &node = getNodeHandle(), &private_node = getPrivateNodeHandle();
-    ParamTable table(params_, rosParamPrefix(private_node));
+    ParamTable table(params_, private_node.getNamespace() + "/");
     for (const std::string& warning : setFromRosParams(private_node, table))
       health_->event(warning);
     limitThreads(params_.threads);
     processor_ = std::make_unique<Processor>(params_.processor);
     tf_ = std::make_unique<TfInput>(node, *health_, arrivals_, tfListener());
-    loop_ = std::make_unique<Loop>(
-        private_node, *health_, *processor_, params_.processor.*live_,
-        typename Loop::Hooks{[this](const Job& job) { process(job); },
-                             [](const Live& params) { Core{params}; }, section_, fixed_});
+    health_->setAsleep(true);
+    live_params_ = std::make_unique<LiveParams<Live>>(
+        private_node, *health_, params_.processor.*live_, section_,
+        [](const Live& params) { Core{params}; }, fixed_);
+    reset_service_ = advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
+        private_node, *health_, "reset", [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
+          reset_requested_ = true;
+          return true;
+        });
     connect(node);
-    demand_.start();
+    {
+      const std::lock_guard<std::mutex> lock(demand_mutex_);
+      follows_demand_ = true;
+    }
+    updateDemand();
   }
 
   void wake() {
-    loop_->setAwake(true);
+    wake_failed_ = true;  // if something throws: the next update tries again
+    awake_ = true;
+    health_->setAsleep(false);
     subscribeInputs();
     input_->start();
+    wake_failed_ = false;
   }
 
   void sleep() {
     if (input_) input_->stop();
     unsubscribeInputs();
-    if (loop_) loop_->setAwake(false);
+    forget_ = true;
+    awake_ = false;
+    health_->setAsleep(true);
   }
 
-  std::unique_ptr<Input> input_;
+  void receive(Frame frame) {
+    const ros::Time stamp = frame.left->header.stamp;
+    if (stamp < last_received_) {
+      tf_->goBackTo(stamp);
+      goBackTo(stamp);
+    }
+    last_received_ = stamp;
+    worker_.push({std::move(frame)});
+  }
+
+  void processNewest(const Job& job) {
+    if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
+    const bool reset = reset_requested_.exchange(false);
+    // The state from before a sleep is too old to be useful.
+    if (forget_.exchange(false) || reset) processor_->reset();
+    if (reset) health_->event("reset: the next frame is the first");
+    if (awake_) process(job);
+  }
+
   const std::string title_, section_;
   Live ProcessorParams::*const live_;
   const std::vector<std::string> fixed_;
-  Demand demand_{{[this] { return wanted(); }, [this] { wake(); }, [this] { sleep(); },
-                  [this] { followDemand(); },
-                  [this](const std::function<void()>& work) {
-                    health_->guard("subscriptions", work, Health::Severity::kBroken);
-                  }}};
+  std::unique_ptr<SyncedTopics> input_;
+  ros::Time last_received_;
+  std::atomic<bool> reset_requested_{false}, forget_{false}, awake_{false};
+  std::unique_ptr<LiveParams<Live>> live_params_;
+  ros::ServiceServer reset_service_;
+  std::mutex demand_mutex_;
+  bool follows_demand_ = false, wake_failed_ = false;
+  LatestWorker<Job> worker_{[this](const Job& job) {
+    health_->guard(
+        "input", [&] { processNewest(job); }, Health::Severity::kBroken);
+  }};  // last: uses the members above
 };
 
 }  // namespace predictive_stereo

@@ -15,18 +15,11 @@ namespace predictive_stereo {
 namespace {
 
 constexpr auto kRateWindow = std::chrono::seconds(5);
-constexpr auto kSilence =
-    std::chrono::seconds(3);                      // time without output after which it is reported
-constexpr auto kShown = std::chrono::seconds(3);  // a problem that ended at once
+constexpr auto kSilence = std::chrono::seconds(3);  // without output, until it is reported
+constexpr auto kShown = std::chrono::seconds(3);    // a problem that ended at once
 
 // Causes of problems that do not come from frames: they last while a nodelet is asleep.
 const std::set<std::string> kLasting = {"parameters", "subscriptions", "tf"};
-
-std::string formatted(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
-}
 
 std::string withoutNumbers(std::string text) {
   const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
@@ -120,12 +113,7 @@ void Health::frame(ros::Time stamp, double latency_ms, const StageTimes& times) 
   last_stamp_ = stamp;
   ++frames_;
   latency_ms_.add(latency_ms);
-  for (const StageTime& time : times) {
-    auto stage = std::find_if(stages_.begin(), stages_.end(),
-                              [&](const auto& known) { return known.first == time.name; });
-    if (stage == stages_.end()) stage = stages_.insert(stages_.end(), {time.name, Mean()});
-    stage->second.add(time.ms);
-  }
+  for (const StageTime& time : times) stages_ms_[time.name].add(time.ms);
   if (!silence_text_.empty()) {
     silence_text_.clear();
     ROS_INFO_STREAM(name_ << ": output is published again");
@@ -133,17 +121,14 @@ void Health::frame(ros::Time stamp, double latency_ms, const StageTimes& times) 
 }
 
 void Health::figure(const std::string& name, double value, const char* format) {
-  figure(name, formatted(format, value));
+  char text[64];
+  std::snprintf(text, sizeof(text), format, value);
+  figure(name, std::string(text));
 }
 
 void Health::figure(const std::string& name, const std::string& value) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (auto& known : figures_)
-    if (known.first == name) {
-      known.second = value;
-      return;
-    }
-  figures_.emplace_back(name, value);
+  figures_[name] = value;
 }
 
 void Health::setAsleep(bool asleep) {
@@ -189,10 +174,10 @@ void Health::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
     status.summary(DiagnosticStatus::OK, "asleep: nobody subscribes to the outputs");
   else
     status.summaryf(DiagnosticStatus::OK, "%.1f Hz", rate_hz);
-  for (const auto& problem : problems_)
-    status.mergeSummary(problem.second.severity == Severity::kBroken ? DiagnosticStatus::ERROR
-                                                                     : DiagnosticStatus::WARN,
-                        problem.second.text);
+  for (const auto& [cause, problem] : problems_)
+    status.mergeSummary(
+        problem.severity == Severity::kBroken ? DiagnosticStatus::ERROR : DiagnosticStatus::WARN,
+        problem.text);
   if (!silence_text_.empty())
     status.mergeSummary(DiagnosticStatus::ERROR, "no output: " + silence_text_);
 
@@ -200,10 +185,9 @@ void Health::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   status.add("frames", frames_);
   status.addf("stamp gap [s]", "%.4f", stamp_gap_s_);
   status.addf("latency [ms]", "%.1f", latency_ms_.value());
-  for (const auto& stage : stages_)
-    status.addf(stage.first + " [ms]", "%.2f", stage.second.value());
-  for (const auto& figure : figures_) status.add(figure.first, figure.second);
-  for (const auto& source : refused_) status.add("refused: " + source.first, source.second);
+  for (const auto& [stage, ms] : stages_ms_) status.addf(stage + " [ms]", "%.2f", ms.value());
+  for (const auto& [name, value] : figures_) status.add(name, value);
+  for (const auto& [source, count] : refused_) status.add("refused: " + source, count);
 }
 
 }  // namespace predictive_stereo

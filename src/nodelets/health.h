@@ -11,7 +11,6 @@
 #include <map>
 #include <mutex>
 #include <string>
-#include <vector>
 
 #include "predictive_stereo/stage_times.h"
 
@@ -117,8 +116,8 @@ class Health {
   ros::Time last_stamp_;
   double stamp_gap_s_ = 0;
   Mean latency_ms_;
-  std::vector<std::pair<std::string, Mean>> stages_;
-  std::vector<std::pair<std::string, std::string>> figures_;
+  std::map<std::string, Mean> stages_ms_;
+  std::map<std::string, std::string> figures_;
 
   diagnostic_updater::Updater updater_;
   ros::WallTimer timer_;  // last: uses the members above

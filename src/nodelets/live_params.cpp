@@ -1,7 +1,10 @@
 #include "nodelets/live_params.h"
 
+#include <dynamic_reconfigure/config_tools.h>
 #include <ros/console.h>
+#include <xmlrpcpp/XmlRpcValue.h>
 
+#include <algorithm>
 #include <exception>
 #include <map>
 
@@ -12,88 +15,39 @@ namespace {
 
 using dynamic_reconfigure::Config;
 using dynamic_reconfigure::ConfigDescription;
+using dynamic_reconfigure::ConfigTools;
+using dynamic_reconfigure::Group;
 using Entry = ParamTable::Entry;
 using Type = ParamTable::Type;
 
-const char* typeName(Type type) {
-  switch (type) {
-    case Type::kInt:
-      return "int";
-    case Type::kDouble:
-      return "double";
-    case Type::kBool:
-      return "bool";
-    case Type::kChoice:
-    case Type::kText:
-      break;
-  }
-  return "str";
-}
+const std::map<Type, const char*> kTypeNames = {{Type::kInt, "int"},
+                                                {Type::kDouble, "double"},
+                                                {Type::kBool, "bool"},
+                                                {Type::kChoice, "str"},
+                                                {Type::kText, "str"}};
 
 template <class Value>
-Value parsed(const std::string& name, const std::string& text) {
+void append(const Entry& entry, const std::string& text, Config& config) {
   Value value{};
-  parseParam(name, text, value);
-  return value;
-}
-
-template <class Parameter, class Value>
-void append(std::vector<Parameter>& list, const std::string& name, const Value& value) {
-  list.emplace_back();
-  list.back().name = name;
-  list.back().value = value;
+  parseParam(entry.name, text, value);
+  ConfigTools::appendParameter(config, entry.name, value);
 }
 
 void append(const Entry& entry, const std::string& text, Config& config) {
   switch (entry.type) {
     case Type::kInt:
-      return append(config.ints, entry.name, parsed<int>(entry.name, text));
+      return append<int>(entry, text, config);
     case Type::kDouble:
-      return append(config.doubles, entry.name, parsed<double>(entry.name, text));
+      return append<double>(entry, text, config);
     case Type::kBool:
-      return append(config.bools, entry.name, parsed<bool>(entry.name, text));
+      return append<bool>(entry, text, config);
     case Type::kChoice:
     case Type::kText:
-      return append(config.strs, entry.name, text);
+      return ConfigTools::appendParameter(config, entry.name, text);
   }
 }
 
-/// One group per nested struct. Group 0 contains all of them.
-class Groups {
- public:
-  Groups() { add("", "Default", 0); }
-
-  /// Group of a parameter: that of "a/b" for "a/b/name".
-  dynamic_reconfigure::Group& of(const std::string& name) {
-    return groups_[static_cast<size_t>(find(name))];
-  }
-  const std::vector<dynamic_reconfigure::Group>& all() const { return groups_; }
-
- private:
-  int find(const std::string& name) {
-    const size_t slash = name.rfind('/');
-    if (slash == std::string::npos) return 0;
-    const std::string path = name.substr(0, slash);
-    const auto known = ids_.find(path);
-    if (known != ids_.end()) return known->second;
-    const int parent = find(path);
-    return add(path, path.substr(path.rfind('/') + 1), parent);
-  }
-
-  int add(const std::string& path, const std::string& title, int parent) {
-    dynamic_reconfigure::Group group;
-    group.name = title;
-    group.parent = parent;
-    group.id = static_cast<int>(groups_.size());
-    groups_.push_back(group);
-    return ids_[path] = group.id;
-  }
-
-  std::vector<dynamic_reconfigure::Group> groups_;
-  std::map<std::string, int> ids_;
-};
-
-/// Description of an enum for dynamic_reconfigure's clients: a Python expression.
+// Description of an enum for dynamic_reconfigure's clients: a Python expression.
 std::string editMethod(const Entry& entry) {
   std::string list;
   for (const std::string& choice : entry.choices)
@@ -102,17 +56,28 @@ std::string editMethod(const Entry& entry) {
   return list.empty() ? "" : "{'enum': [" + list + "], 'enum_description': ''}";
 }
 
-/// @param section  of the texts; empty: only limits.
-Groups groupsOf(const ParamTable& table, const std::string& section = "") {
-  Groups groups;
+// One group per struct. The first one, of the parameters without a struct, contains the others.
+// @param section  of the texts; empty: only limits.
+std::vector<Group> groupsOf(const ParamTable& table, const std::string& section = "") {
+  std::vector<Group> groups(1);
+  groups[0].name = "Default";
   for (const Entry& entry : table.entries()) {
+    const size_t slash = entry.name.rfind('/');
+    const std::string name = slash == std::string::npos ? "Default" : entry.name.substr(0, slash);
+    auto group = std::find_if(groups.begin(), groups.end(),
+                              [&](const Group& known) { return known.name == name; });
+    if (group == groups.end()) {
+      group = groups.emplace(groups.end());
+      group->name = name;
+      group->id = static_cast<int>(groups.size()) - 1;
+    }
     dynamic_reconfigure::ParamDescription parameter;
     parameter.name = entry.name;
-    parameter.type = typeName(entry.type);
+    parameter.type = kTypeNames.at(entry.type);
     const auto text = paramTexts().find(section + "/" + entry.name);
     parameter.description = text == paramTexts().end() ? entry.limits : text->second;
     parameter.edit_method = editMethod(entry);
-    groups.of(entry.name).parameters.push_back(parameter);
+    group->parameters.push_back(parameter);
   }
   return groups;
 }
@@ -120,12 +85,10 @@ Groups groupsOf(const ParamTable& table, const std::string& section = "") {
 Config configOf(const ParamTable& table) {
   Config config;
   for (const Entry& entry : table.entries()) append(entry, entry.get(), config);
-  const Groups groups = groupsOf(table);
-  for (const dynamic_reconfigure::Group& group : groups.all()) {
+  for (const Group& group : groupsOf(table)) {
     config.groups.emplace_back();
     config.groups.back().name = group.name;
     config.groups.back().id = group.id;
-    config.groups.back().parent = group.parent;
     config.groups.back().state = true;
   }
   return config;
@@ -133,7 +96,7 @@ Config configOf(const ParamTable& table) {
 
 ConfigDescription descriptionOf(const ParamTable& defaults, const std::string& section) {
   ConfigDescription description;
-  description.groups = groupsOf(defaults, section).all();
+  description.groups = groupsOf(defaults, section);
   description.dflt = configOf(defaults);
   description.min = description.max = description.dflt;
   for (auto* limits : {&description.min, &description.max}) {
@@ -143,9 +106,9 @@ ConfigDescription descriptionOf(const ParamTable& defaults, const std::string& s
     for (const Entry& entry : defaults.entries()) {
       const double limit = smallest ? entry.smallest : entry.largest;
       if (entry.type == Type::kInt)
-        append(limits->ints, entry.name, static_cast<int>(limit));
+        ConfigTools::appendParameter(*limits, entry.name, static_cast<int>(limit));
       else if (entry.type == Type::kDouble)
-        append(limits->doubles, entry.name, limit);
+        ConfigTools::appendParameter(*limits, entry.name, limit);
     }
     for (auto& flag : limits->bools) flag.value = !smallest;
   }
@@ -162,7 +125,49 @@ ReconfigureServer::Assignments assignmentsOf(const Config& config) {
   return values;
 }
 
+// Collects the names of all leaves of nested parameters, and their values as text.
+void flatten(const std::string& name, XmlRpc::XmlRpcValue& value,
+             std::map<std::string, std::string>& leaves) {
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeStruct:
+      for (auto& member : value) flatten(name + "/" + member.first, member.second, leaves);
+      break;
+    case XmlRpc::XmlRpcValue::TypeString:
+      leaves[name] = static_cast<std::string&>(value);
+      break;
+    case XmlRpc::XmlRpcValue::TypeInt:
+      leaves[name] = formatParam(static_cast<int&>(value));
+      break;
+    case XmlRpc::XmlRpcValue::TypeDouble:
+      leaves[name] = formatParam(static_cast<double&>(value));
+      break;
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      leaves[name] = formatParam(static_cast<bool&>(value));
+      break;
+    default:
+      leaves[name] = value.toXml();  // a list or a date: no parameter accepts it
+  }
+}
+
 }  // namespace
+
+std::vector<std::string> setFromRosParams(const ros::NodeHandle& node, ParamTable& table) {
+  std::vector<std::string> warnings;
+  XmlRpc::XmlRpcValue all;
+  if (!node.getParam(node.getNamespace(), all)) return warnings;
+  std::map<std::string, std::string> leaves;
+  flatten(node.getNamespace(), all, leaves);
+  for (const auto& [name, text] : leaves) {
+    const bool known = table.has(name);
+    try {
+      table.set(name, text);
+    } catch (const std::invalid_argument& error) {
+      if (known) throw;
+      warnings.push_back(error.what());
+    }
+  }
+  return warnings;
+}
 
 ReconfigureServer::ReconfigureServer(const ros::NodeHandle& node, Health& health,
                                      const ParamTable& values, const ParamTable& defaults,
@@ -176,17 +181,15 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& node, Health& health
   using dynamic_reconfigure::ReconfigureRequest;
   using dynamic_reconfigure::ReconfigureResponse;
   service_ = advertiseService<ReconfigureRequest, ReconfigureResponse>(
-      node_, health, "set_parameters",
-      [this](ReconfigureRequest& request, ReconfigureResponse& response) {
-        return onRequest(request, response);
+      node_, health, "set_parameters", [this](const auto& request, auto& response) {
+        return onRequest(request.config, response.config);
       });
 }
 
-bool ReconfigureServer::onRequest(dynamic_reconfigure::Reconfigure::Request& request,
-                                  dynamic_reconfigure::Reconfigure::Response& response) {
+bool ReconfigureServer::onRequest(const Config& request, Config& response) {
   // Some clients send all parameters to change one.
   Assignments changes;
-  for (const auto& [name, text] : assignmentsOf(request.config))
+  for (const auto& [name, text] : assignmentsOf(request))
     if (!values_.has(name) || values_.get(name) != text) changes.emplace_back(name, text);
   try {
     if (!changes.empty()) set_(changes);
@@ -196,8 +199,8 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::Reconfigure::Request& req
   }
   for (const auto& [name, text] : changes)
     ROS_INFO_STREAM(node_.getNamespace() << ": from now on " << name << " = " << text);
-  response.config = configOf(values_);
-  updates_.publish(response.config);
+  response = configOf(values_);
+  updates_.publish(response);
   storeAsRosParams(changes);
   return true;
 }

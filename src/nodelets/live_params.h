@@ -17,6 +17,13 @@
 
 namespace predictive_stereo {
 
+/// Sets the parameters of the table from the ROS parameter server, in the namespace of `node`.
+/// Parameters that the server does not have keep their values.
+/// @param table  its names begin with that namespace, so that errors show full names.
+/// @returns a warning for each name in that namespace that the table does not have.
+/// @throws std::invalid_argument for a wrong value, with the parameter, the value and its limits.
+std::vector<std::string> setFromRosParams(const ros::NodeHandle& node, ParamTable& table);
+
 /// Topics and service of dynamic_reconfigure for the parameters of a table. Names, types, limits
 /// and choices are those of the table, so no code is generated.
 ///
@@ -36,8 +43,7 @@ class ReconfigureServer {
                     std::function<void(const Assignments&)> set);
 
  private:
-  bool onRequest(dynamic_reconfigure::Reconfigure::Request& request,
-                 dynamic_reconfigure::Reconfigure::Response& response);
+  bool onRequest(const dynamic_reconfigure::Config& request, dynamic_reconfigure::Config& response);
   void storeAsRosParams(const Assignments& changes) const;
 
   ros::NodeHandle node_;
@@ -59,11 +65,10 @@ class LiveParams {
              const std::string& section, std::function<void(const Params&)> check,
              const std::vector<std::string>& fixed = {})
       : params_(params),
-        trial_(params),
         check_(std::move(check)),
-        table_(without(fixed, ParamTable(params_))),
-        trial_table_(without(fixed, ParamTable(trial_))),
-        server_(node, health, table_, without(fixed, ParamTable(defaults_)), section,
+        fixed_(fixed),
+        table_(tableOf(params_)),
+        server_(node, health, table_, tableOf(defaults_), section,
                 [this](const ReconfigureServer::Assignments& values) { set(values); }) {}
 
   LiveParams(const LiveParams&) = delete;
@@ -76,23 +81,26 @@ class LiveParams {
   }
 
  private:
-  static ParamTable without(const std::vector<std::string>& fixed, ParamTable table) {
-    for (const std::string& beginning : fixed) table.remove(beginning);
+  ParamTable tableOf(Params& params) const {
+    ParamTable table(params);
+    for (const std::string& beginning : fixed_) table.remove(beginning);
     return table;
   }
 
   void set(const ReconfigureServer::Assignments& values) {
-    trial_ = params_;
-    for (const auto& [name, text] : values) trial_table_.set(name, text);
-    check_(trial_);
+    Params trial = params_;
+    ParamTable table = tableOf(trial);
+    for (const auto& [name, text] : values) table.set(name, text);
+    check_(trial);
     const std::lock_guard<std::mutex> lock(mutex_);
-    params_ = trial_;
-    changed_ = params_;
+    params_ = trial;
+    changed_ = trial;
   }
 
-  Params params_, trial_, defaults_;
-  std::function<void(const Params&)> check_;
-  ParamTable table_, trial_table_;
+  Params params_, defaults_;
+  const std::function<void(const Params&)> check_;
+  const std::vector<std::string> fixed_;
+  ParamTable table_;
   std::mutex mutex_;
   std::optional<Params> changed_;
   ReconfigureServer server_;  // last: uses the members above

@@ -45,6 +45,11 @@ class MessageHistory {
     }
     return found;
   }
+  /// The message with this stamp; nullptr: none.
+  ConstPtr of(ros::Time stamp) const {
+    const ConstPtr found = at(stamp);
+    return found && found->header.stamp == stamp ? found : nullptr;
+  }
   /// The last message that is older than `stamp`; nullptr: none.
   ConstPtr before(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);

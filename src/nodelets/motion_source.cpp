@@ -1,5 +1,7 @@
 #include "nodelets/motion_source.h"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include "nodelets/transforms.h"
 #include "predictive_stereo/rigid_motion.h"
 
@@ -36,9 +38,8 @@ bool wasUnseen(const OdometryHistory& odometry, ros::Time previous, ros::Time no
 bool explains(const nav_msgs::Odometry& odometry, const Eigen::Isometry3d& T_prev_now,
               double dt_s) {
   constexpr double kRounding = 1e-6;
-  const auto &v = odometry.twist.twist.linear, &w = odometry.twist.twist.angular;
   Vector6d twist;
-  twist << v.x, v.y, v.z, w.x, w.y, w.z;
+  tf2::fromMsg(odometry.twist.twist, twist);
   const Vector6d off = dt_s * (constantTwist(T_prev_now, dt_s) - twist);
   const Vector6d sigma = dt_s * fromMsg(odometry.twist.covariance).diagonal().cwiseSqrt();
   return (off.cwiseAbs().array() <= 3 * sigma.array() + kRounding).all();
@@ -52,7 +53,7 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
   MotionAnswer answer;
   const auto T_cam_prev = lookUpCameraMotion(tf, camera, previous, now, fixed_frame, answer.reason);
   if (!T_cam_prev) return answer;
-  answer.motion = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
+  answer.value = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
   const auto odometry_now = odometryOf(now, odometry, answer.complete);
   if (!odometry_now) return answer;
   const double dt_s = (now - previous).toSec();
@@ -63,13 +64,13 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
     seen = T_now_prev && explains(*odometry_now, T_now_prev->inverse(), dt_s);
   }
   if (!seen) {
-    answer.motion.reset();
+    answer.value.reset();
     answer.reason = kLost;
     return answer;
   }
   if (const auto T_cam_child =
           lookUpTransform(tf, camera, odometry_now->child_frame_id, now, answer.reason))
-    answer.motion->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
+    answer.value->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
   return answer;
 }
 
@@ -80,19 +81,19 @@ PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry
   PoseAnswer answer;
   const auto T_odom_cam = lookUpTransform(tf, fixed_frame, camera, now, answer.reason);
   if (!T_odom_cam) return answer;
-  answer.pose = CameraPose{*T_odom_cam, Matrix6d::Zero()};
+  answer.value = CameraPose{*T_odom_cam, Matrix6d::Zero()};
   const auto odometry_now = odometryOf(now, odometry, answer.complete);
   if (!odometry_now) return answer;
   if (twistIsUnknown(*odometry_now)) {
     // The first pose of a path has no twist.
     if (!previous) return answer;
-    answer.pose.reset();
+    answer.value.reset();
     answer.reason = kLost;
     return answer;
   }
   if (!previous) return answer;
   const MotionAnswer since = cameraMotion(tf, odometry, camera, *previous, now, fixed_frame);
-  answer.pose->motion_covariance = since.motion ? since.motion->covariance : unseenCovariance();
+  answer.value->motion_covariance = since.value ? since.value->covariance : unseenCovariance();
   return answer;
 }
 

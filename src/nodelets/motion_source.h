@@ -13,14 +13,15 @@ namespace predictive_stereo {
 
 using OdometryHistory = MessageHistory<nav_msgs::Odometry>;
 
-/// The camera's motion between two frames, or the reason why it is unknown.
-struct MotionAnswer {
-  std::optional<CameraMotion> motion;
+/// A motion or pose of the camera, or the reason why it is unknown.
+template <class Value>
+struct Answer {
+  std::optional<Value> value;
   bool complete = false;  ///< waiting longer does not help
-  std::string reason;     ///< why there is no motion
-
-  bool known() const { return motion.has_value(); }
+  std::string reason;     ///< why there is no value
 };
+using MotionAnswer = Answer<CameraMotion>;
+using PoseAnswer = Answer<CameraPose>;
 
 /// The motion from tf, and its covariance from odometry of any source.
 /// @param odometry  nullptr: no odometry; the covariance is then zero (unknown).
@@ -29,15 +30,6 @@ struct MotionAnswer {
 MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                           const std::string& camera, ros::Time previous, ros::Time now,
                           const std::string& fixed_frame);
-
-/// The camera's pose in a frame, or the reason why it is unknown.
-struct PoseAnswer {
-  std::optional<CameraPose> pose;
-  bool complete = false;  ///< waiting longer does not help
-  std::string reason;     ///< why there is no pose
-
-  bool known() const { return pose.has_value(); }
-};
 
 /// The pose from tf, and the covariance of the motion since `previous` as cameraMotion gives it.
 /// @param previous  the last frame with a pose; none, or not before `now`: there is none.

@@ -1,18 +1,18 @@
 #include <image_transport/image_transport.h>
 
 #include <Eigen/Cholesky>
+#include <boost/pointer_cast.hpp>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
+#include <vector>
 #ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
 #include <vision_msgs/Detection3DArray.h>
 #endif
 
-#include "nodelets/detections3d.h"
-#include "nodelets/disparity_input.h"
 #include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
 #include "nodelets/moving_objects_processor.h"
@@ -34,6 +34,40 @@ std::string describeSigma(const Matrix6d& covariance) {
                 1e3 * std::sqrt(covariance.diagonal().head<3>().maxCoeff()));
   return text;
 }
+
+// The outputs of the Disparity nodelet, and the left image. The first topic has the messages that
+// need partners. Left images do not, because not every one has a disparity.
+struct DisparityInput {
+  using Frame = MovingObjectsInput;
+
+  static std::vector<SyncedTopics::Topic> topics() {
+    using Type = SyncedTopics::Type;
+    // Every input has the left image's stamp, but for the calibration: its stamp may differ as far
+    // as the other nodelets allow (sync_tolerance).
+    return {{"measured_disparity", Type::kDisparity},  {"measured_variance", Type::kImage},
+            {"predicted_disparity", Type::kDisparity}, {"predicted_variance", Type::kImage},
+            {"left/image_rect", Type::kCameraImage},   {"left/camera_info", Type::kFixedInfo}};
+  }
+  static SyncedTopics::Cures cures() {
+    return {
+        "run the Disparity nodelet in the same namespace (launch argument camera:=<namespace>), or "
+        "remap",
+        "see the diagnostics of the Disparity nodelet", ""};
+  }
+  static MovingObjectsInput frame(const SyncedTopics::Set& set) {
+    using boost::static_pointer_cast;
+    using sensor_msgs::Image;
+    using stereo_msgs::DisparityImage;
+    MovingObjectsInput input;
+    input.measured_disparity = static_pointer_cast<const DisparityImage>(set[0]);
+    input.measured_variance = static_pointer_cast<const Image>(set[1]);
+    input.predicted_disparity = static_pointer_cast<const DisparityImage>(set[2]);
+    input.predicted_variance = static_pointer_cast<const Image>(set[3]);
+    input.left = static_pointer_cast<const Image>(set[4]);
+    input.left_info = static_pointer_cast<const sensor_msgs::CameraInfo>(set[5]);
+    return input;
+  }
+};
 
 }  // namespace
 
@@ -61,8 +95,12 @@ class MovingObjectsNodelet
  private:
   void connect(ros::NodeHandle& node) override {
     odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
-                                                params_.transform_timeout);
-    makeInput(node, params_);
+                                                params_.transform_timeout, "row_alignment");
+    SyncParams exact;
+    exact.approximate_sync = false;
+    exact.queue_size = params_.queue_size;
+    exact.image_transport = params_.image_transport;
+    makeInput(node, exact);
     objects_ = outputs_.advertise<MovingObjectArray>(node, "moving_objects", 10);
     mask_ = outputs_.advertiseImage(node, MaskInput::kTopic, 5);
     residual_ = outputs_.advertise<sensor_msgs::Image>(node, "moving_objects/residual", 5);
@@ -89,7 +127,9 @@ class MovingObjectsNodelet
     const std::optional<CameraPose> pose = odometry_->pose(processor_->lastWithPose(), header);
     if (pose) health_->figure("sigma of the motion", describeSigma(pose->motion_covariance));
     watch.lap("waiting for the pose", times);
-    const MovingObjectsProcessor::Output output = processor_->process(job.frame, pose);
+    MovingObjectsInput input = job.frame;
+    input.row_alignment = odometry_->columns().of(header.stamp);
+    const MovingObjectsProcessor::Output output = processor_->process(input, pose);
     watch.lap("detection", times);
     tell(output.sequence);
     if (!output.messages) return;

@@ -1,6 +1,7 @@
 #include "nodelets/moving_objects_processor.h"
 
 #include <sensor_msgs/image_encodings.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <boost/make_shared.hpp>
 #include <cmath>
@@ -14,15 +15,6 @@
 
 namespace predictive_stereo {
 namespace {
-
-void requireSize(const char* name, cv::Size size, cv::Size expected) {
-  if (size == expected) return;
-  const auto text = [](cv::Size s) {
-    return std::to_string(s.width) + "x" + std::to_string(s.height);
-  };
-  throw std::invalid_argument(std::string(name) + " is " + text(size) + " but left/image_rect is " +
-                              text(expected) + "; do the topics belong to one camera?");
-}
 
 // The left camera with the baseline of the disparity image.
 StereoRig rigOf(const sensor_msgs::CameraInfo& left_info,
@@ -45,16 +37,10 @@ MovingObject message(const DetectedObject& object) {
   result.bbox.center.y = object.box_px.y + object.box_px.height / 2;
   result.bbox.size_x = object.box_px.width;
   result.bbox.size_y = object.box_px.height;
-  result.pose.position.x = object.centre_m.x();
-  result.pose.position.y = object.centre_m.y();
-  result.pose.position.z = object.centre_m.z();
+  result.pose.position = tf2::toMsg(object.centre_m);
   result.pose.orientation.w = 1;
-  result.size.x = object.size_m.x();
-  result.size.y = object.size_m.y();
-  result.size.z = object.size_m.z();
-  result.velocity.x = object.velocity_mps.x();
-  result.velocity.y = object.velocity_mps.y();
-  result.velocity.z = object.velocity_mps.z();
+  tf2::toMsg(object.size_m, result.size);
+  tf2::toMsg(object.velocity_mps, result.velocity);
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(result.velocity_covariance.data()) =
       object.velocity_covariance;
   // -1 means "no estimate", as in sensor_msgs/Imu.
@@ -73,19 +59,13 @@ MovingObjectsProcessor::MovingObjectsProcessor(const MovingObjectsProcessorParam
 }
 
 void MovingObjectsProcessor::setParams(const DetectionParams& params) {
-  DetectionParams changed = params;
-  changed.range = params_.detection.range;
-  detector_.setParams(changed);
-  params_.detection = changed;
+  setParams(params, params_.detection.range);
 }
 
-// Before the frame begins, because the detector may refuse the range.
-void MovingObjectsProcessor::setRange(const DisparityRange& range) {
-  if (range == params_.detection.range) return;
-  DetectionParams changed = params_.detection;
-  changed.range = range;
-  detector_.setParams(changed);
-  params_.detection = changed;
+void MovingObjectsProcessor::setParams(DetectionParams params, const DisparityRange& range) {
+  params.range = range;
+  detector_.setParams(params);
+  params_.detection = params;
 }
 
 void MovingObjectsProcessor::reset() {
@@ -103,14 +83,14 @@ StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
   frame.left = greyImage(*input.left, "left", left_buffer_);
   const cv::Size size = frame.left.size();
   frame.rig = rigOf(*input.left_info, *input.measured_disparity, size);
-  maps_.measured_disparity_px = floatView(input.measured_disparity->image, "measured_disparity");
-  maps_.measured_variance_px2 = floatView(*input.measured_variance, "measured_variance");
-  maps_.predicted_disparity_px = floatView(input.predicted_disparity->image, "predicted_disparity");
-  maps_.predicted_variance_px2 = floatView(*input.predicted_variance, "predicted_variance");
-  requireSize("measured_disparity", maps_.measured_disparity_px.size(), size);
-  requireSize("measured_variance", maps_.measured_variance_px2.size(), size);
-  requireSize("predicted_disparity", maps_.predicted_disparity_px.size(), size);
-  requireSize("predicted_variance", maps_.predicted_variance_px2.size(), size);
+  const auto view = [&](const sensor_msgs::Image& message, const char* name) {
+    requireOneCamera(name, sizeOf(message), "left/image_rect", size);
+    return floatView(message, name);
+  };
+  maps_.measured_disparity_px = view(input.measured_disparity->image, "measured_disparity");
+  maps_.measured_variance_px2 = view(*input.measured_variance, "measured_variance");
+  maps_.predicted_disparity_px = view(input.predicted_disparity->image, "predicted_disparity");
+  maps_.predicted_variance_px2 = view(*input.predicted_variance, "predicted_variance");
   if (rangeOf(*input.measured_disparity) != rangeOf(*input.predicted_disparity))
     throw std::invalid_argument(
         "measured_disparity and predicted_disparity have different disparity ranges; do the topics "
@@ -151,7 +131,9 @@ void MovingObjectsProcessor::detect(const StereoFrame& frame,
 MovingObjectsProcessor::Output MovingObjectsProcessor::process(
     const MovingObjectsInput& input, const std::optional<CameraPose>& pose) {
   const StereoFrame frame = makeFrame(input);
-  setRange(rangeOf(*input.measured_disparity));
+  const DisparityRange range = rangeOf(*input.measured_disparity);
+  // Before the frame begins, because the detector may refuse the range.
+  if (range != params_.detection.range) setParams(params_.detection, range);
   Output output;
   output.sequence = begin(frame);
   if (output.sequence.isIgnored()) return output;

@@ -53,7 +53,7 @@ class MovingObjectsProcessor {
   void reset();
 
  private:
-  void setRange(const DisparityRange& range);
+  void setParams(DetectionParams params, const DisparityRange& range);
   StereoFrame makeFrame(const MovingObjectsInput& input);
   SequenceGuard::Result begin(const StereoFrame& frame);
   void detect(const StereoFrame& frame, const std::optional<CameraPose>& pose);

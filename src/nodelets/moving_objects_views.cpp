@@ -1,16 +1,16 @@
 #include "nodelets/moving_objects_views.h"
 
+#include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/image_encodings.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 #include <string>
 
 #include "nodelets/image_messages.h"
-#include "nodelets/stereo_messages.h"
 #include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
@@ -61,14 +61,6 @@ Marker marker(const MovingObjectArray& objects, const MovingObject& object, cons
   return result;
 }
 
-geometry_msgs::Point point(const Eigen::Vector3d& p) {
-  geometry_msgs::Point result;
-  result.x = p.x();
-  result.y = p.y();
-  result.z = p.z();
-  return result;
-}
-
 // The twelve edges of the box, so that it hides nothing.
 Marker box(const MovingObjectArray& objects, const MovingObject& object) {
   Marker result = marker(objects, object, "boxes", Marker::LINE_LIST);
@@ -80,9 +72,9 @@ Marker box(const MovingObjectArray& objects, const MovingObject& object) {
       Eigen::Vector3d corner = half;
       if (edge & 1) corner((axis + 1) % 3) *= -1;
       if (edge & 2) corner((axis + 2) % 3) *= -1;
-      result.points.push_back(point(corner));
+      result.points.push_back(tf2::toMsg(corner));
       corner(axis) *= -1;
-      result.points.push_back(point(corner));
+      result.points.push_back(tf2::toMsg(corner));
     }
   return result;
 }
@@ -99,10 +91,10 @@ Marker text(const MovingObjectArray& objects, const MovingObject& object) {
 Marker arrow(const MovingObjectArray& objects, const MovingObject& object,
              const Eigen::Isometry3d& T_odom_cam) {
   Marker result = marker(objects, object, "velocities", Marker::ARROW);
-  const Eigen::Vector3d centre(object.pose.position.x, object.pose.position.y,
-                               object.pose.position.z);
+  Eigen::Vector3d centre;
+  tf2::fromMsg(object.pose.position, centre);
   const Eigen::Vector3d velocity_cam = T_odom_cam.linear().transpose() * velocityOf(object);
-  result.points = {point(centre), point(centre + velocity_cam)};
+  result.points = {tf2::toMsg(centre), tf2::toMsg(Eigen::Vector3d(centre + velocity_cam))};
   result.scale.x = 0.1;
   result.scale.y = 0.25;
   return result;
@@ -146,13 +138,8 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
   cv::Mat1b buffer, mask_buffer;
   const cv::Mat1b grey = greyImage(left, "left", buffer);
   const cv::Mat1b moving = greyImage(mask, "mask", mask_buffer);
-  if (moving.size() != grey.size())
-    throw std::invalid_argument(
-        "moving_objects/mask and the left image differ in size; do the topics belong to one "
-        "camera?");
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  allocateImage(left.header, grey.size(), sensor_msgs::image_encodings::BGR8, *message);
-  cv::Mat3b image = writableView<cv::Vec3b>(*message);
+  requireOneCamera("moving_objects/mask", moving.size(), "left image", grey.size());
+  cv::Mat3b image;
   cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
   cv::add(image, cv::Scalar(0, 0, kTint), image, moving);
   for (const MovingObject& object : objects.objects) {
@@ -163,29 +150,24 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
     cv::rectangle(image, box, colour, 2);
     writeLabel(label(object), cv::Point(cvRound(box.x), cvRound(box.y)), image);
   }
-  return message;
+  return cv_bridge::CvImage(left.header, sensor_msgs::image_encodings::BGR8, image).toImageMsg();
 }
 
 sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
                                     const sensor_msgs::Image& measured_variance,
                                     const stereo_msgs::DisparityImage& predicted,
                                     const sensor_msgs::Image& predicted_variance) {
-  const cv::Mat1f maps[] = {floatView(measured.image, "measured_disparity"),
-                            floatView(measured_variance, "measured_variance"),
-                            floatView(predicted.image, "predicted_disparity"),
-                            floatView(predicted_variance, "predicted_variance")};
-  for (const cv::Mat1f& map : maps)
-    if (map.size() != maps[0].size())
-      throw std::invalid_argument(
-          "measured and predicted disparity and variance differ in size; do the topics belong to "
-          "one "
-          "camera?");
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  allocateImage(measured.header, maps[0].size(), sensor_msgs::image_encodings::TYPE_32FC1,
-                *message);
-  cv::Mat1f residual = writableView<float>(*message);
-  normalizedResidual(maps[0], maps[1], maps[2], maps[3], rangeOf(measured), residual);
-  return message;
+  const cv::Mat1f measured_px = floatView(measured.image, "measured_disparity");
+  const auto view = [&](const sensor_msgs::Image& map, const char* name) {
+    requireOneCamera(name, sizeOf(map), "measured_disparity", measured_px.size());
+    return floatView(map, name);
+  };
+  cv::Mat1f residual;
+  normalizedResidual(measured_px, view(measured_variance, "measured_variance"),
+                     view(predicted.image, "predicted_disparity"),
+                     view(predicted_variance, "predicted_variance"), rangeOf(measured), residual);
+  return cv_bridge::CvImage(measured.header, sensor_msgs::image_encodings::TYPE_32FC1, residual)
+      .toImageMsg();
 }
 
 }  // namespace predictive_stereo

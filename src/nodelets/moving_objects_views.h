@@ -6,6 +6,8 @@
 #include <stereo_msgs/DisparityImage.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include <boost/make_shared.hpp>
+#include <boost/shared_ptr.hpp>
 #include <optional>
 
 #include "predictive_stereo/disparity_motion.h"
@@ -29,5 +31,29 @@ sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
                                     const sensor_msgs::Image& measured_variance,
                                     const stereo_msgs::DisparityImage& predicted,
                                     const sensor_msgs::Image& predicted_variance);
+
+/// Moving objects as vision_msgs/Detection3DArray, which has no fields for velocity and distance.
+/// `results` has one hypothesis: the object's id, score and pose, whose covariance is zero
+/// (unknown).
+///
+/// The message type is a template argument because vision_msgs is optional at build time.
+template <class Detection3DArray>
+boost::shared_ptr<Detection3DArray> detections3d(const MovingObjectArray& objects) {
+  auto array = boost::make_shared<Detection3DArray>();
+  array->header = objects.header;
+  array->detections.resize(objects.objects.size());
+  for (size_t i = 0; i < objects.objects.size(); ++i) {
+    const MovingObject& object = objects.objects[i];
+    auto& detection = array->detections[i];
+    detection.header = objects.header;
+    detection.bbox.center = object.pose;
+    detection.bbox.size = object.size;
+    detection.results.resize(1);
+    detection.results[0].id = object.id;
+    detection.results[0].score = object.score;
+    detection.results[0].pose.pose = object.pose;
+  }
+  return array;
+}
 
 }  // namespace predictive_stereo

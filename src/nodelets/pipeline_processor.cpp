@@ -61,7 +61,7 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
   const PoseAnswer answer =
       cameraPose(tf_, &odometry_, header.frame_id, moving_objects_.lastWithPose(), header.stamp,
                  params_.moving_objects.odom_frame);
-  output.pose = answer.pose;
+  output.pose = answer.value;
   MovingObjectsInput input;
   input.left = pair.left;
   input.left_info = pair.left_info;
@@ -93,8 +93,8 @@ std::optional<CameraMotion> PipelineProcessor::followCamera(const StereoPair& pa
   if (!past) return std::nullopt;
   const MotionAnswer answer = cameraMotion(tf_, &odometry_, header.frame_id, *past, header.stamp,
                                            params_.disparity.odom_frame);
-  if (!answer.motion) output.event = answer.reason + ": matched without prediction";
-  return answer.motion;
+  if (!answer.value) output.event = answer.reason + ": matched without prediction";
+  return answer.value;
 }
 
 Eigen::Isometry3d PipelineProcessor::extrinsic(const StereoPair& pair) const {

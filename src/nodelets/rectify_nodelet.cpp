@@ -2,21 +2,16 @@
 #include <image_transport/image_transport.h>
 #include <nodelet/nodelet.h>
 
-#include <array>
 #include <boost/pointer_cast.hpp>
-#include <chrono>
 #include <memory>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 #include <vector>
 
-#include "nodelets/callbacks.h"
 #include "nodelets/health.h"
-#include "nodelets/image_subscriber.h"
 #include "nodelets/rectifier.h"
-#include "nodelets/stamp_matcher.h"
-#include "nodelets/topic_state.h"
+#include "nodelets/synced_topics.h"
 
 namespace predictive_stereo {
 
@@ -30,32 +25,47 @@ class RectifyNodelet : public nodelet::Nodelet {
   ~RectifyNodelet() override {
     if (health_) health_->stop();
     rectified_.shutdown();
-    unsubscribe();
+    if (input_) input_->stop();
   }
 
  private:
-  enum Slot { kImage, kInfo };
   static constexpr int kQueue = 5;
 
   void onInit() override {
     ros::NodeHandle& node = getNodeHandle();
-    health_ = std::make_unique<Health>(node, getPrivateNodeHandle(), getName(), "Rectify",
-                                       [this] { return describeMissingInput(); });
+    health_ = std::make_unique<Health>(node, getPrivateNodeHandle(), getName(), "Rectify", [this] {
+      return input_ ? input_->describeMissingInput() : "";
+    });
     health_->setAsleep(true);
     const auto connect = [this](const image_transport::SingleSubscriberPublisher&) {
       followSubscribers();
     };
     const std::lock_guard<std::mutex> lock(mutex_);  // a callback may run before this has returned
-    getPrivateNodeHandle().param<std::string>("image_transport", transport_, "raw");
-    image_topic_ = node.resolveName("image_raw");
-    info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
-    SyncParams exact;
-    exact.approximate_sync = false;
-    exact.queue_size = kQueue;
-    matcher_ = std::make_unique<StampMatcher>(std::vector{image_topic_, info_topic_}, exact);
+    makeInput(node);
     rectified_ =
         image_transport::ImageTransport(node).advertise("image_rect", kQueue, connect, connect);
     health_->start();
+  }
+
+  void makeInput(const ros::NodeHandle& node) {
+    SyncParams exact;
+    exact.approximate_sync = false;
+    exact.queue_size = kQueue;
+    getPrivateNodeHandle().param<std::string>("image_transport", exact.image_transport, "raw");
+    const std::string images = node.resolveName("image_raw");
+    const std::string infos = image_transport::getCameraInfoTopic(images);
+    using Type = SyncedTopics::Type;
+    input_ = std::make_unique<SyncedTopics>(
+        node, *health_, exact,
+        std::vector<SyncedTopics::Topic>{{images, Type::kCameraImage}, {infos, Type::kInfo}},
+        SyncedTopics::Cures{
+            "start the camera driver in this namespace (launch argument camera:=<namespace>)", "",
+            "no image on " + images + " has the stamp of a message on " + infos +
+                ": the camera driver must give both the same stamp"},
+        [this](const SyncedTopics::Set& set) {
+          rectify(boost::static_pointer_cast<const sensor_msgs::Image>(set[0]),
+                  boost::static_pointer_cast<const sensor_msgs::CameraInfo>(set[1]));
+        });
   }
 
   void followSubscribers() {
@@ -64,59 +74,11 @@ class RectifyNodelet : public nodelet::Nodelet {
     health_->setAsleep(!wanted);
     const auto follow = [&] {
       if (!wanted)
-        unsubscribe();
-      else if (!raw_)
-        subscribeBoth();
+        input_->stop();
+      else if (!input_->isStarted())
+        input_->start();
     };
     health_->guard("subscriptions", follow, Health::Severity::kBroken);
-  }
-
-  void subscribeBoth() {
-    info_ = subscribe<sensor_msgs::CameraInfo>(
-        getNodeHandle(), *health_, info_topic_, kQueue,
-        [this](const sensor_msgs::CameraInfoConstPtr& info) {
-          add(kInfo, info->header.stamp, info, info->header.stamp.isZero());
-        },
-        ZeroStamp::kLegal);
-    raw_ = ImageSubscriber(getNodeHandle(), *health_, image_topic_, kQueue, transport_,
-                           [this](const sensor_msgs::ImageConstPtr& image) {
-                             add(kImage, image->header.stamp, image, false);
-                           });
-  }
-
-  void unsubscribe() {
-    raw_.shutdown();
-    raw_ = ImageSubscriber();
-    info_.shutdown();
-    if (matcher_) matcher_->clear();
-  }
-
-  std::string describeMissingInput() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!raw_) return "";
-    if (const std::string error = raw_.error(); !error.empty())
-      return raw_.getTopic() + ": " + error;
-    const std::vector<TopicState> topics = {
-        {raw_.getTopic(), raw_.getNumPublishers(), last_received_[kImage]},
-        {info_.getTopic(), info_.getNumPublishers(), last_received_[kInfo]}};
-    if (const std::string unpublished = unpublishedOf(topics); !unpublished.empty())
-      return "nobody publishes " + unpublished +
-             ": start the camera driver in this namespace (launch argument camera:=<namespace>)";
-    if (const std::string silent = silentOf(topics); !silent.empty())
-      return "no message on " + silent +
-             ", although it is advertised: is the camera running, or is the bag paused?";
-    if (matcher_->describeMismatch().empty()) return "";
-    return "no image on " + raw_.getTopic() + " has the stamp of a message on " + info_topic_ +
-           ": the camera driver must give both the same stamp";
-  }
-
-  // Needs no lock: the callbacks of a nodelet's node handle are serialised, timers among them.
-  void add(Slot slot, ros::Time stamp, const StampMatcher::Message& message, bool constant) {
-    using boost::static_pointer_cast;
-    last_received_[slot] = std::chrono::steady_clock::now();
-    for (const StampMatcher::Set& set : matcher_->add(slot, stamp, message, constant))
-      rectify(static_pointer_cast<const sensor_msgs::Image>(set[kImage]),
-              static_pointer_cast<const sensor_msgs::CameraInfo>(set[kInfo]));
   }
 
   void rectify(const sensor_msgs::ImageConstPtr& raw, const sensor_msgs::CameraInfoConstPtr& info) {
@@ -133,12 +95,8 @@ class RectifyNodelet : public nodelet::Nodelet {
   std::unique_ptr<Health> health_;
   Rectifier rectifier_;
   std::mutex mutex_;
-  std::string transport_, image_topic_, info_topic_;
-  std::unique_ptr<StampMatcher> matcher_;
-  std::array<std::chrono::steady_clock::time_point, 2> last_received_{};
+  std::unique_ptr<SyncedTopics> input_;
   image_transport::Publisher rectified_;
-  ImageSubscriber raw_;
-  ros::Subscriber info_;
 };
 
 }  // namespace predictive_stereo

@@ -1,20 +1,73 @@
 #pragma once
 
 #include <ros/node_handle.h>
+#include <ros/time.h>
+#include <sensor_msgs/Imu.h>
 #include <std_msgs/Header.h>
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <deque>
+#include <mutex>
 #include <optional>
 #include <string>
 
 #include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
-#include "nodelets/imu_rotation.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/tf_input.h"
 #include "predictive_stereo/ego_motion.h"
 
 namespace predictive_stereo {
+
+/// Rotation of an IMU between two instants: integrates the angular velocities of its gyroscope,
+/// interpolated linearly.
+///
+/// Thread-safe.
+class ImuRotation {
+ public:
+  struct Answer {
+    /// Maps directions from the IMU's axes at the first instant to those at the second one.
+    std::optional<Eigen::Matrix3d> R_now_previous;
+    std::string reason;    ///< why there is no rotation
+    bool complete = true;  ///< false: missing measurements may still arrive
+  };
+
+  /// Adds a measurement. If its stamp went back, earlier ones are dropped. Measurements that are
+  /// not finite are ignored.
+  void add(const sensor_msgs::ImuConstPtr& imu);
+
+  Answer between(ros::Time previous, ros::Time now) const;
+
+  /// Updates the bias with the mean angular velocity of an interval in which the camera did not
+  /// move.
+  void learnBias(ros::Time previous, ros::Time now);
+
+  /// Frame of the measurements; empty: no measurements.
+  std::string frame() const;
+  Eigen::Vector3d bias_radps() const;
+
+ private:
+  static constexpr double kKept_s = 3;
+  static constexpr double kLargestGap_s = 0.1;  // between two measurements
+  static constexpr double kBiasWeight = 0.1;    // of the newest interval; 1 for the first one
+
+  struct Sample {
+    ros::Time stamp;
+    Eigen::Vector3d rate_radps;
+  };
+
+  // Calls `use` with the mean angular velocity and the duration of each step between two samples,
+  // clipped to the interval.
+  template <class Use>
+  std::string forEachStep(ros::Time previous, ros::Time now, bool& complete, const Use& use) const;
+
+  mutable std::mutex mutex_;
+  std::string frame_;
+  bool has_gyro_ = true;
+  std::deque<Sample> samples_;
+  std::optional<Eigen::Vector3d> bias_radps_;
+};
 
 /// The camera's rotation since the previous frame from another sensor: an IMU (use_imu) or another
 /// odometry in tf (guess_frame).

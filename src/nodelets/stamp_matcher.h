@@ -13,10 +13,6 @@
 
 namespace predictive_stereo {
 
-/// Length of roscpp's queue per topic. It drops messages silently, so it is longer than a nodelet
-/// needs: StampMatcher and LatestWorker drop messages as well, but count them.
-constexpr uint32_t kRoscppQueue = 64;
-
 /// Joins messages whose stamps agree with that of slot 0, as soon as the last of them has arrived.
 /// (message_filters' ApproximateTime delays each set until the next frame proves that it is the
 /// best one. This is not necessary with a tolerance below half the time between two frames.)

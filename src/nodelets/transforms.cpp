@@ -1,6 +1,7 @@
 #include "nodelets/transforms.h"
 
 #include <tf2/exceptions.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,13 +14,6 @@ double rounded(double value) {
   return std::round(value / kUnit) * kUnit;
 }
 
-// tf2 refuses values that are not finite, but its interpolation of huge ones can overflow.
-Eigen::Isometry3d finite(const Eigen::Isometry3d& T) {
-  if (!T.matrix().allFinite())
-    throw tf2::InvalidArgumentException("the transform in tf is not finite: check its publisher");
-  return T;
-}
-
 Eigen::Isometry3d rounded(const Eigen::Isometry3d& T) {
   Eigen::Quaterniond q(T.linear());
   if (q.w() < 0) q.coeffs() = -q.coeffs();
@@ -28,6 +22,20 @@ Eigen::Isometry3d rounded(const Eigen::Isometry3d& T) {
   result.linear() = q.normalized().toRotationMatrix();
   result.translation() = T.translation().unaryExpr([](double c) { return rounded(c); });
   return result;
+}
+
+// What `look_up` finds in tf, rounded.
+template <class LookUp>
+std::optional<Eigen::Isometry3d> found(const LookUp& look_up, std::string& error) {
+  try {
+    const Eigen::Isometry3d T = fromMsg(look_up().transform);
+    if (T.matrix().allFinite()) return rounded(T);
+    // tf2 refuses values that are not finite, but its interpolation of huge ones can overflow.
+    error = "the transform in tf is not finite: check its publisher";
+  } catch (const tf2::TransformException& e) {
+    error = e.what();
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -42,27 +50,8 @@ Eigen::Isometry3d fromMsg(const geometry_msgs::Transform& message) {
   return T;
 }
 
-geometry_msgs::Pose poseMsg(const Eigen::Isometry3d& T) {
-  const Eigen::Quaterniond q(T.linear());
-  geometry_msgs::Pose message;
-  message.position.x = T.translation().x();
-  message.position.y = T.translation().y();
-  message.position.z = T.translation().z();
-  message.orientation.x = q.x();
-  message.orientation.y = q.y();
-  message.orientation.z = q.z();
-  message.orientation.w = q.w();
-  return message;
-}
-
 geometry_msgs::Transform transformMsg(const Eigen::Isometry3d& T) {
-  const geometry_msgs::Pose pose = poseMsg(T);
-  geometry_msgs::Transform message;
-  message.translation.x = pose.position.x;
-  message.translation.y = pose.position.y;
-  message.translation.z = pose.position.z;
-  message.rotation = pose.orientation;
-  return message;
+  return tf2::eigenToTransform(T).transform;
 }
 
 Matrix6d fromMsg(const boost::array<double, 36>& covariance) {
@@ -79,25 +68,15 @@ std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
                                                  const std::string& target,
                                                  const std::string& source, ros::Time stamp,
                                                  std::string& error) {
-  try {
-    return rounded(finite(fromMsg(tf.lookupTransform(target, source, stamp).transform)));
-  } catch (const tf2::TransformException& e) {
-    error = e.what();
-    return std::nullopt;
-  }
+  return found([&] { return tf.lookupTransform(target, source, stamp); }, error);
 }
 
 std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
                                                     const std::string& camera, ros::Time previous,
                                                     ros::Time now, const std::string& fixed_frame,
                                                     std::string& error) {
-  try {
-    return rounded(
-        finite(fromMsg(tf.lookupTransform(camera, now, camera, previous, fixed_frame).transform)));
-  } catch (const tf2::TransformException& e) {
-    error = e.what();
-    return std::nullopt;
-  }
+  return found([&] { return tf.lookupTransform(camera, now, camera, previous, fixed_frame); },
+               error);
 }
 
 bool twistIsUnknown(const nav_msgs::Odometry& odometry) {

@@ -1,7 +1,6 @@
 /// Conversions of poses and covariances, and lookups in tf.
 #pragma once
 
-#include <geometry_msgs/Pose.h>
 #include <geometry_msgs/Transform.h>
 #include <nav_msgs/Odometry.h>
 #include <tf2/buffer_core.h>
@@ -20,7 +19,6 @@ constexpr double kUnknownCovariance = 9999;
 
 Eigen::Isometry3d fromMsg(const geometry_msgs::Transform& message);
 geometry_msgs::Transform transformMsg(const Eigen::Isometry3d& T);
-geometry_msgs::Pose poseMsg(const Eigen::Isometry3d& T);
 Matrix6d fromMsg(const boost::array<double, 36>& covariance);
 boost::array<double, 36> covarianceMsg(const Matrix6d& covariance);
 

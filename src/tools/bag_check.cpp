@@ -12,7 +12,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "nodelets/compressed_image.h"
+#include "nodelets/image_messages.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "tools/bag_layouts.h"

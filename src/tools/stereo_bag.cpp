@@ -8,7 +8,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "nodelets/compressed_image.h"
+#include "nodelets/image_messages.h"
 
 namespace predictive_stereo {
 namespace {

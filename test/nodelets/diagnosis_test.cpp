@@ -71,7 +71,8 @@ TEST_F(Diagnosis, moving_objects_without_tf_come_without_velocities) {
     player_.publish(street().pair(index++ % 6));
     return eventually([&] { return objects.count() > 0; }, 1);
   }));
-  EXPECT_TRUE(says("MovingObjects", "in odom_frame 'nowhere' at the image's stamp: no velocities"));
+  EXPECT_TRUE(
+      says("MovingObjects", "relative to odom_frame 'nowhere' at the image's stamp within"));
   EXPECT_TRUE(
       says("MovingObjects", "Run the EgoMotion nodelet with publish_tf, or set odom_frame"));
 }

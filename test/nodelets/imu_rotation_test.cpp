@@ -1,10 +1,10 @@
-#include "nodelets/imu_rotation.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <boost/make_shared.hpp>
 #include <limits>
+
+#include "nodelets/rotation_prior.h"
 
 namespace predictive_stereo {
 namespace {

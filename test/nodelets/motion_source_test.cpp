@@ -111,11 +111,11 @@ TEST_F(MotionFromOdometry, is_known_over_a_lost_frame_that_later_ones_reach_acro
   add(10.1, 1, 10);
   add(10.2, 2, 0, true);
   add(10.3, 3.3, 11.5);  // from 10.1
-  EXPECT_TRUE(motion(10.0, 10.1).motion);
-  EXPECT_FALSE(motion(10.1, 10.2).motion);
-  ASSERT_TRUE(motion(10.1, 10.3).motion);
-  EXPECT_NEAR(motion(10.1, 10.3).motion->T_cam_prev.translation().x(), -2.3, 1e-6);
-  EXPECT_FALSE(motion(10.2, 10.3).motion) << "it leads from 10.1, not from the lost frame";
+  EXPECT_TRUE(motion(10.0, 10.1).value);
+  EXPECT_FALSE(motion(10.1, 10.2).value);
+  ASSERT_TRUE(motion(10.1, 10.3).value);
+  EXPECT_NEAR(motion(10.1, 10.3).value->T_cam_prev.translation().x(), -2.3, 1e-6);
+  EXPECT_FALSE(motion(10.2, 10.3).value) << "it leads from 10.1, not from the lost frame";
 }
 
 TEST_F(MotionFromOdometry, makes_the_pose_as_certain_as_it_was_seen) {
@@ -128,20 +128,20 @@ TEST_F(MotionFromOdometry, makes_the_pose_as_certain_as_it_was_seen) {
                       previous_s ? std::optional(ros::Time(*previous_s)) : std::nullopt,
                       ros::Time(now_s), "odom");
   };
-  EXPECT_TRUE(pose({}, 10.0).pose) << "the first frame of the path";
-  EXPECT_TRUE(pose(10.3, 10.0).pose) << "the first one after stamps went back";
-  ASSERT_TRUE(pose(10.0, 10.1).pose);
-  EXPECT_NEAR(pose(10.0, 10.1).pose->T_odom_cam.translation().x(), 1, 1e-6);
-  EXPECT_TRUE(pose(10.0, 10.1).pose->motion_covariance.isApprox(1e-6 * Matrix6d::Identity()));
-  EXPECT_FALSE(pose(10.1, 10.2).pose);
+  EXPECT_TRUE(pose({}, 10.0).value) << "the first frame of the path";
+  EXPECT_TRUE(pose(10.3, 10.0).value) << "the first one after stamps went back";
+  ASSERT_TRUE(pose(10.0, 10.1).value);
+  EXPECT_NEAR(pose(10.0, 10.1).value->T_odom_cam.translation().x(), 1, 1e-6);
+  EXPECT_TRUE(pose(10.0, 10.1).value->motion_covariance.isApprox(1e-6 * Matrix6d::Identity()));
+  EXPECT_FALSE(pose(10.1, 10.2).value);
   EXPECT_EQ(pose(10.1, 10.2).reason, "the odometry is lost");
-  ASSERT_TRUE(pose(10.1, 10.3).pose);
-  EXPECT_EQ(pose(10.1, 10.3).pose->motion_covariance, unseenCovariance());
+  ASSERT_TRUE(pose(10.1, 10.3).value);
+  EXPECT_EQ(pose(10.1, 10.3).value->motion_covariance, unseenCovariance());
   const PoseAnswer by_tf_alone =
       cameraPose(tf_, nullptr, "camera", ros::Time(10.0), ros::Time(10.1), "odom");
-  ASSERT_TRUE(by_tf_alone.pose);
-  EXPECT_TRUE(by_tf_alone.pose->motion_covariance.isZero());
-  EXPECT_FALSE(pose(10.1, 10.4).pose) << "not yet in tf";
+  ASSERT_TRUE(by_tf_alone.value);
+  EXPECT_TRUE(by_tf_alone.value->motion_covariance.isZero());
+  EXPECT_FALSE(pose(10.1, 10.4).value) << "not yet in tf";
   EXPECT_FALSE(pose(10.1, 10.4).complete);
 }
 
@@ -150,9 +150,9 @@ TEST_F(MotionFromOdometry, is_unknown_if_a_part_of_it_was_not_seen) {
   add(10.1, 1, 10);
   add(10.2, 1.5, 0, true);
   add(10.3, 2.5, 10);  // from 10.2
-  EXPECT_TRUE(motion(10.2, 10.3).motion);
+  EXPECT_TRUE(motion(10.2, 10.3).value);
   const MotionAnswer answer = motion(10.1, 10.3);
-  EXPECT_FALSE(answer.motion);
+  EXPECT_FALSE(answer.value);
   EXPECT_TRUE(answer.complete);
   EXPECT_EQ(answer.reason, "the odometry is lost");
 }

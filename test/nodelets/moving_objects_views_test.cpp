@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "nodelets/detections3d.h"
 #include "nodelets/image_messages.h"
 
 namespace predictive_stereo {

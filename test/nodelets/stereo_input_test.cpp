@@ -27,9 +27,9 @@ class StereoInputTest : public testing::Test {
  protected:
   StereoInputTest() {
     waiting_.setCallbackQueue(&queue_);
-    input_ = std::make_unique<StereoInput>(
-        waiting_, health_, SyncParams(), [this](const StereoPair& pair) { pairs_.push_back(pair); },
-        [](ros::Time) {});
+    input_ = std::make_unique<SyncedTopics>(
+        waiting_, health_, SyncParams(), StereoInput::topics(), StereoInput::cures(),
+        [this](const SyncedTopics::Set& set) { pairs_.push_back(StereoInput::frame(set)); });
     input_->start();
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while ((left_.getNumSubscribers() == 0 || right_.getNumSubscribers() == 0 ||
@@ -55,7 +55,7 @@ class StereoInputTest : public testing::Test {
   Health health_{node_, ros::NodeHandle("~"), "/test", "StereoInput", [] { return std::string(); }};
   std::vector<StereoPair> pairs_;
   int lost_right_ = -1;
-  std::unique_ptr<StereoInput> input_;
+  std::unique_ptr<SyncedTopics> input_;
 };
 
 TEST_F(StereoInputTest, nothing_is_lost_uncounted_while_callbacks_wait) {

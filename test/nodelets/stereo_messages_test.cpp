@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "nodelets/compressed_image.h"
+#include "nodelets/image_messages.h"
 
 namespace predictive_stereo {
 namespace {

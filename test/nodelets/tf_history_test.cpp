@@ -1,9 +1,9 @@
-#include "nodelets/tf_history.h"
-
 #include <gtest/gtest.h>
 
 #include <boost/make_shared.hpp>
 #include <stdexcept>
+
+#include "nodelets/tf_input.h"
 
 namespace predictive_stereo {
 namespace {

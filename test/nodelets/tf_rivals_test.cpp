@@ -1,6 +1,6 @@
-#include "nodelets/tf_rivals.h"
-
 #include <gtest/gtest.h>
+
+#include "nodelets/tf_output.h"
 
 namespace predictive_stereo {
 namespace {

@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "nodelets/image_messages.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
 
