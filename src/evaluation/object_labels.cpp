@@ -13,8 +13,10 @@ namespace {
 constexpr char kHeader[] =
     "frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard";
 
-constexpr double kFarthestDemanded_m = 35, kSlowestDemanded_mps = 2, kLeastVisible = 0.5,
-                 kSmallestDemanded_px2 = 400;
+constexpr double kFarthestDemanded_m = 35, kLeastVisible = 0.5, kSmallestDemanded_px2 = 400;
+
+// Near objects count though they are slow: a fifth of the distance each second.
+double slowestDemanded_mps(double distance_m) { return std::min(2.0, distance_m / 5); }
 
 double number(const std::string& text) {
   size_t used = 0;
@@ -100,8 +102,9 @@ ObjectLabel trueObject(int frame, int id, const std::string& type, const cv::Rec
   label.distance_m = distance_m;
   label.speed_mps = velocity_cam_mps.norm();
   label.motion = directionOf(centre_m, velocity_cam_mps);
-  label.hard = !(distance_m<kFarthestDemanded_m&& * label.speed_mps> kSlowestDemanded_mps &&
-                 visible >= kLeastVisible && box_px.area() >= kSmallestDemanded_px2);
+  label.hard = distance_m >= kFarthestDemanded_m ||
+               *label.speed_mps <= slowestDemanded_mps(distance_m) || visible < kLeastVisible ||
+               box_px.area() < kSmallestDemanded_px2;
   return label;
 }
 

@@ -39,7 +39,8 @@ std::vector<ObjectLabel> readObjectLabels(const std::string& path);
 std::vector<ObjectLabel> labelsOf(const std::vector<ObjectLabel>& labels, int frame);
 
 /// A moving object of the synthetic street. It is demanded (not hard) if it is nearer than 35 m,
-/// faster than 2 m/s over ground, at least half visible, and its box has 400 px^2 or more.
+/// faster than 2 m/s over ground (or, nearer than 10 m, than a fifth of its distance each second),
+/// at least half visible, and its box has 400 px^2 or more.
 /// @param velocity_cam_mps  over ground, in the camera's axes.
 /// @param visible  share of its outline that is inside the image and not occluded.
 ObjectLabel trueObject(int frame, int id, const std::string& type, const cv::Rect2d& box_px,

@@ -269,7 +269,6 @@ float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
   switch (materialOf(p, part)) {
     case Material::kGlass:
       return 0.35f;
-    case Material::kGloss:
     case Material::kPaint:
       return 0.12f;
     case Material::kCabin:

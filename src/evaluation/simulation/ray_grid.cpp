@@ -88,13 +88,13 @@ cv::Rect2f RayGrid::boundsOf(int primitive) const {
   return {item.left, item.top, item.right - item.left, item.bottom - item.top};
 }
 
-Hit RayGrid::cast(float x_px, float y_px, float limit_m) const {
+Hit RayGrid::cast(float x_px, float y_px, float limit_m, int except) const {
   const Vector3f direction = directionOf(x_px, y_px);
   Hit hit;
   hit.t = limit_m;
   for (const Tiles::Item& item : tiles_.at(x_px, y_px)) {
     if (item.nearest >= hit.t) break;
-    if (!item.covers(x_px, y_px)) continue;
+    if (!item.covers(x_px, y_px) || item.index == except) continue;
     const auto i = static_cast<size_t>(item.index);
     const Primitive& p = (*primitives_)[i];
     if (intersect(p, origins_[i], p.R_local_world * direction, inverse_f_, hit.t, hit.part))

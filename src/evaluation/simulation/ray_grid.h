@@ -22,8 +22,9 @@ class RayGrid {
   RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
           const StereoRig& rig, double cx_px);
 
-  /// First hit of the ray through (x, y) nearer than `limit_m`.
-  Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity()) const;
+  /// First hit of the ray through (x, y) nearer than `limit_m`; primitive `except` is ignored.
+  Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity(),
+           int except = -1) const;
 
   /// Whether the ray hits anything nearer than `limit_m`.
   bool blocked(float x_px, float y_px, float limit_m) const;

@@ -87,6 +87,31 @@ Scene robot() {
   return s;
 }
 
+// A small camera at a hall's end, among people who pass near it.
+Scene amongPeople(const char* name, const char* summary) {
+  Scene s;
+  s.name = name;
+  s.summary = summary;
+  s.site = Site::kHall;
+  s.camera = {640, 480, 10, 385, 321.5, 0.5, 0.12, 0.9, 0.05, {0.5, 0.45, 1.0}};
+  setIndoorLight(s, 4, 5.9f, 6);
+  s.traffic.passers_s = 1.5;
+  return s;
+}
+
+Scene standing() {
+  Scene s = amongPeople("people_standing", "a small camera stands; people pass at 0.8 to 6 m");
+  s.waypoints = {{0, {-6.5, 0, 0}, 0, 0, 0}, {60, {-6.5, 0, 0}, 0, 0, 0}};
+  return s;
+}
+
+Scene slow() {
+  Scene s = amongPeople("people_slow", "a robot rolls at 0.2 m/s; people pass at 0.8 to 6 m");
+  s.waypoints = {{0, {-6.5, 0, 0}, 0, 0, 0}, {10, {-4.5, 0, 0}, 0, 0, 0}};
+  s.shakes = {{0, 1e9, 0.001, 0.1, 0.25}};
+  return s;
+}
+
 Scene handheld() {
   Scene s;
   s.name = "handheld";
@@ -206,9 +231,8 @@ void addConditions(SceneList& list) {
   Scene& misaligned = list.add("misaligned", "right camera up to 1.5 rows off, as KITTI's are");
   misaligned.sensor.row_offset_px = 1.5;
   setStopsAndTurns(misaligned.drive);
-  Scene& glossy =
-      list.add("glossy_cars",
-               "dark, glossy and metallic cars that reflect sky and street, clear windows");
+  Scene& glossy = list.add(
+      "glossy_cars", "dark, glossy and metallic cars that reflect sky and street, clear windows");
   glossy.look.glossy_cars = true;
   glossy.traffic.companions = {{Kind::kCar, 8, 0, 2, 9}};
   glossy.parked_cars = 0.9;
@@ -223,7 +247,7 @@ std::vector<Scene> makeScenes() {
   addDrives(list);
   addCompanions(list);
   addConditions(list);
-  list.scenes.insert(list.scenes.end(), {drone(), robot(), handheld()});
+  list.scenes.insert(list.scenes.end(), {drone(), robot(), standing(), slow(), handheld()});
   return list.scenes;
 }
 

@@ -84,6 +84,7 @@ struct Traffic {
   double walkers_s = 0;          ///< on both pavements, in both directions
   double crossing_people_s = 0;  ///< people who cross the street ahead
   double crossing_cars_s = 0;    ///< cars that cross at the next junction
+  double passers_s = 0;          ///< people who pass 0.8 to 6 m ahead of the camera
   std::vector<Walk> walks;       ///< must not collide with the body
 };
 

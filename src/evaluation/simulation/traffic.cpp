@@ -200,6 +200,15 @@ bool makeWalker(const Street& s, Random& r, Mover& m) {
   return true;
 }
 
+// Crosses the view, up to 35 degrees from straight across.
+bool makePasser(const Street& s, Random& r, Mover& m) {
+  m.kind = Kind::kPerson;
+  m.speed_mps = r.uniform(0.9, 1.6);
+  const double side = r.chance(0.5) ? 1 : -1;
+  m.met = s.place(s.along_m + r.uniform(0.8, 6), 0, side * (kPi / 2 + r.uniform(-0.6, 0.6)), false);
+  return true;
+}
+
 }  // namespace
 
 double Mover::gapAt(double time_s) const {
@@ -236,6 +245,7 @@ std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const V
   maker.addEncounters(traffic.cyclists_s, 4, 25, makeCyclist);
   maker.addEncounters(traffic.crossing_people_s, 5, 12, makeCrossingPerson);
   maker.addEncounters(traffic.walkers_s, 6, 50, makeWalker);
+  maker.addEncounters(traffic.passers_s, 7, 7, makePasser);
   return std::move(maker.movers);
 }
 

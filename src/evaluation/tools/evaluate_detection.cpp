@@ -70,8 +70,9 @@ Results:
 
 A box is correct if its IoU with a demanded object is 0.3 or more. An object is demanded from the
 third frame on in which it is visible. In streets, objects are demanded that are nearer than 35 m,
-faster than 2 m/s over ground, at least half visible, and have a box of 400 px^2 or more. Errors are
-medians of absolute values; speed errors are of objects up to 25 m away.
+faster than 2 m/s over ground (nearer than 10 m: than a fifth of the distance each second), at
+least half visible, and have a box of 400 px^2 or more. Errors are medians of absolute values;
+speed errors are of objects up to 25 m away.
 )";
 
 using Labels = std::optional<std::vector<ObjectLabel>>;
