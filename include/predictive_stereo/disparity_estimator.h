@@ -31,8 +31,8 @@ struct DisparityParams {
   int min_region_px = 100;  ///< smaller regions of the match become invalid, at full and at half
                             ///< resolution, see RegionFilter; 0: none
   int max_hole_px = 40;     ///< holes of rows and columns up to this length are filled in the
-                         ///< published disparity, if both sides belong to one surface or if they
-                         ///< are occlusions, see fillHoles; 0: none
+                            ///< published disparity, if both sides belong to one surface or if they
+                            ///< are occlusions, see fillHoles; 0: none
 
   /// Moving objects of the previous frame are used neither for search ranges nor for the filters,
   /// see Pipeline.
