@@ -26,7 +26,7 @@ struct MatcherParams {
   int p2 = 70;                       ///< penalty of a larger change, > p1 (eq. 1)
   int p2_edge = 24;                  ///< replaces p2 at grey edges (not at thin lines), if lower
   int edge_step = 12;                ///< grey levels of such an edge; 0: p2 is the same everywhere
-  int left_right_tolerance_px = 1;   ///< larger left-right differences are invalid; -1: no check
+  int left_right_tolerance_px = 2;   ///< larger left-right differences are invalid; -1: no check
   bool exact_ranges = false;         ///< search ranges are not widened; scalar code, very slow
   std::string simd_target = "auto";  ///< see chooseSimdTarget (simd_target.h)
 

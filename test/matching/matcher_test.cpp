@@ -84,7 +84,7 @@ TEST(Matcher, EightPathsFindNoLessThanFourInNoise) {
   for (const SearchRanges* ranges : {static_cast<const SearchRanges*>(nullptr), &narrow}) {
     const Score four = scoreOf(PathSet::kStraight4, ranges);
     const Score eight = scoreOf(PathSet::kAll8, ranges);
-    EXPECT_GT(four.density, 0.65);
+    EXPECT_GT(four.density, 0.7);
     EXPECT_GT(eight.density, four.density);
     EXPECT_GT(eight.correct, four.correct);
   }
