@@ -55,7 +55,7 @@ TEST_F(EvaluateDetection, ScoresABagOfTheStreetAgainstItsTruth) {
   EXPECT_NE(frames.find("\nsmall,2,label,"), std::string::npos) << frames;
 
   const std::string page = text("page/report.yaml");
-  EXPECT_NE(page.find("table: \"small (detection"), std::string::npos) << page;
+  EXPECT_NE(page.find("\"table\": \"small (detection"), std::string::npos) << page;
   EXPECT_NE(page.find("--report"), std::string::npos) << "the command that made it";
   for (int i = 0; i < 5; ++i)
     EXPECT_TRUE(std::filesystem::exists(
