@@ -353,6 +353,7 @@ def near_objects(run):
 
 CLIPS = ['street', 'straight', 'turn', 'brake', 'standstill', 'static', 'fast_rotation', 'leader', 'crowded',
          'near_half_moves', 'misaligned']
+PEOPLE_CLIPS = ['people_standing', 'people_slow']
 CLIP_SEEDS = ['201', '202']  # no parameter was set by these clips
 
 
@@ -361,17 +362,20 @@ def synthetic_objects(run):
     """Recall and precision of moving objects in synthetic clips."""
     table = Table('synthetic_objects', '', OBJECT_COLUMNS)
     seeds = run.few(CLIP_SEEDS, CLIP_SEEDS[:1])
-    bags = []
-    for scene in run.few(CLIPS, ['straight', 'turn']):
-        for seed in seeds:
-            bag = run.path('%s_%s.bag' % (scene, seed))
-            run.text('street_to_bag', bag, '--scene', scene, '--frames', run.few('20', '4'), '--seed', seed,
-                     shown='street_to_bag SCENE_SEED.bag --scene SCENE --frames 20 --seed SEED')
-            bags.append(bag)
-    text = run.text('evaluate_detection', *bags, shown='evaluate_detection *.bag')
-    for _, figures in _object_rows(text, {'': 'all'}):
-        table.add('%d scenes, seeds %s' % (len(bags) // len(seeds), ' and '.join(seeds)), figures, OBJECT_DIGITS)
+    for what, scenes, frames in (('%d scenes' % len(CLIPS), run.few(CLIPS, ['straight', 'turn']), '20'),
+                                 ('people at 0.8 to 6 m', PEOPLE_CLIPS, '60')):
+        bags = [_clip(run, scene, frames, seed) for scene in scenes for seed in seeds]
+        text = run.text('evaluate_detection', *bags, shown='evaluate_detection *.bag')
+        for _, figures in _object_rows(text, {'': 'all'}):
+            table.add('%s, seeds %s' % (what, ' and '.join(seeds)), figures, OBJECT_DIGITS)
     return table
+
+
+def _clip(run, scene, frames, seed):
+    bag = run.path('%s_%s.bag' % (scene, seed))
+    run.text('street_to_bag', bag, '--scene', scene, '--frames', run.few(frames, '4'), '--seed', seed,
+             shown='street_to_bag SCENE_SEED.bag --scene SCENE --frames %s --seed SEED' % frames)
+    return bag
 
 
 MEMORY = [('full search', 'matchFull/straight_4'), ('reduced search', 'matchReduced/straight_4'),
