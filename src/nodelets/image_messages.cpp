@@ -92,8 +92,10 @@ std::string encodingOf(const cv::Mat& image, const std::string& format) {
 
 }  // namespace
 
+// As in the message, whose sizes are unsigned: beyond 2^31 they are negative in cv::Size.
 std::string sizeText(cv::Size size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
+  return std::to_string(static_cast<unsigned>(size.width)) + "x" +
+         std::to_string(static_cast<unsigned>(size.height));
 }
 
 cv::Size sizeOf(const sensor_msgs::Image& message) {
