@@ -1,6 +1,5 @@
 #include "nodelets/disparity_views.h"
 
-#include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/image_encodings.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
@@ -33,24 +32,27 @@ sensor_msgs::ImageConstPtr innerImage(const stereo_msgs::DisparityImageConstPtr&
 
 sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity) {
   const cv::Mat1f map = floatView(disparity.image, "disparity");
+  const auto message = newImage(disparity.header, map.size(), encodings::BGR8);
+  cv::Mat3b colour = writableView<cv::Vec3b>(*message);
   const double scale = 255.0 / (disparity.max_disparity - disparity.min_disparity);
   cv::Mat1b level;
   map.convertTo(level, CV_8U, scale, -disparity.min_disparity * scale);
-  cv::Mat3b colour;
   cv::applyColorMap(level, colour, cv::COLORMAP_TURBO);
   colour.setTo(cv::Scalar::all(0), map < disparity.min_disparity);
-  return cv_bridge::CvImage(disparity.header, encodings::BGR8, colour).toImageMsg();
+  return message;
 }
 
 sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance) {
-  cv::Mat1f deviation_px;
-  cv::sqrt(floatView(variance, "disparity_variance"), deviation_px);
-  return cv_bridge::CvImage(variance.header, encodings::TYPE_32FC1, deviation_px).toImageMsg();
+  const cv::Mat1f variance_px2 = floatView(variance, "disparity_variance");
+  const auto message = newImage(variance.header, variance_px2.size(), encodings::TYPE_32FC1);
+  cv::sqrt(variance_px2, writableView<float>(*message));
+  return message;
 }
 
 sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity) {
   const cv::Mat1f map = floatView(disparity.image, "disparity");
-  cv::Mat1f depth_m(map.size());
+  const auto message = newImage(disparity.header, map.size(), encodings::TYPE_32FC1);
+  cv::Mat1f depth_m = writableView<float>(*message);
   const float disparity_times_depth = disparity.f * disparity.T;
   for (int y = 0; y < map.rows; ++y)
     for (int x = 0; x < map.cols; ++x) {
@@ -60,7 +62,7 @@ sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity) {
       else
         depth_m(y, x) = d > 0 ? disparity_times_depth / d : std::numeric_limits<float>::infinity();
     }
-  return cv_bridge::CvImage(disparity.header, encodings::TYPE_32FC1, depth_m).toImageMsg();
+  return message;
 }
 
 sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair) {

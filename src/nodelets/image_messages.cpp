@@ -121,6 +121,13 @@ void allocateImage(const std_msgs::Header& header, cv::Size size, const std::str
   message.data.resize(static_cast<size_t>(message.step) * message.height);
 }
 
+sensor_msgs::ImagePtr newImage(const std_msgs::Header& header, cv::Size size,
+                               const std::string& encoding) {
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  allocateImage(header, size, encoding, *message);
+  return message;
+}
+
 cv::Mat1b greyImage(const sensor_msgs::Image& message, const std::string& name, cv::Mat1b& buffer) {
   if (message.encoding == encodings::MONO8 || message.encoding == encodings::TYPE_8UC1) {
     requireData(message, name + " image", 1);

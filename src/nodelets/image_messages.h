@@ -23,7 +23,11 @@ void requireOneCamera(const std::string& name, cv::Size size, const std::string&
 void allocateImage(const std_msgs::Header& header, cv::Size size, const std::string& encoding,
                    sensor_msgs::Image& message);
 
-/// A writable view of a message made by allocateImage.
+/// The same for a new message.
+sensor_msgs::ImagePtr newImage(const std_msgs::Header& header, cv::Size size,
+                               const std::string& encoding);
+
+/// A writable view of a message made by allocateImage or newImage.
 template <class Pixel>
 cv::Mat_<Pixel> writableView(sensor_msgs::Image& message) {
   return cv::Mat_<Pixel>(static_cast<int>(message.height), static_cast<int>(message.width),

@@ -1,6 +1,5 @@
 #include "nodelets/moving_objects_views.h"
 
-#include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/image_encodings.h>
 #include <tf2_eigen/tf2_eigen.h>
 
@@ -139,7 +138,8 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
   const cv::Mat1b grey = greyImage(left, "left", buffer);
   const cv::Mat1b moving = greyImage(mask, "mask", mask_buffer);
   requireOneCamera("moving_objects/mask", moving.size(), "left image", grey.size());
-  cv::Mat3b image;
+  const auto message = newImage(left.header, grey.size(), sensor_msgs::image_encodings::BGR8);
+  cv::Mat3b image = writableView<cv::Vec3b>(*message);
   cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
   cv::add(image, cv::Scalar(0, 0, kTint), image, moving);
   for (const MovingObject& object : objects.objects) {
@@ -150,7 +150,7 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
     cv::rectangle(image, box, colour, 2);
     writeLabel(label(object), cv::Point(cvRound(box.x), cvRound(box.y)), image);
   }
-  return cv_bridge::CvImage(left.header, sensor_msgs::image_encodings::BGR8, image).toImageMsg();
+  return message;
 }
 
 sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
@@ -162,12 +162,13 @@ sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
     requireOneCamera(name, sizeOf(map), "measured_disparity", measured_px.size());
     return floatView(map, name);
   };
-  cv::Mat1f residual;
+  const auto message =
+      newImage(measured.header, measured_px.size(), sensor_msgs::image_encodings::TYPE_32FC1);
+  cv::Mat1f residual = writableView<float>(*message);
   normalizedResidual(measured_px, view(measured_variance, "measured_variance"),
                      view(predicted.image, "predicted_disparity"),
                      view(predicted_variance, "predicted_variance"), rangeOf(measured), residual);
-  return cv_bridge::CvImage(measured.header, sensor_msgs::image_encodings::TYPE_32FC1, residual)
-      .toImageMsg();
+  return message;
 }
 
 }  // namespace predictive_stereo

@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -41,23 +43,21 @@ std::set<int> fileNumbers(const std::string& folder, const std::string& extensio
   return numbers;
 }
 
-/// "2011-09-26 13:08:24.973999360" to nanoseconds; none if it is malformed.
+/// "2011-09-26 13:08:24.973999360" to nanoseconds; none if it is malformed, or if ROS's 32 bits for
+/// the seconds (1970 to 2106) cannot hold it.
 std::optional<int64_t> parseTimestamp(const std::string& line) {
+  static const std::regex form(R"((\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)(?:\.(\d{1,9}))?)");
+  std::smatch parts;
+  if (!std::regex_match(line, parts, form)) return std::nullopt;
   std::tm time{};
-  std::istringstream text(line);
+  std::istringstream text(parts[1].str());
   text >> std::get_time(&time, "%Y-%m-%d %H:%M:%S");
-  // ROS has 32 bits for seconds, which overflow in 2106.
-  if (!text || time.tm_year < 70 || time.tm_year > 205) return std::nullopt;
-  std::string fraction;
-  std::getline(text, fraction);
-  if (!fraction.empty()) {
-    if (fraction[0] != '.' || fraction.size() < 2 || fraction.size() > 10 ||
-        fraction.find_first_not_of("0123456789", 1) != std::string::npos)
-      return std::nullopt;
-    fraction.erase(0, 1);
-  }
+  if (!text) return std::nullopt;
+  const int64_t seconds = timegm(&time);
+  if (seconds < 0 || seconds > std::numeric_limits<uint32_t>::max()) return std::nullopt;
+  std::string fraction = parts[2].str();
   fraction.resize(9, '0');
-  return int64_t{timegm(&time)} * 1000000000 + std::stoll(fraction);
+  return seconds * 1000000000 + std::stoll(fraction);
 }
 
 std::vector<Eigen::Isometry3d> readPoses(const std::string& path) {

@@ -217,6 +217,10 @@ TEST(ObjectLabels, TheStreetDemandsWhatCanBeSeenToMove) {
   EXPECT_FALSE(demanded(34, 1.9, 0.5, 20));
   EXPECT_FALSE(demanded(34, 2.1, 0.4, 20));
   EXPECT_FALSE(demanded(34, 2.1, 0.5, 19));
+  // Nearer than 10 m: a fifth of the distance each second.
+  EXPECT_TRUE(demanded(5, 1.1, 0.5, 20));
+  EXPECT_FALSE(demanded(5, 0.9, 0.5, 20));
+  EXPECT_FALSE(demanded(11, 1.9, 0.5, 20));
 }
 
 }  // namespace

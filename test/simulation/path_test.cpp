@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
+#include <vector>
 
 #include "evaluation/simulation/traffic.h"
 
@@ -110,6 +113,30 @@ TEST(Walks, MayNotMeetTheCameraOrEachOther) {
   EXPECT_THROW(makeTraffic(traffic, path, body, 10, 1), std::invalid_argument);
   traffic.walks = {{Kind::kPerson, {9, 0}, {9, 9}, 0, 1}, {Kind::kPerson, {9, 9}, {9, 0}, 0, 1}};
   EXPECT_THROW(makeTraffic(traffic, path, body, 10, 1), std::invalid_argument);
+}
+
+TEST(Passers, CrossTheViewOfAStandingCameraNearIt) {
+  const WaypointPath path({{0, {-6, 0, 0}, 0, 0, 0}, {60, {-6, 0, 0}, 0, 0, 0}}, {}, 1);
+  Traffic traffic;
+  traffic.passers_s = 1.5;
+  std::vector<double> distances_m;
+  for (uint32_t seed = 1; seed <= 10; ++seed)
+    for (const Mover& person : makeTraffic(traffic, path, {0.5, 0.5, 1}, 60, seed)) {
+      EXPECT_EQ(person.kind, Kind::kPerson);
+      const Vector3d ahead = person.placeAt(person.met_s, path).position_m - Vector3d(-6, 0, 0);
+      EXPECT_NEAR(ahead.y(), 0, 1e-9);
+      distances_m.push_back(ahead.x());
+      const double begins_m = person.placeAt(person.from_s, path).position_m.y();
+      const double ends_m = person.placeAt(person.until_s, path).position_m.y();
+      EXPECT_LT(begins_m * ends_m, 0) << "from one side to the other";
+    }
+  EXPECT_GT(distances_m.size(), 150U);
+  const auto [nearest_m, farthest_m] = std::minmax_element(distances_m.begin(), distances_m.end());
+  std::printf("%zu people at %.2f to %.2f m\n", distances_m.size(), *nearest_m, *farthest_m);
+  EXPECT_GE(*nearest_m, 0.8);
+  EXPECT_LT(*nearest_m, 1.5);
+  EXPECT_GT(*farthest_m, 5);
+  EXPECT_LE(*farthest_m, 6);
 }
 
 }  // namespace

@@ -104,6 +104,18 @@ TEST(KittiTimestamps, YearsThatRosCannotHoldAreRefused) {
   EXPECT_TRUE(contains(messageOf([&] { readKittiTimestamps(path, 2); }), "line 2 \"9999-"));
 }
 
+TEST(KittiTimestamps, PartsOfAStampAreRefused) {
+  const TemporaryDirectory files;
+  for (const std::string line :
+       {"1970-01", "2011-09-26", "2011-09-26 13:08", "2011-9-26 13:08:24", "2011-09-26 13:08:24.",
+        "2011-09-26 13:08:24.0000000001", "2011-09-26 13:08:24.9x", "2011-13-26 13:08:24"}) {
+    const std::string path = files.write("timestamps.txt", line + "\n");
+    EXPECT_TRUE(contains(messageOf([&] { readKittiTimestamps(path, 1); }),
+                         "line 1 \"" + line + "\" is not a time stamp"))
+        << line;
+  }
+}
+
 TEST(KittiTimestamps, TooFewAreRefused) {
   const KittiFixture files(3);
   files.write(KittiFixture::data("image_00/timestamps.txt"), "2011-09-26 13:08:24.9\n");
