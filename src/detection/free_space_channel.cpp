@@ -6,38 +6,16 @@
 
 #include "detection/object_shape.h"
 #include "detection/plausible_object.h"
+#include "detection/whole_object.h"
 
 namespace predictive_stereo {
 namespace {
 
 constexpr int kFewestCells = 15;
 constexpr double kLeastMoved = 0.2;  // share of the obstacle's cells
-// Largest difference of disparities within a cell: fixed part, and relative to them.
-constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
 constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
 constexpr int kBelow = 3;            // rows of cells in which something nearer hides the lower end
 constexpr float kNearer_px = 2;
-
-// The pixels of the obstacle's cells that have their disparity.
-ObservedObject objectOf(const Obstacles::Cells& obstacle, const cv::Rect& area,
-                        const DepthCells& cells, const DisparityRange& range,
-                        const cv::Mat1f& disparity_px) {
-  ObservedObject object;
-  const cv::Rect box(kCellSide_px * area.tl(), area.size() * kCellSide_px);
-  object.observation.box_px = box;
-  object.mask.create(box.size());
-  object.mask.setTo(0);
-  for (const cv::Point cell : obstacle) {
-    const float d = cells.disparity_px(cell);
-    const cv::Point first = kCellSide_px * cell;
-    for (int y = first.y; y < first.y + kCellSide_px; ++y)
-      for (int x = first.x; x < first.x + kCellSide_px; ++x)
-        if (range.isValid(disparity_px(y, x)) &&
-            std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
-          object.mask(y - box.y, x - box.x) = 255;
-  }
-  return object;
-}
 
 struct CellCounts {
   int moved = 0, fixed = 0;
@@ -47,14 +25,14 @@ CellCounts countCells(const Obstacles::Cells& obstacle, const FreeSpaceEvidence&
   CellCounts counts;
   for (const cv::Point p : obstacle) {
     counts.moved += evidence.moved(p) != 0;
-    counts.fixed += evidence.fixed(p) != 0;
+    counts.fixed += evidence.fixed_by(p) != 0;
   }
   return counts;
 }
 
 // Whether enough of what can be compared is where it was. A near person may fill most of the view.
 bool poseFits(const FreeSpaceEvidence& evidence) {
-  const int moved = cv::countNonZero(evidence.moved), fixed = cv::countNonZero(evidence.fixed);
+  const int moved = cv::countNonZero(evidence.moved), fixed = cv::countNonZero(evidence.fixed_by);
   return fixed >= kLeastFixed * (moved + fixed);
 }
 
@@ -69,17 +47,18 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
                                                    const MotionDetectionParams& params,
                                                    const cv::Mat1b& half_image) {
   cells_.setFrame(range, input.measured_disparity_px, input.measured_variance_px2);
-  ground_ = findGroundPlane(input.rig, cells_, ground_);
-  const Obstacles obstacles = findObstacles(input.rig, cells_, ground_);
-  free_space_.compare(input, cells_, half_image, obstacleWidths(obstacles, cells_));
+  findGround(input.rig);
+  obstacles_ = findObstacles(input.rig, cells_, ground_);
+  free_space_.compare(input, cells_, half_image, obstacleWidths(obstacles_, cells_));
   std::vector<ObservedObject> objects;
   if (!poseFits(free_space_.evidence())) {
     free_space_.reset();
+    obstacles_ = {};
     return objects;
   }
   free_space_.remember(input, cells_, half_image);
-  for (int k = 0; k < obstacles.size(); ++k) {
-    const Obstacles::Cells obstacle = obstacles[k];
+  for (int k = 0; k < obstacles_.size(); ++k) {
+    const Obstacles::Cells obstacle = obstacles_[k];
     if (obstacle.size() < kFewestCells) continue;
     const CellCounts counts = countCells(obstacle, free_space_.evidence());
     if (!hasMoved(obstacle.size(), counts)) continue;
@@ -97,9 +76,36 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
   return objects;
 }
 
+void FreeSpaceChannel::complete(const DetectionInput& input, const DisparityRange& range,
+                                const MotionDetectionParams& params, ObservedObject& part) const {
+  if (obstacles_.size() == 0) return;
+  const std::vector<cv::Point> cells =
+      wholeObstacle(part, obstacles_, cells_, free_space_.evidence());
+  if (cells.empty()) return;
+  const Obstacles::Cells obstacle(cells.data(), cells.data() + cells.size());
+  const cv::Rect area = obstacle.area();
+  ObservedObject whole =
+      joined(part, objectOf(obstacle, area, cells_, range, input.measured_disparity_px));
+  if (measureShape(input.rig, range, input.measured_disparity_px, whole) &&
+      isPlausible(input, params, obstacle, area, whole.observation.distance_m))
+    part = std::move(whole);
+}
+
+// A plane is the ground if the next frame shows it, too. Where the ground has no texture, each
+// frame has another one, of noise and walls.
+void FreeSpaceChannel::findGround(const StereoRig& rig) {
+  constexpr double kMostChange = 0.1;  // of the camera's height above it
+  const std::optional<GroundPlane> last = candidate_;
+  candidate_ = findGroundPlane(rig, cells_, last);
+  ground_.reset();
+  if (last && candidate_ &&
+      std::abs(std::log(candidate_->camera_height_m / last->camera_height_m)) < kMostChange)
+    ground_ = candidate_;
+}
+
 void FreeSpaceChannel::reset() {
   free_space_.reset();
-  ground_.reset();
+  candidate_.reset();
 }
 
 // Whether size and height above the ground are plausible for an object.

@@ -24,6 +24,10 @@ class FreeSpaceChannel {
   std::vector<ObservedObject> find(const DetectionInput& input, const DisparityRange& range,
                                    const MotionDetectionParams& params,
                                    const cv::Mat1b& half_image);
+  /// Extends an object that another channel found in this frame to the whole, see wholeObstacle, if
+  /// that is plausible.
+  void complete(const DetectionInput& input, const DisparityRange& range,
+                const MotionDetectionParams& params, ObservedObject& part) const;
   /// See FreeSpace.
   void addToDisparities(double step_px) {
     free_space_.addToDisparities(static_cast<float>(step_px));
@@ -33,13 +37,16 @@ class FreeSpaceChannel {
   void reset();
 
  private:
+  void findGround(const StereoRig& rig);
   bool isPlausible(const DetectionInput& input, const MotionDetectionParams& params,
                    const Obstacles::Cells& obstacle, const cv::Rect& area, double distance_m) const;
   bool isHiddenBelow(const cv::Rect& area, float disparity_px) const;
 
   DepthCells cells_;
   FreeSpace free_space_;
-  std::optional<GroundPlane> ground_;  // of this frame, and the first trial of the next one
+  std::optional<GroundPlane> ground_;     // of this frame, if the last one had it
+  std::optional<GroundPlane> candidate_;  // of this frame, and the first trial of the next one
+  Obstacles obstacles_;                   // of this frame; none if its pose is wrong
 };
 
 }  // namespace predictive_stereo

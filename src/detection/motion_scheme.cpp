@@ -32,7 +32,7 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
       [&] {
         if (sought_known_) findByMotion(frame, past, known);
       });
-  addMissing(verification_.objects());
+  addMissing(input, verification_.objects());
   return objects_;
 }
 
@@ -53,14 +53,16 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   findKnown(since_last, known);
 }
 
-// The objects of the other channels, unless the free space has shown them whole.
-void MotionScheme::addMissing(const std::vector<ObservedObject>& others) {
-  const auto whole = static_cast<std::ptrdiff_t>(objects_.size());
-  for (const ObservedObject& object : others)
-    if (std::none_of(objects_.begin(), objects_.begin() + whole, [&](const ObservedObject& found) {
+// The objects of the other channels, whole, unless they are there.
+void MotionScheme::addMissing(const DetectionInput& input,
+                              const std::vector<ObservedObject>& others) {
+  for (ObservedObject object : others) {
+    free_space_.complete(input, range_, params_, object);
+    if (std::none_of(objects_.begin(), objects_.end(), [&](const ObservedObject& found) {
           return overlaps(params_, object.observation, found.observation);
         }))
-      objects_.push_back(object);
+      objects_.push_back(std::move(object));
+  }
 }
 
 void MotionScheme::reset() {

@@ -28,6 +28,7 @@ class Obstacles {
     const cv::Point *first_, *last_;
   };
 
+  Obstacles() : ends_{0} {}
   /// @param number  of each cell's obstacle, from 0 on; -1: none.
   Obstacles(cv::Mat1i number, const std::vector<int>& sizes);
   int size() const { return static_cast<int>(ends_.size()) - 1; }

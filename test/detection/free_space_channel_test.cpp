@@ -159,6 +159,53 @@ TEST_F(FreeSpaceChannelTest, LeavesOutWhatHasGrownTogetherWithAStaticWall) {
   expectBox(apart[0], boxOf(come));
 }
 
+// A walker of whom the past shows that it looked through his head alone: below, nothing is known
+// but himself.
+TEST_F(FreeSpaceChannelTest, CompletesWhatMotionHasFoundOfAnObject) {
+  constexpr int kUnknownFrom_px = 140;
+  const auto walker = [](int k) { return standing(-1 + 0.1 * k, 0.6, 1.7, 5); };
+  BoardView view;
+  for (int k = 0; k < 12; ++k) {
+    BoardScene scene = sceneWith({walker(k)});
+    scene.ground_m = 2;  // its disparity is nowhere that of the walker
+    view = viewOf(scene, 0.1 * k);
+    cv::Mat1f below = view.input.measured_disparity_px.rowRange(kUnknownFrom_px, 240);
+    below.setTo(DisparityRange().invalid(), below != 18);
+    EXPECT_TRUE(find(view).empty()) << k;
+  }
+  const cv::Rect2d whole = boxOf({-1 + 0.1 * 11, -0.2, 0.6, 1.7, 5});
+  ObservedObject part;
+  part.observation.box_px = cv::Rect(cvRound(whole.x) + 8, 112, 20, 50);
+  part.observation.score = 0.8;
+  part.mask = cv::Mat1b(50, 20, 255);
+  const ObservedObject before = part;
+  channel_.complete(view.input, DisparityRange(), params_, part);
+  expectBox(part, {whole.x, whole.y, whole.width, 1.7 * 60});
+  EXPECT_EQ(part.observation.score, 0.8);
+  EXPECT_NEAR(part.observation.distance_m, 5, 1e-3);
+
+  part = before;
+  params_.max_height_m = 1.2;
+  channel_.complete(view.input, DisparityRange(), params_, part);
+  EXPECT_EQ(part.observation.box_px, before.observation.box_px) << "no plausible object";
+}
+
+// Another plane in each frame, of what noise and walls look like.
+TEST_F(FreeSpaceChannelTest, AGroundThatTheNextFrameDoesNotShowIsNone) {
+  const auto frame = [&](int k, double ground_m, bool come) {
+    BoardScene scene = sceneWith({}, 10);
+    scene.ground_m = ground_m;
+    if (come) scene.boards.push_back({-0.5, -1.5, 0.8, 1, 5});
+    return find(viewOf(scene, 0.1 * k));
+  };
+  for (const bool same : {true, false}) {
+    channel_.reset();
+    for (int k = 0; k < 6; ++k) frame(k, 1.5, false);
+    // It flies above the ground, if there is one.
+    EXPECT_EQ(frame(6, same ? 1.5 : 1.9, true).size(), same ? 0u : 1u);
+  }
+}
+
 TEST_F(FreeSpaceChannelTest, LeavesOutWhatFlies) {
   const BoardScene empty = sceneWith({});
   // Up to max_foot_m = 1.2, and 3 % of the distance.

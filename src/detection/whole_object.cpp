@@ -1,0 +1,135 @@
+#include "detection/whole_object.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+namespace predictive_stereo {
+namespace {
+
+// Largest difference of disparities within a cell: fixed part, and relative to them.
+constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
+constexpr float kMostSigma_px = 0.5f;  // of added cells; noise on a floor without texture has more
+constexpr double kLeastPart = 0.2;     // share of the cells that the part has
+constexpr double kLeastMoved = 0.2;    // share of the cells
+constexpr double kMostFixed = 0.2;     // share of the added cells that were there long ago
+constexpr double kTail = 0.05;         // share of the pixels in each thin end
+
+// The cells whose centre is in the object.
+cv::Mat1b cellsOf(const ObservedObject& object, cv::Size cells) {
+  const cv::Rect box = object.observation.box_px;
+  cv::Mat1b inside = cv::Mat1b::zeros(cells);
+  for (int v = box.y / kCellSide_px; v < std::min(cells.height, box.br().y / kCellSide_px + 1); ++v)
+    for (int u = box.x / kCellSide_px; u < std::min(cells.width, box.br().x / kCellSide_px + 1);
+         ++u) {
+      const cv::Point centre(kCellSide_px * u + kCellCentre_px, kCellSide_px * v + kCellCentre_px);
+      if (box.contains(centre)) inside(v, u) = object.mask(centre - box.tl());
+    }
+  return inside;
+}
+
+// The obstacle that most of these cells belong to; -1: none.
+int commonObstacle(const cv::Mat1b& inside, const cv::Mat1i& number) {
+  std::map<int, int> votes;
+  int most = 0, obstacle = -1;
+  for (int v = 0; v < inside.rows; ++v)
+    for (int u = 0; u < inside.cols; ++u)
+      if (inside(v, u) && number(v, u) >= 0 && ++votes[number(v, u)] > most) {
+        obstacle = number(v, u);
+        most = votes[obstacle];
+      }
+  return 2 * most >= cv::countNonZero(inside) ? obstacle : -1;
+}
+
+// The obstacle's cells that certain ones connect to the part.
+std::vector<cv::Point> connectedTo(const cv::Mat1b& part, const Obstacles::Cells& obstacle,
+                                   const DepthCells& cells) {
+  constexpr uchar kCertain = 255, kConnected = 128;
+  cv::Mat1b state = cv::Mat1b::zeros(part.size());
+  for (const cv::Point p : obstacle)
+    if (part(p) || cells.variance_px2(p) <= kMostSigma_px * kMostSigma_px) state(p) = kCertain;
+  for (const cv::Point p : obstacle)
+    if (part(p) && state(p) == kCertain) cv::floodFill(state, p, kConnected, nullptr, {}, {}, 4);
+  std::vector<cv::Point> connected;
+  std::copy_if(obstacle.begin(), obstacle.end(), std::back_inserter(connected),
+               [&](cv::Point p) { return state(p) == kConnected; });
+  return connected;
+}
+
+// Without the ends that have at most kTail of all.
+cv::Range withoutEnds(const std::vector<int>& counts, double all) {
+  cv::Range kept(0, static_cast<int>(counts.size()));
+  const auto at = [&](int i) { return counts[static_cast<size_t>(i)]; };
+  for (int dropped = 0; !kept.empty() && dropped + at(kept.start) <= kTail * all;)
+    dropped += at(kept.start++);
+  for (int dropped = 0; !kept.empty() && dropped + at(kept.end - 1) <= kTail * all;)
+    dropped += at(--kept.end);
+  return kept;
+}
+
+cv::Rect withoutEnds(const cv::Mat1b& mask) {
+  std::vector<int> columns(static_cast<size_t>(mask.cols)), rows(static_cast<size_t>(mask.rows));
+  for (int y = 0; y < mask.rows; ++y)
+    for (int x = 0; x < mask.cols; ++x)
+      if (mask(y, x)) ++columns[static_cast<size_t>(x)], ++rows[static_cast<size_t>(y)];
+  const int all = cv::countNonZero(mask);
+  const cv::Range across = withoutEnds(columns, all), down = withoutEnds(rows, all);
+  return {across.start, down.start, across.size(), down.size()};
+}
+
+}  // namespace
+
+ObservedObject objectOf(const Obstacles::Cells& obstacle, const cv::Rect& area,
+                        const DepthCells& cells, const DisparityRange& range,
+                        const cv::Mat1f& disparity_px) {
+  ObservedObject object;
+  const cv::Rect box(kCellSide_px * area.tl(), area.size() * kCellSide_px);
+  object.observation.box_px = box;
+  object.mask.create(box.size());
+  object.mask.setTo(0);
+  for (const cv::Point cell : obstacle) {
+    const float d = cells.disparity_px(cell);
+    const cv::Point first = kCellSide_px * cell;
+    for (int y = first.y; y < first.y + kCellSide_px; ++y)
+      for (int x = first.x; x < first.x + kCellSide_px; ++x)
+        if (range.isValid(disparity_px(y, x)) &&
+            std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
+          object.mask(y - box.y, x - box.x) = 255;
+  }
+  return object;
+}
+
+std::vector<cv::Point> wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
+                                     const DepthCells& cells, const FreeSpaceEvidence& evidence) {
+  const cv::Mat1b inside = cellsOf(part, obstacles.number().size());
+  const int k = commonObstacle(inside, obstacles.number());
+  if (k < 0) return {};
+  std::vector<cv::Point> whole = connectedTo(inside, obstacles[k], cells);
+  int of_part = 0, moved = 0, fixed = 0;
+  for (const cv::Point p : whole) {
+    of_part += inside(p) != 0;
+    moved += evidence.moved(p) != 0;
+    fixed += !inside(p) && evidence.fixed_by(p) >= kLongAgo;
+  }
+  const auto all = static_cast<double>(whole.size());
+  if (of_part < kLeastPart * all || moved < kLeastMoved * all ||
+      fixed > kMostFixed * (all - of_part))
+    return {};
+  return whole;
+}
+
+ObservedObject joined(const ObservedObject& part, const ObservedObject& whole) {
+  const cv::Rect of_part = part.observation.box_px, kept = withoutEnds(whole.mask);
+  const cv::Rect of_whole = kept + cv::Rect(whole.observation.box_px).tl();
+  ObservedObject both{part.observation, {}};
+  const cv::Rect box = of_part | of_whole;
+  both.observation.box_px = box;
+  both.mask = cv::Mat1b::zeros(box.size());
+  whole.mask(kept).copyTo(both.mask(of_whole - box.tl()));
+  both.mask(of_part - box.tl()).setTo(255, part.mask);
+  return both;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,129 @@
+/// Boards on small maps of cells.
+#include "detection/whole_object.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr int kColumns = 60, kRows = 40;
+const cv::Rect kBody(20, 5, 6, 12), kLegs(18, 17, 10, 12), kPerson = kBody | kLegs;
+
+StereoRig testRig() {
+  StereoRig rig;
+  rig.size = {kCellSide_px * kColumns, kCellSide_px * kRows};
+  rig.fx_px = rig.fy_px = 300;
+  rig.cx_left_px = rig.cx_right_px = 120;
+  rig.cy_px = 80;
+  rig.baseline_m = 0.3;
+  return rig;
+}
+
+// A person of whom the body has moved, and whose legs were partly where they are.
+class WholeObjectTest : public testing::Test {
+ protected:
+  WholeObjectTest() {
+    cells_.disparity_px = cv::Mat1f(kRows, kColumns, 0.0f);
+    cells_.variance_px2 = cv::Mat1f(kRows, kColumns, 0.04f);
+    evidence_.moved = cv::Mat1b::zeros(kRows, kColumns);
+    evidence_.fixed_by = cv::Mat1b::zeros(kRows, kColumns);
+    for (const cv::Rect& part : {kBody, kLegs}) cells_.disparity_px(part) = 20;
+    evidence_.moved(kBody) = 255;
+    evidence_.fixed_by(kLegs) = kLongAgo - 1;
+  }
+  std::vector<cv::Point> whole(const cv::Rect& part_cells = kBody) const {
+    return wholeObstacle(objectAt(part_cells), findObstacles(testRig(), cells_, std::nullopt),
+                         cells_, evidence_);
+  }
+  static ObservedObject objectAt(const cv::Rect& part) {
+    ObservedObject object;
+    object.observation.box_px = {kCellSide_px * part.tl(), part.size() * kCellSide_px};
+    object.mask = cv::Mat1b(object.observation.box_px.size(), 255);
+    return object;
+  }
+  static cv::Rect areaOf(const std::vector<cv::Point>& cells) { return cv::boundingRect(cells); }
+
+  DepthCells cells_;
+  FreeSpaceEvidence evidence_;
+};
+
+TEST_F(WholeObjectTest, TheLegsBelongToTheBody) {
+  const auto cells = whole();
+  EXPECT_EQ(areaOf(cells), kPerson);
+  EXPECT_EQ(cells.size(), size_t(kBody.area() + kLegs.area()));
+}
+
+TEST_F(WholeObjectTest, NotWhatIsBehindOrApart) {
+  cells_.disparity_px(cv::Rect(26, 5, 20, 12)) = 8;
+  cells_.disparity_px(cv::Rect(32, 20, 6, 8)) = 20;
+  EXPECT_EQ(areaOf(whole()), kPerson);
+}
+
+TEST_F(WholeObjectTest, NotWhatIsUncertain) {
+  const cv::Rect noise(28, 24, 12, 5);
+  cells_.disparity_px(noise) = 20;
+  EXPECT_EQ(areaOf(whole()), kPerson | noise);
+  cells_.variance_px2(noise) = 0.3f;
+  EXPECT_EQ(areaOf(whole()), kPerson);
+}
+
+TEST_F(WholeObjectTest, ThePartItselfMayBeUncertain) {
+  cells_.variance_px2(kBody) = 0.3f;
+  EXPECT_EQ(areaOf(whole()), kPerson);
+}
+
+TEST_F(WholeObjectTest, NotIfMostOfTheOtherCellsWereThereLongAgo) {
+  evidence_.fixed_by(kLegs) = kLongAgo;
+  EXPECT_TRUE(whole().empty());
+  evidence_.fixed_by(kLegs) = 0;
+  evidence_.fixed_by(cv::Rect(18, 17, 10, 2)) = kLongAgo;  // 20 of 120
+  EXPECT_EQ(areaOf(whole()), kPerson);
+}
+
+TEST_F(WholeObjectTest, NotWithoutFreeSpaceThatItViolates) {
+  evidence_.moved.setTo(0);
+  EXPECT_TRUE(whole().empty());
+}
+
+TEST_F(WholeObjectTest, NotFromASmallPart) {
+  EXPECT_FALSE(whole(cv::Rect(20, 5, 6, 7)).empty());  // 42 of 192
+  EXPECT_TRUE(whole(cv::Rect(20, 5, 6, 6)).empty());
+}
+
+TEST_F(WholeObjectTest, NotFromAPartOnSeveralObstacles) {
+  cells_.disparity_px(cv::Rect(26, 5, 20, 24)) = 8;
+  EXPECT_FALSE(whole(cv::Rect(20, 5, 12, 12)).empty());
+  EXPECT_TRUE(whole(cv::Rect(18, 3, 13, 14)).empty()) << "most of it is on none";
+}
+
+TEST_F(WholeObjectTest, JoinedHasBothWithoutThinEnds) {
+  ObservedObject part = objectAt({10, 10, 4, 4}), whole = objectAt({8, 8, 40, 40});
+  part.observation.score = 0.7;
+  whole.mask.setTo(0);
+  whole.mask(cv::Rect(8, 8, 80, 80)).setTo(255);   // from 40, 40 on
+  whole.mask(cv::Rect(88, 40, 60, 4)).setTo(255);  // 240 of 6640 pixels to the right
+  const ObservedObject both = joined(part, whole);
+  EXPECT_EQ(both.observation.score, 0.7);
+  // 332 pixels are 5 %: 4 lines are dropped at three sides, and 61 at the right.
+  const cv::Rect expected(40, 40, 79, 76);
+  EXPECT_EQ(cv::Rect(both.observation.box_px), expected);
+  EXPECT_EQ(both.mask.size(), both.observation.box_px.size());
+  EXPECT_EQ(cv::countNonZero(both.mask(cv::Rect(0, 0, 16, 16))), 256);
+}
+
+TEST_F(WholeObjectTest, PixelsOfAnotherSurfaceAreNoneOfTheObject) {
+  const StereoRig rig = testRig();
+  cv::Mat1f disparity_px(rig.size, 20.0f);
+  disparity_px(cv::Rect(80, 20, 3, 48)) = 5;
+  const Obstacles obstacles = findObstacles(rig, cells_, std::nullopt);
+  const ObservedObject object =
+      objectOf(obstacles[0], obstacles[0].area(), cells_, DisparityRange(), disparity_px);
+  EXPECT_EQ(cv::Rect(object.observation.box_px),
+            cv::Rect(kCellSide_px * kPerson.tl(), kPerson.size() * kCellSide_px));
+  EXPECT_EQ(cv::countNonZero(object.mask), 16 * (kBody.area() + kLegs.area()) - 3 * 48);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
