@@ -15,7 +15,7 @@ constexpr float kMostSigma_px = 0.5f;  // of added cells; noise on a floor witho
 constexpr double kLeastPart = 0.2;     // share of the cells that the part has
 constexpr double kLeastMoved = 0.2;    // share of the cells
 constexpr double kMostFixed = 0.2;     // share of the added cells that were there long ago
-constexpr double kTail = 0.05;         // share of the pixels in each thin end
+constexpr double kThin = 0.3;          // pixels of a line / of the fullest line
 
 // The cells whose centre is in the object.
 cv::Mat1b cellsOf(const ObservedObject& object, cv::Size cells) {
@@ -58,14 +58,13 @@ std::vector<cv::Point> connectedTo(const cv::Mat1b& part, const Obstacles::Cells
   return connected;
 }
 
-// Without the ends that have at most kTail of all.
-cv::Range withoutEnds(const std::vector<int>& counts, double all) {
+// Without thin lines at the ends.
+cv::Range withoutEnds(const std::vector<int>& counts) {
+  const double thin = kThin * *std::max_element(counts.begin(), counts.end());
   cv::Range kept(0, static_cast<int>(counts.size()));
   const auto at = [&](int i) { return counts[static_cast<size_t>(i)]; };
-  for (int dropped = 0; !kept.empty() && dropped + at(kept.start) <= kTail * all;)
-    dropped += at(kept.start++);
-  for (int dropped = 0; !kept.empty() && dropped + at(kept.end - 1) <= kTail * all;)
-    dropped += at(--kept.end);
+  while (!kept.empty() && at(kept.start) <= thin) ++kept.start;
+  while (!kept.empty() && at(kept.end - 1) <= thin) --kept.end;
   return kept;
 }
 
@@ -74,8 +73,7 @@ cv::Rect withoutEnds(const cv::Mat1b& mask) {
   for (int y = 0; y < mask.rows; ++y)
     for (int x = 0; x < mask.cols; ++x)
       if (mask(y, x)) ++columns[static_cast<size_t>(x)], ++rows[static_cast<size_t>(y)];
-  const int all = cv::countNonZero(mask);
-  const cv::Range across = withoutEnds(columns, all), down = withoutEnds(rows, all);
+  const cv::Range across = withoutEnds(columns), down = withoutEnds(rows);
   return {across.start, down.start, across.size(), down.size()};
 }
 
