@@ -94,11 +94,12 @@ void FreeSpaceChannel::complete(const DetectionInput& input, const DisparityRang
 // A plane is the ground if the next frame shows it, too. Where the ground has no texture, each
 // frame has another one, of noise and walls.
 void FreeSpaceChannel::findGround(const StereoRig& rig) {
-  constexpr double kMostChange = 0.1;  // of the camera's height above it
+  constexpr double kMostChange = 0.1;                  // of the camera's height above it
+  const double kLeastCos = std::cos(20 * M_PI / 180);  // of the angle between the two planes
   const std::optional<GroundPlane> last = candidate_;
   candidate_ = findGroundPlane(rig, cells_, last);
   ground_.reset();
-  if (last && candidate_ &&
+  if (last && candidate_ && last->normal.dot(candidate_->normal) > kLeastCos &&
       std::abs(std::log(candidate_->camera_height_m / last->camera_height_m)) < kMostChange)
     ground_ = candidate_;
 }

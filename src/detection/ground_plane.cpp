@@ -51,7 +51,7 @@ std::optional<GroundPlane> planeOf(const StereoRig& rig, const Eigen::Vector3d& 
   if (!(length > 0) || normal.y() < kLeastCos * length ||
       std::abs(normal.x()) > kMostSinRoll * length)
     return std::nullopt;
-  return GroundPlane{abc[0], abc[1], abc[2], rig.disparityTimesDepth() / length};
+  return GroundPlane{abc[0], abc[1], abc[2], rig.disparityTimesDepth() / length, normal / length};
 }
 
 float toleranceAt(float disparity_px) { return kTolerance_px + kTolerance * disparity_px; }

@@ -1,6 +1,7 @@
 /// The ground as a plane in disparity space.
 #pragma once
 
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -12,7 +13,8 @@ namespace predictive_stereo {
 /// A plane in space: points (x, y) [px] on it have the disparity a x + b y + c [px].
 struct GroundPlane {
   double a = 0, b = 0, c = 0;
-  double camera_height_m = 0;  ///< distance of the camera from the plane
+  double camera_height_m = 0;                         ///< distance of the camera from the plane
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitY();  ///< unit vector, downwards
 
   double disparityAt(double x_px, double y_px) const { return a * x_px + b * y_px + c; }
   /// Distance of a cell's surface from the plane [m], positive on the camera's side.

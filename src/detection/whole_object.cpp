@@ -14,7 +14,7 @@ constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
 constexpr float kMostSigma_px = 0.5f;  // of added cells; noise on a floor without texture has more
 constexpr double kLeastPart = 0.2;     // share of the cells that the part has
 constexpr double kLeastMoved = 0.2;    // share of the cells
-constexpr double kMostFixed = 0.2;     // share of the added cells that were there long ago
+constexpr double kMostFixed = 0.2;     // share of the cells that are added and were there long ago
 constexpr double kThin = 0.3;          // pixels of a line / of the fullest line
 
 // The cells whose centre is in the object.
@@ -112,8 +112,7 @@ std::vector<cv::Point> wholeObstacle(const ObservedObject& part, const Obstacles
     fixed += !inside(p) && evidence.fixed_by(p) >= kLongAgo;
   }
   const auto all = static_cast<double>(whole.size());
-  if (of_part < kLeastPart * all || moved < kLeastMoved * all ||
-      fixed > kMostFixed * (all - of_part))
+  if (of_part < kLeastPart * all || moved < kLeastMoved * all || fixed > kMostFixed * all)
     return {};
   return whole;
 }
