@@ -53,7 +53,7 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   findKnown(since_last, known);
 }
 
-// The objects of the other channels, whole, unless they are there.
+// The objects of the other channels, completed, unless they are among the objects already.
 void MotionScheme::addMissing(const DetectionInput& input,
                               const std::vector<ObservedObject>& others) {
   for (ObservedObject object : others) {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 
 namespace predictive_stereo {
 namespace {
@@ -119,6 +119,7 @@ std::vector<cv::Point> wholeObstacle(const ObservedObject& part, const Obstacles
 
 ObservedObject joined(const ObservedObject& part, const ObservedObject& whole) {
   const cv::Rect of_part = part.observation.box_px, kept = withoutEnds(whole.mask);
+  if (kept.empty()) return part;
   const cv::Rect of_whole = kept + cv::Rect(whole.observation.box_px).tl();
   ObservedObject both{part.observation, {}};
   const cv::Rect box = of_part | of_whole;

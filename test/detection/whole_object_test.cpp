@@ -112,6 +112,15 @@ TEST_F(WholeObjectTest, JoinedHasBothWithoutThinEnds) {
   EXPECT_EQ(cv::countNonZero(both.mask), 80 * 80 + 45 * 10 + 16 * 16 - 12 * 12);
 }
 
+TEST_F(WholeObjectTest, JoinedWithNothingIsThePart) {
+  const ObservedObject part = objectAt({10, 10, 4, 4});
+  ObservedObject nothing = objectAt({30, 30, 4, 4});
+  nothing.mask.setTo(0);
+  const ObservedObject both = joined(part, nothing);
+  EXPECT_EQ(both.observation.box_px, part.observation.box_px);
+  EXPECT_EQ(cv::countNonZero(both.mask != part.mask), 0);
+}
+
 TEST_F(WholeObjectTest, PixelsOfAnotherSurfaceAreNoneOfTheObject) {
   const StereoRig rig = testRig();
   cv::Mat1f disparity_px(rig.size, 20.0f);
