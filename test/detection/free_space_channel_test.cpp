@@ -208,6 +208,24 @@ TEST_F(FreeSpaceChannelTest, AGroundThatTheNextFrameDoesNotShowIsNone) {
   }
 }
 
+// The camera rolls: its height above the plane stays, the plane's direction does not.
+TEST_F(FreeSpaceChannelTest, AGroundThatHasTurnedIsNone) {
+  const auto frame = [&](int k, double roll_deg, bool come) {
+    BoardScene scene = sceneWith({}, 10);
+    if (come) scene.boards.push_back({-0.5, -1.5, 0.8, 1, 5});
+    Eigen::Isometry3d T_odom_cam = Eigen::Isometry3d::Identity();
+    T_odom_cam.linear() =
+        Eigen::AngleAxisd(roll_deg * M_PI / 180, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    return find(viewOf(scene, 0.1 * k, T_odom_cam));
+  };
+  for (const double roll_deg : {10.0, 25.0}) {
+    channel_.reset();
+    for (int k = 0; k < 6; ++k) frame(k, 0, false);
+    // It flies above the ground, if there is one.
+    EXPECT_EQ(frame(6, roll_deg, true).size(), roll_deg < 20 ? 0u : 1u) << roll_deg;
+  }
+}
+
 TEST_F(FreeSpaceChannelTest, LeavesOutWhatFlies) {
   const BoardScene empty = sceneWith({});
   // Up to max_foot_m = 1.2, and 3 % of the distance.
