@@ -30,7 +30,8 @@ struct DetectedObject {
 };
 
 /// Input of the detector for one frame. All maps have rig.size; unknown disparities are
-/// DisparityRange::invalid(). Only the paper's scheme uses the predicted maps.
+/// DisparityRange::invalid(). Only the paper's scheme uses the predicted maps: for the default one
+/// they may be empty.
 struct DetectionInput {
   double stamp_s = 0;  ///< time of the frame since any epoch
   StereoRig rig;

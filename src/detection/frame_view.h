@@ -2,6 +2,7 @@
 
 #include "detection/frame_comparison.h"
 #include "detection/frame_history.h"
+#include "detection/ground_plane.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/moving_objects.h"
 
@@ -15,6 +16,7 @@ struct FrameView {
   const DisparityRange& range;
   const MotionDetectionParams& params;
   const RememberedFrame& current;
+  const GroundPlane* ground = nullptr;  ///< none: this frame shows none
 
   cv::Size lattice() const { return current.pyramid.level(1).size(); }
   /// @param past  must outlive the view, as this frame must.

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kLeastApart_s = 0.08;     // between remembered frames
 constexpr double kLongestGap_s = 1;        // a longer one ends the past
-constexpr int kLags[] = {2, 3, 5, 8, 13};  // remembered frames that are compared; see kLongAgo
+constexpr int kLags[] = {2, 3, 5, 8, 13};  // remembered frames that are compared
 constexpr float kFarthest_m = 40;          // of cells that are compared
 // Mean squared difference of patches, relative to its variance, up to which they are the same.
 constexpr float kMostDifference = 6;
@@ -89,14 +89,14 @@ bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cel
 void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
                         const cv::Mat1b& half_image, const cv::Mat1f& width_px) {
   evidence_.moved.create(cells.disparity_px.size());
-  evidence_.fixed_by.create(cells.disparity_px.size());
+  evidence_.fixed.create(cells.disparity_px.size());
   endPastBefore(input.stamp_s);
   if (isUnseen(input.motion_covariance)) reset();
   continueMotions(input);
   const std::vector<Lag> lags = lagsOf(input);
   if (static_cast<int>(lags.size()) < kFewestThrough) {
     evidence_.moved.setTo(0);
-    evidence_.fixed_by.setTo(0);
+    evidence_.fixed.setTo(0);
     return;
   }
   const StereoRig& rig = input.rig;
@@ -117,16 +117,16 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
                          static_cast<float>(rig.cx_left_px),
                          static_cast<float>(rig.fx_px),
                          disparity_times_depth};
-      uchar *const moved = evidence_.moved[v], *const fixed_by = evidence_.fixed_by[v];
+      uchar *const moved = evidence_.moved[v], *const fixed = evidence_.fixed[v];
       sightsRow(row, past.data(), static_cast<int>(lags.size()),
-                disparity_times_depth / kFarthest_m, moved, fixed_by);
+                disparity_times_depth / kFarthest_m, moved, fixed);
       for (int u = 0; u < row.cells; ++u) {
         if (moved[u] == 0) continue;
         const Cell cell{static_cast<float>(kCellSide_px * u + kCellCentre_px),
                         static_cast<float>(y), row.disparity_px[u]};
         const Lag& last_through = lags[static_cast<size_t>(moved[u] - 1)];
         moved[u] = isRefuted(last_through, half_image, cell) ? 0 : 255;
-        if (moved[u] != 0) fixed_by[u] = 0;
+        if (moved[u] != 0) fixed[u] = 0;
       }
     }
   });

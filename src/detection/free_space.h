@@ -15,13 +15,13 @@
 
 namespace predictive_stereo {
 
-/// Evidence of each cell; 0: none. Cells with neither were hidden, outside the image or unknown.
+/// Evidence of each cell, 255 or 0. Cells with neither were hidden, outside the image or unknown.
 struct FreeSpaceEvidence {
-  cv::Mat1b moved;     ///< 255: past frames looked through the place of its surface
-  cv::Mat1b fixed_by;  ///< the oldest past frame that saw its surface there, from 1 (the last one)
+  cv::Mat1b moved;  ///< past frames looked through the place of its surface
+  cv::Mat1b fixed;  ///< a past frame saw its surface there
 };
-/// FreeSpaceEvidence::fixed_by from here on: at least 0.64 s ago. A walker has left his place.
-constexpr uchar kLongAgo = 4;
+/// Least share of an object's cells that have moved.
+constexpr double kLeastMoved = 0.2;
 
 /// Remembers where the camera has looked through, for 13 frames that are at least 80 ms apart.
 ///

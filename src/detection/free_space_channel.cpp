@@ -12,7 +12,6 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kFewestCells = 15;
-constexpr double kLeastMoved = 0.2;  // share of the obstacle's cells
 constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
 constexpr int kBelow = 3;            // rows of cells in which something nearer hides the lower end
 constexpr float kNearer_px = 2;
@@ -25,14 +24,14 @@ CellCounts countCells(const Obstacles::Cells& obstacle, const FreeSpaceEvidence&
   CellCounts counts;
   for (const cv::Point p : obstacle) {
     counts.moved += evidence.moved(p) != 0;
-    counts.fixed += evidence.fixed_by(p) != 0;
+    counts.fixed += evidence.fixed(p) != 0;
   }
   return counts;
 }
 
 // Whether enough of what can be compared is where it was. A near person may fill most of the view.
 bool poseFits(const FreeSpaceEvidence& evidence) {
-  const int moved = cv::countNonZero(evidence.moved), fixed = cv::countNonZero(evidence.fixed_by);
+  const int moved = cv::countNonZero(evidence.moved), fixed = cv::countNonZero(evidence.fixed);
   return fixed >= kLeastFixed * (moved + fixed);
 }
 
@@ -42,13 +41,16 @@ bool hasMoved(int cells, const CellCounts& counts) {
 
 }  // namespace
 
+void FreeSpaceChannel::setFrame(const DetectionInput& input, const DisparityRange& range) {
+  cells_.setFrame(range, input.measured_disparity_px, input.measured_variance_px2);
+  ground_.setFrame(input.rig, cells_);
+}
+
 std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
                                                    const DisparityRange& range,
                                                    const MotionDetectionParams& params,
                                                    const cv::Mat1b& half_image) {
-  cells_.setFrame(range, input.measured_disparity_px, input.measured_variance_px2);
-  findGround(input.rig);
-  obstacles_ = findObstacles(input.rig, cells_, ground_);
+  obstacles_ = findObstacles(input.rig, cells_, ground());
   free_space_.compare(input, cells_, half_image, obstacleWidths(obstacles_, cells_));
   std::vector<ObservedObject> objects;
   if (!poseFits(free_space_.evidence())) {
@@ -91,22 +93,9 @@ void FreeSpaceChannel::complete(const DetectionInput& input, const DisparityRang
     part = std::move(whole);
 }
 
-// A plane is the ground if the next frame shows it, too. Where the ground has no texture, each
-// frame has another one, of noise and walls.
-void FreeSpaceChannel::findGround(const StereoRig& rig) {
-  constexpr double kMostChange = 0.1;                  // of the camera's height above it
-  const double kLeastCos = std::cos(20 * M_PI / 180);  // of the angle between the two planes
-  const std::optional<GroundPlane> last = candidate_;
-  candidate_ = findGroundPlane(rig, cells_, last);
-  ground_.reset();
-  if (last && candidate_ && last->normal.dot(candidate_->normal) > kLeastCos &&
-      std::abs(std::log(candidate_->camera_height_m / last->camera_height_m)) < kMostChange)
-    ground_ = candidate_;
-}
-
 void FreeSpaceChannel::reset() {
   free_space_.reset();
-  candidate_.reset();
+  ground_.reset();
 }
 
 // Whether size and height above the ground are plausible for an object.
@@ -121,10 +110,10 @@ bool FreeSpaceChannel::isPlausible(const DetectionInput& input, const MotionDete
       height_m > params.max_height_m)
     return false;
   if (area.br().y >= cells_.disparity_px.rows) return true;  // cut by the image
-  if (ground_) {
+  if (ground()) {
     double foot_m = std::numeric_limits<double>::infinity();
     for (const cv::Point p : obstacle) {
-      const double above_m = ground_->heightOf(p, cells_.disparity_px(p));
+      const double above_m = ground()->heightOf(p, cells_.disparity_px(p));
       foot_m = std::min(foot_m, above_m);
       height_m = std::max(height_m, above_m);  // a camera that looks down sees no height
     }
@@ -143,7 +132,7 @@ bool FreeSpaceChannel::isHiddenBelow(const cv::Rect& area, float disparity_px) c
   for (int u = below.x; u < below.br().x; ++u)
     for (int v = below.y; v < below.br().y; ++v) {
       const float d = cells_.disparity_px(v, u);
-      if (d <= disparity_px + kNearer_px || ground_->heightOf({u, v}, d) <= kGroundMargin_m)
+      if (d <= disparity_px + kNearer_px || ground()->heightOf({u, v}, d) <= kGroundMargin_m)
         continue;
       ++hidden;
       break;

@@ -6,8 +6,8 @@
 
 #include "detection/depth_cells.h"
 #include "detection/free_space.h"
-#include "detection/ground_plane.h"
 #include "detection/obstacles.h"
+#include "detection/steady_ground.h"
 #include "detection/tracker.h"
 
 namespace predictive_stereo {
@@ -17,7 +17,11 @@ namespace predictive_stereo {
 /// ones is left to the other channels.
 class FreeSpaceChannel {
  public:
-  /// Finds the objects of a frame, and remembers it. If most obstacles contradict the past, its
+  /// Measures the surfaces of a frame.
+  void setFrame(const DetectionInput& input, const DisparityRange& range);
+  /// Of this frame.
+  const std::optional<GroundPlane>& ground() const { return ground_.plane(); }
+  /// Finds the objects of this frame, and remembers it. If most obstacles contradict the past, its
   /// pose is taken for wrong: the past is forgotten, and nothing is found.
   /// @param input  with a pose.
   /// @param half_image  the left image on the lattice.
@@ -37,16 +41,14 @@ class FreeSpaceChannel {
   void reset();
 
  private:
-  void findGround(const StereoRig& rig);
   bool isPlausible(const DetectionInput& input, const MotionDetectionParams& params,
                    const Obstacles::Cells& obstacle, const cv::Rect& area, double distance_m) const;
   bool isHiddenBelow(const cv::Rect& area, float disparity_px) const;
 
   DepthCells cells_;
   FreeSpace free_space_;
-  std::optional<GroundPlane> ground_;     // of this frame, if the last one had it
-  std::optional<GroundPlane> candidate_;  // of this frame, and the first trial of the next one
-  Obstacles obstacles_;                   // of this frame; none if its pose is wrong
+  SteadyGround ground_;
+  Obstacles obstacles_;  // of this frame; none if its pose is wrong
 };
 
 }  // namespace predictive_stereo

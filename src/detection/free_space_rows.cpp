@@ -23,7 +23,7 @@ struct Cells {
   int first, count;
   const float *d, *variance, *width;
   float depth[kChunk];
-  int32_t through[kChunk], last_same[kChunk], came_back[kChunk], through_by[kChunk];
+  int32_t through[kChunk], same[kChunk], came_back[kChunk], through_by[kChunk];
 };
 
 // Where the cells were in a past frame.
@@ -79,13 +79,13 @@ HWY_INLINE void addSights(const PastSight& past, int number, const Places& place
     cells.through_by[i] =
         is_through & (cells.through[i] == 0 ? 1 : 0) ? number : cells.through_by[i];
     cells.through[i] += is_through;
-    cells.last_same[i] = is_same ? number : cells.last_same[i];
+    cells.same[i] += is_same;
     cells.came_back[i] += is_same & (cells.through[i] > 0 ? 1 : 0);
   }
 }
 
 HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
-                            uint8_t* HWY_RESTRICT through_by, uint8_t* HWY_RESTRICT fixed_by) {
+                            uint8_t* HWY_RESTRICT through_by, uint8_t* HWY_RESTRICT fixed) {
   Cells cells;
   Places places;
   for (cells.first = 0; cells.first < row.cells; cells.first += kChunk) {
@@ -98,11 +98,11 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
     for (int i = 0; i < n; ++i) any |= cells.d[i] >= least_px ? 1 : 0;
     if (any == 0) {
       std::fill_n(through_by + cells.first, n, uint8_t{0});
-      std::fill_n(fixed_by + cells.first, n, uint8_t{0});
+      std::fill_n(fixed + cells.first, n, uint8_t{0});
       continue;
     }
     for (int i = 0; i < n; ++i) cells.depth[i] = row.disparity_times_depth / cells.d[i];
-    for (int32_t* counts : {cells.through, cells.last_same, cells.came_back, cells.through_by})
+    for (int32_t* counts : {cells.through, cells.same, cells.came_back, cells.through_by})
       std::fill_n(counts, n, 0);
     for (int k = 0; k < count; ++k) {
       placesOf(row, past[k], cells, places);
@@ -114,7 +114,7 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
           (cells.through[i] >= kFewestThrough) & (cells.through[i] > cells.came_back[i]) ? compared
                                                                                          : 0;
       through_by[cells.first + i] = static_cast<uint8_t>(enough * cells.through_by[i]);
-      fixed_by[cells.first + i] = static_cast<uint8_t>(compared * cells.last_same[i]);
+      fixed[cells.first + i] = static_cast<uint8_t>(-(compared & (cells.same[i] > 0 ? 1 : 0)));
     }
   }
 }
@@ -129,8 +129,8 @@ namespace predictive_stereo {
 HWY_EXPORT(sightsRow);
 
 void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
-               uint8_t* through_by, uint8_t* fixed_by) {
-  HWY_DYNAMIC_DISPATCH(sightsRow)(row, past, count, least_px, through_by, fixed_by);
+               uint8_t* through_by, uint8_t* fixed) {
+  HWY_DYNAMIC_DISPATCH(sightsRow)(row, past, count, least_px, through_by, fixed);
 }
 
 }  // namespace predictive_stereo

@@ -52,9 +52,8 @@ constexpr float kThinnest_px = 20;
 /// @param least_px  cells with smaller disparities are left out.
 /// @param through_by  1 + index of the first frame that looked through, where kFewestThrough and
 ///   more did than saw the surface at its place later on; 0 elsewhere.
-/// @param fixed_by  1 + index of the last frame, the oldest, that saw the surface at its place; 0
-///   where none did.
+/// @param fixed  255 where a frame saw the surface at its place; 0 elsewhere.
 void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
-               uint8_t* through_by, uint8_t* fixed_by);
+               uint8_t* through_by, uint8_t* fixed);
 
 }  // namespace predictive_stereo

@@ -17,12 +17,15 @@ struct GroundPlane {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitY();  ///< unit vector, downwards
 
   double disparityAt(double x_px, double y_px) const { return a * x_px + b * y_px + c; }
-  /// Distance of a cell's surface from the plane [m], positive on the camera's side.
+  /// Distance of a surface from the plane [m], positive on the camera's side.
   /// @param disparity_px  positive.
+  double heightAt(double x_px, double y_px, double disparity_px) const {
+    return camera_height_m * (1 - disparityAt(x_px, y_px) / disparity_px);
+  }
+  /// The same for a cell.
   double heightOf(cv::Point cell, double disparity_px) const {
-    const double expected_px =
-        disparityAt(kCellSide_px * cell.x + kCellCentre_px, kCellSide_px * cell.y + kCellCentre_px);
-    return camera_height_m * (1 - expected_px / disparity_px);
+    return heightAt(kCellSide_px * cell.x + kCellCentre_px, kCellSide_px * cell.y + kCellCentre_px,
+                    disparity_px);
   }
 };
 

@@ -2,21 +2,25 @@
 
 #include <algorithm>
 
+#include "detection/object_shape.h"
 #include "detection/same_object.h"
+#include "detection/whole_object.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
 
 const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& input,
                                                          const ObjectTracker& known) {
-  frames_.remember(input, {[&] { verification_.findGround(input, range_); },
+  frames_.remember(input, {[&] { free_space_.setFrame(input, range_); },
+                           [&] { verification_.findGround(input, range_); },
                            [&] { verification_.findRoad(input, range_); }});
   verification_.forgetObjects();
   objects_.clear();
   sought_known_ = false;
   if (input.pose_state != PoseState::kKnown) return objects_;
   const std::vector<PastFrame> past = frames_.past();
-  const FrameView frame{input, range_, params_, frames_.current()};
+  const FrameView frame{input, range_, params_, frames_.current(),
+                        free_space_.ground() ? &*free_space_.ground() : nullptr};
   if (!past.empty()) {
     greyDeviation(frames_.current().pyramid.level(1), grey_deviation_);
     since_last_.compare(frame.since(past[0]), grey_deviation_, verification_.ground());
@@ -32,7 +36,7 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
       [&] {
         if (sought_known_) findByMotion(frame, past, known);
       });
-  addMissing(input, verification_.objects());
+  addMoving(input, verification_.objects());
   return objects_;
 }
 
@@ -53,15 +57,23 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   findKnown(since_last, known);
 }
 
-// The objects of the other channels, completed, unless they are among the objects already.
-void MotionScheme::addMissing(const DetectionInput& input,
-                              const std::vector<ObservedObject>& others) {
-  for (ObservedObject object : others) {
-    free_space_.complete(input, range_, params_, object);
-    if (std::none_of(objects_.begin(), objects_.end(), [&](const ObservedObject& found) {
+// What free space and motion have both found gets the pixels of both. What motion alone has found
+// is completed.
+void MotionScheme::addMoving(const DetectionInput& input,
+                             const std::vector<ObservedObject>& moving) {
+  for (ObservedObject object : moving) {
+    const auto whole =
+        std::find_if(objects_.begin(), objects_.end(), [&](const ObservedObject& found) {
           return overlaps(params_, object.observation, found.observation);
-        }))
+        });
+    if (whole == objects_.end()) {
+      free_space_.complete(input, range_, params_, object);
       objects_.push_back(std::move(object));
+      continue;
+    }
+    ObservedObject both = joined(object, *whole);
+    if (measureShape(input.rig, range_, input.measured_disparity_px, both))
+      *whole = std::move(both);
   }
 }
 

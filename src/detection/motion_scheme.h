@@ -38,7 +38,7 @@ class MotionScheme {
  private:
   void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
                     const ObjectTracker& known);
-  void addMissing(const DetectionInput& input, const std::vector<ObservedObject>& others);
+  void addMoving(const DetectionInput& input, const std::vector<ObservedObject>& moving);
   void findKnown(const PastView& view, const ObjectTracker& known);
 
   DisparityRange range_;

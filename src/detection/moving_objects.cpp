@@ -21,13 +21,14 @@ std::string text(cv::Size size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
-void requireSizes(const DetectionInput& input) {
+void requireSizes(const DetectionInput& input, DetectionScheme scheme) {
   if (input.rig.size.empty())
     throw std::invalid_argument(
         "rig.size = 0x0: set the calibration of the images (StereoRig::fromProjections)");
   requireSize("left image", input.left.size(), input.rig.size);
   requireSize("measured disparity", input.measured_disparity_px.size(), input.rig.size);
   requireSize("measured variance", input.measured_variance_px2.size(), input.rig.size);
+  if (scheme != DetectionScheme::kPaper) return;
   requireSize("predicted disparity", input.predicted_disparity_px.size(), input.rig.size);
   requireSize("predicted variance", input.predicted_variance_px2.size(), input.rig.size);
 }
@@ -135,8 +136,8 @@ MovingObjectDetector::MovingObjectDetector(MovingObjectDetector&&) noexcept = de
 MovingObjectDetector& MovingObjectDetector::operator=(MovingObjectDetector&&) noexcept = default;
 
 void MovingObjectDetector::detect(const DetectionInput& input, Detections& detections) {
-  requireSizes(input);
   State& state = *state_;
+  requireSizes(input, state.params.scheme);
   state.setRig(input.rig);
   state.observed.clear();
   state.tracker.predict(

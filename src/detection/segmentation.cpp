@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <opencv2/imgproc.hpp>
 
 #include "detection/constants.h"
@@ -19,28 +18,31 @@ constexpr int kFewestCells = 24;
 // Reach of the comparison's windows (twice 2), the smoothing (2) and the opening (1), rounded up.
 constexpr int kReachOfWindows = 8;
 
-// Removes shadows, ground and branches beside an object: columns that are much less high than the
-// tallest columns.
-void dropLowColumns(cv::Mat1b& mask) {
+// Removes shadows, ground and branches beside an object: columns that rise much less above the
+// ground than the tallest columns. Where no ground is in view, there are none.
+void dropLowColumns(const PastView& view, cv::Point origin, cv::Mat1b& mask) {
   constexpr double kLowest = 0.35, kTallest = 0.95;  // of the height; of the columns
-  std::vector<int> heights(static_cast<size_t>(mask.cols));
-  std::vector<int> top(heights.size(), -1);
-  for (int y = 0; y < mask.rows; ++y)
-    for (int x = 0; x < mask.cols; ++x) {
-      if (!mask(y, x)) continue;
-      const auto column = static_cast<size_t>(x);
-      if (top[column] < 0) top[column] = y;
-      heights[column] = y + 1 - top[column];
+  constexpr double kEmpty_m = -1e6;
+  const GroundPlane* const ground = view.frame.ground;
+  if (!ground) return;
+  std::vector<double> heights_m(static_cast<size_t>(mask.cols), kEmpty_m), sorted;
+  for (int u = 0; u < mask.cols; ++u) {
+    double& height_m = heights_m[static_cast<size_t>(u)];
+    for (int v = 0; v < mask.rows; ++v) {
+      if (!mask(v, u)) continue;
+      const cv::Point pixel = 2 * (origin + cv::Point(u, v));
+      const float d = view.disparity_px()(pixel);
+      if (d > 0) height_m = std::max(height_m, ground->heightAt(pixel.x, pixel.y, d));
     }
-  std::vector<int> sorted;
-  std::copy_if(heights.begin(), heights.end(), std::back_inserter(sorted),
-               [](int h) { return h > 0; });
+    if (height_m > kEmpty_m) sorted.push_back(height_m);
+  }
   if (sorted.empty()) return;
   const auto tallest = sorted.begin() + static_cast<std::ptrdiff_t>(
                                             kTallest * static_cast<double>(sorted.size() - 1));
   std::nth_element(sorted.begin(), tallest, sorted.end());
-  for (int x = 0; x < mask.cols; ++x)
-    if (heights[static_cast<size_t>(x)] < kLowest * *tallest) mask.col(x).setTo(0);
+  const double lowest_m = kLowest * std::max(*tallest, 0.0);
+  for (int u = 0; u < mask.cols; ++u)
+    if (heights_m[static_cast<size_t>(u)] < lowest_m) mask.col(u).setTo(0);
 }
 
 // The smallest box around the parts of the layer that are connected to a seed; empty if no seed is
@@ -207,7 +209,7 @@ std::optional<Segment> segment(const PastView& view, const SegmentationMaps& map
   if (!mask) return std::nullopt;
   growOverLayer(layer.mask, support, smooth, -kContradiction_grey, kDecisive_grey, *mask,
                 work.growing);
-  dropLowColumns(*mask);
+  dropLowColumns(view, layer.area.tl(), *mask);
   if (cv::countNonZero(*mask) < kFewestCells) return std::nullopt;
   return segmentOf(layer, support, *mask, maps.residual_px,
                    0.5f * static_cast<float>(view.params().dense_min_residual_px));

@@ -13,8 +13,6 @@ namespace {
 constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
 constexpr float kMostSigma_px = 0.5f;  // of added cells; noise on a floor without texture has more
 constexpr double kLeastPart = 0.2;     // share of the cells that the part has
-constexpr double kLeastMoved = 0.2;    // share of the cells
-constexpr double kMostFixed = 0.2;     // share of the cells that are added and were there long ago
 constexpr double kThin = 0.3;          // pixels of a line / of the fullest line
 
 // The cells whose centre is in the object.
@@ -105,15 +103,13 @@ std::vector<cv::Point> wholeObstacle(const ObservedObject& part, const Obstacles
   const int k = commonObstacle(inside, obstacles.number());
   if (k < 0) return {};
   std::vector<cv::Point> whole = connectedTo(inside, obstacles[k], cells);
-  int of_part = 0, moved = 0, fixed = 0;
+  int of_part = 0, moved = 0;
   for (const cv::Point p : whole) {
     of_part += inside(p) != 0;
     moved += evidence.moved(p) != 0;
-    fixed += !inside(p) && evidence.fixed_by(p) >= kLongAgo;
   }
   const auto all = static_cast<double>(whole.size());
-  if (of_part < kLeastPart * all || moved < kLeastMoved * all || fixed > kMostFixed * all)
-    return {};
+  if (of_part < kLeastPart * all || moved < kLeastMoved * all) return {};
   return whole;
 }
 

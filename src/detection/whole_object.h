@@ -20,8 +20,8 @@ ObservedObject objectOf(const Obstacles::Cells& obstacle, const cv::Rect& area,
 /// The obstacle that an object is a part of. A walker's leg that stands does not move as his body
 /// does, and trousers without texture show no motion.
 /// @returns cells that are connected to the part by certain disparities, row by row. Empty if the
-///   part is too small, if too few of them have moved into free space, or if too many others were
-///   there long ago: static things have grown together with the object.
+///   part is too small, or if too few of them have moved into free space: static things have grown
+///   together with the object.
 std::vector<cv::Point> wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
                                      const DepthCells& cells, const FreeSpaceEvidence& evidence);
 

@@ -68,6 +68,8 @@ class FrameNodelet : public nodelet::Nodelet {
   /// Called in the thread of the frames, within Health::guard.
   virtual void process(const Job& job) = 0;
   virtual TfInput::Listener tfListener() { return {}; }
+  /// So many of Input::topics() make a frame now, from the first one on.
+  virtual size_t neededTopics() const { return Input::topics().size(); }
 
   void makeInput(ros::NodeHandle& node, const SyncParams& params) {
     input_ = std::make_unique<SyncedTopics>(
@@ -114,6 +116,7 @@ class FrameNodelet : public nodelet::Nodelet {
       const bool wanted = this->wanted();
       if (!wanted && awake_) sleep();
       if (wanted && (!awake_ || wake_failed_)) wake();
+      if (wanted) input_->start(neededTopics());
       followDemand();
     };
     health_->guard("subscriptions", follow, Health::Severity::kBroken);
@@ -166,7 +169,6 @@ class FrameNodelet : public nodelet::Nodelet {
     awake_ = true;
     health_->setAsleep(false);
     subscribeInputs();
-    input_->start();
     wake_failed_ = false;
   }
 

@@ -35,18 +35,20 @@ std::string describeSigma(const Matrix6d& covariance) {
   return text;
 }
 
-// The outputs of the Disparity nodelet, and the left image. The first topic has the messages that
-// need partners. Left images do not, because not every one has a disparity.
+// Outputs of the Disparity nodelet, and the left image. The first topic has the messages that need
+// partners. Left images do not, because not every one has a disparity. The predicted maps come
+// last: they are not always needed.
 struct DisparityInput {
   using Frame = MovingObjectsInput;
+  static constexpr size_t kWithoutPredicted = 4;
 
   static std::vector<SyncedTopics::Topic> topics() {
     using Type = SyncedTopics::Type;
     // Every input has the left image's stamp, but for the calibration: its stamp may differ as far
     // as the other nodelets allow (sync_tolerance).
     return {{"measured_disparity", Type::kDisparity},  {"measured_variance", Type::kImage},
-            {"predicted_disparity", Type::kDisparity}, {"predicted_variance", Type::kImage},
-            {"left/image_rect", Type::kCameraImage},   {"left/camera_info", Type::kFixedInfo}};
+            {"left/image_rect", Type::kCameraImage},   {"left/camera_info", Type::kFixedInfo},
+            {"predicted_disparity", Type::kDisparity}, {"predicted_variance", Type::kImage}};
   }
   static SyncedTopics::Cures cures() {
     return {
@@ -61,22 +63,23 @@ struct DisparityInput {
     MovingObjectsInput input;
     input.measured_disparity = static_pointer_cast<const DisparityImage>(set[0]);
     input.measured_variance = static_pointer_cast<const Image>(set[1]);
-    input.predicted_disparity = static_pointer_cast<const DisparityImage>(set[2]);
-    input.predicted_variance = static_pointer_cast<const Image>(set[3]);
-    input.left = static_pointer_cast<const Image>(set[4]);
-    input.left_info = static_pointer_cast<const sensor_msgs::CameraInfo>(set[5]);
+    input.left = static_pointer_cast<const Image>(set[2]);
+    input.left_info = static_pointer_cast<const sensor_msgs::CameraInfo>(set[3]);
+    if (set.size() == kWithoutPredicted) return input;
+    input.predicted_disparity = static_pointer_cast<const DisparityImage>(set[4]);
+    input.predicted_variance = static_pointer_cast<const Image>(set[5]);
     return input;
   }
 };
 
 }  // namespace
 
-/// Moving objects from measured and predicted disparity.
+/// Moving objects from images, disparities and their variance.
 ///
-/// Subscribes: measured_disparity, measured_variance, predicted_disparity, predicted_variance,
-///   left/image_rect, left/camera_info; /tf (the camera's pose in odom_frame); if they are
-///   published, odometry (the covariance of the motion) and row_alignment (the column offset of the
-///   disparities).
+/// Subscribes: measured_disparity, measured_variance, left/image_rect, left/camera_info; /tf (the
+///   camera's pose in odom_frame); if they are published, odometry (the covariance of the motion)
+///   and row_alignment (the column offset of the disparities); for moving_objects/residual and for
+///   the paper's scheme predicted_disparity, predicted_variance.
 /// Publishes: moving_objects, moving_objects/mask, and on demand moving_objects/residual,
 ///   moving_objects/markers, moving_objects/image, moving_objects/detections3d (if vision_msgs was
 ///   installed at build time); /diagnostics. Without subscribers of its outputs it subscribes only
@@ -89,7 +92,7 @@ class MovingObjectsNodelet
  public:
   MovingObjectsNodelet()
       : FrameNodelet("MovingObjects", "moving_objects", &MovingObjectsProcessorParams::detection,
-                     {"range/"}) {}
+                     {"range/", "scheme"}) {}
   ~MovingObjectsNodelet() override { shutDown(); }
 
  private:
@@ -117,6 +120,11 @@ class MovingObjectsNodelet
   void subscribeInputs() override { odometry_->start(); }
   void unsubscribeInputs() override {
     if (odometry_) odometry_->stop();
+  }
+  size_t neededTopics() const override {
+    const bool by_paper = params_.processor.detection.scheme == DetectionScheme::kPaper;
+    return by_paper || residual_.getNumSubscribers() > 0 ? DisparityInput::topics().size()
+                                                         : DisparityInput::kWithoutPredicted;
   }
   void goBackTo(ros::Time stamp) override { odometry_->goBackTo(stamp); }
 
@@ -148,7 +156,7 @@ class MovingObjectsNodelet
 #endif
     mask_.publish(messages.mask);
     passive_mask_.publish(messages.mask);
-    if (residual_.getNumSubscribers() > 0)
+    if (residual_.getNumSubscribers() > 0 && frame.predicted_disparity)
       residual_.publish(residualImage(*frame.measured_disparity, *frame.measured_variance,
                                       *frame.predicted_disparity, *frame.predicted_variance));
     if (markers_.getNumSubscribers() > 0) markers_.publish(markers(*messages.objects, pose));

@@ -66,9 +66,11 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
   input.left = pair.left;
   input.left_info = pair.left_info;
   input.measured_disparity = output.disparity.measured_disparity;
-  input.predicted_disparity = output.disparity.predicted_disparity;
   input.measured_variance = output.disparity.measured_variance;
-  input.predicted_variance = output.disparity.predicted_variance;
+  if (params_.moving_objects.processor.detection.scheme == DetectionScheme::kPaper) {
+    input.predicted_disparity = output.disparity.predicted_disparity;
+    input.predicted_variance = output.disparity.predicted_variance;
+  }
   input.row_alignment = output.disparity.row_alignment;
   output.moving_objects = *moving_objects_.process(input, output.pose).messages;
   moving_mask_ = output.moving_objects.mask;

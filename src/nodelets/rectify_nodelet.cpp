@@ -30,6 +30,7 @@ class RectifyNodelet : public nodelet::Nodelet {
 
  private:
   static constexpr int kQueue = 5;
+  static constexpr size_t kTopics = 2;
 
   void onInit() override {
     ros::NodeHandle& node = getNodeHandle();
@@ -73,10 +74,10 @@ class RectifyNodelet : public nodelet::Nodelet {
     const bool wanted = rectified_.getNumSubscribers() > 0;
     health_->setAsleep(!wanted);
     const auto follow = [&] {
-      if (!wanted)
+      if (wanted)
+        input_->start(kTopics);
+      else
         input_->stop();
-      else if (!input_->isStarted())
-        input_->start();
     };
     health_->guard("subscriptions", follow, Health::Severity::kBroken);
   }

@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 
 StampMatcher::StampMatcher(std::vector<std::string> names, const SyncParams& params)
-    : params_(params) {
+    : params_(params), used_(names.size()) {
   validate(params);
   for (std::string& name : names) slots_.push_back({std::move(name), {}, {}});
 }
@@ -55,7 +55,8 @@ const StampMatcher::Entry* StampMatcher::nearest(const Slot& slot, ros::Time sta
 }
 
 bool StampMatcher::collectSet(ros::Time stamp, Set& set) const {
-  for (const Slot& slot : slots_) {
+  for (size_t i = 0; i < used_; ++i) {
+    const Slot& slot = slots_[i];
     const Entry* entry = nearest(slot, stamp);
     if (entry && std::abs((entry->stamp - stamp).toSec()) <= tolerance())
       set.push_back(entry->message);
@@ -80,6 +81,11 @@ size_t StampMatcher::forgetUpTo(ros::Time stamp) {
 
 void StampMatcher::clear() {
   for (Slot& slot : slots_) slot.waiting.clear();
+}
+
+void StampMatcher::use(size_t count) {
+  clear();
+  used_ = count;
 }
 
 std::string StampMatcher::describeMismatch() const {

@@ -33,6 +33,8 @@ class StampMatcher {
   std::vector<Set> add(size_t slot, ros::Time stamp, Message message, bool constant = false);
 
   void clear();
+  /// From now on the first `count` slots make a set; all, until this is called. Clears.
+  void use(size_t count);
 
   /// Number of messages of slot 0 that were dropped because a partner was missing.
   size_t unmatched() const { return unmatched_; }
@@ -59,6 +61,7 @@ class StampMatcher {
 
   SyncParams params_;
   std::vector<Slot> slots_;
+  size_t used_;  // the first ones
   size_t unmatched_ = 0;
 };
 

@@ -46,9 +46,18 @@ SyncedTopics::SyncedTopics(const ros::NodeHandle& node, Health& health, const Sy
   for (const Topic& topic : topics) slots_.push_back({topic, {}});
 }
 
-void SyncedTopics::start() {
+void SyncedTopics::start(size_t count) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (subscribers_.size() == count) return;
+  }
+  stop();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    matcher_.use(count);
+  }
   std::vector<Subscriber> subscribers;
-  for (size_t slot = 0; slot < slots_.size(); ++slot) subscribers.push_back(subscriberOf(slot));
+  for (size_t slot = 0; slot < count; ++slot) subscribers.push_back(subscriberOf(slot));
   const std::lock_guard<std::mutex> lock(mutex_);
   subscribers_ = std::move(subscribers);
 }
@@ -64,11 +73,6 @@ void SyncedTopics::stop() {
     std::visit([](auto& topic) { topic.shutdown(); }, subscriber);
   const std::lock_guard<std::mutex> lock(mutex_);
   matcher_.clear();
-}
-
-bool SyncedTopics::isStarted() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return !subscribers_.empty();
 }
 
 SyncedTopics::Subscriber SyncedTopics::subscriberOf(size_t slot) {

@@ -49,11 +49,12 @@ class SyncedTopics {
                const std::vector<Topic>& topics, Cures cures,
                std::function<void(const Set&)> on_set);
 
+  /// Does nothing if it is started with this count. With another one it starts anew.
+  /// @param count  so many topics make a frame, from the first one on.
   /// @throws std::runtime_error if the plugin of the image transport is missing.
-  void start();
+  void start(size_t count);
   /// After this has returned, `on_set` is not called.
   void stop();
-  bool isStarted() const;
 
   /// Why there are no frames, and the cure; empty: they arrive, or it is stopped.
   std::string describeMissingInput() const;
@@ -88,7 +89,7 @@ class SyncedTopics {
   mutable std::mutex mutex_;
   std::vector<Slot> slots_;
   StampMatcher matcher_;
-  std::vector<Subscriber> subscribers_;  // one per slot; empty: stopped
+  std::vector<Subscriber> subscribers_;  // of the first slots; empty: stopped
 };
 
 }  // namespace predictive_stereo

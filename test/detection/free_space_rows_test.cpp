@@ -102,21 +102,21 @@ class FreeSpaceRows : public testing::TestWithParam<int> {
 };
 
 TEST_P(FreeSpaceRows, CountSights) {
-  std::vector<uint8_t> through_by(disparity.size()), fixed_by(disparity.size());
+  std::vector<uint8_t> through_by(disparity.size()), fixed(disparity.size());
   int moved = 0;
   onEveryTarget([&](const char* target) {
-    sightsRow(row(), past.data(), kFrames, kLeast_px, through_by.data(), fixed_by.data());
+    sightsRow(row(), past.data(), kFrames, kLeast_px, through_by.data(), fixed.data());
     for (int u = 0; u < GetParam(); ++u) {
       SCOPED_TRACE(testing::Message() << target << " " << u);
-      int through = 0, last_same = 0, came_back = 0, first = 0;
+      int through = 0, same = 0, came_back = 0, first = 0;
       for (int k = 0; k < kFrames && disparity[size_t(u)] >= kLeast_px; ++k) {
         const Sight sight = sightOf(u, k);
         if (sight == Sight::kThrough && ++through == 1) first = k + 1;
         if (sight != Sight::kSame) continue;
-        last_same = k + 1;
+        ++same;
         came_back += through > 0;
       }
-      EXPECT_EQ(fixed_by[size_t(u)], last_same);
+      EXPECT_EQ(fixed[size_t(u)], same > 0 ? 255 : 0);
       EXPECT_EQ(through_by[size_t(u)], through >= 2 && through > came_back ? first : 0);
       moved += through_by[size_t(u)] != 0;
     }

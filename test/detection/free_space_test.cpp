@@ -50,7 +50,7 @@ cv::Mat1b cellsIn(const cv::Rect& area) {
 
 void expectNothing(const FreeSpaceEvidence& evidence) {
   EXPECT_EQ(cv::countNonZero(evidence.moved), 0);
-  EXPECT_EQ(cv::countNonZero(evidence.fixed_by), 0);
+  EXPECT_EQ(cv::countNonZero(evidence.fixed), 0);
 }
 
 TEST_F(FreeSpaceTest, ABoardThatAppearsHasMoved) {
@@ -58,14 +58,14 @@ TEST_F(FreeSpaceTest, ABoardThatAppearsHasMoved) {
   const FreeSpaceEvidence& evidence = compare(viewOf(boardScene(), 0));
   const cv::Mat1b expected = cellsIn(kBoardCells);
   EXPECT_EQ(cv::countNonZero(evidence.moved != expected), 0);
-  EXPECT_EQ(cv::countNonZero((evidence.fixed_by > 0) == expected), 0) << "the wall, and only it";
+  EXPECT_EQ(cv::countNonZero(evidence.fixed == expected), 0) << "the wall, and only it";
 }
 
 TEST_F(FreeSpaceTest, ABoardThatAlwaysStoodThereIsFixed) {
   rememberStatic(viewOf(boardScene(), 0));
   const FreeSpaceEvidence& evidence = compare(viewOf(boardScene(), 0));
   EXPECT_EQ(cv::countNonZero(evidence.moved), 0);
-  EXPECT_EQ(cv::countNonZero(evidence.fixed_by), 60 * 80);
+  EXPECT_EQ(cv::countNonZero(evidence.fixed), 60 * 80);
 }
 
 TEST_F(FreeSpaceTest, WhatWasHiddenIsNeither) {
@@ -74,8 +74,8 @@ TEST_F(FreeSpaceTest, WhatWasHiddenIsNeither) {
   EXPECT_EQ(cv::countNonZero(evidence.moved), 0);
   const cv::Rect inner(kBoardCells.x + 1, kBoardCells.y + 1, kBoardCells.width - 2,
                        kBoardCells.height - 2);
-  EXPECT_EQ(cv::countNonZero(evidence.fixed_by(inner)), 0);
-  EXPECT_EQ(cv::countNonZero((evidence.fixed_by > 0) | cellsIn(kBoardCells)), 60 * 80);
+  EXPECT_EQ(cv::countNonZero(evidence.fixed(inner)), 0);
+  EXPECT_EQ(cv::countNonZero(evidence.fixed | cellsIn(kBoardCells)), 60 * 80);
 }
 
 TEST_F(FreeSpaceTest, UnknownDisparitiesAreNeither) {
@@ -86,7 +86,7 @@ TEST_F(FreeSpaceTest, UnknownDisparitiesAreNeither) {
   const FreeSpaceEvidence& evidence = compare(now);
   const cv::Rect known(39, 0, 41, 30);  // 3x3 lattice points around a cell of the border are known
   EXPECT_EQ(cv::countNonZero(evidence.moved != cellsIn(kBoardCells & known)), 0);
-  EXPECT_EQ(cv::countNonZero((evidence.moved | (evidence.fixed_by > 0)) != cellsIn(known)), 0);
+  EXPECT_EQ(cv::countNonZero((evidence.moved | evidence.fixed) != cellsIn(known)), 0);
 }
 
 TEST_F(FreeSpaceTest, AWrongDisparityIsRefutedByTheImage) {
@@ -95,7 +95,7 @@ TEST_F(FreeSpaceTest, AWrongDisparityIsRefutedByTheImage) {
   viewOf(boardScene(), 0).input.measured_disparity_px.copyTo(wrong.input.measured_disparity_px);
   const FreeSpaceEvidence& evidence = compare(wrong);
   EXPECT_EQ(cv::countNonZero(evidence.moved), 0);
-  EXPECT_EQ(cv::countNonZero(evidence.fixed_by(kBoardCells)), 0);
+  EXPECT_EQ(cv::countNonZero(evidence.fixed(kBoardCells)), 0);
 }
 
 // The wall's place in the past image depends on its disparity there.
@@ -145,7 +145,7 @@ TEST_F(FreeSpaceTest, AStaticSceneIsFixedWhileTheCameraMoves) {
     const BoardView view = viewOf(boardScene(), 0.1 * k, drivenTo(k));
     const FreeSpaceEvidence& evidence = compare(view);
     EXPECT_EQ(cv::countNonZero(evidence.moved), 0) << k;
-    EXPECT_GT(cv::countNonZero(evidence.fixed_by), k < 3 ? -1 : 0.9 * 60 * 80) << k;
+    EXPECT_GT(cv::countNonZero(evidence.fixed), k < 3 ? -1 : 0.9 * 60 * 80) << k;
     remember(view);
   }
 }
@@ -183,12 +183,11 @@ TEST_F(FreeSpaceTest, ThePastFollowsTheColumnCorrection) {
   past.input.measured_disparity_px(cv::Rect(0, 0, 80, 240)) = -1;
   rememberStatic(past);
   const BoardView now = viewOf(emptyScene(), 0);
-  EXPECT_EQ(cv::countNonZero(compare(now).fixed_by), 0) << "the test needs a step that matters";
+  EXPECT_EQ(cv::countNonZero(compare(now).fixed), 0) << "the test needs a step that matters";
   space_.addToDisparities(3);
   EXPECT_EQ(cv::countNonZero(compare(now).moved), 0);
   const cv::Mat1b known = cellsIn({19, 0, 61, 60});
-  EXPECT_EQ(cv::countNonZero((space_.evidence().fixed_by > 0) != known), 0)
-      << "unknown ones remain so";
+  EXPECT_EQ(cv::countNonZero(space_.evidence().fixed != known), 0) << "unknown ones remain so";
   space_.addToDisparities(-20);  // beyond infinity
   expectNothing(compare(now));
 }
@@ -236,7 +235,7 @@ TEST_F(FreeSpaceTest, WhatWasThereBeforeTheViewThroughComesBack) {
   for (int k = 0; k < 14; ++k) remember(viewOf(k < 10 ? boardScene() : emptyScene(), 0.1 * k));
   // Lags 2, 3 looked through, 5, 8 and 13 saw it.
   EXPECT_EQ(cv::countNonZero(compare(viewOf(boardScene(), 1.4)).moved), 0);
-  EXPECT_EQ(cv::countNonZero(space_.evidence().fixed_by(kBoardCells)), kBoardCells.area());
+  EXPECT_EQ(cv::countNonZero(space_.evidence().fixed(kBoardCells)), kBoardCells.area());
 }
 
 }  // namespace

@@ -150,16 +150,27 @@ TEST(MovingObjectDetector, NothingPredictedNothingFound) {
 }
 
 TEST(MovingObjectDetector, RefusesWrongSizes) {
-  MovingObjectDetector detector{DetectionParams()};
-  DetectionInput input = emptyFrame();
-  input.predicted_variance_px2 = cv::Mat1f(20, 30);
+  DetectionParams params;
   Detections found;
-  try {
-    detector.detect(input, found);
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), "predicted variance is 30x20 but the calibration is for 600x300");
-  }
+  const auto refusalOf = [&](const DetectionInput& input) -> std::string {
+    try {
+      MovingObjectDetector(params).detect(input, found);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  DetectionInput input = emptyFrame();
+  input.measured_variance_px2 = cv::Mat1f(20, 30);
+  EXPECT_EQ(refusalOf(input), "measured variance is 30x20 but the calibration is for 600x300");
+  // Only the paper's scheme needs predicted maps.
+  input = emptyFrame();
+  input.predicted_variance_px2 = cv::Mat1f(20, 30);
+  EXPECT_EQ(refusalOf(input), "");
+  input.predicted_disparity_px = input.predicted_variance_px2 = cv::Mat1f();
+  EXPECT_EQ(refusalOf(input), "");
+  params.scheme = DetectionScheme::kPaper;
+  EXPECT_EQ(refusalOf(input), "predicted disparity is 0x0 but the calibration is for 600x300");
 }
 
 TEST(MovingObjectDetector, RefusesBadParameters) {

@@ -23,8 +23,11 @@ struct BehindAPole : Passing {
     previous.disparity_px(kMover + cv::Point(26, 0)).setTo(kMover_px);
     previous.disparity_px(kPole + cv::Point(24, 0)).setTo(kPole_px);
   }
-  std::optional<Segment> find(const std::vector<cv::Point>& points_px) {
-    const PastView seen = view();
+  std::optional<Segment> find(const std::vector<cv::Point>& points_px,
+                              const GroundPlane* ground_plane = nullptr) {
+    view();
+    const FrameView with_ground{input, range, params, current, ground_plane};
+    const PastView seen = with_ground.since(past);
     Comparison static_world;
     seen.compare(seen.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world);
     const cv::Mat1f no_residual(frame.lattice(), -1e6f);
@@ -49,15 +52,27 @@ double overlap(const Segment& segment, const cv::Rect& truth) {
 }
 
 TEST(Segmentation, WhatIsLowBesideItIsNoPart) {
-  // A strip of ground moves with the object, like its shadow.
-  BehindAPole scene;
-  const cv::Rect strip(240, 100, 100, 10);
-  scene.disparity(strip).setTo(kMover_px);
-  scene.shiftInto(strip, staticShift(kMover_px) + kFlow_px);
-  scene.previous.disparity_px(strip + cv::Point(26, 0)).setTo(kMover_px);
-  const auto found = scene.find(pointsIn({216, 56, 32, 48}));
-  ASSERT_TRUE(found);
-  EXPECT_GT(overlap(*found, {208, 48, 48, 64}), 0.7) << 2 * found->area.br().x;
+  const cv::Rect visible(208, 48, 48, 64);
+  // The object stands on it: the lower end has its disparity there.
+  GroundPlane ground;
+  ground.b = kMover_px / (kMover.br().y - kHeight / 2);
+  ground.c = -ground.b * kHeight / 2;
+  const auto findWith = [&](const cv::Rect& strip, bool has_ground) {
+    // It moves with the object.
+    BehindAPole scene;
+    ground.camera_height_m = scene.rig.baseline_m / ground.b;
+    scene.disparity(strip).setTo(kMover_px);
+    scene.shiftInto(strip, staticShift(kMover_px) + kFlow_px);
+    scene.previous.disparity_px(strip + cv::Point(26, 0)).setTo(kMover_px);
+    return scene.find(pointsIn({216, 56, 32, 48}), has_ground ? &ground : nullptr);
+  };
+  const cv::Rect shadow(240, 100, 100, 10), arm(240, 60, 100, 10);
+  const auto without_shadow = findWith(shadow, true), with_shadow = findWith(shadow, false),
+             with_arm = findWith(arm, true);
+  ASSERT_TRUE(without_shadow && with_shadow && with_arm);
+  EXPECT_GT(overlap(*without_shadow, visible), 0.7) << 2 * without_shadow->area.br().x;
+  EXPECT_GT(2 * with_shadow->area.br().x, 320) << "no ground is known";
+  EXPECT_GT(2 * with_arm->area.br().x, 320);
 }
 
 TEST(Segmentation, WhatNoPointLiesOnIsNoPart) {

@@ -21,17 +21,15 @@ StereoRig testRig() {
   return rig;
 }
 
-// A person of whom the body has moved, and whose legs were partly where they are.
+// A person of whom the body has moved, and whose legs stand.
 class WholeObjectTest : public testing::Test {
  protected:
   WholeObjectTest() {
     cells_.disparity_px = cv::Mat1f(kRows, kColumns, 0.0f);
     cells_.variance_px2 = cv::Mat1f(kRows, kColumns, 0.04f);
     evidence_.moved = cv::Mat1b::zeros(kRows, kColumns);
-    evidence_.fixed_by = cv::Mat1b::zeros(kRows, kColumns);
     for (const cv::Rect& part : {kBody, kLegs}) cells_.disparity_px(part) = 20;
     evidence_.moved(kBody) = 255;
-    evidence_.fixed_by(kLegs) = kLongAgo - 1;
   }
   std::vector<cv::Point> whole(const cv::Rect& part_cells = kBody) const {
     return wholeObstacle(objectAt(part_cells), findObstacles(testRig(), cells_, std::nullopt),
@@ -71,14 +69,6 @@ TEST_F(WholeObjectTest, NotWhatIsUncertain) {
 
 TEST_F(WholeObjectTest, ThePartItselfMayBeUncertain) {
   cells_.variance_px2(kBody) = 0.3f;
-  EXPECT_EQ(areaOf(whole()), kPerson);
-}
-
-TEST_F(WholeObjectTest, NotIfOtherCellsWereThereLongAgo) {
-  evidence_.fixed_by(kLegs) = kLongAgo;
-  EXPECT_TRUE(whole().empty());
-  evidence_.fixed_by(kLegs) = 0;
-  evidence_.fixed_by(cv::Rect(18, 17, 10, 3)) = kLongAgo;  // 30 of 192
   EXPECT_EQ(areaOf(whole()), kPerson);
 }
 

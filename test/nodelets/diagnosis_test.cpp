@@ -41,10 +41,13 @@ TEST_F(Diagnosis, a_topic_that_is_advertised_but_silent_is_named) {
 TEST_F(Diagnosis, moving_objects_names_the_nodelet_that_it_waits_for) {
   load("MovingObjects");
   Recorder<MovingObjectArray> objects(node_, "moving_objects");
-  EXPECT_TRUE(says("MovingObjects", "nobody publishes " + ns_ + "/measured_disparity, " + ns_ +
-                                        "/measured_variance, " + ns_ + "/predicted_disparity, " +
-                                        ns_ + "/predicted_variance"));
-  EXPECT_TRUE(says("MovingObjects", "run the Disparity nodelet in the same namespace"));
+  const std::string measured =
+      "nobody publishes " + ns_ + "/measured_disparity, " + ns_ + "/measured_variance";
+  EXPECT_TRUE(
+      says("MovingObjects", measured + ": run the Disparity nodelet in the same namespace"));
+  const Recorder<sensor_msgs::Image> residual(node_, "moving_objects/residual");
+  EXPECT_TRUE(says("MovingObjects", measured + ", " + ns_ + "/predicted_disparity, " + ns_ +
+                                        "/predicted_variance: run the Disparity nodelet"));
 }
 
 TEST_F(Diagnosis, moving_objects_tells_that_the_camera_has_stopped) {

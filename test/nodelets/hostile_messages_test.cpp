@@ -181,6 +181,7 @@ class HostileMessages : public NodeletTest {
   DisparityRecorder disparity_{node_, "disparity"};
   Recorder<nav_msgs::Odometry> odometry_{node_, "odometry"};
   Recorder<MovingObjectArray> objects_{node_, "moving_objects"};
+  Recorder<sensor_msgs::Image> residual_{node_, "moving_objects/residual"};  // needs all inputs
 };
 
 TEST_F(HostileMessages, stamps_that_ros_cannot_compute_with) {

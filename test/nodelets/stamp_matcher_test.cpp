@@ -42,6 +42,20 @@ TEST_F(StampMatcherTest, joins_as_soon_as_the_last_partner_is_there_in_whatever_
   EXPECT_TRUE(add(exact_, kLeft, 1.0, 1).empty()) << "partners are used once";
 }
 
+TEST_F(StampMatcherTest, the_last_slots_may_be_left_out) {
+  exact_.use(2);
+  EXPECT_TRUE(add(exact_, kLeft, 1.0, 1).empty());
+  const auto sets = add(exact_, kRight, 1.0, 2);
+  ASSERT_EQ(sets.size(), 1u);
+  EXPECT_EQ(sets[0].size(), 2u);
+  EXPECT_TRUE(add(exact_, kLeft, 2.0).empty());
+  exact_.use(3);
+  EXPECT_TRUE(add(exact_, kRight, 2.0).empty()) << "nothing from before";
+  EXPECT_TRUE(add(exact_, kLeft, 3.0).empty());
+  EXPECT_TRUE(add(exact_, kRight, 3.0).empty());
+  EXPECT_EQ(add(exact_, kInfo, 3.0).size(), 1u);
+}
+
 TEST_F(StampMatcherTest, exact_means_exact) {
   add(exact_, kLeft, 1.0);
   add(exact_, kInfo, 1.0);

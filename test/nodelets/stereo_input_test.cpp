@@ -30,7 +30,7 @@ class StereoInputTest : public testing::Test {
     input_ = std::make_unique<SyncedTopics>(
         waiting_, health_, SyncParams(), StereoInput::topics(), StereoInput::cures(),
         [this](const SyncedTopics::Set& set) { pairs_.push_back(StereoInput::frame(set)); });
-    input_->start();
+    input_->start(StereoInput::topics().size());
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while ((left_.getNumSubscribers() == 0 || right_.getNumSubscribers() == 0 ||
             left_info_.getNumSubscribers() == 0 || right_info_.getNumSubscribers() == 0) &&
