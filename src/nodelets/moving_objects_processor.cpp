@@ -87,11 +87,10 @@ StereoFrame MovingObjectsProcessor::makeFrame(const MovingObjectsInput& input) {
     requireOneCamera(name, sizeOf(message), "left/image_rect", size);
     return floatView(message, name);
   };
+  maps_ = DisparityOutput();
   maps_.measured_disparity_px = view(input.measured_disparity->image, "measured_disparity");
   maps_.measured_variance_px2 = view(*input.measured_variance, "measured_variance");
-  if (params_.detection.scheme != DetectionScheme::kPaper) return frame;
-  if (!input.predicted_disparity || !input.predicted_variance)
-    throw std::invalid_argument("scheme = paper needs predicted_disparity and predicted_variance");
+  if (!input.predicted_disparity) return frame;
   maps_.predicted_disparity_px = view(input.predicted_disparity->image, "predicted_disparity");
   maps_.predicted_variance_px2 = view(*input.predicted_variance, "predicted_variance");
   if (rangeOf(*input.measured_disparity) != rangeOf(*input.predicted_disparity))

@@ -17,8 +17,8 @@
 
 namespace predictive_stereo {
 
-/// The messages of one frame, all with the left image's stamp. The predicted maps are for the
-/// paper's scheme alone, and nullptr otherwise.
+/// The messages of one frame, all with the left image's stamp. The predicted maps may be nullptr;
+/// the paper's scheme needs them.
 struct MovingObjectsInput {
   sensor_msgs::ImageConstPtr left;
   sensor_msgs::CameraInfoConstPtr left_info;
