@@ -5,33 +5,19 @@
 
 #include <algorithm>
 
+#include "cell_rig.h"
+
 namespace predictive_stereo {
 namespace {
 
-StereoRig testRig() {
-  StereoRig rig;
-  rig.size = {240, 160};
-  rig.fx_px = rig.fy_px = 300;
-  rig.cx_left_px = rig.cx_right_px = 120;
-  rig.cy_px = 80;
-  rig.baseline_m = 0.3;
-  return rig;
-}
-
 float disparityOf(double depth_m) {
-  return static_cast<float>(testRig().disparityTimesDepth() / depth_m);
+  return static_cast<float>(cellRig().disparityTimesDepth() / depth_m);
 }
 
-// 60 x 40 cells, of which nothing is known.
-DepthCells emptyCells() {
-  DepthCells cells;
-  cells.disparity_px = cv::Mat1f(40, 60, 0.0f);
-  cells.variance_px2 = cv::Mat1f(40, 60, 0.01f);
-  return cells;
-}
+DepthCells emptyCells() { return unknownCells(0.01f); }
 
 Obstacles obstaclesIn(const DepthCells& cells) {
-  return findObstacles(testRig(), cells, std::nullopt);
+  return findObstacles(cellRig(), cells, std::nullopt);
 }
 
 TEST(Obstacles, OneBehindTheOtherAreTwo) {
@@ -108,7 +94,7 @@ TEST(Obstacles, TouchAtACorner) {
 }
 
 TEST(Obstacles, AreAboveTheGroundAndWithin60m) {
-  const StereoRig rig = testRig();
+  const StereoRig rig = cellRig();
   // A level ground 1.5 m below the camera: d = (y - cy) B / h.
   GroundPlane ground;
   ground.b = rig.baseline_m / 1.5;

@@ -5,28 +5,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cell_rig.h"
+
 namespace predictive_stereo {
 namespace {
 
-StereoRig testRig() {
-  StereoRig rig;
-  rig.size = {240, 160};
-  rig.fx_px = rig.fy_px = 300;
-  rig.cx_left_px = rig.cx_right_px = 120;
-  rig.cy_px = 80;
-  rig.baseline_m = 0.3;
-  return rig;
-}
-
 // A plane below the camera, which rolls.
 DepthCells groundAt(double height_m, double roll_deg = 0) {
-  const StereoRig rig = testRig();
+  const StereoRig rig = cellRig();
   const double roll = roll_deg * M_PI / 180;
-  DepthCells cells;
-  cells.variance_px2 = cv::Mat1f(40, 60, 0.01f);
-  cells.disparity_px = cv::Mat1f(40, 60, 0.0f);
-  for (int v = 0; v < 40; ++v)
-    for (int u = 0; u < 60; ++u) {
+  DepthCells cells = unknownCells(0.01f);
+  for (int v = 0; v < kCellRows; ++v)
+    for (int u = 0; u < kCellColumns; ++u) {
       const double x_px = kCellSide_px * u + kCellCentre_px - rig.cx_left_px,
                    y_px = kCellSide_px * v + kCellCentre_px - rig.cy_px;
       const double below_px = std::cos(roll) * y_px + std::sin(roll) * x_px;
@@ -38,36 +28,36 @@ DepthCells groundAt(double height_m, double roll_deg = 0) {
 
 TEST(SteadyGround, IsThatOfTwoSuccessiveFrames) {
   SteadyGround ground;
-  ground.setFrame(testRig(), groundAt(1.5));
+  ground.setFrame(cellRig(), groundAt(1.5));
   EXPECT_FALSE(ground.plane());
-  ground.setFrame(testRig(), groundAt(1.5));
+  ground.setFrame(cellRig(), groundAt(1.5));
   ASSERT_TRUE(ground.plane());
   EXPECT_NEAR(ground.plane()->camera_height_m, 1.5, 0.01);
-  ground.setFrame(testRig(), groundAt(1.8));
+  ground.setFrame(cellRig(), groundAt(1.8));
   EXPECT_FALSE(ground.plane()) << "another height";
-  ground.setFrame(testRig(), groundAt(1.7));
+  ground.setFrame(cellRig(), groundAt(1.7));
   ASSERT_TRUE(ground.plane()) << "within 10 %";
   EXPECT_NEAR(ground.plane()->camera_height_m, 1.7, 0.01) << "of this frame";
-  ground.setFrame(testRig(), groundAt(1.7, 15));
+  ground.setFrame(cellRig(), groundAt(1.7, 15));
   EXPECT_TRUE(ground.plane());
-  ground.setFrame(testRig(), groundAt(1.7, -10));
+  ground.setFrame(cellRig(), groundAt(1.7, -10));
   EXPECT_FALSE(ground.plane()) << "another direction";
 }
 
 TEST(SteadyGround, EndsWhereNoneIsInView) {
   SteadyGround ground;
-  for (int k = 0; k < 2; ++k) ground.setFrame(testRig(), groundAt(1.5));
+  for (int k = 0; k < 2; ++k) ground.setFrame(cellRig(), groundAt(1.5));
   DepthCells wall = groundAt(1.5);
   wall.disparity_px = 20;
-  ground.setFrame(testRig(), wall);
+  ground.setFrame(cellRig(), wall);
   EXPECT_FALSE(ground.plane());
-  ground.setFrame(testRig(), groundAt(1.5));
+  ground.setFrame(cellRig(), groundAt(1.5));
   EXPECT_FALSE(ground.plane());
-  ground.setFrame(testRig(), groundAt(1.5));
+  ground.setFrame(cellRig(), groundAt(1.5));
   EXPECT_TRUE(ground.plane());
   ground.reset();
   EXPECT_FALSE(ground.plane());
-  ground.setFrame(testRig(), groundAt(1.5));
+  ground.setFrame(cellRig(), groundAt(1.5));
   EXPECT_FALSE(ground.plane());
 }
 

@@ -5,34 +5,23 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "cell_rig.h"
+
 namespace predictive_stereo {
 namespace {
 
-constexpr int kColumns = 60, kRows = 40;
 const cv::Rect kBody(20, 5, 6, 12), kLegs(18, 17, 10, 12), kPerson = kBody | kLegs;
-
-StereoRig testRig() {
-  StereoRig rig;
-  rig.size = {kCellSide_px * kColumns, kCellSide_px * kRows};
-  rig.fx_px = rig.fy_px = 300;
-  rig.cx_left_px = rig.cx_right_px = 120;
-  rig.cy_px = 80;
-  rig.baseline_m = 0.3;
-  return rig;
-}
 
 // A person of whom the body has moved, and whose legs stand.
 class WholeObjectTest : public testing::Test {
  protected:
   WholeObjectTest() {
-    cells_.disparity_px = cv::Mat1f(kRows, kColumns, 0.0f);
-    cells_.variance_px2 = cv::Mat1f(kRows, kColumns, 0.04f);
-    evidence_.moved = cv::Mat1b::zeros(kRows, kColumns);
+    evidence_.moved = cv::Mat1b::zeros(kCellRows, kCellColumns);
     for (const cv::Rect& part : {kBody, kLegs}) cells_.disparity_px(part) = 20;
     evidence_.moved(kBody) = 255;
   }
   std::vector<cv::Point> whole(const cv::Rect& part_cells = kBody) const {
-    return wholeObstacle(objectAt(part_cells), findObstacles(testRig(), cells_, std::nullopt),
+    return wholeObstacle(objectAt(part_cells), findObstacles(cellRig(), cells_, std::nullopt),
                          cells_, evidence_);
   }
   static ObservedObject objectAt(const cv::Rect& part) {
@@ -43,7 +32,7 @@ class WholeObjectTest : public testing::Test {
   }
   static cv::Rect areaOf(const std::vector<cv::Point>& cells) { return cv::boundingRect(cells); }
 
-  DepthCells cells_;
+  DepthCells cells_ = unknownCells(0.04f);
   FreeSpaceEvidence evidence_;
 };
 
@@ -112,7 +101,7 @@ TEST_F(WholeObjectTest, JoinedWithNothingIsThePart) {
 }
 
 TEST_F(WholeObjectTest, PixelsOfAnotherSurfaceAreNoneOfTheObject) {
-  const StereoRig rig = testRig();
+  const StereoRig rig = cellRig();
   cv::Mat1f disparity_px(rig.size, 20.0f);
   disparity_px(cv::Rect(80, 20, 3, 48)) = 5;
   const Obstacles obstacles = findObstacles(rig, cells_, std::nullopt);

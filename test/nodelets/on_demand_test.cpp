@@ -266,6 +266,28 @@ TEST_F(OnDemand, every_output_wakes_and_lets_sleep) {
   EXPECT_TRUE(allAsleep(driver));
 }
 
+// MovingObjects needs two more topics for it. Its objects go on.
+TEST_F(OnDemand, the_residual_may_be_asked_for_at_any_time) {
+  Driver driver("/stereo");
+  ros::NodeHandle node;
+  const Recorder<MovingObjectArray> objects(node, "/stereo/moving_objects");
+  const ros::Publisher predicted =
+      node.advertise<sensor_msgs::Image>("/stereo/predicted_variance", 1);
+  const auto goOn = [&](bool with_predicted) {
+    const size_t before = objects.count();
+    return eventually([&] { return objects.count() > before + 3; }, 5) &&
+           (predicted.getNumSubscribers() > 0) == with_predicted;
+  };
+  EXPECT_TRUE(eventually([&] { return objects.count() > 0; }));
+  EXPECT_TRUE(goOn(false));
+  {
+    const Recorder<sensor_msgs::Image> residual(node, "/stereo/moving_objects/residual");
+    EXPECT_TRUE(eventually([&] { return residual.count() > 3; }, 10));
+    EXPECT_TRUE(goOn(true));
+  }
+  EXPECT_TRUE(eventually([&] { return goOn(false); }, 10));
+}
+
 // Disparity does not wait for nodelets that do not run.
 TEST_F(OnDemand, depth_comes_without_the_other_two) {
   Driver driver("/depth_only");

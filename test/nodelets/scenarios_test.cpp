@@ -411,33 +411,6 @@ TEST_F(Scenarios, kittis_poses_serve_through_tf) {
   EXPECT_GT(agreement(*predicted.at(stamp), *measured.at(stamp)), 0.8);
 }
 
-// MovingObjects then needs two more topics. Its objects go on.
-TEST_F(Scenarios, the_residual_may_be_asked_for_at_any_time) {
-  load("Disparity");
-  load("MovingObjects");
-  Recorder<MovingObjectArray> objects(node_, "moving_objects");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  int frame = 0;
-  const ros::Publisher predicted = node_.advertise<sensor_msgs::Image>("predicted_variance", 1);
-  const auto receives = [&](size_t more, bool needs_predicted) {
-    EXPECT_TRUE(
-        eventually([&] { return (predicted.getNumSubscribers() > 0) == needs_predicted; }, 10));
-    const size_t until = objects.count() + more;
-    return eventually([&] {
-      player_.publish(withStamp(street().pair(frame % 6), ros::Time(1600000000 + 0.1 * frame)));
-      ++frame;
-      return eventually([&] { return objects.count() >= until; }, 0.5);
-    });
-  };
-  EXPECT_TRUE(receives(2, false));
-  {
-    const Recorder<sensor_msgs::Image> residual(node_, "moving_objects/residual");
-    EXPECT_TRUE(receives(2, true));
-    EXPECT_TRUE(eventually([&] { return residual.count() > 0; }, 10));
-  }
-  EXPECT_TRUE(receives(2, false));
-}
-
 TEST_F(Scenarios, disparity_sleeps_while_nobody_listens_and_starts_anew) {
   setParam("Disparity", "odom_frame", "world_of_others");
   load("Disparity");
