@@ -44,12 +44,13 @@ void AlongChannel::compare(const FrameView& frame, const std::vector<PastFrame>&
 void AlongChannel::find(const FrameView& frame, Verification& verification) {
   const auto groups = firstResults(
       kMostAlong,
-      groups_.find(residual_px_, pair_, frame.input.measured_disparity_px, frame.params),
-      [&](const ResidualGroup& group) {
-        return group.disparity_px >= kLeastDisparity_px ? std::optional(&group) : std::nullopt;
+      groupResiduals(residual_px_, pair_, frame.input.measured_disparity_px,
+                     static_cast<float>(frame.params.dense_min_residual_px)),
+      [](const ResidualGroup& group) {
+        return group.disparity_px >= kLeastDisparity_px ? std::optional(group) : std::nullopt;
       });
   verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, SegmentationWork& work) {
-    return verify(frame, *groups[static_cast<size_t>(i)], verification, work);
+    return verify(frame, groups[static_cast<size_t>(i)], verification, work);
   });
 }
 
@@ -66,7 +67,7 @@ std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
   // shorter ones too.
   for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
     const PastView view = frame.since(pairs_[k].past);
-    const auto motion = motionOf(view, group);
+    const auto motion = motionOf(view, group.points);
     if (!motion || !isSteady(frame, pairs_[k], *motion)) continue;
     hypothesis.moved_m = motion->fit.moved_m;
     hypothesis.covariance = motion->fit.covariance;

@@ -32,7 +32,6 @@ class AlongChannel {
   std::vector<PastPair> pairs_;  // the farthest one first
   cv::Mat1f residual_px_;
   cv::Mat1b pair_;  // of each lattice point, see longResidual
-  ResidualGroups groups_;
 };
 
 }  // namespace predictive_stereo

@@ -1,6 +1,7 @@
 #include "detection/ground_plane.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -11,7 +12,9 @@ constexpr size_t kMostSamples = 1500, kFewestSamples = 30;
 constexpr int kMostTrials = 150, kFits = 5;
 constexpr double kMayMiss = 1e-3;  // probability that no trial has three samples of the plane
 constexpr uint64_t kSeed = 7;
-constexpr double kLeastShare = 0.06;                       // of the known cells, on the plane
+// Least share of the known cells on the plane, for each metre of the camera's height, and its
+// limits. A low camera may see little of the ground; a high one sees hardly anything else.
+constexpr double kLeastSharePerMetre = 0.04, kLeastShare = 0.06, kLargestLeastShare = 0.5;
 constexpr float kTolerance_px = 0.6f, kTolerance = 0.02f;  // of a disparity, and relative to it
 constexpr double kLeastTriangle_px2 = 100;                 // twice its area
 const double kLeastCos = std::cos(80 * M_PI / 180), kMostSinRoll = std::sin(30 * M_PI / 180);
@@ -136,8 +139,10 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
     if (std::abs(A.determinant()) < kLeastTriangle_px2) continue;
     tryPlane(planeOf(rig, A.inverse() * d));
   }
-  if (!best || of_best.on_plane < kLeastShare * static_cast<double>(samples.size()))
-    return std::nullopt;
+  if (!best) return std::nullopt;
+  const double least_share =
+      std::clamp(kLeastSharePerMetre * best->camera_height_m, kLeastShare, kLargestLeastShare);
+  if (of_best.on_plane < least_share * static_cast<double>(samples.size())) return std::nullopt;
   return best;
 }
 

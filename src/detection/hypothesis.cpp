@@ -37,14 +37,15 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
                                     static_cast<float>(frame.range.min_disparity));
 }
 
-std::optional<GroupMotion> motionOf(const PastView& view, const ResidualGroup& group) {
+std::optional<GroupMotion> motionOf(const PastView& view,
+                                    const std::vector<cv::Point>& lattice_points) {
   const MotionDetectionParams& params = view.params();
   const auto shift = searchShift(view.images(), view.past_images(), view.static_source,
-                                 view.disparity_px(), group.points);
+                                 view.disparity_px(), lattice_points);
   if (!shift) return std::nullopt;
   GroupMotion motion;
   motion.shift_px = shift->shift_px;
-  motion.sample_px = sampleOf(group.points);
+  motion.sample_px = sampleOf(lattice_points);
   const std::vector<PointTrack> followed = followPoints(view, motion.sample_px, shift->shift_px);
   if (static_cast<int>(followed.size()) < params.min_tracks) return std::nullopt;
   motion.fit = fitDisplacement(view, followed);

@@ -7,7 +7,6 @@
 
 #include "detection/frame_view.h"
 #include "detection/point_tracks.h"
-#include "detection/residual_groups.h"
 #include "detection/tracker.h"
 
 namespace predictive_stereo {
@@ -28,14 +27,15 @@ struct Hypothesis {
 /// Sets the layer: the disparities of the seeds, with a margin.
 void setLayer(const FrameView& frame, Hypothesis& hypothesis);
 
-/// Motion of a group of residuals since a past frame.
+/// Motion of a group of points since a past frame.
 struct GroupMotion {
   Displacement fit;
   std::vector<cv::Point> sample_px;  ///< points that were tracked
   cv::Point2f shift_px;              ///< of the whole group, relative to a static world
 };
 /// None if too few of its points are found in the past frame.
-std::optional<GroupMotion> motionOf(const PastView& view, const ResidualGroup& group);
+std::optional<GroupMotion> motionOf(const PastView& view,
+                                    const std::vector<cv::Point>& lattice_points);
 
 /// The hypothesis of a known object at its predicted position. None if too few pixels there have
 /// its disparity.

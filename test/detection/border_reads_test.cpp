@@ -12,7 +12,6 @@
 #include "detection/ground_rows.h"
 #include "detection/long_rows.h"
 #include "detection/patch_rows.h"
-#include "detection/residual_group_rows.h"
 #include "detection/road_rows.h"
 #include "detection/segmentation_rows.h"
 #include "detection/shift_rows.h"
@@ -31,8 +30,6 @@ using testing::kMostGuarded;
 
 using Floats = GuardedRow<float>;
 using Bytes = GuardedRow<uint8_t>;
-
-constexpr float kUnknown = -100;
 
 // Number of floats from the first to the last of `points` points that are `step` apart.
 int span(int points, int step) { return step * (points - 1) + 1; }
@@ -87,19 +84,6 @@ TEST(BorderReads, OfMismatches) {
                                                       known_row};
       deviationRow(rows, known_rows, n, deviation(n), count(n));
       mismatchRow(rows, known_row + kComparedReach, count(n), n, mismatch(n));
-    });
-  });
-}
-
-TEST(BorderReads, OfSeeds) {
-  forEveryRow([](Guard guard, const auto& for_every_width) {
-    const Floats residual = floats(guard, -2, 3);
-    const Bytes seeds(kMostGuarded, guard), pair(kMostGuarded, guard, 0, 3);
-    for_every_width([&](int n) {
-      if (n < kResidualSide) return;
-      std::array<const float*, kResidualSide> rows;
-      rows.fill(residual(n));
-      seedRow(rows.data(), pair(n), n, {kUnknown, 3, 0.1f, 0.1f}, seeds(n));
     });
   });
 }

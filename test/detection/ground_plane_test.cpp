@@ -99,6 +99,18 @@ TEST(GroundPlane, IsExactOnAnEmptyPlane) {
   }
 }
 
+// Walls that lie on one plane far below the camera are no ground.
+TEST(GroundPlane, OfAHighCameraIsMostOfTheView) {
+  const StereoRig rig = testRig();
+  const Eigen::Vector3d ahead(0, 1, 0);
+  for (const double height_m : {1.0, 9.0}) {
+    cv::Mat1f disparity = planeMap(rig, ahead, height_m);
+    disparity.rowRange(0, rig.size.height - 40) = 30;  // a wall hides most of the plane
+    EXPECT_EQ(planeIn(rig, disparity).has_value(), height_m < 5) << height_m;
+    EXPECT_TRUE(planeIn(rig, planeMap(rig, ahead, height_m))) << height_m;
+  }
+}
+
 TEST(GroundPlane, IsFoundBelowObstaclesAndNoise) {
   const StereoRig rig = testRig();
   for (const Camera& camera : kCameras) {

@@ -1,0 +1,122 @@
+/// Groups of residuals of one sign.
+#include "detection/residual_groups.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <opencv2/imgproc.hpp>
+
+#include "detection/long_rows.h"
+
+namespace predictive_stereo {
+namespace {
+
+constexpr float kLeastMean_px = 0.7f;
+
+/// A map of residuals on a surface of one disparity, 0 but for what a test adds.
+struct Scene {
+  explicit Scene(cv::Size lattice)
+      : residual_px(lattice, 0.0f), pair(lattice, uchar{0}), disparity_px(lattice * 2, 20.0f) {}
+  std::vector<ResidualGroup> groups() const {
+    return groupResiduals(residual_px, pair, disparity_px, kLeastMean_px);
+  }
+
+  cv::Mat1f residual_px;
+  cv::Mat1b pair;
+  cv::Mat1f disparity_px;
+};
+
+TEST(ResidualGroups, TheLargestComesFirst) {
+  Scene scene({80, 40});
+  scene.residual_px(cv::Rect(5, 5, 9, 9)) = 1;
+  scene.residual_px(cv::Rect(30, 5, 20, 15)) = -1;
+  scene.disparity_px(cv::Rect(60, 10, 40, 30)) = 12;
+  const auto groups = scene.groups();
+  ASSERT_EQ(groups.size(), 2u);
+  EXPECT_EQ(groups[0].disparity_px, 12);
+  EXPECT_EQ(groups[1].disparity_px, 20);
+  EXPECT_GT(groups[0].points.size(), groups[1].points.size());
+  const cv::Rect box = cv::boundingRect(groups[0].points);
+  EXPECT_EQ(box & cv::Rect(30, 5, 20, 15), box);
+  EXPECT_GE(box.area(), 18 * 13);
+}
+
+TEST(ResidualGroups, EndAtStepsOfTheDisparityAndOfThePair) {
+  for (const bool at_disparity : {true, false}) {
+    Scene scene({80, 40});
+    scene.residual_px(cv::Rect(10, 10, 40, 15)) = 1;
+    if (at_disparity)
+      scene.disparity_px(cv::Rect(60, 0, 100, 80)) = 22;
+    else
+      scene.pair(cv::Rect(30, 0, 50, 40)) = 1;
+    const auto groups = scene.groups();
+    ASSERT_EQ(groups.size(), 2u);
+    for (const ResidualGroup& group : groups)
+      for (const cv::Point p : group.points)
+        EXPECT_EQ(p.x < 30, group.points.front().x < 30) << at_disparity;
+  }
+}
+
+TEST(ResidualGroups, NeedEnoughPoints) {
+  Scene scene({80, 40});
+  scene.residual_px(cv::Rect(10, 10, 6, 4)) = 0.8f;
+  EXPECT_TRUE(scene.groups().empty());
+  scene.residual_px = kUnknownResidual;
+  EXPECT_TRUE(scene.groups().empty());
+}
+
+// Point by point; residuals are in sixteenths, so that sums are exact.
+bool isSeed(const cv::Mat1f& map, cv::Point at) {
+  int known = 0, sign = 0;
+  float sum = 0;
+  for (int y = std::max(at.y - 2, 0); y <= std::min(at.y + 2, map.rows - 1); ++y)
+    for (int x = std::max(at.x - 2, 0); x <= std::min(at.x + 2, map.cols - 1); ++x) {
+      const float r = map(y, x);
+      if (r == kUnknownResidual) continue;
+      ++known;
+      sum += r;
+      sign += (r > 0) - (r < 0);
+    }
+  return map(at) != kUnknownResidual && std::abs(map(at)) >= 0.5f * kLeastMean_px && known >= 15 &&
+         std::abs(sum) >= kLeastMean_px * static_cast<float>(known) &&
+         static_cast<float>(std::abs(sign)) >= 0.8f * static_cast<float>(known);
+}
+
+TEST(ResidualGroups, AreThoseOfAReference) {
+  for (const cv::Size size :
+       {cv::Size(1, 1), cv::Size(5, 5), cv::Size(67, 50), cv::Size(300, 90)}) {
+    SCOPED_TRACE(size);
+    Scene scene(size);
+    cv::RNG rng(size.width);
+    cv::Mat1b seeds[2] = {cv::Mat1b::zeros(size), cv::Mat1b::zeros(size)};  // of either sign
+    for (int v = 0; v < size.height; ++v)
+      for (int u = 0; u < size.width; ++u) {
+        const int value = 13 * ((u / 21 + v / 17) % 3 - 1) + rng.uniform(-8, 9) * (u / 90 + 1) / 2;
+        scene.residual_px(v, u) =
+            rng.uniform(0, 5) == 0 ? kUnknownResidual : static_cast<float>(value) / 16;
+      }
+    std::map<int, int> expected;  // number of groups by size
+    for (int v = 0; v < size.height; ++v)
+      for (int u = 0; u < size.width; ++u)
+        if (isSeed(scene.residual_px, {u, v})) seeds[scene.residual_px(v, u) > 0](v, u) = 255;
+    for (const cv::Mat1b& of_sign : seeds) {
+      cv::Mat1i labels, stats;
+      cv::Mat1d centroids;
+      const int count = cv::connectedComponentsWithStats(of_sign, labels, stats, centroids, 4);
+      for (int k = 1; k < count; ++k)
+        if (const int area = stats(k, cv::CC_STAT_AREA); area >= 20) ++expected[area];
+    }
+    if (size.width == 300) {
+      EXPECT_GT(expected.size(), 10u);
+    }
+    std::map<int, int> found;
+    for (const ResidualGroup& group : scene.groups())
+      ++found[static_cast<int>(group.points.size())];
+    EXPECT_EQ(found, expected);
+  }
+}
+
+}  // namespace
+}  // namespace predictive_stereo
