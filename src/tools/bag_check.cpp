@@ -16,8 +16,6 @@
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "tools/bag_layouts.h"
-#include "tools/refused_messages.h"
-#include "tools/stamp_check.h"
 
 namespace predictive_stereo {
 namespace {

@@ -3,6 +3,8 @@
 
 #include <rosbag/bag.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -34,5 +36,26 @@ struct BagCheck {
 /// Checks topics, images, calibrations, stamps and tf of the bag's first half minute.
 /// @param choice  the camera to check; empty: the first one with a known layout.
 BagCheck checkBag(const rosbag::Bag& bag, const StereoTopicChoice& choice = {});
+
+/// The stamps of one topic.
+struct StampStream {
+  std::string topic;
+  std::vector<ros::Time> stamps;
+
+  bool unstamped() const { return std::count(stamps.begin(), stamps.end(), ros::Time()) > 0; }
+};
+
+/// The part of checkBag for rate, gaps and synchronisation: adds a launch argument if stamps
+/// differ.
+/// @param streams  left, right, left_info, right_info; each has stamps.
+void checkStamps(const std::vector<StampStream>& streams, BagCheck& result);
+
+/// As printf.
+template <class... Values>
+std::string format(const char* text, Values... values) {
+  char buffer[1024];
+  std::snprintf(buffer, sizeof(buffer), text, values...);
+  return buffer;
+}
 
 }  // namespace predictive_stereo

@@ -26,6 +26,7 @@
 
 #include "params/param_table.h"
 #include "tools/interruption.h"
+#include "tools/stage_table.h"
 
 namespace predictive_stereo {
 namespace {
@@ -157,12 +158,6 @@ boost::shared_ptr<Message> stamped(const boost::shared_ptr<const Message>& messa
   return copy;
 }
 
-double quantile(const std::vector<double>& sorted, double share) {
-  if (sorted.empty()) return 0;
-  const auto index = static_cast<size_t>(share * static_cast<double>(sorted.size()));
-  return sorted[std::min(sorted.size() - 1, index)];
-}
-
 void loadNodelets(const std::string& ns, nodelet::Loader& loader) {
   for (const auto& [name, type] :
        {std::pair("ego_motion", "EgoMotion"), std::pair("disparity", "Disparity"),
@@ -175,21 +170,20 @@ void loadNodelets(const std::string& ns, nodelet::Loader& loader) {
 }  // namespace
 
 LoadSummary LiveLoadResult::summary(int first, int last) const {
-  std::vector<double> latencies_ms;
-  for (int i = first; i < last; ++i) {
-    const double latency_ms = frames[static_cast<size_t>(i)].latency_ms;
-    if (!std::isnan(latency_ms)) latencies_ms.push_back(latency_ms);
-  }
-  std::sort(latencies_ms.begin(), latencies_ms.end());
   LoadSummary summary;
   summary.sent = last - first;
+  std::vector<double> latencies_ms;
+  for (int i = first; i < last; ++i) {
+    const LoadedFrame& frame = frames[static_cast<size_t>(i)];
+    if (!std::isnan(frame.latency_ms)) latencies_ms.push_back(frame.latency_ms);
+    summary.resident_bytes = frame.resident_bytes;
+  }
   summary.lost = summary.sent - static_cast<int>(latencies_ms.size());
+  if (latencies_ms.empty()) return summary;
   summary.p50_ms = quantile(latencies_ms, 0.5);
   summary.p95_ms = quantile(latencies_ms, 0.95);
   summary.p99_ms = quantile(latencies_ms, 0.99);
   summary.max_ms = quantile(latencies_ms, 1);
-  if (summary.sent > 0)
-    summary.resident_bytes = frames[static_cast<size_t>(last - 1)].resident_bytes;
   return summary;
 }
 

@@ -20,9 +20,7 @@
 #include "tools/interruption.h"
 #include "tools/output_file.h"
 #include "tools/progress.h"
-#include "tools/replay_figures.h"
 #include "tools/replay_output.h"
-#include "tools/stage_table.h"
 #include "tools/stereo_bag.h"
 
 namespace predictive_stereo {

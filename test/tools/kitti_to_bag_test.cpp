@@ -1,5 +1,4 @@
-#include "tools/kitti_bag.h"
-
+/// Runs the tool on small drives, and reads its bags.
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -13,16 +12,11 @@
 
 #include <map>
 
-#include "tools/kitti_fixture.h"
+#include "tools/kitti_drive.h"
+#include "tools/tool_fixture.h"
 
 namespace predictive_stereo {
 namespace {
-
-std::string oxtsText(double yaw_rad, double longitude_deg) {
-  std::string text = "49 " + std::to_string(longitude_deg) + " 100 0 0 " + std::to_string(yaw_rad);
-  for (int i = 6; i < 30; ++i) text += " " + std::to_string(i);
-  return text;
-}
 
 void addOxtsAndLidar(const KittiFixture& files) {
   for (int i = 0; i < files.frames(); ++i) {
@@ -64,12 +58,23 @@ Eigen::Isometry3d lookup(const tf2::BufferCore& buffer, const std::string& paren
   return Eigen::Isometry3d(tf2::transformToEigen(buffer.lookupTransform(parent, child, time)));
 }
 
-TEST(KittiBag, HasTheLayoutOfKitti2bag) {
+class KittiToBag : public ToolTest {
+ protected:
+  Result convert(const KittiFixture& drive, const std::string& arguments) const {
+    return run(std::string(KITTI_TO_BAG) + " " + drive.path() + " " + KittiFixture::kDrive + " " +
+               arguments);
+  }
+  std::string bagOf(const KittiFixture& drive, const std::string& options = "") const {
+    const Result result = convert(drive, files_.path("out.bag") + options);
+    EXPECT_EQ(result.status, 0) << result.errors;
+    return files_.path("out.bag");
+  }
+};
+
+TEST_F(KittiToBag, HasTheLayoutOfKitti2bag) {
   const KittiFixture files(2);
   addOxtsAndLidar(files);
-  const KittiDrive drive(files.path(), KittiFixture::kDrive);
-  writeKittiBag(drive, files.path("out.bag"), nullptr);
-  const rosbag::Bag bag(files.path("out.bag"));
+  const rosbag::Bag bag(bagOf(files));
   const std::map<std::string, int> expected = {{"/kitti/camera_gray_left/image_raw", 2},
                                                {"/kitti/camera_gray_left/camera_info", 2},
                                                {"/kitti/camera_gray_right/image_raw", 2},
@@ -100,13 +105,12 @@ TEST(KittiBag, HasTheLayoutOfKitti2bag) {
   EXPECT_EQ(firstOf<sensor_msgs::NavSatFix>(bag, "/kitti/oxts/gps/fix")->latitude, 49);
 }
 
-TEST(KittiBag, TransformsGiveTheDrivesPoses) {
+TEST_F(KittiToBag, TransformsGiveTheDrivesPoses) {
   const KittiFixture files(2);
   addOxtsAndLidar(files);
   const KittiDrive drive(files.path(), KittiFixture::kDrive);
-  writeKittiBag(drive, files.path("out.bag"), nullptr);
   tf2::BufferCore buffer;
-  fill(rosbag::Bag(files.path("out.bag")), buffer);
+  fill(rosbag::Bag(bagOf(files)), buffer);
   const auto stamps = drive.stamps("oxts");
   for (size_t i = 0; i < 2; ++i)
     EXPECT_TRUE(
@@ -117,19 +121,17 @@ TEST(KittiBag, TransformsGiveTheDrivesPoses) {
               0.5, 1e-12);
 }
 
-TEST(KittiBag, PosesWithoutOxtsStandUpright) {
+TEST_F(KittiToBag, PosesWithoutOxtsStandUpright) {
   const KittiFixture files(2);
   files.write(KittiFixture::data("poses_gt_cam0.txt"),
               "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2.5\n");
   std::filesystem::remove(files.path("calib_imu_to_velo.txt"));
   std::filesystem::remove(files.path("calib_velo_to_cam.txt"));
-  const KittiDrive drive(files.path(), KittiFixture::kDrive);
-  writeKittiBag(drive, files.path("out.bag"), nullptr);
-  const rosbag::Bag bag(files.path("out.bag"));
+  const rosbag::Bag bag(bagOf(files));
   EXPECT_EQ(countTopics(bag).count("/kitti/oxts/imu"), 0u);
   tf2::BufferCore buffer;
   fill(bag, buffer);
-  const auto stamps = drive.stamps("image_00");
+  const auto stamps = KittiDrive(files.path(), KittiFixture::kDrive).stamps("image_00");
   EXPECT_TRUE(lookup(buffer, "world", "base_link", stamps[1])
                   .translation()
                   .isApprox(Eigen::Vector3d(2.5, 0, 0), 1e-9));
@@ -138,11 +140,9 @@ TEST(KittiBag, PosesWithoutOxtsStandUpright) {
   EXPECT_TRUE((T_base_cam * Eigen::Vector3d(1, 2, 3)).isApprox(Eigen::Vector3d(3, -1, -2), 1e-9));
 }
 
-TEST(KittiBag, ColourPairIsBgr) {
+TEST_F(KittiToBag, ColourPairIsBgr) {
   const KittiFixture files(1);
-  writeKittiBag(KittiDrive(files.path(), KittiFixture::kDrive, KittiCameras::kColor),
-                files.path("out.bag"), nullptr);
-  const rosbag::Bag bag(files.path("out.bag"));
+  const rosbag::Bag bag(bagOf(files, " --cameras color"));
   const auto image = firstOf<sensor_msgs::Image>(bag, "/kitti/camera_color_left/image_raw");
   ASSERT_TRUE(image);
   EXPECT_EQ(image->encoding, "bgr8");
@@ -150,20 +150,17 @@ TEST(KittiBag, ColourPairIsBgr) {
   EXPECT_EQ(countTopics(bag).count("/tf"), 0u);  // no poses are known
 }
 
-TEST(KittiBag, LeavesNothingAfterAnError) {
+TEST_F(KittiToBag, LeavesNothingAfterAnError) {
   const KittiFixture files(3);
-  const KittiDrive drive(files.path(), KittiFixture::kDrive);
   files.write(KittiFixture::data("image_01/data/0000000001.png"), "broken");
   std::filesystem::create_directory(files.path("out"));
-  EXPECT_NE(messageOf([&] {
-              writeKittiBag(drive, files.path("out/x.bag"), nullptr);
-            }).find("image_01/data/0000000001.png"),
-            std::string::npos);
+  for (const auto& [name, part] : {std::pair("out/x.bag", "image_01/data/0000000001.png"),
+                                   std::pair("no/x.bag", "no/x.bag: cannot be written")}) {
+    const Result result = convert(files, files.path(name));
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.errors.find(part), std::string::npos) << result.errors;
+  }
   EXPECT_TRUE(std::filesystem::is_empty(files.path("out")));
-  EXPECT_NE(messageOf([&] {
-              writeKittiBag(drive, files.path("no/x.bag"), nullptr);
-            }).find("no/x.bag: cannot be written"),
-            std::string::npos);
 }
 
 }  // namespace
