@@ -2,11 +2,9 @@
 
 # Parameters and the installed parameter files.
 predictive_stereo_unit_tests(params predictive_stereo_ros predictive_stereo_params yaml-cpp)
-foreach(name config_files paper_config)
-  target_compile_definitions(predictive_stereo_params_${name}_test
-    PRIVATE CONFIG_FOLDER="${PROJECT_SOURCE_DIR}/config"
-  )
-endforeach()
+target_compile_definitions(predictive_stereo_params_config_files_test
+  PRIVATE CONFIG_FOLDER="${PROJECT_SOURCE_DIR}/config"
+)
 
 # Tools.
 foreach(name check_bag kitti_to_bag)
