@@ -13,7 +13,6 @@
 
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
-#include "tools/interruption.h"
 #include "tools/kitti_drive.h"
 #include "tools/progress.h"
 

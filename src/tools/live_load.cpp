@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <boost/make_shared.hpp>
 #include <chrono>
 #include <cmath>
@@ -25,7 +26,6 @@
 #include <thread>
 
 #include "params/param_table.h"
-#include "tools/interruption.h"
 #include "tools/stage_table.h"
 
 namespace predictive_stereo {
@@ -113,8 +113,8 @@ class Listener {
       const std::lock_guard<std::mutex> lock(mutex_);
       return sent_.empty() || Clock::now() - last_output_ > std::chrono::seconds(1);
     });
-    const int before = reports();
-    waitUntil([&] { return reports() >= before + 6; });  // two per nodelet
+    const int before = reports_;
+    waitUntil([&] { return reports_ >= before + 6; });  // two per nodelet
   }
 
   /// Value of `key` in the diagnostics of the nodelet whose status name contains `part`.
@@ -131,11 +131,6 @@ class Listener {
  private:
   static void ignore(const nav_msgs::OdometryConstPtr&) {}
 
-  int reports() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return reports_;
-  }
-
   std::vector<LoadedFrame>& frames_;
   ros::NodeHandle node_;
   ros::CallbackQueue queue_;
@@ -145,7 +140,7 @@ class Listener {
   ros::Time last_disparity_;
   Clock::time_point last_output_ = Clock::now();
   std::map<std::string, std::map<std::string, std::string>> figures_;
-  int reports_ = 0;
+  std::atomic<int> reports_{0};
   ros::Subscriber objects_, disparity_, odometry_, diagnostics_;
   ros::AsyncSpinner spinner_;  // last: uses the members above
 };

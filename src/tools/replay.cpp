@@ -17,7 +17,6 @@
 #include "nodelets/rectifier.h"
 #include "params/yaml_params.h"
 #include "tools/command_line.h"
-#include "tools/interruption.h"
 #include "tools/output_file.h"
 #include "tools/progress.h"
 #include "tools/replay_output.h"

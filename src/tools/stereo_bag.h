@@ -25,7 +25,8 @@ void openBag(const std::string& path, rosbag::Bag& bag);
 /// Types of a bag's topics by name.
 using TopicTypes = std::map<std::string, std::string>;
 TopicTypes topicTypes(const rosbag::Bag& bag);
-bool hasType(const TopicTypes& types, const std::string& topic, const std::string& type);
+/// Their names, separated by commas.
+std::string topicsOfType(const TopicTypes& types, const std::string& type);
 
 /// The topics of a stereo camera in a bag. Topics of compressed images end in /compressed.
 struct StereoTopics {
@@ -57,11 +58,6 @@ std::string asRecorded(const TopicTypes& types, const std::string& topic);
 
 /// `name` with a slash before and none behind; empty: the root.
 std::string cameraNamespace(std::string name);
-
-/// The image of a sensor_msgs/Image, or the decoded image of a sensor_msgs/CompressedImage; nullptr
-/// for other messages.
-/// @throws std::invalid_argument if it cannot be decoded.
-sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message);
 
 /// Finds the chosen topics. Without a choice, those of the only camera with a known layout:
 /// <camera>/left/image_rect (image_raw if `choice.raw`), or KITTI's

@@ -1,7 +1,5 @@
 /// Runs the tool on small drives, and reads its bags.
 #include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/NavSatFix.h>
@@ -12,6 +10,7 @@
 
 #include <map>
 
+#include "tools/bag_messages.h"
 #include "tools/kitti_drive.h"
 #include "tools/tool_fixture.h"
 
@@ -28,27 +27,24 @@ void addOxtsAndLidar(const KittiFixture& files) {
   }
 }
 
-std::map<std::string, int> countTopics(const rosbag::Bag& bag) {
+std::map<std::string, int> countTopics(const std::string& path) {
+  const rosbag::Bag bag(path);
   std::map<std::string, int> counts;
   for (const rosbag::MessageInstance& message : rosbag::View(bag)) ++counts[message.getTopic()];
   return counts;
 }
 
 template <class Message>
-typename Message::ConstPtr firstOf(const rosbag::Bag& bag, const std::string& topic) {
-  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery(topic)))
-    return message.instantiate<Message>();
-  return nullptr;
+typename Message::ConstPtr firstOf(const std::string& bag, const std::string& topic) {
+  return messagesIn<Message>(bag).at(topic)[0];
 }
 
 /// All transforms of the bag.
-void fill(const rosbag::Bag& bag, tf2::BufferCore& buffer) {
-  for (const rosbag::MessageInstance& message :
-       rosbag::View(bag, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
-    const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
-    for (const auto& transform : transforms->transforms)
-      buffer.setTransform(transform, "bag", message.getTopic() == "/tf_static");
-  }
+void fill(const std::string& bag, tf2::BufferCore& buffer) {
+  for (const auto& [topic, messages] : messagesIn<tf2_msgs::TFMessage>(bag))
+    for (const auto& message : messages)
+      for (const auto& transform : message->transforms)
+        buffer.setTransform(transform, "bag", topic == "/tf_static");
 }
 
 Eigen::Isometry3d lookup(const tf2::BufferCore& buffer, const std::string& parent,
@@ -74,7 +70,7 @@ class KittiToBag : public ToolTest {
 TEST_F(KittiToBag, HasTheLayoutOfKitti2bag) {
   const KittiFixture files(2);
   addOxtsAndLidar(files);
-  const rosbag::Bag bag(bagOf(files));
+  const std::string bag = bagOf(files);
   const std::map<std::string, int> expected = {{"/kitti/camera_gray_left/image_raw", 2},
                                                {"/kitti/camera_gray_left/camera_info", 2},
                                                {"/kitti/camera_gray_right/image_raw", 2},
@@ -110,7 +106,7 @@ TEST_F(KittiToBag, TransformsGiveTheDrivesPoses) {
   addOxtsAndLidar(files);
   const KittiDrive drive(files.path(), KittiFixture::kDrive);
   tf2::BufferCore buffer;
-  fill(rosbag::Bag(bagOf(files)), buffer);
+  fill(bagOf(files), buffer);
   const auto stamps = drive.stamps("oxts");
   for (size_t i = 0; i < 2; ++i)
     EXPECT_TRUE(
@@ -127,7 +123,7 @@ TEST_F(KittiToBag, PosesWithoutOxtsStandUpright) {
               "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2.5\n");
   std::filesystem::remove(files.path("calib_imu_to_velo.txt"));
   std::filesystem::remove(files.path("calib_velo_to_cam.txt"));
-  const rosbag::Bag bag(bagOf(files));
+  const std::string bag = bagOf(files);
   EXPECT_EQ(countTopics(bag).count("/kitti/oxts/imu"), 0u);
   tf2::BufferCore buffer;
   fill(bag, buffer);
@@ -142,9 +138,8 @@ TEST_F(KittiToBag, PosesWithoutOxtsStandUpright) {
 
 TEST_F(KittiToBag, ColourPairIsBgr) {
   const KittiFixture files(1);
-  const rosbag::Bag bag(bagOf(files, " --cameras color"));
+  const std::string bag = bagOf(files, " --cameras color");
   const auto image = firstOf<sensor_msgs::Image>(bag, "/kitti/camera_color_left/image_raw");
-  ASSERT_TRUE(image);
   EXPECT_EQ(image->encoding, "bgr8");
   EXPECT_EQ(image->step, 3 * 64u);
   EXPECT_EQ(countTopics(bag).count("/tf"), 0u);  // no poses are known
