@@ -1,8 +1,8 @@
-#include "tools/bag_check.h"
-
 #include <boost/algorithm/string/predicate.hpp>
 #include <set>
 #include <utility>
+
+#include "tools/bag_check.h"
 
 namespace predictive_stereo {
 namespace {
