@@ -64,7 +64,6 @@ predictive_stereo_library(predictive_stereo_bag_tools FILES
   src/tools/bag_check.cpp
   src/tools/bag_file.cpp
   src/tools/bag_layouts.cpp
-  src/tools/kitti_bag.cpp
   src/tools/live_load.cpp
   src/tools/stamp_check.cpp
   src/tools/stereo_bag.cpp

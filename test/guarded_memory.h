@@ -10,7 +10,7 @@
 #include <new>
 #include <opencv2/core.hpp>
 
-#include "simd/simd_dispatch.h"
+#include "every_target.h"
 
 namespace predictive_stereo::testing {
 
@@ -114,15 +114,12 @@ class GuardEveryMat {
 /// that loops process.
 constexpr int kMostGuarded = 140;
 
-/// Calls body(guard) for both positions, on every SIMD target of the kernels that Highway
-/// dispatches.
+/// Calls body(guard) for both positions, on every SIMD target; see forEveryTarget.
 template <class Body>
 void forEveryGuardAndTarget(const Body& body) {
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+  forEveryTarget([&] {
     for (const Guard guard : {Guard::kBehind, Guard::kBefore}) body(guard);
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  });
 }
 
 }  // namespace predictive_stereo::testing

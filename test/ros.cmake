@@ -2,16 +2,18 @@
 
 # Parameters and the installed parameter files.
 predictive_stereo_unit_tests(params predictive_stereo_ros predictive_stereo_params yaml-cpp)
-foreach(name config_files paper_config)
-  target_compile_definitions(predictive_stereo_params_${name}_test
-    PRIVATE CONFIG_FOLDER="${PROJECT_SOURCE_DIR}/config"
-  )
-endforeach()
+target_compile_definitions(predictive_stereo_params_config_files_test
+  PRIVATE CONFIG_FOLDER="${PROJECT_SOURCE_DIR}/config"
+)
 
 # Tools.
-foreach(name check_bag kitti_bag)
+foreach(name check_bag kitti_to_bag)
   predictive_stereo_unit_test(tools ${name}_test predictive_stereo_bag_tools)
 endforeach()
+add_dependencies(predictive_stereo_tools_kitti_to_bag_test predictive_stereo_kitti_to_bag)
+target_compile_definitions(predictive_stereo_tools_kitti_to_bag_test
+  PRIVATE KITTI_TO_BAG="$<TARGET_FILE:predictive_stereo_kitti_to_bag>"
+)
 
 # Message processing, and parts of the nodelets.
 foreach(name arrivals disparity_views message_checks message_pool motion_source moving_objects_views

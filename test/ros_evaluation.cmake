@@ -88,13 +88,15 @@ add_dependencies(predictive_stereo_live_load_test predictive_stereo_street_to_ba
 add_executable(predictive_stereo_bag_test EXCLUDE_FROM_ALL nodelets/bag_test.cpp)
 set_target_properties(predictive_stereo_bag_test PROPERTIES OUTPUT_NAME bag_test)
 target_compile_definitions(predictive_stereo_bag_test PRIVATE
+  KITTI_TO_BAG="$<TARGET_FILE:predictive_stereo_kitti_to_bag>"
   REPLAY="$<TARGET_FILE:predictive_stereo_replay>"
   STREET_TO_BAG="$<TARGET_FILE:predictive_stereo_street_to_bag>"
 )
 target_include_directories(predictive_stereo_bag_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_link_libraries(predictive_stereo_bag_test predictive_stereo_bag_sequences gtest)
 add_dependencies(predictive_stereo_bag_test
-  predictive_stereo_nodelets predictive_stereo_replay predictive_stereo_street_to_bag
+  predictive_stereo_kitti_to_bag predictive_stereo_nodelets predictive_stereo_replay
+  predictive_stereo_street_to_bag
 )
 add_dependencies(tests predictive_stereo_bag_test)
 foreach(source street kitti_0009)

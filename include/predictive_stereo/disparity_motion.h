@@ -38,10 +38,4 @@ inline Matrix6d unseenCovariance() { return kUnseenVariance * Matrix6d::Identity
 /// @param T_cam_prev  see CameraMotion.
 Eigen::Matrix4d disparityMotion(const StereoRig& rig, const Eigen::Isometry3d& T_cam_prev);
 
-/// Derivative of the predicted disparity [px] of a static point by the perturbation of T_cam_prev
-/// (translation [m], rotation [rad]; see CameraMotion::covariance). J of the predicted variance,
-/// see PredictionParams::use_motion_covariance.
-/// @param x_px, y_px, disparity_px  where the point is in the current frame; disparity_px > 0.
-Vector6d disparityJacobian(const StereoRig& rig, double x_px, double y_px, double disparity_px);
-
 }  // namespace predictive_stereo

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "predictive_stereo/disparity_motion.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 
@@ -21,7 +22,12 @@ class PathCovariance {
   /// @param motion  from the path's last frame to a new one. Its covariance contains noise and
   ///   calibration errors.
   /// @param common  the calibration errors' part of that covariance (common common^T).
-  void add(const CameraMotion& motion, const CommonErrors& common);
+  void add(const CameraMotion& motion, const CommonErrors& common) {
+    // exp(e_step) T_step exp(e_path) T_path = exp(e_step + Ad e_path) T_step T_path.
+    const Matrix6d A = adjoint(motion.T_cam_prev);
+    noise_ = A * noise_ * A.transpose() + motion.covariance - common * common.transpose();
+    common_ = A * common_ + common;
+  }
   /// Of a left-multiplied perturbation (translation [m], rotation [rad]) of the product of all
   /// T_cam_prev, expressed in the last frame.
   Matrix6d covariance() const { return noise_ + common_ * common_.transpose(); }

@@ -1,4 +1,4 @@
-/// Products of rigid motions whose linear parts remain rotations.
+/// Rotations, and products of rigid motions whose linear parts remain rotations.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -23,6 +23,9 @@ Eigen::Isometry3d relative(const Eigen::Isometry3d& T_a_b, const Eigen::Isometry
 /// Maps perturbations (translation [m], rotation [rad]) from frame b to frame a: for small e,
 /// T_a_b exp(e) = exp(adjoint(T_a_b) e) T_a_b.
 Eigen::Matrix<double, 6, 6> adjoint(const Eigen::Isometry3d& T_a_b);
+
+/// The rotation about the vector's axis by its length [rad]; identity for the zero vector.
+Eigen::Matrix3d rotationBy(const Eigen::Vector3d& w_rad);
 
 /// The cross-product matrix [v]x: v.cross(w) = skew(v) w.
 Eigen::Matrix3d skew(const Eigen::Vector3d& v);

@@ -28,7 +28,5 @@ std::string slowTargetWarning(const std::string& requested, const std::string& t
 /// then the target is "auto".
 /// @throws std::invalid_argument as chooseSimdTarget does; the target is then unchanged.
 void useSimdTarget(const std::string& requested);
-/// The name of the target in use.
-std::string simdTargetInUse();
 
 }  // namespace predictive_stereo

@@ -4,7 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "predictive_stereo/rotation_vector.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {

@@ -18,8 +18,9 @@ RowMotion rowMotion(const Eigen::Matrix4d& H, int y) {
   return motion;
 }
 
-// J Sigma J^T of the ego-motion for the pixels of one row, see disparityJacobian. Only three of the
-// six components change a disparity: Z, pitch and yaw.
+// J Sigma J^T of the ego-motion for the pixels of one row, where J is the derivative of a disparity
+// d by the perturbation of T_cam_prev. d = fB / Z, and the perturbation changes Z by t_z + (r x
+// X)_z = t_z + r_x Y - r_y X: only three of the six components change a disparity.
 RowNoise rowNoise(const StereoRig& rig, const Eigen::Matrix3d& sigma, double floor_px2, int y) {
   const double y_n = (y - rig.cy_px) / rig.fy_px;
   RowNoise noise;
@@ -120,12 +121,10 @@ void Predictor::warp(const DisparityState& previous, const StereoRig& rig,
   target_rows_.resize(size.height);
   const WarpLimits limits{size.width, size.height, static_cast<float>(range_.min_disparity),
                           static_cast<float>(range_.max_disparity())};
-  parallelFor(cv::Range(0, size.height), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      WarpedRow warped{target_[y], target_disparity_px_[y], target_variance_px2_[y], 0, 0};
-      warpRow(rowMotion(H, y), previous.disparity_px[y], previous.variance_px2[y], limits, warped);
-      target_rows_[y] = cv::Range(warped.first_row, warped.last_row + 1);
-    }
+  parallelForEach(size.height, [&](int y) {
+    WarpedRow warped{target_[y], target_disparity_px_[y], target_variance_px2_[y], 0, 0};
+    warpRow(rowMotion(H, y), previous.disparity_px[y], previous.variance_px2[y], limits, warped);
+    target_rows_[y] = cv::Range(warped.first_row, warped.last_row + 1);
   });
 }
 
@@ -143,14 +142,11 @@ void Predictor::scatterAndFill(const DisparityState& previous, Prediction& predi
   createWithoutGaps(size, prediction.missed_frames);
   const auto smallest = static_cast<float>(range_.min_disparity);
   const int bands = bandCount(size);
-  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
-    for (int band = part.start; band < part.end; ++band) {
-      const cv::Range rows = bandRows(band, size);
-      scatterInto(rows, previous, prediction);
-      for (int y = rows.start; y < rows.end; ++y) fillWithinRow(smallest, y, prediction);
-      for (int y = rows.start + 1; y < rows.end - 1; ++y)
-        fillFromRowsAround(smallest, y, prediction);
-    }
+  parallelForEach(bands, [&](int band) {
+    const cv::Range rows = bandRows(band, size);
+    scatterInto(rows, previous, prediction);
+    for (int y = rows.start; y < rows.end; ++y) fillWithinRow(smallest, y, prediction);
+    for (int y = rows.start + 1; y < rows.end - 1; ++y) fillFromRowsAround(smallest, y, prediction);
   });
   parallelFor(cv::Range(1, bands), [&](const cv::Range& part) {
     for (int band = part.start; band < part.end; ++band) {
@@ -210,32 +206,30 @@ void Predictor::markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotio
   const int bands = bandCount(size);
   const int band_marks = kBandRows + 2 * margin + 1;
   marks_.create(bands * band_marks, padded_width);
-  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
-    for (int band = part.start; band < part.end; ++band) {
-      const cv::Range rows = bandRows(band, size);
-      const cv::Range edge_rows(std::max(rows.start - margin, 0),
-                                std::min(rows.end + margin, size.height));
-      const int first_mark = band * band_marks;
-      const auto edges = [&](int y) { return marks_[first_mark + 1 + y - edge_rows.start]; };
-      for (int y = edge_rows.start; y < edge_rows.end; ++y) {
-        std::fill_n(edges(y), margin, uchar{0});
-        std::fill_n(edges(y) + margin + size.width, margin, uchar{0});
-        markEdges(prediction.disparity_px[y],
-                  prediction.disparity_px[std::min(y + 1, size.height - 1)], size.width,
-                  static_cast<float>(params_.edge_jump_px), smallest, edges(y) + margin);
-      }
-      uchar* const column_marks = marks_[first_mark];
-      for (int y = rows.start; y < rows.end; ++y) {
-        std::fill_n(column_marks, padded_width, uchar{0});
-        for (int i = std::max(y - margin, 0); i <= std::min(y + margin, size.height - 1); ++i)
-          uniteMarks(edges(i), padded_width, column_marks);
-        uchar* const near_edge = prediction.near_edge[y];
-        std::fill_n(near_edge, size.width, uchar{0});
-        for (int i = 0; i <= 2 * margin; ++i) uniteMarks(column_marks + i, size.width, near_edge);
-        addNoiseOrReset(rowNoise(rig, sigma, params_.process_noise_px2, y),
-                        prediction.disparity_px[y], near_edge, size.width, smallest,
-                        static_cast<float>(any_disparity_px2), prediction.variance_px2[y]);
-      }
+  parallelForEach(bands, [&](int band) {
+    const cv::Range rows = bandRows(band, size);
+    const cv::Range edge_rows(std::max(rows.start - margin, 0),
+                              std::min(rows.end + margin, size.height));
+    const int first_mark = band * band_marks;
+    const auto edges = [&](int y) { return marks_[first_mark + 1 + y - edge_rows.start]; };
+    for (int y = edge_rows.start; y < edge_rows.end; ++y) {
+      std::fill_n(edges(y), margin, uchar{0});
+      std::fill_n(edges(y) + margin + size.width, margin, uchar{0});
+      markEdges(prediction.disparity_px[y],
+                prediction.disparity_px[std::min(y + 1, size.height - 1)], size.width,
+                static_cast<float>(params_.edge_jump_px), smallest, edges(y) + margin);
+    }
+    uchar* const column_marks = marks_[first_mark];
+    for (int y = rows.start; y < rows.end; ++y) {
+      std::fill_n(column_marks, padded_width, uchar{0});
+      for (int i = std::max(y - margin, 0); i <= std::min(y + margin, size.height - 1); ++i)
+        uniteMarks(edges(i), padded_width, column_marks);
+      uchar* const near_edge = prediction.near_edge[y];
+      std::fill_n(near_edge, size.width, uchar{0});
+      for (int i = 0; i <= 2 * margin; ++i) uniteMarks(column_marks + i, size.width, near_edge);
+      addNoiseOrReset(rowNoise(rig, sigma, params_.process_noise_px2, y),
+                      prediction.disparity_px[y], near_edge, size.width, smallest,
+                      static_cast<float>(any_disparity_px2), prediction.variance_px2[y]);
     }
   });
 }

@@ -23,13 +23,12 @@ HWY_INLINE int16_t ceilingOf(float value) {
   return static_cast<int16_t>(static_cast<int>(kOffset) - static_cast<int>(kOffset - value));
 }
 
-// Pointers are separate arguments that do not overlap: compilers vectorise this loop only then.
-HWY_NOINLINE void widenPredictedPixels(const float* HWY_RESTRICT disparity_px,
-                                       const float* HWY_RESTRICT variance_px2,
-                                       const uint8_t* HWY_RESTRICT near_edge,
-                                       const uint8_t* HWY_RESTRICT missed, int width,
-                                       Margins margins, float smallest_valid, uint8_t moving,
-                                       int16_t* HWY_RESTRICT first, int16_t* HWY_RESTRICT last) {
+// Pointers are separate arguments that do not overlap: compilers vectorise these loops only then.
+void widenPredictedPixels(const float* HWY_RESTRICT disparity_px,
+                          const float* HWY_RESTRICT variance_px2,
+                          const uint8_t* HWY_RESTRICT near_edge, const uint8_t* HWY_RESTRICT missed,
+                          int width, Margins margins, float smallest_valid, uint8_t moving,
+                          int16_t* HWY_RESTRICT first, int16_t* HWY_RESTRICT last) {
   for (int x = 0; x < width; ++x) {
     // Near discontinuities the hull with the neighbours covers both surfaces: the least margin is
     // enough.
@@ -44,26 +43,15 @@ HWY_NOINLINE void widenPredictedPixels(const float* HWY_RESTRICT disparity_px,
   }
 }
 
-void widenPredicted(const PredictedRow& row, int width, const Margins& margins,
-                    float smallest_valid, uint8_t moving, const RangeRow& ranges) {
-  widenPredictedPixels(row.disparity_px, row.variance_px2, row.near_edge, row.missed_frames, width,
-                       margins, smallest_valid, moving, ranges.first, ranges.last);
-}
-
-HWY_NOINLINE void widenMeasuredPixels(const float* HWY_RESTRICT disparity_px, int width,
-                                      float margin_px, float smallest_valid,
-                                      int16_t* HWY_RESTRICT first, int16_t* HWY_RESTRICT last) {
+void widenMeasuredPixels(const float* HWY_RESTRICT disparity_px, int width, float margin_px,
+                         float smallest_valid, int16_t* HWY_RESTRICT first,
+                         int16_t* HWY_RESTRICT last) {
   for (int x = 0; x < width; ++x) {
     const float d = disparity_px[x];
     const int16_t low = floorOf(d - margin_px), high = ceilingOf(d + margin_px);
     first[x] = d >= smallest_valid ? low : kEmptyFirst;
     last[x] = d >= smallest_valid ? high : kEmptyLast;
   }
-}
-
-void widenMeasured(const float* disparity_px, int width, float margin_px, float smallest_valid,
-                   const RangeRow& ranges) {
-  widenMeasuredPixels(disparity_px, width, margin_px, smallest_valid, ranges.first, ranges.last);
 }
 
 template <class Extreme>
@@ -124,17 +112,12 @@ void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width,
   }
 }
 
-HWY_NOINLINE void unitePixels(const int16_t* HWY_RESTRICT first, const int16_t* HWY_RESTRICT last,
-                              int width, int16_t* HWY_RESTRICT hull_first,
-                              int16_t* HWY_RESTRICT hull_last) {
+void unitePixels(const int16_t* HWY_RESTRICT first, const int16_t* HWY_RESTRICT last, int width,
+                 int16_t* HWY_RESTRICT hull_first, int16_t* HWY_RESTRICT hull_last) {
   for (int x = 0; x < width; ++x) {
     hull_first[x] = std::min(hull_first[x], first[x]);
     hull_last[x] = std::max(hull_last[x], last[x]);
   }
-}
-
-void uniteRows(const ConstRangeRow& ranges, int width, const RangeRow& hull) {
-  unitePixels(ranges.first, ranges.last, width, hull.first, hull.last);
 }
 
 void cutRanges(const ConstRangeRow& otherwise, int width, int16_t smallest, int16_t largest,
@@ -164,21 +147,24 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace predictive_stereo {
 
-HWY_EXPORT(widenPredicted);
-HWY_EXPORT(widenMeasured);
+HWY_EXPORT(widenPredictedPixels);
+HWY_EXPORT(widenMeasuredPixels);
 HWY_EXPORT(hullOfRows);
 HWY_EXPORT(uniteWithCoarse);
-HWY_EXPORT(uniteRows);
+HWY_EXPORT(unitePixels);
 HWY_EXPORT(cutRanges);
 
 void widenPredicted(const PredictedRow& row, int width, const Margins& margins,
                     float smallest_valid, uint8_t moving, const RangeRow& ranges) {
-  HWY_DYNAMIC_DISPATCH(widenPredicted)(row, width, margins, smallest_valid, moving, ranges);
+  HWY_DYNAMIC_DISPATCH(widenPredictedPixels)
+  (row.disparity_px, row.variance_px2, row.near_edge, row.missed_frames, width, margins,
+   smallest_valid, moving, ranges.first, ranges.last);
 }
 
 void widenMeasured(const float* disparity_px, int width, float margin_px, float smallest_valid,
                    const RangeRow& ranges) {
-  HWY_DYNAMIC_DISPATCH(widenMeasured)(disparity_px, width, margin_px, smallest_valid, ranges);
+  HWY_DYNAMIC_DISPATCH(widenMeasuredPixels)
+  (disparity_px, width, margin_px, smallest_valid, ranges.first, ranges.last);
 }
 
 void hullOfRows(const ConstRangeRow rows[3], int width, const RangeRow& column_hull,
@@ -192,7 +178,7 @@ void uniteWithCoarse(const ConstRangeRow& coarse, int coarse_width, int width,
 }
 
 void uniteRows(const ConstRangeRow& ranges, int width, const RangeRow& hull) {
-  HWY_DYNAMIC_DISPATCH(uniteRows)(ranges, width, hull);
+  HWY_DYNAMIC_DISPATCH(unitePixels)(ranges.first, ranges.last, width, hull.first, hull.last);
 }
 
 void cutRanges(const ConstRangeRow& otherwise, int width, int16_t smallest, int16_t largest,

@@ -3,11 +3,54 @@
 #include <algorithm>
 #include <cstring>
 
-#include "filtering/connection_rows.h"
 #include "parallel/tasks.h"
+#include "simd/simd_dispatch.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "filtering/region_filter.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
+template <class D>
+HWY_INLINE int connectPixels(D d, const float* pixels, const float* neighbours, int count,
+                             float smallest_valid, int x, uint8_t* connected) {
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<uint8_t, D> d8;
+  const auto smallest = hn::Set(d, smallest_valid), one = hn::Set(d, 1.0f);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (; x + lanes <= count; x += lanes) {
+    const auto a = hn::LoadU(d, pixels + x), b = hn::LoadU(d, neighbours + x);
+    const auto same = hn::And(hn::Ge(hn::Min(a, b), smallest), hn::Le(hn::Abs(hn::Sub(a, b)), one));
+    const auto flags = hn::IfThenElseZero(hn::RebindMask(di, same), hn::Set(di, 1));
+    hn::StoreU(hn::DemoteTo(d8, flags), d8, connected + x);
+  }
+  return x;
+}
+
+// connected[x]: 1 if both pixels are valid and differ by at most 1 px, else 0.
+void connectionsOfRow(const float* pixels, const float* neighbours, int count, float smallest_valid,
+                      uint8_t* connected) {
+  const int x = connectPixels(hn::ScalableTag<float>(), pixels, neighbours, count, smallest_valid,
+                              0, connected);
+  connectPixels(hn::FixedTag<float, 1>(), pixels, neighbours, count, smallest_valid, x, connected);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace predictive_stereo {
 namespace {
+
+HWY_EXPORT(connectionsOfRow);
 
 constexpr int kBandRows = 32;
 
@@ -20,22 +63,20 @@ void RegionFilter::filter(const DisparityRange& range, int min_region_px, cv::Ma
   // First within bands, which are independent, then across their borders. The order of unions does
   // not depend on the number of threads.
   const int bands = (height + kBandRows - 1) / kBandRows;
-  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
-    for (int band = part.start; band < part.end; ++band)
-      for (int y = band * kBandRows + 1; y < std::min((band + 1) * kBandRows, height); ++y)
-        connectRows(y);
+  parallelForEach(bands, [&](int band) {
+    for (int y = band * kBandRows + 1; y < std::min((band + 1) * kBandRows, height); ++y)
+      connectRows(y);
   });
   for (int y = kBandRows; y < height; y += kBandRows) connectRows(y);
   // Parents come before their runs, so after this loop the parent of each run is its root.
   for (int y = 0; y < height; ++y)
     for (int32_t run = y * width; run < y * width + run_count_[y]; ++run)
       runs_[run].parent = runs_[runs_[run].parent].parent;
-  parallelFor(cv::Range(0, height), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y)
-      for (int32_t run = y * width; run < y * width + run_count_[y]; ++run)
-        if (runs_[runs_[run].parent].pixels < min_region_px)
-          std::fill(disparity_px[y] + runs_[run].begin, disparity_px[y] + runs_[run].end,
-                    range.invalid());
+  parallelForEach(height, [&](int y) {
+    for (int32_t run = y * width; run < y * width + run_count_[y]; ++run)
+      if (runs_[runs_[run].parent].pixels < min_region_px)
+        std::fill(disparity_px[y] + runs_[run].begin, disparity_px[y] + runs_[run].end,
+                  range.invalid());
   });
 }
 
@@ -45,29 +86,29 @@ void RegionFilter::findRuns(const cv::Mat1f& disparity_px, float smallest_valid)
   down_.create(disparity_px.size());
   runs_.resize(disparity_px.total());
   run_count_.resize(static_cast<size_t>(height));
-  parallelFor(cv::Range(0, height), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      const float* const row = disparity_px[y];
-      uint8_t* const across = across_[y];
-      connectionsOfRow(row, row + 1, width - 1, smallest_valid, across);
-      across[width - 1] = 0;
-      if (y + 1 < height)
-        connectionsOfRow(row, disparity_px[y + 1], width, smallest_valid, down_[y]);
-      int32_t run = y * width;
-      for (int x = 0; x < width; ++x) {
-        if (row[x] < smallest_valid) continue;
-        int last = x;
-        if (across[x] != 0)
-          last = static_cast<int>(static_cast<const uint8_t*>(
-                                      std::memchr(across + x, 0, static_cast<size_t>(width - x))) -
-                                  across);
-        const int end = last + 1;
-        runs_[run] = {x, end, run, end - x};
-        ++run;
-        x = end - 1;
-      }
-      run_count_[y] = run - y * width;
+  parallelForEach(height, [&](int y) {
+    const float* const row = disparity_px[y];
+    uint8_t* const across = across_[y];
+    const auto connect = [&](const float* neighbours, int count, uint8_t* connected) {
+      HWY_DYNAMIC_DISPATCH(connectionsOfRow)(row, neighbours, count, smallest_valid, connected);
+    };
+    connect(row + 1, width - 1, across);
+    across[width - 1] = 0;
+    if (y + 1 < height) connect(disparity_px[y + 1], width, down_[y]);
+    int32_t run = y * width;
+    for (int x = 0; x < width; ++x) {
+      if (row[x] < smallest_valid) continue;
+      int last = x;
+      if (across[x] != 0)
+        last = static_cast<int>(static_cast<const uint8_t*>(
+                                    std::memchr(across + x, 0, static_cast<size_t>(width - x))) -
+                                across);
+      const int end = last + 1;
+      runs_[run] = {x, end, run, end - x};
+      ++run;
+      x = end - 1;
     }
+    run_count_[y] = run - y * width;
   });
 }
 
@@ -110,3 +151,4 @@ void RegionFilter::unite(int32_t a, int32_t b) {
 }
 
 }  // namespace predictive_stereo
+#endif

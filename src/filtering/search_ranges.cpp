@@ -60,10 +60,8 @@ class RollingHull {
 
 void searchWidths(const SearchRanges& ranges, cv::Mat1w& width_px) {
   width_px.create(ranges.first.size());
-  parallelFor(cv::Range(0, width_px.rows), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y)
-      widthsOfRow(constRow(ranges, y), width_px.cols, width_px[y]);
-  });
+  parallelForEach(width_px.rows,
+                  [&](int y) { widthsOfRow(constRow(ranges, y), width_px.cols, width_px[y]); });
 }
 
 SearchRangeBuilder::SearchRangeBuilder(const DisparityRange& range, const SearchRangeParams& params)
@@ -94,20 +92,18 @@ void SearchRangeBuilder::aroundPrediction(const Prediction& prediction,
   const float largest = static_cast<float>(range_.max_disparity());
   const float everything = 2.0f * static_cast<float>(range_.count);
   const float least = static_cast<float>(params_.margin_px);
-  parallelFor(cv::Range(0, ranges.first.rows), [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      const float* disparity = prediction.disparity_px[y];
-      const float* variance = prediction.variance_px2[y];
-      const uchar* missed = prediction.missed_frames[y];
-      for (int x = 0; x < ranges.first.cols; ++x) {
-        // Section 2.4: d +- p, where p is the variance; near discontinuities it spans everything.
-        const bool known = disparity[x] >= smallest && missed[x] != kMovesByItself;
-        const float margin = known ? std::max(variance[x], least) : everything;
-        const float first = std::max(disparity[x] - margin, smallest);
-        const float last = std::min(disparity[x] + margin, largest);
-        ranges.first(y, x) = static_cast<short>(std::floor(first));
-        ranges.last(y, x) = static_cast<short>(std::ceil(last));
-      }
+  parallelForEach(ranges.first.rows, [&](int y) {
+    const float* disparity = prediction.disparity_px[y];
+    const float* variance = prediction.variance_px2[y];
+    const uchar* missed = prediction.missed_frames[y];
+    for (int x = 0; x < ranges.first.cols; ++x) {
+      // Section 2.4: d +- p, where p is the variance; near discontinuities it spans everything.
+      const bool known = disparity[x] >= smallest && missed[x] != kMovesByItself;
+      const float margin = known ? std::max(variance[x], least) : everything;
+      const float first = std::max(disparity[x] - margin, smallest);
+      const float last = std::min(disparity[x] + margin, largest);
+      ranges.first(y, x) = static_cast<short>(std::floor(first));
+      ranges.last(y, x) = static_cast<short>(std::ceil(last));
     }
   });
 }
@@ -134,27 +130,25 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
   create({coarse_size.width, bands * (kMemoryRows + 1)}, coarse_);
   create(tilesOf(size), tiles_);
   create({size.width, tiles_.first.rows}, columns_);
-  parallelFor(cv::Range(0, bands), [&](const cv::Range& part) {
-    for (int band = part.start; band < part.end; ++band) {
-      const int coarse_memory = band * (kMemoryRows + 1);
-      RollingHull hull(predicted_, band * kMemoryRows, size.height);
-      RollingHull coarse_hull(coarse_, coarse_memory, coarse_size.height);
-      int coarse_y = -1;
-      for (int y = band * kBandRows; y < std::min((band + 1) * kBandRows, size.height); ++y) {
-        hull.hullOfRow(y, widen, row(ranges, y));
-        ConstRangeRow coarse{nullptr, nullptr};
-        if (!coarse_size.empty()) {
-          const int wanted = std::min(y / 2, coarse_size.height - 1);
-          const int memory_row = coarse_memory + kMemoryRows;
-          if (coarse_y != wanted)
-            coarse_hull.hullOfRow(wanted, widenCoarse, row(coarse_, memory_row));
-          coarse_y = wanted;
-          coarse = constRow(coarse_, memory_row);
-        }
-        uniteWithCoarse(coarse, coarse_size.empty() ? 0 : coarse_size.width, size.width,
-                        row(ranges, y));
-        addToTiles(y, size.height, constRow(ranges, y));
+  parallelForEach(bands, [&](int band) {
+    const int coarse_memory = band * (kMemoryRows + 1);
+    RollingHull hull(predicted_, band * kMemoryRows, size.height);
+    RollingHull coarse_hull(coarse_, coarse_memory, coarse_size.height);
+    int coarse_y = -1;
+    for (int y = band * kBandRows; y < std::min((band + 1) * kBandRows, size.height); ++y) {
+      hull.hullOfRow(y, widen, row(ranges, y));
+      ConstRangeRow coarse{nullptr, nullptr};
+      if (!coarse_size.empty()) {
+        const int wanted = std::min(y / 2, coarse_size.height - 1);
+        const int memory_row = coarse_memory + kMemoryRows;
+        if (coarse_y != wanted)
+          coarse_hull.hullOfRow(wanted, widenCoarse, row(coarse_, memory_row));
+        coarse_y = wanted;
+        coarse = constRow(coarse_, memory_row);
       }
+      uniteWithCoarse(coarse, coarse_size.empty() ? 0 : coarse_size.width, size.width,
+                      row(ranges, y));
+      addToTiles(y, size.height, constRow(ranges, y));
     }
   });
   clipAndFillEmpty(ranges);
@@ -195,19 +189,17 @@ std::pair<short, short> SearchRangeBuilder::aroundTile(int tile_x, int tile_y) c
 // Cuts all ranges to that of the matcher, and replaces empty ones by the hull around their tile.
 void SearchRangeBuilder::clipAndFillEmpty(SearchRanges& ranges) {
   const cv::Size size = ranges.first.size(), tiles = tiles_.first.size();
-  parallelFor(cv::Range(0, tiles.height), [&](const cv::Range& part) {
-    for (int tile_y = part.start; tile_y < part.end; ++tile_y) {
-      const RangeRow around = row(columns_, tile_y);
-      for (int tile_x = 0; tile_x < tiles.width; ++tile_x) {
-        const auto [first, last] = aroundTile(tile_x, tile_y);
-        const int begin = tile_x * kTilePx, count = std::min(kTilePx, size.width - begin);
-        std::fill_n(around.first + begin, count, first);
-        std::fill_n(around.last + begin, count, last);
-      }
-      for (int y = tile_y * kTilePx; y < std::min((tile_y + 1) * kTilePx, size.height); ++y)
-        cutRanges(constRow(columns_, tile_y), size.width, static_cast<short>(range_.min_disparity),
-                  static_cast<short>(range_.max_disparity()), row(ranges, y));
+  parallelForEach(tiles.height, [&](int tile_y) {
+    const RangeRow around = row(columns_, tile_y);
+    for (int tile_x = 0; tile_x < tiles.width; ++tile_x) {
+      const auto [first, last] = aroundTile(tile_x, tile_y);
+      const int begin = tile_x * kTilePx, count = std::min(kTilePx, size.width - begin);
+      std::fill_n(around.first + begin, count, first);
+      std::fill_n(around.last + begin, count, last);
     }
+    for (int y = tile_y * kTilePx; y < std::min((tile_y + 1) * kTilePx, size.height); ++y)
+      cutRanges(constRow(columns_, tile_y), size.width, static_cast<short>(range_.min_disparity),
+                static_cast<short>(range_.max_disparity()), row(ranges, y));
   });
 }
 

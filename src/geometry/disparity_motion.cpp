@@ -22,13 +22,4 @@ Eigen::Matrix4d disparityMotion(const StereoRig& rig, const Eigen::Isometry3d& T
   return M.inverse() * T_cam_prev.matrix() * M;
 }
 
-Vector6d disparityJacobian(const StereoRig& rig, double x_px, double y_px, double disparity_px) {
-  // d = fB / Z, and the perturbation changes Z by t_z + (r x X)_z = t_z + r_x Y - r_y X.
-  const Eigen::Vector3d point_m = rig.pointFromDisparity(x_px, y_px, disparity_px);
-  const double d_by_depth = -disparity_px / point_m.z();
-  Vector6d jacobian;
-  jacobian << 0, 0, d_by_depth, d_by_depth * point_m.y(), -d_by_depth * point_m.x(), 0;
-  return jacobian;
-}
-
 }  // namespace predictive_stereo

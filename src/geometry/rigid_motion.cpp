@@ -18,6 +18,12 @@ Eigen::Isometry3d relative(const Eigen::Isometry3d& T_a_b, const Eigen::Isometry
   return orthonormal(T_a_b.inverse() * T_a_c);
 }
 
+Eigen::Matrix3d rotationBy(const Eigen::Vector3d& w_rad) {
+  const double angle_rad = w_rad.norm();
+  if (angle_rad == 0) return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle_rad, w_rad / angle_rad).toRotationMatrix();
+}
+
 Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
@@ -55,7 +61,7 @@ Eigen::Isometry3d motionOf(const Eigen::Matrix<double, 6, 1>& twist, double dt_s
   const double c = angle > 1e-4 ? (angle - std::sin(angle)) / (angle * angle * angle) : 1.0 / 6;
   const Eigen::Matrix3d W = skew(w);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  if (angle > 0) T.linear() = Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
+  T.linear() = rotationBy(w);
   T.translation() = v + b * W * v + c * W * W * v;
   return T;
 }

@@ -52,10 +52,8 @@ HWY_EXPORT(HalveRows);
 void halveImage(const cv::Mat1b& image, int64_t simd_target, cv::Mat1b& half) {
   half.create(image.rows / 2, image.cols / 2);
   const auto halveRows = PREDICTIVE_STEREO_DISPATCH(HalveRows, simd_target);
-  parallelFor(cv::Range(0, half.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y)
-      halveRows(image[2 * y], image[2 * y + 1], half.cols, half[y]);
-  });
+  parallelForEach(half.rows,
+                  [&](int y) { halveRows(image[2 * y], image[2 * y + 1], half.cols, half[y]); });
 }
 
 }  // namespace predictive_stereo

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 namespace predictive_stereo {
@@ -9,16 +9,26 @@ namespace predictive_stereo {
 class ImagePyramid {
  public:
   /// Copies `image`; buffers are reused while the size stays.
-  void build(const cv::Mat1b& image, int levels);
+  void build(const cv::Mat1b& image, int levels) {
+    levels_.resize(levels);
+    image.copyTo(levels_[0]);
+    buildUpper();
+  }
   /// Does not copy `image`: it must stay unchanged while the pyramid is in use.
-  void buildOn(const cv::Mat1b& image, int levels);
+  void buildOn(const cv::Mat1b& image, int levels) {
+    levels_.resize(levels);
+    levels_[0] = image;
+    buildUpper();
+  }
 
   int levels() const { return static_cast<int>(levels_.size()); }
   const cv::Mat1b& level(int k) const { return levels_[k]; }
   bool empty() const { return levels_.empty(); }
 
  private:
-  void buildUpper();
+  void buildUpper() {
+    for (int k = 1; k < levels(); ++k) cv::pyrDown(levels_[k - 1], levels_[k]);
+  }
 
   std::vector<cv::Mat1b> levels_;
 };

@@ -8,7 +8,7 @@
 #include <exception>
 #include <map>
 
-#include "params/param_texts.h"
+#include "params/param_table.h"
 
 namespace predictive_stereo {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "nodelets/transforms.h"
-#include "predictive_stereo/rotation_vector.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {

@@ -8,7 +8,6 @@
 #include "imaging/size_check.h"
 #include "odometry/ego_motion_state.h"
 #include "odometry/pose_solver.h"
-#include "odometry/rival_motions.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {

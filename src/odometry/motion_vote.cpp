@@ -100,15 +100,12 @@ Eigen::Isometry3d voteForMotion(const StereoRig& rig,
       for (int& i : batch[k].chosen) i = static_cast<int>(random() % n);
       batch[k].T = T_expected;
     }
-    const auto rate = [&](const cv::Range& mine) {
-      for (int k = mine.start; k < mine.end; ++k) {
-        if (vote.fit(batch[k]))
-          vote.rate(batch[k], best.cost);
-        else
-          batch[k].cost = kInfinity;
-      }
-    };
-    parallelFor(cv::Range(0, count), rate);
+    parallelForEach(count, [&](int k) {
+      if (vote.fit(batch[k]))
+        vote.rate(batch[k], best.cost);
+      else
+        batch[k].cost = kInfinity;
+    });
     // In order: the result is that of one hypothesis after the other.
     for (int k = 0; k < count && begin + k < needed; ++k) {
       if (batch[k].cost == kInfinity) continue;

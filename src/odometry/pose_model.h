@@ -14,10 +14,8 @@ using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
 /// T, left-multiplied by a small motion: translation [m], rotation vector [rad].
 inline Eigen::Isometry3d perturbed(const Eigen::Isometry3d& T, const Vector6d& step) {
-  const Eigen::Vector3d rotation = step.tail<3>();
-  const double angle = rotation.norm();
   Eigen::Isometry3d delta = Eigen::Isometry3d::Identity();
-  if (angle > 0) delta.linear() = Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
+  delta.linear() = rotationBy(step.tail<3>());
   delta.translation() = step.head<3>();
   return compose(delta, T);
 }

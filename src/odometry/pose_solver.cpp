@@ -205,11 +205,9 @@ void Solver::sumBlock(const PoseModel& model, const Weighting& weighting, size_t
 
 void Solver::sum(const Estimate& estimate, const Weighting& weighting, NormalEquations& equations) {
   const PoseModel model = estimate.model(rig_);
-  const auto sumBlocks = [&](const cv::Range& mine) {
-    for (auto i = static_cast<size_t>(mine.start); i < static_cast<size_t>(mine.end); ++i)
-      sumBlock(model, weighting, i * kBlock, blocks_[i]);
-  };
-  parallelFor(cv::Range(0, static_cast<int>(blocks_.size())), sumBlocks);
+  parallelForEach(static_cast<int>(blocks_.size()), [&](int i) {
+    sumBlock(model, weighting, static_cast<size_t>(i) * kBlock, blocks_[i]);
+  });
   equations.clear();
   for (const NormalEquations& block : blocks_) equations.add(block);
 }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "odometry/pose_solver.h"
 
 namespace predictive_stereo {
@@ -12,16 +15,33 @@ namespace predictive_stereo {
 class SteadyOffset {
  public:
   /// @param offset  of a frame that was tracked.
-  void update(const DisparityOffset& offset);
+  void update(const DisparityOffset& offset) {
+    if (!(offset.variance_px2 > 0) || offset.variance_px2 > kCertainPx * kCertainPx) return;
+    const double information = 1 / offset.variance_px2;
+    weight_ *= std::min(1.0, (kMostFrames - 1.0) / std::max(frames_, 1));
+    frames_ = std::min(frames_ + 1, kMostFrames);
+    weight_ += information;
+    mean_px_ += information / weight_ * (offset.offset_px - mean_px_);
+    // Errors of successive frames are correlated: the mean is only as certain as one frame.
+    sigma_px_ = std::sqrt(offset.variance_px2);
+    if (isCertain() && std::abs(mean_px_ - correction_px_) > std::max(kStepPx, 3 * sigma_px_))
+      correction_px_ = mean_px_;
+  }
 
   /// Whether the mean is over enough frames.
-  bool isCertain() const;
+  bool isCertain() const { return frames_ >= kFewestFrames; }
   double mean_px() const { return mean_px_; }
   double sigma_px() const { return sigma_px_; }
   /// 0 until the mean is certain.
   double correction_px() const { return correction_px_; }
 
  private:
+  static constexpr double kCertainPx = 0.1;  // largest sigma of a frame that is used
+  static constexpr int kFewestFrames = 5;    // before the mean is used
+  static constexpr int kMostFrames = 20;     // of the mean: two seconds
+  // The error of matching, and the change of the offset of real rigs from second to second.
+  static constexpr double kStepPx = 0.25;
+
   int frames_ = 0;     // of the mean
   double weight_ = 0;  // of the mean [1 / px^2]
   double mean_px_ = 0;

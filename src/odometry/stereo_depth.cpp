@@ -123,10 +123,8 @@ void matchStereo(const ImagePyramid& left, const ImagePyramid& right,
                  const RowOffsetModel& alignment, const StereoSearch& search,
                  std::vector<StereoMatch>& matches) {
   CV_Assert(left.levels() > 1 && right.levels() > 1);
-  parallelFor(cv::Range(0, static_cast<int>(matches.size())), [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i)
-      matchPoint(left, right, alignment, search, matches[i]);
-  });
+  parallelForEach(static_cast<int>(matches.size()),
+                  [&](int i) { matchPoint(left, right, alignment, search, matches[i]); });
 }
 
 }  // namespace predictive_stereo

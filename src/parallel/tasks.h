@@ -16,6 +16,14 @@ namespace predictive_stereo {
 void parallelFor(const cv::Range& range, const std::function<void(const cv::Range&)>& body,
                  int most_parts = 0);
 
+/// Calls body(i) for each i in [0, count) in this way.
+template <class Body>
+void parallelForEach(int count, const Body& body) {
+  parallelFor({0, count}, [&](const cv::Range& part) {
+    for (int i = part.start; i < part.end; ++i) body(i);
+  });
+}
+
 /// Calls both, and returns when both have returned. `here` runs in the calling thread and may wait;
 /// `beside` runs in another thread at the same time, or after `here`; on one thread, before it.
 /// @throws what one of them threw, after both have ended.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -38,7 +39,7 @@ class ParamTable {
     std::function<std::string()> get;
     std::function<void(const std::string&)> set;  ///< throws std::invalid_argument
     double smallest = 0, largest = 0;             ///< of numbers
-    std::vector<std::string> choices;
+    std::vector<std::string> choices = {};
   };
 
   /// @param prefix  of all names, e.g. "disparity/".
@@ -69,8 +70,7 @@ class ParamTable {
     template <class T>
     void operator()(const char* name, T& value, T smallest, T largest) const {
       const std::string full = prefix + name;
-      table.entries_.push_back({full,
-                                std::is_same_v<T, int> ? Type::kInt : Type::kDouble,
+      table.entries_.push_back({full, std::is_same_v<T, int> ? Type::kInt : Type::kDouble,
                                 "[" + formatParam(smallest) + ", " + formatParam(largest) + "]",
                                 [&value] { return formatParam(value); },
                                 [&value, full, smallest, largest](const std::string& text) {
@@ -80,9 +80,7 @@ class ParamTable {
                                     throwOutOfRange(full, parsed, smallest, largest);
                                   value = parsed;
                                 },
-                                static_cast<double>(smallest),
-                                static_cast<double>(largest),
-                                {}});
+                                static_cast<double>(smallest), static_cast<double>(largest)});
     }
 
     template <class Enum>
@@ -115,26 +113,15 @@ class ParamTable {
 
     void operator()(const char* name, bool& value) const {
       const std::string full = prefix + name;
+      const auto set = [&value, full](const std::string& text) { parseParam(full, text, value); };
       table.entries_.push_back(
-          {full,
-           Type::kBool,
-           "true | false",
-           [&value] { return formatParam(value); },
-           [&value, full](const std::string& text) { parseParam(full, text, value); },
-           0,
-           0,
-           {}});
+          {full, Type::kBool, "true | false", [&value] { return formatParam(value); }, set});
     }
 
     void operator()(const char* name, std::string& value) const {
-      table.entries_.push_back({prefix + name,
-                                Type::kText,
-                                "text",
-                                [&value] { return value; },
-                                [&value](const std::string& text) { value = text; },
-                                0,
-                                0,
-                                {}});
+      const auto set = [&value](const std::string& text) { value = text; };
+      table.entries_.push_back(
+          {prefix + name, Type::kText, "text", [&value] { return value; }, set});
     }
 
     template <class Struct, class = std::enable_if_t<std::is_class_v<Struct>>>
@@ -145,5 +132,9 @@ class ParamTable {
 
   std::vector<Entry> entries_;
 };
+
+/// What config/predictive_stereo.yaml says of each parameter, allowed values in brackets included:
+/// "section/struct/member" -> the comment behind its value, or else in the lines above.
+const std::map<std::string, std::string>& paramTexts();
 
 }  // namespace predictive_stereo

@@ -1,7 +1,7 @@
-#include "params/param_texts.h"
-
 #include <sstream>
 #include <vector>
+
+#include "params/param_table.h"
 
 namespace predictive_stereo {
 

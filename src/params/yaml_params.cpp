@@ -2,6 +2,8 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <boost/algorithm/string/classification.hpp>
+#include <boost/algorithm/string/split.hpp>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -9,82 +11,59 @@
 namespace predictive_stereo {
 namespace {
 
-class YamlReader {
- public:
-  YamlReader(const std::string& source, ParamTable& table) : source_(source), table_(table) {}
+[[noreturn]] void refuse(const std::string& source, const YAML::Node& node,
+                         const std::string& reason) {
+  std::string place = source;
+  if (node.Mark().line >= 0) place += ":" + std::to_string(node.Mark().line + 1);
+  throw std::invalid_argument(place + ": " + reason);
+}
 
-  /// @param path  keys from the top level to `node`, each followed by a slash.
-  void read(const YAML::Node& node, const std::string& path) {
-    if (node.IsNull() || !node.IsDefined()) return;
-    if (!node.IsMap())
-      refuse(node, (path.empty() ? "the top level" : path) + ": expected keys with values");
-    for (const auto& item : node) {
-      const std::string name = path + item.first.Scalar();
-      if (item.second.IsMap()) {
-        read(item.second, name + "/");
-        continue;
-      }
-      if (!item.second.IsScalar()) refuse(item.second, name + ": expected a single value");
-      try {
-        table_.set(name, item.second.Scalar());
-      } catch (const std::invalid_argument& error) {
-        refuse(item.first, error.what());
-      }
+/// @param path  keys from the top level to `node`, each followed by a slash.
+void setFromNode(const YAML::Node& node, const std::string& path, const std::string& source,
+                 ParamTable& table) {
+  if (node.IsNull() || !node.IsDefined()) return;
+  if (!node.IsMap())
+    refuse(source, node, (path.empty() ? "the top level" : path) + ": expected keys with values");
+  for (const auto& item : node) {
+    const std::string name = path + item.first.Scalar();
+    if (item.second.IsMap()) {
+      setFromNode(item.second, name + "/", source, table);
+      continue;
+    }
+    if (!item.second.IsScalar()) refuse(source, item.second, name + ": expected a single value");
+    try {
+      table.set(name, item.second.Scalar());
+    } catch (const std::invalid_argument& error) {
+      refuse(source, item.first, error.what());
     }
   }
-
-  [[noreturn]] void refuse(const YAML::Node& node, const std::string& reason) const {
-    std::string place = source_;
-    if (node.Mark().line >= 0) place += ":" + std::to_string(node.Mark().line + 1);
-    throw std::invalid_argument(place + ": " + reason);
-  }
-
- private:
-  std::string source_;
-  ParamTable& table_;
-};
-
-std::vector<std::string> split(const std::string& path) {
-  std::vector<std::string> parts;
-  std::istringstream text(path);
-  for (std::string part; std::getline(text, part, '/');)
-    if (!part.empty()) parts.push_back(part);
-  return parts;
 }
 
 }  // namespace
 
-void setFromYaml(const std::string& yaml, const std::string& source, ParamTable& table,
-                 const std::string& section) {
+void setFromYaml(const std::string& yaml, const std::string& source, ParamTable& table) {
   YAML::Node node;
   try {
     node = YAML::Load(yaml);
   } catch (const YAML::Exception& error) {
     throw std::invalid_argument(source + ": not valid yaml: " + error.what());
   }
-  YamlReader reader(source, table);
-  for (const std::string& key : split(section)) {
-    if (node.IsNull()) return;
-    if (!node.IsMap()) reader.refuse(node, "expected keys with values");
-    const YAML::Node next = node[key];
-    if (!next.IsDefined()) return;
-    node.reset(next);
-  }
-  reader.read(node, "");
+  setFromNode(node, "", source, table);
 }
 
-void setFromYamlFile(const std::string& path, ParamTable& table, const std::string& section) {
+void setFromYamlFile(const std::string& path, ParamTable& table) {
   std::ifstream file(path);
   if (!file) throw std::runtime_error(path + ": cannot be read");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
-  setFromYaml(text, path, table, section);
+  setFromYaml(text, path, table);
 }
 
 std::string toYaml(const ParamTable& table) {
   std::ostringstream yaml;
   std::vector<std::string> open;  // sections of the last written line
   for (const auto& entry : table.entries()) {
-    const std::vector<std::string> path = split(entry.name);
+    std::vector<std::string> path;
+    boost::algorithm::split(path, entry.name, boost::algorithm::is_any_of("/"));
     size_t common = 0;
     while (common < open.size() && common + 1 < path.size() && open[common] == path[common])
       ++common;

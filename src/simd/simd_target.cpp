@@ -130,10 +130,4 @@ std::string slowTargetWarning(const std::string& requested, const std::string& t
   return slow + "Cause and cure: " + kCure;
 }
 
-std::string simdTargetInUse() {
-  for (const NamedTarget& target : kTargets)
-    if (target.bit == bit_in_use) return target.name;
-  return "scalar";
-}
-
 }  // namespace predictive_stereo

@@ -15,9 +15,6 @@
 #include "nodelets/image_messages.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
-#include "tools/bag_layouts.h"
-#include "tools/refused_messages.h"
-#include "tools/stamp_check.h"
 
 namespace predictive_stereo {
 namespace {
@@ -53,13 +50,6 @@ class Checker {
   }
 
  private:
-  std::string topicsOfType(const std::string& type) const {
-    std::string list;
-    for (const auto& known : types_)
-      if (known.second == type) list += (list.empty() ? "" : ", ") + known.first;
-    return list;
-  }
-
   bool chooseCamera() {
     const bool chosen = !choice_.camera.empty() || !choice_.left.empty();
     const std::vector<CameraLayout> cameras = findCameras(types_);
@@ -80,10 +70,10 @@ class Checker {
                        cameras[i].topics.left + " --right " + cameras[i].topics.right + ")");
       return true;
     }
-    std::string images = topicsOfType("sensor_msgs/Image");
-    const std::string packed = topicsOfType("sensor_msgs/CompressedImage");
+    std::string images = topicsOfType(types_, "sensor_msgs/Image");
+    const std::string packed = topicsOfType(types_, "sensor_msgs/CompressedImage");
     if (!packed.empty()) images += (images.empty() ? "" : ", ") + packed;
-    if (!images.empty() && topicsOfType("sensor_msgs/CameraInfo").empty())
+    if (!images.empty() && topicsOfType(types_, "sensor_msgs/CameraInfo").empty())
       result_.fault(
           "the bag has images (" + images +
           ") but no sensor_msgs/CameraInfo, the calibration: record the camera_info topics too");
@@ -144,7 +134,7 @@ class Checker {
   // The cure for a missing topic.
   std::string cureForMissing(size_t stream, const char* type) const {
     const std::string& topic = streams_[stream].topic;
-    const std::string others = topicsOfType(type);
+    const std::string others = topicsOfType(types_, type);
     const std::string text = "no messages on " + topic + "; topics of type " + type + ": " +
                              (others.empty() ? "none" : others) + ". ";
     if (others.empty())

@@ -3,6 +3,8 @@
 
 #include <rosbag/bag.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -34,5 +36,46 @@ struct BagCheck {
 /// Checks topics, images, calibrations, stamps and tf of the bag's first half minute.
 /// @param choice  the camera to check; empty: the first one with a known layout.
 BagCheck checkBag(const rosbag::Bag& bag, const StereoTopicChoice& choice = {});
+
+// Parts of checkBag.
+
+/// A stereo camera in a bag, and the launch file and arguments that read it.
+struct CameraLayout {
+  std::string name;  ///< description of the camera
+  StereoTopics topics;
+  std::string launch_file;
+  std::vector<std::string> arguments;
+  /// Whether the launch file handles base_link and /tf: it has the extrinsics of this layout, and
+  /// remaps the bag's /tf.
+  bool knows_tf = false;
+};
+
+/// All cameras with a known layout in order of preference: rectified before raw, grey before
+/// colour.
+std::vector<CameraLayout> findCameras(const TopicTypes& types);
+
+/// The camera that a user chose; its topics may be missing.
+CameraLayout chosenCamera(const StereoTopicChoice& choice, const TopicTypes& types);
+
+/// The stamps of one topic.
+struct StampStream {
+  std::string topic;
+  std::vector<ros::Time> stamps;
+
+  bool unstamped() const { return std::count(stamps.begin(), stamps.end(), ros::Time()) > 0; }
+};
+
+/// The part of checkBag for rate, gaps and synchronisation: adds a launch argument if stamps
+/// differ.
+/// @param streams  left, right, left_info, right_info; each has stamps.
+void checkStamps(const std::vector<StampStream>& streams, BagCheck& result);
+
+/// As printf.
+template <class... Values>
+std::string format(const char* text, Values... values) {
+  char buffer[1024];
+  std::snprintf(buffer, sizeof(buffer), text, values...);
+  return buffer;
+}
 
 }  // namespace predictive_stereo

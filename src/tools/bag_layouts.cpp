@@ -1,13 +1,20 @@
-#include "tools/bag_layouts.h"
-
 #include <boost/algorithm/string/predicate.hpp>
 #include <set>
 #include <utility>
+
+#include "tools/bag_check.h"
 
 namespace predictive_stereo {
 namespace {
 
 constexpr char kRobot[] = "predictive_stereo.launch", kKitti[] = "kitti.launch";
+
+// Folders of left and right images within a camera's, and their name, in order of preference. The
+// last is RealSense's infrared pair, which is rectified, although its name does not say so.
+constexpr const char* kNames[][3] = {{"/left", "/right", "image_rect"},
+                                     {"/left", "/right", "image_rect_color"},
+                                     {"/left", "/right", "image_raw"},
+                                     {"/infra1", "/infra2", "image_rect_raw"}};
 
 StereoTopics topicsOf(const std::string& left_folder, const std::string& right_folder,
                       const std::string& image) {
@@ -83,31 +90,23 @@ std::vector<CameraLayout> findCameras(const TopicTypes& types) {
   for (const CameraLayout& layout : kittiLayouts()) addIfThere(types, layout, found);
 
   const std::set<std::string> lefts = imageTopics(types);
-  for (const std::string image : {"image_rect", "image_rect_color", "image_raw"})
+  for (const auto& [left_folder, right_folder, image] : kNames)
     for (const std::string& left : lefts) {
-      if (nameOf(left) != image || !boost::algorithm::ends_with(folderOf(left), "/left")) continue;
-      const std::string camera = folderOf(folderOf(left));
-      const StereoTopics topics = topicsOf(camera + "/left", camera + "/right", image);
-      const std::string ns = camera.empty() ? "/" : camera;
-      if (image == "image_rect")
-        addIfThere(types, {"stereo camera " + ns, topics, kRobot, {"camera:=" + ns}}, found);
-      else if (image == "image_raw")
-        addIfThere(
-            types,
-            {"stereo camera " + ns + ", raw", topics, kRobot, {"camera:=" + ns, "rectify:=true"}},
-            found);
-      else
-        addIfThere(types, remapped("stereo camera " + ns + ", colour", ns, topics), found);
+      if (nameOf(left) != image || !boost::algorithm::ends_with(folderOf(left), left_folder))
+        continue;
+      const std::string camera = folderOf(folderOf(left)), ns = camera.empty() ? "/" : camera;
+      const StereoTopics topics = topicsOf(camera + left_folder, camera + right_folder, image);
+      CameraLayout layout{"stereo camera " + ns, topics, kRobot, {"camera:=" + ns}};
+      if (nameOf(left) == "image_raw") {
+        layout.name += ", raw";
+        layout.arguments.push_back("rectify:=true");
+      } else if (nameOf(left) == "image_rect_color") {
+        layout = remapped(layout.name + ", colour", ns, topics);
+      } else if (nameOf(left) == "image_rect_raw") {
+        layout = remapped("infrared pair of " + camera, camera, topics);
+      }
+      addIfThere(types, layout, found);
     }
-
-  // RealSense: the infrared pair is rectified, although its name does not say so.
-  for (const std::string& left : lefts) {
-    if (nameOf(left) != "image_rect_raw" || !boost::algorithm::ends_with(folderOf(left), "/infra1"))
-      continue;
-    const std::string camera = folderOf(folderOf(left));
-    const StereoTopics topics = topicsOf(camera + "/infra1", camera + "/infra2", "image_rect_raw");
-    addIfThere(types, remapped("infrared pair of " + camera, camera, topics), found);
-  }
   return found;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <csignal>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -55,5 +56,22 @@ void setFromOptions(const CommandLine& line, Params& params) {
 /// @returns the exit status: 0, 1 after an exception, 2 after a UsageError.
 int runTool(int argc, char** argv, const char* help, const std::set<std::string>& options,
             const std::set<std::string>& flags, int (*body)(const CommandLine&));
+
+struct Interrupted : std::runtime_error {
+  Interrupted() : std::runtime_error("interrupted") {}
+};
+
+inline volatile std::sig_atomic_t interrupted = 0;
+
+/// After this call SIGINT and SIGTERM do not terminate the process. Instead, throwIfInterrupted()
+/// throws Interrupted, so that destructors remove incomplete files.
+inline void catchInterruptions() {
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+}
+
+inline void throwIfInterrupted() {
+  if (interrupted) throw Interrupted();
+}
 
 }  // namespace predictive_stereo

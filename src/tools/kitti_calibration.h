@@ -17,7 +17,6 @@ class KittiCalibrationFile {
   /// @throws std::runtime_error if the file cannot be read.
   explicit KittiCalibrationFile(const std::string& path);
 
-  bool has(const std::string& name) const { return entries_.count(name) > 0; }
   /// @throws std::runtime_error with file and entry, if the entry is missing or does not have
   ///   `count` numbers.
   const std::vector<double>& numbers(const std::string& name, size_t count) const;

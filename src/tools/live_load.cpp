@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <boost/make_shared.hpp>
 #include <chrono>
 #include <cmath>
@@ -25,7 +26,7 @@
 #include <thread>
 
 #include "params/param_table.h"
-#include "tools/interruption.h"
+#include "tools/stage_table.h"
 
 namespace predictive_stereo {
 namespace {
@@ -112,8 +113,8 @@ class Listener {
       const std::lock_guard<std::mutex> lock(mutex_);
       return sent_.empty() || Clock::now() - last_output_ > std::chrono::seconds(1);
     });
-    const int before = reports();
-    waitUntil([&] { return reports() >= before + 6; });  // two per nodelet
+    const int before = reports_;
+    waitUntil([&] { return reports_ >= before + 6; });  // two per nodelet
   }
 
   /// Value of `key` in the diagnostics of the nodelet whose status name contains `part`.
@@ -130,11 +131,6 @@ class Listener {
  private:
   static void ignore(const nav_msgs::OdometryConstPtr&) {}
 
-  int reports() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return reports_;
-  }
-
   std::vector<LoadedFrame>& frames_;
   ros::NodeHandle node_;
   ros::CallbackQueue queue_;
@@ -144,7 +140,7 @@ class Listener {
   ros::Time last_disparity_;
   Clock::time_point last_output_ = Clock::now();
   std::map<std::string, std::map<std::string, std::string>> figures_;
-  int reports_ = 0;
+  std::atomic<int> reports_{0};
   ros::Subscriber objects_, disparity_, odometry_, diagnostics_;
   ros::AsyncSpinner spinner_;  // last: uses the members above
 };
@@ -155,12 +151,6 @@ boost::shared_ptr<Message> stamped(const boost::shared_ptr<const Message>& messa
   auto copy = boost::make_shared<Message>(*message);
   copy->header.stamp = stamp;
   return copy;
-}
-
-double quantile(const std::vector<double>& sorted, double share) {
-  if (sorted.empty()) return 0;
-  const auto index = static_cast<size_t>(share * static_cast<double>(sorted.size()));
-  return sorted[std::min(sorted.size() - 1, index)];
 }
 
 void loadNodelets(const std::string& ns, nodelet::Loader& loader) {
@@ -175,21 +165,20 @@ void loadNodelets(const std::string& ns, nodelet::Loader& loader) {
 }  // namespace
 
 LoadSummary LiveLoadResult::summary(int first, int last) const {
-  std::vector<double> latencies_ms;
-  for (int i = first; i < last; ++i) {
-    const double latency_ms = frames[static_cast<size_t>(i)].latency_ms;
-    if (!std::isnan(latency_ms)) latencies_ms.push_back(latency_ms);
-  }
-  std::sort(latencies_ms.begin(), latencies_ms.end());
   LoadSummary summary;
   summary.sent = last - first;
+  std::vector<double> latencies_ms;
+  for (int i = first; i < last; ++i) {
+    const LoadedFrame& frame = frames[static_cast<size_t>(i)];
+    if (!std::isnan(frame.latency_ms)) latencies_ms.push_back(frame.latency_ms);
+    summary.resident_bytes = frame.resident_bytes;
+  }
   summary.lost = summary.sent - static_cast<int>(latencies_ms.size());
+  if (latencies_ms.empty()) return summary;
   summary.p50_ms = quantile(latencies_ms, 0.5);
   summary.p95_ms = quantile(latencies_ms, 0.95);
   summary.p99_ms = quantile(latencies_ms, 0.99);
   summary.max_ms = quantile(latencies_ms, 1);
-  if (summary.sent > 0)
-    summary.resident_bytes = frames[static_cast<size_t>(last - 1)].resident_bytes;
   return summary;
 }
 

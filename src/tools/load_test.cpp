@@ -7,7 +7,6 @@
 
 #include "params/yaml_params.h"
 #include "tools/command_line.h"
-#include "tools/interruption.h"
 #include "tools/live_load.h"
 
 namespace predictive_stereo {

@@ -17,12 +17,9 @@
 #include "nodelets/rectifier.h"
 #include "params/yaml_params.h"
 #include "tools/command_line.h"
-#include "tools/interruption.h"
 #include "tools/output_file.h"
 #include "tools/progress.h"
-#include "tools/replay_figures.h"
 #include "tools/replay_output.h"
-#include "tools/stage_table.h"
 #include "tools/stereo_bag.h"
 
 namespace predictive_stereo {

@@ -12,6 +12,15 @@
 
 namespace predictive_stereo {
 
+/// The value below which a share of the values is; there must be at least one.
+inline double quantile(std::vector<double> values, double share) {
+  const size_t index =
+      std::min(values.size() - 1, static_cast<size_t>(share * static_cast<double>(values.size())));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index),
+                   values.end());
+  return values[index];
+}
+
 /// Times of many frames, printed as one line per stage: median and 95th percentile.
 class StageTable {
  public:
@@ -25,7 +34,7 @@ class StageTable {
   }
 
   /// Quantile of the times of a stage [ms]; NaN if it never ran.
-  double quantile(const std::string& name, double share) const {
+  double quantileOf(const std::string& name, double share) const {
     for (const auto& [known, ms] : stages_)
       if (known == name) return quantile(ms, share);
     return std::nan("");
@@ -43,14 +52,6 @@ class StageTable {
   }
 
  private:
-  static double quantile(std::vector<double> values, double share) {
-    const size_t index = std::min(values.size() - 1,
-                                  static_cast<size_t>(share * static_cast<double>(values.size())));
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index),
-                     values.end());
-    return values[index];
-  }
-
   std::vector<std::pair<std::string, std::vector<double>>> stages_;
 };
 

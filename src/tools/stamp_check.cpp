@@ -1,9 +1,8 @@
-#include "tools/stamp_check.h"
-
 #include <cmath>
 #include <limits>
 
 #include "nodelets/nodelet_params.h"
+#include "tools/bag_check.h"
 
 namespace predictive_stereo {
 namespace {

@@ -13,6 +13,11 @@
 namespace predictive_stereo {
 namespace {
 
+bool hasType(const TopicTypes& types, const std::string& topic, const std::string& type) {
+  const auto found = types.find(topic);
+  return found != types.end() && found->second == type;
+}
+
 bool hasImages(const TopicTypes& types, const std::string& topic) {
   return hasType(types, topic, "sensor_msgs/Image") ||
          (imageTopic(topic) != topic && hasType(types, topic, "sensor_msgs/CompressedImage"));
@@ -21,15 +26,9 @@ bool hasImages(const TopicTypes& types, const std::string& topic) {
 void require(const rosbag::Bag& bag, const TopicTypes& types, const std::string& topic,
              const std::string& type) {
   if (hasType(types, topic, type)) return;
-  std::string text =
-      bag.getFileName() + " has no " + type + " on " + topic + "; topics of this type are";
-  const char* separator = " ";
-  for (const auto& known : types)
-    if (known.second == type) {
-      text += separator + known.first;
-      separator = ", ";
-    }
-  throw std::runtime_error(*separator == ' ' ? text + " none" : text);
+  const std::string known = topicsOfType(types, type);
+  throw std::runtime_error(bag.getFileName() + " has no " + type + " on " + topic +
+                           "; topics of this type are " + (known.empty() ? "none" : known));
 }
 
 std::vector<std::string> imageTopics(const TopicTypes& types) {
@@ -63,6 +62,14 @@ std::vector<StereoTopics> knownLayouts(const TopicTypes& types, bool raw) {
     if (topics.areIn(types)) found.push_back(topics);
   }
   return found;
+}
+
+// The image of a sensor_msgs/Image, or the decoded image of a sensor_msgs/CompressedImage; nullptr
+// for other messages.
+sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
+  if (const auto image = message.instantiate<sensor_msgs::Image>()) return image;
+  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+  return compressed ? decodedImage(*compressed) : nullptr;
 }
 
 // A message that waits for its partners.
@@ -100,9 +107,11 @@ TopicTypes topicTypes(const rosbag::Bag& bag) {
   return types;
 }
 
-bool hasType(const TopicTypes& types, const std::string& topic, const std::string& type) {
-  const auto found = types.find(topic);
-  return found != types.end() && found->second == type;
+std::string topicsOfType(const TopicTypes& types, const std::string& type) {
+  std::string list;
+  for (const auto& known : types)
+    if (known.second == type) list += (list.empty() ? "" : ", ") + known.first;
+  return list;
 }
 
 StereoTopics StereoTopics::ofImages(const std::string& left, const std::string& right) {
@@ -139,12 +148,6 @@ std::string imageTopic(const std::string& topic) {
   return boost::algorithm::ends_with(topic, kCompressedTopic)
              ? topic.substr(0, topic.size() - std::strlen(kCompressedTopic))
              : topic;
-}
-
-sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
-  if (const auto image = message.instantiate<sensor_msgs::Image>()) return image;
-  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
-  return compressed ? decodedImage(*compressed) : nullptr;
 }
 
 ros::Time timeAfter(ros::Time begin, double seconds) {

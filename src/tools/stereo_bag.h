@@ -5,14 +5,17 @@
 #include <sensor_msgs/Image.h>
 
 #include <array>
+#include <functional>
 #include <map>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "nodelets/message_checks.h"
 #include "nodelets/stamp_matcher.h"
 #include "nodelets/stereo_messages.h"
 #include "tools/command_line.h"
-#include "tools/refused_messages.h"
 
 namespace predictive_stereo {
 
@@ -22,7 +25,8 @@ void openBag(const std::string& path, rosbag::Bag& bag);
 /// Types of a bag's topics by name.
 using TopicTypes = std::map<std::string, std::string>;
 TopicTypes topicTypes(const rosbag::Bag& bag);
-bool hasType(const TopicTypes& types, const std::string& topic, const std::string& type);
+/// Their names, separated by commas.
+std::string topicsOfType(const TopicTypes& types, const std::string& type);
 
 /// The topics of a stereo camera in a bag. Topics of compressed images end in /compressed.
 struct StereoTopics {
@@ -55,17 +59,50 @@ std::string asRecorded(const TopicTypes& types, const std::string& topic);
 /// `name` with a slash before and none behind; empty: the root.
 std::string cameraNamespace(std::string name);
 
-/// The image of a sensor_msgs/Image, or the decoded image of a sensor_msgs/CompressedImage; nullptr
-/// for other messages.
-/// @throws std::invalid_argument if it cannot be decoded.
-sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message);
-
 /// Finds the chosen topics. Without a choice, those of the only camera with a known layout:
 /// <camera>/left/image_rect (image_raw if `choice.raw`), or KITTI's
 /// camera_{gray,color}_{left,right}.
 /// @throws std::runtime_error if a topic is missing, or without a choice if there is not exactly
 ///   one such camera; it lists the bag's image topics.
 StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice);
+
+/// Messages of a bag that the nodelets would refuse: tools go on without them, as nodelets do.
+class RefusedMessages {
+ public:
+  /// @param tell  called with the first objection of each topic.
+  explicit RefusedMessages(std::function<void(const std::string&)> tell) : tell_(std::move(tell)) {}
+
+  bool has(const std::string& topic, ros::Time stamp, ZeroStamp zero) {
+    return refuses(topic, [&] { requireStamp(stamp, zero); });
+  }
+  bool has(const std::string& topic, const geometry_msgs::TransformStamped& transform,
+           bool is_static) {
+    const ZeroStamp zero = is_static ? ZeroStamp::kLegal : ZeroStamp::kRefused;
+    return refuses(topic, [&] { requireTransform(transform, zero, "the bag"); });
+  }
+  /// Whether `use` of a message throws std::invalid_argument.
+  template <class Use>
+  bool refuses(const std::string& topic, const Use& use) {
+    try {
+      use();
+    } catch (const std::invalid_argument& error) {
+      if (first_.empty()) first_ = topic + ": " + error.what();
+      if (counts_[topic]++ == 0) tell_(topic + ": " + error.what());
+      return true;
+    }
+    return false;
+  }
+
+  /// The first objection of all; empty: none.
+  const std::string& first() const { return first_; }
+  /// Their number, for each topic that has some.
+  const std::map<std::string, size_t>& counts() const { return counts_; }
+
+ private:
+  std::function<void(const std::string&)> tell_;
+  std::map<std::string, size_t> counts_;
+  std::string first_;
+};
 
 /// A stereo pair in a bag.
 struct BagPair {

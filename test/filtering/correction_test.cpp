@@ -1,10 +1,11 @@
 #include "predictive_stereo/correction.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -237,8 +238,7 @@ TEST(Correction, IsTheNaiveOneOnEveryTarget) {
     prediction.variance_px2.setTo(0, prediction.disparity_px < 0);
     rng.fill(prediction.missed_frames, cv::RNG::UNIFORM, 0, 5);
     prediction.missed_frames.setTo(kMovesByItself, prediction.missed_frames == 4);
-    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-      hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+    forEveryTarget([&] {
       for (const float offset_px : {0.0f, -30.0f, 12.25f}) {
         DisparityState state;
         correct(prediction, measured_px, kRange, params, state, offset_px);
@@ -277,9 +277,8 @@ TEST(Correction, IsTheNaiveOneOnEveryTarget) {
           EXPECT_GT(fused, 100);
         }
       }
-    }
+    });
   }
-  hwy::SetSupportedTargetsForTest(0);
 }
 
 }  // namespace

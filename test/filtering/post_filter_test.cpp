@@ -1,7 +1,6 @@
 #include "predictive_stereo/post_filter.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
 #include <limits>
@@ -10,10 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "filtering/hole_kernels.h"
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
+
+constexpr int kSlopeReach = 8;  // pixels beside a hole, over which the slope is measured
 
 DisparityRange rangeFrom(int min_disparity) {
   DisparityRange range;
@@ -123,18 +124,6 @@ void expectEqual(const cv::Mat1f& filtered, const cv::Mat1f& expected, const cha
 const std::vector<cv::Size> kSizes = {{1, 1},   {2, 1},   {7, 1},   {1, 9},  {5, 5},    {8, 3},
                                       {9, 40},  {12, 12}, {13, 2},  {20, 3}, {33, 17},  {64, 48},
                                       {127, 5}, {300, 4}, {66, 99}, {3, 64}, {1242, 37}};
-
-// Runs `body` for every SIMD target that this machine has.
-template <class Body>
-void forEveryTarget(const Body& body) {
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    const auto target = targets & ~(targets - 1);
-    hwy::SetSupportedTargetsForTest(target);
-    SCOPED_TRACE(hwy::TargetName(target));
-    body();
-  }
-  hwy::SetSupportedTargetsForTest(0);
-}
 
 // Differences of exactly 1 px across 0, where floats change their sign, and to -0 and the floats
 // next to it.

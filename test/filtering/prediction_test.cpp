@@ -1,11 +1,12 @@
 #include "predictive_stereo/prediction.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -134,7 +135,13 @@ TEST(Prediction, MotionCovarianceEntersThroughTheJacobian) {
   Prediction prediction;
   Predictor(kRange, params).predict(stateOf(cv::Mat1f(size, 20.0f), 0.5f), rig, motion, prediction);
   for (const cv::Point at : {cv::Point(0, 0), cv::Point(79, 0), cv::Point(13, 59)}) {
-    const Vector6d jacobian = disparityJacobian(rig, at.x, at.y, 20.0);
+    const Eigen::Vector3d point_m = rig.pointFromDisparity(at.x, at.y, 20.0);
+    Vector6d jacobian;
+    for (int i = 0; i < 6; ++i) {
+      const Vector6d step = 1e-6 * Vector6d::Unit(i);
+      const Eigen::Vector3d moved_m = point_m + step.head<3>() + step.tail<3>().cross(point_m);
+      jacobian[i] = (rig.disparityFromPoint(moved_m).z() - 20.0) / 1e-6;
+    }
     const double q = jacobian.dot(motion.covariance * jacobian);
     EXPECT_NEAR(prediction.variance_px2(at), 0.5 + params.process_noise_px2 + q, 1e-4);
   }
@@ -248,8 +255,7 @@ TEST(Prediction, FillsHolesBetweenKnownNeighbours) {
   PredictionParams params;
   params.use_motion_covariance = false;
   params.edge_jump_px = 64;  // no discontinuity, so that variances show
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+  forEveryTarget([&] {
     for (const cv::Size size : kOddSizes) {
       DisparityState state = jumpyState(size);
       cv::randu(state.variance_px2, 0.1, 2.0);
@@ -270,15 +276,13 @@ TEST(Prediction, FillsHolesBetweenKnownNeighbours) {
                     state.variance_px2(y, x) + static_cast<float>(params.process_noise_px2));
         }
     }
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  });
 }
 
 TEST(Prediction, IsTheSameOnEveryTarget) {
   for (const cv::Size size : kOddSizes) {
     Prediction first;
-    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-      hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+    forEveryTarget([&] {
       Prediction prediction;
       Predictor(kRange, {}).predict(jumpyState(size), rigOf(size), anyMotion(), prediction);
       if (first.disparity_px.empty()) first = prediction;
@@ -286,9 +290,8 @@ TEST(Prediction, IsTheSameOnEveryTarget) {
       EXPECT_EQ(cv::countNonZero(prediction.variance_px2 != first.variance_px2), 0) << size;
       EXPECT_EQ(cv::countNonZero(prediction.missed_frames != first.missed_frames), 0) << size;
       EXPECT_EQ(cv::countNonZero(prediction.near_edge != first.near_edge), 0) << size;
-    }
+    });
   }
-  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(Prediction, DoesNotDependOnTheNumberOfThreads) {

@@ -1,10 +1,11 @@
 #include "predictive_stereo/region_filter.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <cmath>
 #include <vector>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -60,13 +61,11 @@ TEST(RegionFilter, EqualsFloodingOnAllTargets) {
       for (const int least : {0, 1, 2, 7, 40}) {
         cv::RNG rng(size.area() + least);
         const cv::Mat1f map = patches(size, range, rng), expected = naive(range, least, map);
-        for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-          hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+        forEveryTarget([&] {
           cv::Mat1f filtered = map.clone();
           filter.filter(range, least, filtered);
           ASSERT_EQ(cv::countNonZero(filtered != expected), 0) << size << " " << least;
-        }
-        hwy::SetSupportedTargetsForTest(0);
+        });
       }
 }
 

@@ -1,13 +1,14 @@
 #include "predictive_stereo/variance.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 #include <vector>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -30,8 +31,7 @@ TEST(Variance, MeasurementVarianceGrowsWithAmbiguity) {
 TEST(Variance, MeasurementVarianceIsTheFormulaOnEveryTarget) {
   const VarianceParams params;
   cv::RNG rng(3);
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+  forEveryTarget([&] {
     for (int min_disparity : {0, -16, 16})
       for (cv::Size size : {cv::Size(1, 1), cv::Size(7, 3), cv::Size(8, 1), cv::Size(1242, 5)}) {
         const DisparityRange range{min_disparity, 128};
@@ -51,8 +51,7 @@ TEST(Variance, MeasurementVarianceIsTheFormulaOnEveryTarget) {
                 << size << x;
           }
       }
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  });
 }
 
 /// Eight pairs of opposite pixels, in the order of the kernel: sums of floats depend on it.
@@ -75,8 +74,7 @@ float disagreementNaively(const cv::Mat1f& map, const DisparityRange& range, int
 
 TEST(Variance, DisagreementIsThatOfTheDefinitionOnEveryTarget) {
   cv::RNG rng(5);
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+  forEveryTarget([&] {
     for (int min_disparity : {0, -16, 16})
       for (cv::Size size :
            {cv::Size(1, 1), cv::Size(3, 9), cv::Size(8, 4), cv::Size(9, 12), cv::Size(130, 37)}) {
@@ -93,8 +91,7 @@ TEST(Variance, DisagreementIsThatOfTheDefinitionOnEveryTarget) {
                 << size << x << "," << y;
           }
       }
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  });
 }
 
 TEST(Variance, SteepSurfacesAgreeAndSpecksDoNot) {
@@ -270,8 +267,7 @@ TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
   constexpr double kRowOffset_px = 0.7;
   const int threads_before = cv::getNumThreads();
   cv::RNG rng(7);
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+  forEveryTarget([&] {
     for (int min_disparity : {0, -16, 16})
       for (double max_sigma_px : {0.0, 4.0})
         for (int threads : {1, 3})
@@ -296,8 +292,7 @@ TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
                     << size << x << "," << y;
               }
           }
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  });
   cv::setNumThreads(threads_before);
 }
 

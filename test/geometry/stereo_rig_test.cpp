@@ -88,18 +88,5 @@ TEST(DisparityMotion, StandstillIsIdentity) {
   EXPECT_TRUE((H / H(3, 3)).isApprox(Eigen::Matrix4d::Identity(), 1e-9));
 }
 
-TEST(DisparityMotion, JacobianIsTheDerivativeByThePerturbation) {
-  const StereoRig rig = kittiColour();
-  const Eigen::Vector3d point_m(2.0, 1.0, 15.0);
-  const Eigen::Vector3d omega = rig.disparityFromPoint(point_m);
-  const Vector6d jacobian = disparityJacobian(rig, omega.x(), omega.y(), omega.z());
-  for (int i = 0; i < 6; ++i) {
-    Vector6d step = Vector6d::Zero();
-    step[i] = 1e-6;
-    const Eigen::Vector3d moved_m = point_m + step.head<3>() + step.tail<3>().cross(point_m);
-    EXPECT_NEAR((rig.disparityFromPoint(moved_m).z() - omega.z()) / 1e-6, jacobian[i], 1e-4);
-  }
-}
-
 }  // namespace
 }  // namespace predictive_stereo

@@ -24,8 +24,6 @@
 #include "nodelets/image_messages.h"
 #include "nodelets/transforms.h"
 #include "recorder.h"
-#include "tools/kitti_bag.h"
-#include "tools/kitti_drive.h"
 #include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
@@ -65,7 +63,7 @@ struct Recording {
 Recording kitti(const std::string& path, const std::string& date, const std::string& name) {
   const std::string excerpts = std::getenv("KITTI_EXCERPTS");
   const std::string date_dir = excerpts + "/" + date;
-  writeKittiBag(KittiDrive(date_dir, name), path, [](int) {});
+  runProgram(std::string(KITTI_TO_BAG) + " " + date_dir + " " + name + " " + path);
   Recording recording;
   recording.path = path;
   recording.sequence = kittiDriveSequence(date_dir, name);

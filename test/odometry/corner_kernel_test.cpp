@@ -1,12 +1,13 @@
 #include "odometry/corner_kernel.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -49,8 +50,7 @@ cv::Mat1b texture(cv::Size size, double blur_px, cv::RNG& rng) {
 TEST(CornerKernel, FindsThoseOfOpenCvOnEveryTarget) {
   cv::RNG rng(11);
   size_t found = 0;
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+  forEveryTarget([&] {
     for (const cv::Size size : {cv::Size(7, 7), cv::Size(8, 30), cv::Size(38, 9), cv::Size(39, 12),
                                 cv::Size(70, 40), cv::Size(333, 50)})
       for (const double blur_px : {0.0, 1.0, 2.5})
@@ -65,8 +65,7 @@ TEST(CornerKernel, FindsThoseOfOpenCvOnEveryTarget) {
             found += expected.size();
           }
         }
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  });
   EXPECT_GT(found, 1000u);
 }
 

@@ -30,6 +30,8 @@ TEST_P(TasksOn, ALoopCallsEachIndexOnce) {
     for (int i = part.start; i < part.end; ++i) ++calls[static_cast<size_t>(i)];
   });
   for (size_t i = 0; i < calls.size(); ++i) EXPECT_EQ(calls[i], i >= 100) << i;
+  parallelForEach(100, [&](int i) { ++calls[static_cast<size_t>(i)]; });
+  for (size_t i = 0; i < calls.size(); ++i) EXPECT_EQ(calls[i], 1) << i;
 }
 
 TEST_P(TasksOn, ALoopMakesAtMostTheAllowedParts) {

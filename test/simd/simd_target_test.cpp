@@ -47,7 +47,7 @@ PipelineParams paramsFor(const std::string& target) {
 void expectAllUse(const std::string& target) {
   SCOPED_TRACE(target);
   const int64_t bit = simdTargetBit(target);
-  EXPECT_EQ(simdTargetInUse(), target);
+  EXPECT_EQ(simdTargetBitInUse(), bit);
   EXPECT_EQ(HWY_DYNAMIC_DISPATCH(compiledFor)(), bit == kScalarTarget ? HWY_STATIC_TARGET : bit);
   EXPECT_EQ(PREDICTIVE_STEREO_DISPATCH(compiledFor, bit)(), HWY_DYNAMIC_DISPATCH(compiledFor)());
   EXPECT_EQ(&patchKernelInUse(), &patchKernel(bit));

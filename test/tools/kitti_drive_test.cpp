@@ -144,12 +144,6 @@ TEST(Oxts, MetresPerDegreeAreThoseOfTheGlobe) {
   EXPECT_TRUE((poses[2].linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
 }
 
-std::string oxtsText(double yaw_rad, double longitude_deg) {
-  std::string text = "49 " + std::to_string(longitude_deg) + " 100 0 0 " + std::to_string(yaw_rad);
-  for (int i = 6; i < 30; ++i) text += " 0";
-  return text;
-}
-
 TEST(KittiDrive, PosesComeFromOxtsOrFromTruthOrAreNone) {
   const KittiFixture files(2);
   const KittiDrive drive(files.path(), KittiFixture::kDrive);

@@ -96,6 +96,13 @@ inline std::string scanBytes(const std::vector<float>& numbers) {
   return std::string(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float));
 }
 
+/// An oxts record at 49 degrees north; the fields from the sixth on are their numbers.
+inline std::string oxtsText(double yaw_rad, double longitude_deg) {
+  std::string text = "49 " + std::to_string(longitude_deg) + " 100 0 0 " + std::to_string(yaw_rad);
+  for (int i = 6; i < 30; ++i) text += " " + std::to_string(i);
+  return text;
+}
+
 /// Message of the exception that `action` throws.
 template <class Action>
 std::string messageOf(Action&& action) {

@@ -18,7 +18,6 @@
 #include "evaluation/simulation/street.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
-#include "tools/interruption.h"
 #include "tools/progress.h"
 #include "tools/stereo_bag.h"
 

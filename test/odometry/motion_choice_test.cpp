@@ -1,4 +1,4 @@
-#include "odometry/rival_motions.h"
+#include "odometry/motion_choice.h"
 
 #include <gtest/gtest.h>
 

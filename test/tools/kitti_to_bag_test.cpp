@@ -1,8 +1,5 @@
-#include "tools/kitti_bag.h"
-
+/// Runs the tool on small drives, and reads its bags.
 #include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/NavSatFix.h>
@@ -13,16 +10,12 @@
 
 #include <map>
 
-#include "tools/kitti_fixture.h"
+#include "tools/bag_messages.h"
+#include "tools/kitti_drive.h"
+#include "tools/tool_fixture.h"
 
 namespace predictive_stereo {
 namespace {
-
-std::string oxtsText(double yaw_rad, double longitude_deg) {
-  std::string text = "49 " + std::to_string(longitude_deg) + " 100 0 0 " + std::to_string(yaw_rad);
-  for (int i = 6; i < 30; ++i) text += " " + std::to_string(i);
-  return text;
-}
 
 void addOxtsAndLidar(const KittiFixture& files) {
   for (int i = 0; i < files.frames(); ++i) {
@@ -34,27 +27,24 @@ void addOxtsAndLidar(const KittiFixture& files) {
   }
 }
 
-std::map<std::string, int> countTopics(const rosbag::Bag& bag) {
+std::map<std::string, int> countTopics(const std::string& path) {
+  const rosbag::Bag bag(path);
   std::map<std::string, int> counts;
   for (const rosbag::MessageInstance& message : rosbag::View(bag)) ++counts[message.getTopic()];
   return counts;
 }
 
 template <class Message>
-typename Message::ConstPtr firstOf(const rosbag::Bag& bag, const std::string& topic) {
-  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery(topic)))
-    return message.instantiate<Message>();
-  return nullptr;
+typename Message::ConstPtr firstOf(const std::string& bag, const std::string& topic) {
+  return messagesIn<Message>(bag).at(topic)[0];
 }
 
 /// All transforms of the bag.
-void fill(const rosbag::Bag& bag, tf2::BufferCore& buffer) {
-  for (const rosbag::MessageInstance& message :
-       rosbag::View(bag, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
-    const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
-    for (const auto& transform : transforms->transforms)
-      buffer.setTransform(transform, "bag", message.getTopic() == "/tf_static");
-  }
+void fill(const std::string& bag, tf2::BufferCore& buffer) {
+  for (const auto& [topic, messages] : messagesIn<tf2_msgs::TFMessage>(bag))
+    for (const auto& message : messages)
+      for (const auto& transform : message->transforms)
+        buffer.setTransform(transform, "bag", topic == "/tf_static");
 }
 
 Eigen::Isometry3d lookup(const tf2::BufferCore& buffer, const std::string& parent,
@@ -64,12 +54,23 @@ Eigen::Isometry3d lookup(const tf2::BufferCore& buffer, const std::string& paren
   return Eigen::Isometry3d(tf2::transformToEigen(buffer.lookupTransform(parent, child, time)));
 }
 
-TEST(KittiBag, HasTheLayoutOfKitti2bag) {
+class KittiToBag : public ToolTest {
+ protected:
+  Result convert(const KittiFixture& drive, const std::string& arguments) const {
+    return run(std::string(KITTI_TO_BAG) + " " + drive.path() + " " + KittiFixture::kDrive + " " +
+               arguments);
+  }
+  std::string bagOf(const KittiFixture& drive, const std::string& options = "") const {
+    const Result result = convert(drive, files_.path("out.bag") + options);
+    EXPECT_EQ(result.status, 0) << result.errors;
+    return files_.path("out.bag");
+  }
+};
+
+TEST_F(KittiToBag, HasTheLayoutOfKitti2bag) {
   const KittiFixture files(2);
   addOxtsAndLidar(files);
-  const KittiDrive drive(files.path(), KittiFixture::kDrive);
-  writeKittiBag(drive, files.path("out.bag"), nullptr);
-  const rosbag::Bag bag(files.path("out.bag"));
+  const std::string bag = bagOf(files);
   const std::map<std::string, int> expected = {{"/kitti/camera_gray_left/image_raw", 2},
                                                {"/kitti/camera_gray_left/camera_info", 2},
                                                {"/kitti/camera_gray_right/image_raw", 2},
@@ -100,13 +101,12 @@ TEST(KittiBag, HasTheLayoutOfKitti2bag) {
   EXPECT_EQ(firstOf<sensor_msgs::NavSatFix>(bag, "/kitti/oxts/gps/fix")->latitude, 49);
 }
 
-TEST(KittiBag, TransformsGiveTheDrivesPoses) {
+TEST_F(KittiToBag, TransformsGiveTheDrivesPoses) {
   const KittiFixture files(2);
   addOxtsAndLidar(files);
   const KittiDrive drive(files.path(), KittiFixture::kDrive);
-  writeKittiBag(drive, files.path("out.bag"), nullptr);
   tf2::BufferCore buffer;
-  fill(rosbag::Bag(files.path("out.bag")), buffer);
+  fill(bagOf(files), buffer);
   const auto stamps = drive.stamps("oxts");
   for (size_t i = 0; i < 2; ++i)
     EXPECT_TRUE(
@@ -117,19 +117,17 @@ TEST(KittiBag, TransformsGiveTheDrivesPoses) {
               0.5, 1e-12);
 }
 
-TEST(KittiBag, PosesWithoutOxtsStandUpright) {
+TEST_F(KittiToBag, PosesWithoutOxtsStandUpright) {
   const KittiFixture files(2);
   files.write(KittiFixture::data("poses_gt_cam0.txt"),
               "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2.5\n");
   std::filesystem::remove(files.path("calib_imu_to_velo.txt"));
   std::filesystem::remove(files.path("calib_velo_to_cam.txt"));
-  const KittiDrive drive(files.path(), KittiFixture::kDrive);
-  writeKittiBag(drive, files.path("out.bag"), nullptr);
-  const rosbag::Bag bag(files.path("out.bag"));
+  const std::string bag = bagOf(files);
   EXPECT_EQ(countTopics(bag).count("/kitti/oxts/imu"), 0u);
   tf2::BufferCore buffer;
   fill(bag, buffer);
-  const auto stamps = drive.stamps("image_00");
+  const auto stamps = KittiDrive(files.path(), KittiFixture::kDrive).stamps("image_00");
   EXPECT_TRUE(lookup(buffer, "world", "base_link", stamps[1])
                   .translation()
                   .isApprox(Eigen::Vector3d(2.5, 0, 0), 1e-9));
@@ -138,32 +136,26 @@ TEST(KittiBag, PosesWithoutOxtsStandUpright) {
   EXPECT_TRUE((T_base_cam * Eigen::Vector3d(1, 2, 3)).isApprox(Eigen::Vector3d(3, -1, -2), 1e-9));
 }
 
-TEST(KittiBag, ColourPairIsBgr) {
+TEST_F(KittiToBag, ColourPairIsBgr) {
   const KittiFixture files(1);
-  writeKittiBag(KittiDrive(files.path(), KittiFixture::kDrive, KittiCameras::kColor),
-                files.path("out.bag"), nullptr);
-  const rosbag::Bag bag(files.path("out.bag"));
+  const std::string bag = bagOf(files, " --cameras color");
   const auto image = firstOf<sensor_msgs::Image>(bag, "/kitti/camera_color_left/image_raw");
-  ASSERT_TRUE(image);
   EXPECT_EQ(image->encoding, "bgr8");
   EXPECT_EQ(image->step, 3 * 64u);
   EXPECT_EQ(countTopics(bag).count("/tf"), 0u);  // no poses are known
 }
 
-TEST(KittiBag, LeavesNothingAfterAnError) {
+TEST_F(KittiToBag, LeavesNothingAfterAnError) {
   const KittiFixture files(3);
-  const KittiDrive drive(files.path(), KittiFixture::kDrive);
   files.write(KittiFixture::data("image_01/data/0000000001.png"), "broken");
   std::filesystem::create_directory(files.path("out"));
-  EXPECT_NE(messageOf([&] {
-              writeKittiBag(drive, files.path("out/x.bag"), nullptr);
-            }).find("image_01/data/0000000001.png"),
-            std::string::npos);
+  for (const auto& [name, part] : {std::pair("out/x.bag", "image_01/data/0000000001.png"),
+                                   std::pair("no/x.bag", "no/x.bag: cannot be written")}) {
+    const Result result = convert(files, files.path(name));
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.errors.find(part), std::string::npos) << result.errors;
+  }
   EXPECT_TRUE(std::filesystem::is_empty(files.path("out")));
-  EXPECT_NE(messageOf([&] {
-              writeKittiBag(drive, files.path("no/x.bag"), nullptr);
-            }).find("no/x.bag: cannot be written"),
-            std::string::npos);
 }
 
 }  // namespace

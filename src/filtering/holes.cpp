@@ -1,12 +1,34 @@
-#include "filtering/hole_kernels.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "filtering/create_apart.h"
+#include "parallel/tasks.h"
+#include "predictive_stereo/post_filter.h"
+#include "simd/simd_dispatch.h"
+
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "filtering/hole_kernels.cpp"
+#define HWY_TARGET_INCLUDE "filtering/holes.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#ifndef PREDICTIVE_STEREO_HOLE_LIMITS
+#define PREDICTIVE_STEREO_HOLE_LIMITS
+namespace predictive_stereo {
+
+// At an occlusion boundary the census window, of this reach, covers both surfaces.
+constexpr float kHiddenSlack_px = 4.0f;
+
+struct HoleLimits {
+  int max_length;
+  float tolerance_px;
+  float hidden_slack_px;  ///< an occlusion may exceed the difference of disparities by this
+};
+
+/// Over so many pixels the slope of a surface beside a hole is measured.
+constexpr int kSlopeReach = 8;
+
+}  // namespace predictive_stereo
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
@@ -70,6 +92,7 @@ HWY_INLINE int fillRun(D d, float before, float rise, int first, int x, int end,
   return x;
 }
 
+// In place.
 void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row) {
   for (int end = 0;;) {  // of the last run
     const int first = find<false>(row, end, width, smallest_valid);
@@ -103,6 +126,9 @@ HWY_INLINE void fillHoleAbove(float* end, ptrdiff_t stride, int y, int height, f
     before[i * stride] = *before + over.rise * static_cast<float>(i);
 }
 
+// In place.
+// @param top  first row, of `width` pixels.
+// @param stride  from row to row, in pixels.
 void fillHolesOfColumns(float* top, ptrdiff_t stride, int width, int height, float smallest_valid,
                         const HoleLimits& limits) {
   const hn::ScalableTag<float> d;
@@ -136,13 +162,23 @@ namespace predictive_stereo {
 HWY_EXPORT(fillHolesOfRow);
 HWY_EXPORT(fillHolesOfColumns);
 
-void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row) {
-  HWY_DYNAMIC_DISPATCH(fillHolesOfRow)(width, smallest_valid, limits, row);
-}
-
-void fillHolesOfColumns(float* top, ptrdiff_t stride, int width, int height, float smallest_valid,
-                        const HoleLimits& limits) {
-  HWY_DYNAMIC_DISPATCH(fillHolesOfColumns)(top, stride, width, height, smallest_valid, limits);
+void fillHoles(const DisparityRange& range, int max_length, float tolerance_px,
+               const cv::Mat1f& disparity_px, cv::Mat1f& filled_px) {
+  createApart("fillHoles", disparity_px, filled_px);
+  const cv::Size size = disparity_px.size();
+  const auto smallest_valid = static_cast<float>(range.min_disparity);
+  const HoleLimits limits{max_length, tolerance_px, kHiddenSlack_px};
+  parallelForEach(size.height, [&](int y) {
+    std::copy_n(disparity_px[y], size.width, filled_px[y]);
+    HWY_DYNAMIC_DISPATCH(fillHolesOfRow)(size.width, smallest_valid, limits, filled_px[y]);
+  });
+  constexpr int kStrip = 64;  // columns
+  parallelForEach((size.width + kStrip - 1) / kStrip, [&](int strip) {
+    const int x = strip * kStrip;
+    HWY_DYNAMIC_DISPATCH(fillHolesOfColumns)
+    (filled_px[0] + x, static_cast<ptrdiff_t>(filled_px.step1()), std::min(kStrip, size.width - x),
+     size.height, smallest_valid, limits);
+  });
 }
 
 }  // namespace predictive_stereo
