@@ -77,18 +77,15 @@ void DepthCells::setFrame(const DisparityRange& range, const cv::Mat1f& map_px,
   variance_px2.create(cells);
   const float least_px =
       std::max(static_cast<float>(range.min_disparity), std::numeric_limits<float>::denorm_min());
-  parallelFor(cv::Range(0, lattice.height), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v)
-      sampleRow(map_px[kLatticeStep_px * v], least_px, lattice.width, lattice_px_[v]);
+  parallelForEach(lattice.height, [&](int v) {
+    sampleRow(map_px[kLatticeStep_px * v], least_px, lattice.width, lattice_px_[v]);
   });
-  parallelFor(cv::Range(0, lattice.height), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v) {
-      extremesAround(lattice_px_, v, nearest_px[v], farthest_px[v]);
-      const int row = v / 2, y = kCellSide_px * row;
-      if (v % 2 == 0 && row < cells.height)
-        cellRow(lattice_px_[v], lattice_px_[v + 1], map_px2[y], map_px2[y + kCellCentre_px],
-                cells.width, disparity_px[row], variance_px2[row]);
-    }
+  parallelForEach(lattice.height, [&](int v) {
+    extremesAround(lattice_px_, v, nearest_px[v], farthest_px[v]);
+    const int row = v / 2, y = kCellSide_px * row;
+    if (v % 2 == 0 && row < cells.height)
+      cellRow(lattice_px_[v], lattice_px_[v + 1], map_px2[y], map_px2[y + kCellCentre_px],
+              cells.width, disparity_px[row], variance_px2[row]);
   });
 }
 

@@ -27,9 +27,7 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   std::vector<Task> tasks = {[&] { current.pyramid.build(input.left, kPyramidLevels); },
                              [&] { input.measured_disparity_px.copyTo(current.disparity_px); }};
   tasks.insert(tasks.end(), beside.begin(), beside.end());
-  parallelFor(cv::Range(0, static_cast<int>(tasks.size())), [&](const cv::Range& part) {
-    for (int i = part.start; i < part.end; ++i) tasks[static_cast<size_t>(i)]();
-  });
+  parallelForEach(static_cast<int>(tasks.size()), [&](int i) { tasks[static_cast<size_t>(i)](); });
 }
 
 // Frames before one without a known pose are not compared any more: see past().

@@ -23,27 +23,25 @@ constexpr size_t kFewest = 20;
 void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
                            const cv::Mat1f& disparity_px) {
   below_m_.create((disparity_px.rows + 1) / 2, (disparity_px.cols + 1) / 2);
-  parallelFor(cv::Range(0, below_m_.rows), [&](const cv::Range& lattice_rows) {
-    for (int v = lattice_rows.start; v < lattice_rows.end; ++v) {
-      const double under_horizon_px = 2 * v - rig.cy_px;
-      if (under_horizon_px < kNearestRow_px) {
-        std::fill_n(below_m_[v], below_m_.cols, 0.0f);
-        continue;
-      }
-      const float *above[kMostGroundReach], *beneath[kMostGroundReach];
-      for (int k = 0; k < kMostGroundReach; ++k) {
-        const int upper = 2 * (v - k - 1), lower = 2 * (v + k + 1);
-        above[k] = upper >= 0 ? disparity_px[upper] : nullptr;
-        beneath[k] = lower < disparity_px.rows ? disparity_px[lower] : nullptr;
-      }
-      const GroundLimits limits{static_cast<float>(range.min_disparity),
-                                static_cast<float>(0.5 * kReach_m / rig.baseline_m),
-                                static_cast<float>(under_horizon_px),
-                                static_cast<float>(rig.baseline_m),
-                                static_cast<float>(kLeastShare),
-                                static_cast<float>(kMostShare)};
-      levelRow(disparity_px[2 * v], above, beneath, below_m_.cols, limits, below_m_[v]);
+  parallelForEach(below_m_.rows, [&](int v) {
+    const double under_horizon_px = 2 * v - rig.cy_px;
+    if (under_horizon_px < kNearestRow_px) {
+      std::fill_n(below_m_[v], below_m_.cols, 0.0f);
+      return;
     }
+    const float *above[kMostGroundReach], *beneath[kMostGroundReach];
+    for (int k = 0; k < kMostGroundReach; ++k) {
+      const int upper = 2 * (v - k - 1), lower = 2 * (v + k + 1);
+      above[k] = upper >= 0 ? disparity_px[upper] : nullptr;
+      beneath[k] = lower < disparity_px.rows ? disparity_px[lower] : nullptr;
+    }
+    const GroundLimits limits{static_cast<float>(range.min_disparity),
+                              static_cast<float>(0.5 * kReach_m / rig.baseline_m),
+                              static_cast<float>(under_horizon_px),
+                              static_cast<float>(rig.baseline_m),
+                              static_cast<float>(kLeastShare),
+                              static_cast<float>(kMostShare)};
+    levelRow(disparity_px[2 * v], above, beneath, below_m_.cols, limits, below_m_[v]);
   });
 }
 

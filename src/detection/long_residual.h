@@ -1,13 +1,17 @@
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "detection/frame_history.h"
-#include "detection/long_rows.h"
 #include "predictive_stereo/disparity_range.h"
 
 namespace predictive_stereo {
+
+constexpr int kLongStep_px = 4;  ///< between the points of longResidual
+constexpr float kUnknownResidual = -1e6f;
+constexpr uint8_t kNoPair = 255;
 
 /// A past frame, and the frame halfway between it and the current one.
 struct PastPair {

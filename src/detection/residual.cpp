@@ -14,19 +14,17 @@ void normalizedResidual(const cv::Mat1f& measured_disparity_px,
                         cv::Mat1f& residual) {
   residual.create(measured_disparity_px.size());
   const auto smallest = static_cast<float>(range.min_disparity);
-  parallelFor(cv::Range(0, residual.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      const float* measured = measured_disparity_px[y];
-      const float* predicted = predicted_disparity_px[y];
-      const float* measured_variance = measured_variance_px2[y];
-      const float* predicted_variance = predicted_variance_px2[y];
-      float* out = residual[y];
-      for (int x = 0; x < residual.cols; ++x) {
-        const float variance = std::max(measured_variance[x] + predicted_variance[x], 1e-6f);
-        const float z = (measured[x] - predicted[x]) / std::sqrt(variance);
-        const float cut = std::min(std::max(z, -kLargestResidual), kLargestResidual);
-        out[x] = std::min(measured[x], predicted[x]) >= smallest ? cut : 0.0f;
-      }
+  parallelForEach(residual.rows, [&](int y) {
+    const float* measured = measured_disparity_px[y];
+    const float* predicted = predicted_disparity_px[y];
+    const float* measured_variance = measured_variance_px2[y];
+    const float* predicted_variance = predicted_variance_px2[y];
+    float* out = residual[y];
+    for (int x = 0; x < residual.cols; ++x) {
+      const float variance = std::max(measured_variance[x] + predicted_variance[x], 1e-6f);
+      const float z = (measured[x] - predicted[x]) / std::sqrt(variance);
+      const float cut = std::min(std::max(z, -kLargestResidual), kLargestResidual);
+      out[x] = std::min(measured[x], predicted[x]) >= smallest ? cut : 0.0f;
     }
   });
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "detection/long_rows.h"
+#include "detection/long_residual.h"
 
 namespace predictive_stereo {
 namespace {

@@ -2,12 +2,42 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
-#include "detection/road_rows.h"
+#include "simd/simd_dispatch.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/road_line.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+// Number of samples on a line, within 0.3 px and 3 %.
+HWY_NOINLINE int countOnLine(const double* HWY_RESTRICT row,
+                             const double* HWY_RESTRICT disparity_px, int count,
+                             double horizon_row_px, double disparity_per_row) {
+  int64_t on = 0;  // as wide as the compared values, so that compilers can vectorise
+  for (int i = 0; i < count; ++i) {
+    const double d = disparity_px[i];
+    const double error = std::abs(d - disparity_per_row * (row[i] - horizon_row_px));
+    on += error < 0.3 + 0.03 * d ? 1 : 0;
+  }
+  return static_cast<int>(on);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace predictive_stereo {
 namespace {
+
+HWY_EXPORT(countOnLine);
 
 constexpr int kStep_px = 12;
 constexpr int kTrials = 80;
@@ -39,9 +69,9 @@ int countIfMore(const Samples& samples, const RoadLine& line, int most) {
   for (int first = 0; first < samples.count(); first += kBlock) {
     const int rest = samples.count() - first;
     if (on + rest <= most) return most;
-    on += countOnLine(&samples.row[static_cast<size_t>(first)],
-                      &samples.disparity_px[static_cast<size_t>(first)], std::min(kBlock, rest),
-                      line.horizon_row_px, line.disparity_per_row);
+    on += HWY_DYNAMIC_DISPATCH(countOnLine)(
+        &samples.row[static_cast<size_t>(first)], &samples.disparity_px[static_cast<size_t>(first)],
+        std::min(kBlock, rest), line.horizon_row_px, line.disparity_per_row);
   }
   return on;
 }
@@ -74,8 +104,8 @@ std::optional<RoadLine> fitRoadLine(const StereoRig& rig, const DisparityRange& 
   // Least squares over the inliers.
   std::vector<size_t> on_line;
   for (size_t i = 0; i < samples.row.size(); ++i)
-    if (countOnLine(&samples.row[i], &samples.disparity_px[i], 1, best.horizon_row_px,
-                    best.disparity_per_row) == 1)
+    if (HWY_DYNAMIC_DISPATCH(countOnLine)(&samples.row[i], &samples.disparity_px[i], 1,
+                                          best.horizon_row_px, best.disparity_per_row) == 1)
       on_line.push_back(i);
   double rows = 0, ds = 0, row_row = 0, row_d = 0;
   const auto n = static_cast<double>(on_line.size());
@@ -92,3 +122,4 @@ std::optional<RoadLine> fitRoadLine(const StereoRig& rig, const DisparityRange& 
 }
 
 }  // namespace predictive_stereo
+#endif

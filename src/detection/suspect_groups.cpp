@@ -78,9 +78,8 @@ void search(const PastView& view, SuspectGroup& group) {
 std::vector<SuspectGroup> groupSuspects(const PastView& view,
                                         const std::vector<cv::Point>& points_px) {
   std::vector<SuspectGroup> groups = groupsInSpace(view, points_px);
-  parallelFor(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
-    for (int i = part.start; i < part.end; ++i) search(view, groups[static_cast<size_t>(i)]);
-  });
+  parallelForEach(static_cast<int>(groups.size()),
+                  [&](int i) { search(view, groups[static_cast<size_t>(i)]); });
   groups.erase(std::remove_if(groups.begin(), groups.end(),
                               [](const SuspectGroup& g) { return g.gain < kLeastGain; }),
                groups.end());
@@ -101,9 +100,7 @@ std::vector<PointTrack> followGroups(const PastView& view,
     followed[i] = followPoints(view, group.points_px, group.shift_px);
     classify(view, followed[i]);
   };
-  parallelFor(cv::Range(0, static_cast<int>(groups.size())), [&](const cv::Range& part) {
-    for (int i = part.start; i < part.end; ++i) follow(static_cast<size_t>(i));
-  });
+  parallelForEach(static_cast<int>(groups.size()), [&](int i) { follow(static_cast<size_t>(i)); });
   std::vector<PointTrack> all;
   for (const auto& tracks : followed) all.insert(all.end(), tracks.begin(), tracks.end());
   return all;

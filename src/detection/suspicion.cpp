@@ -5,11 +5,134 @@
 #include <cmath>
 #include <numeric>
 
-#include "detection/suspicion_rows.h"
 #include "parallel/tasks.h"
+#include "simd/simd_dispatch.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/suspicion.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#ifndef PREDICTIVE_STEREO_SUSPICION_CELL
+#define PREDICTIVE_STEREO_SUSPICION_CELL
+namespace predictive_stereo {
+
+// Side of the squares over which texture is summed, and their reach from the centre.
+constexpr int kTextureSide = 5, kTextureReach = kTextureSide / 2;
+constexpr int kCell = 4;  // side of a cell [lattice points]
+
+}  // namespace predictive_stereo
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+constexpr int kChunk = 128;
+constexpr int kSquare = kTextureSide * kTextureSide;
+static_assert(kTextureSide == 5, "sums are written out, and fit into 16 bits");
+
+// 25 |grey - mean grey over the square| for each point of the middle one of five rows. 0 for the
+// first and last kTextureReach points, which have no such square.
+HWY_NOINLINE void greyDeviationRow(const uint8_t* const rows[kTextureSide], int width,
+                                   uint16_t* HWY_RESTRICT deviation) {
+  const int edge = std::min(kTextureReach, width);
+  std::fill_n(deviation, edge, uint16_t{0});
+  std::fill_n(deviation + width - edge, edge, uint16_t{0});
+  int16_t columns[kChunk + 2 * kTextureReach];
+  for (int u = kTextureReach; u < width - kTextureReach; u += kChunk) {
+    const int n = std::min(kChunk, width - kTextureReach - u);
+    const uint8_t *r0 = rows[0] + u - kTextureReach, *r1 = rows[1] + u - kTextureReach,
+                  *r2 = rows[2] + u - kTextureReach, *r3 = rows[3] + u - kTextureReach,
+                  *r4 = rows[4] + u - kTextureReach;
+    for (int i = 0; i < n + 2 * kTextureReach; ++i)
+      columns[i] = static_cast<int16_t>(r0[i] + r1[i] + r2[i] + r3[i] + r4[i]);
+    for (int i = 0; i < n; ++i) {
+      const auto sum = static_cast<int16_t>(columns[i] + columns[i + 1] + columns[i + 2] +
+                                            columns[i + 3] + columns[i + 4]);
+      const auto scaled = static_cast<int16_t>(kSquare * r2[i + kTextureReach]);
+      deviation[u + i] = static_cast<uint16_t>(std::max(scaled, sum) - std::min(scaled, sum));
+    }
+  }
+}
+
+// mismatch / (texture + noise), where texture is the mean of `deviations` / 25 over the square. 0
+// if the mismatch is negative (unknown), and at the first and last kTextureReach points.
+HWY_NOINLINE void suspicionRow(const uint16_t* const deviations[kTextureSide],
+                               const float* HWY_RESTRICT mismatch, int width, float noise,
+                               float* HWY_RESTRICT suspicion) {
+  const int edge = std::min(kTextureReach, width);
+  std::fill_n(suspicion, edge, 0.0f);
+  std::fill_n(suspicion + width - edge, edge, 0.0f);
+  int32_t columns[kChunk + 2 * kTextureReach];
+  for (int u = kTextureReach; u < width - kTextureReach; u += kChunk) {
+    const int n = std::min(kChunk, width - kTextureReach - u);
+    const uint16_t *r0 = deviations[0] + u - kTextureReach, *r1 = deviations[1] + u - kTextureReach,
+                   *r2 = deviations[2] + u - kTextureReach, *r3 = deviations[3] + u - kTextureReach,
+                   *r4 = deviations[4] + u - kTextureReach;
+    for (int i = 0; i < n + 2 * kTextureReach; ++i)
+      columns[i] = static_cast<uint16_t>(r0[i] + r1[i] + r2[i] + r3[i] + r4[i]);
+    for (int i = 0; i < n; ++i) {
+      const int32_t sum =
+          columns[i] + columns[i + 1] + columns[i + 2] + columns[i + 3] + columns[i + 4];
+      const float texture = static_cast<float>(sum) / (kSquare * kSquare);
+      const float m = mismatch[u + i];
+      suspicion[u + i] = m >= 0 ? m / (texture + noise) : 0.0f;
+    }
+  }
+}
+
+// The first maximum of a cell, without branches, which would be unpredictable.
+HWY_INLINE int32_t placeOfLargest(const float* const rows[kCell], int first) {
+  float largest = rows[0][first];
+  for (int k = 0; k < kCell; ++k)
+    for (int i = 0; i < kCell; ++i) largest = std::max(largest, rows[k][first + i]);
+  uint32_t places = 0;
+  for (int k = 0; k < kCell; ++k)
+    for (int i = 0; i < kCell; ++i)
+      places |= (rows[k][first + i] == largest ? 1u : 0u) << (kCell * k + i);
+  return static_cast<int32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(places));
+}
+
+// Finds cells with a maximum of at least `least`; returns their number.
+// @param rows  kCell rows, from the first cell's first point on.
+// @param found  indices of these cells.
+// @param worst  kCell * row + column of the maximum in each of them; of the first one of equals.
+HWY_NOINLINE int suspiciousCells(const float* const rows[kCell], int cells, float least,
+                                 int32_t* HWY_RESTRICT found, int32_t* HWY_RESTRICT worst) {
+  static_assert(kCell == 4, "written out");
+  int count = 0;
+  float largest[kChunk];
+  for (int first = 0; first < cells; first += kChunk / kCell) {
+    const int n = std::min(kChunk / kCell, cells - first);
+    const float *r0 = rows[0] + kCell * first, *r1 = rows[1] + kCell * first,
+                *r2 = rows[2] + kCell * first, *r3 = rows[3] + kCell * first;
+    for (int i = 0; i < kCell * n; ++i) {
+      const float upper = r0[i] > r1[i] ? r0[i] : r1[i], lower = r2[i] > r3[i] ? r2[i] : r3[i];
+      largest[i] = upper > lower ? upper : lower;
+    }
+    for (int c = 0; c < n; ++c) {
+      const float* of_cell = largest + kCell * c;
+      found[count] = first + c;
+      count += (of_cell[0] >= least) | (of_cell[1] >= least) | (of_cell[2] >= least) |
+               (of_cell[3] >= least);
+    }
+  }
+  for (int k = 0; k < count; ++k) worst[k] = placeOfLargest(rows, kCell * found[k]);
+  return count;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace predictive_stereo {
 namespace {
+
+HWY_EXPORT(greyDeviationRow);
+HWY_EXPORT(suspicionRow);
+HWY_EXPORT(suspiciousCells);
 
 constexpr int kMargin = 5;  // lattice points along the border that are left out
 static_assert(kMargin >= 2 * kTextureReach, "texture is not known closer to the border");
@@ -42,7 +165,7 @@ void greyDeviation(const cv::Mat1b& grey, cv::Mat1w& deviation) {
   const int last = std::max(grey.rows - kTextureReach, kTextureReach);
   parallelFor(cv::Range(kTextureReach, last), [&](const cv::Range& rows) {
     for (int v = rows.start; v < rows.end; ++v)
-      greyDeviationRow(rowsAround(grey, v).data(), grey.cols, deviation[v]);
+      HWY_DYNAMIC_DISPATCH(greyDeviationRow)(rowsAround(grey, v).data(), grey.cols, deviation[v]);
   });
 }
 
@@ -64,11 +187,13 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1w& deviation, const 
       const int first = kMargin + r * kCell;
       const float* of_cells[kCell];
       for (int k = 0; k < kCell; ++k) {
-        suspicionRow(rowsAround(deviation, first + k).data(), mismatch[first + k], deviation.cols,
-                     kGreyNoise, suspicion[k]);
+        HWY_DYNAMIC_DISPATCH(suspicionRow)
+        (rowsAround(deviation, first + k).data(), mismatch[first + k], deviation.cols, kGreyNoise,
+         suspicion[k]);
         of_cells[k] = suspicion[k] + kMargin;
       }
-      const int suspicious = suspiciousCells(of_cells, columns, least, cells.data(), worst.data());
+      const int suspicious = HWY_DYNAMIC_DISPATCH(suspiciousCells)(of_cells, columns, least,
+                                                                   cells.data(), worst.data());
       cells_of_row_[static_cast<size_t>(r)] = suspicious;
       std::vector<cv::Point>& kept = suspects_of_row_[static_cast<size_t>(r)];
       kept.clear();
@@ -88,3 +213,4 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1w& deviation, const 
 }
 
 }  // namespace predictive_stereo
+#endif

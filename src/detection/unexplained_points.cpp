@@ -91,14 +91,11 @@ void unexplainedPoints(const PastView& view, const std::vector<cv::Point>& point
                        std::vector<cv::Point>& kept) {
   const size_t step = (points_px.size() + kMostSuspects - 1) / kMostSuspects;
   std::vector<uint8_t> unexplained(step ? (points_px.size() + step - 1) / step : 0);
-  const cv::Range all(0, static_cast<int>(unexplained.size()));
-  parallelFor(all, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      const cv::Point p = points_px[step * static_cast<size_t>(i)];
-      const float d = view.disparity_px()(p);
-      unexplained[static_cast<size_t>(i)] =
-          view.isKnown(d) && d > 0 && !wasHidden(view, p, d) && !isExplained(view, p);
-    }
+  parallelForEach(static_cast<int>(unexplained.size()), [&](int i) {
+    const cv::Point p = points_px[step * static_cast<size_t>(i)];
+    const float d = view.disparity_px()(p);
+    unexplained[static_cast<size_t>(i)] =
+        view.isKnown(d) && d > 0 && !wasHidden(view, p, d) && !isExplained(view, p);
   });
   kept.clear();
   for (size_t i = 0; i < unexplained.size(); ++i)

@@ -74,14 +74,12 @@ void CensusBytes::build(const cv::Mat1i& right_words, const DisparityRange& shif
   plane_stride_ = before + width + behind;
   row_offset_ = before + shifts.min_disparity;
   planes_.create(right_words.rows, static_cast<int>(plane_stride_) * kCensusBytes);
-  parallelFor(cv::Range(0, right_words.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      split(right_words[y], width, plane_stride_, planes_[y] + before);
-      for (int b = 0; b < kCensusBytes; ++b) {
-        uint8_t* const plane = planes_[y] + b * plane_stride_;
-        std::memset(plane, plane[before], before);
-        std::memset(plane + before + width, plane[before + width - 1], behind);
-      }
+  parallelForEach(right_words.rows, [&](int y) {
+    split(right_words[y], width, plane_stride_, planes_[y] + before);
+    for (int b = 0; b < kCensusBytes; ++b) {
+      uint8_t* const plane = planes_[y] + b * plane_stride_;
+      std::memset(plane, plane[before], before);
+      std::memset(plane + before + width, plane[before + width - 1], behind);
     }
   });
 }

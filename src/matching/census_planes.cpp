@@ -97,11 +97,9 @@ void CensusPlanes::buildLeft(const cv::Mat1i& words) {
   plane_stride_ = paddedStride(words.cols);
   planes_.create(words.rows, static_cast<int>(plane_stride_) * kCensusNibbles);
   ordered_.create(words.rows, static_cast<int>(plane_stride_));
-  parallelFor(cv::Range(0, words.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      std::copy_n(words[y], words.cols, ordered_[y]);
-      split(ordered_[y], words.cols, plane_stride_, planes_[y]);
-    }
+  parallelForEach(words.rows, [&](int y) {
+    std::copy_n(words[y], words.cols, ordered_[y]);
+    split(ordered_[y], words.cols, plane_stride_, planes_[y]);
   });
 }
 
@@ -117,14 +115,12 @@ void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& shif
     entry_offsets_[entry] = static_cast<uint32_t>(entry % phases * phase_stride + entry / phases);
   planes_.create(words.rows, static_cast<int>(plane_stride_) * kCensusNibbles);
   ordered_.create(words.rows, static_cast<int>(plane_stride_));
-  parallelFor(cv::Range(0, words.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      const int* const source = words[y];
-      for (int phase = 0; phase < phases; ++phase)
-        orderPhase(source, width, width - 1 - shifts.min_disparity - phase, phases, per_phase,
-                   ordered_[y] + phase * phase_stride);
-      split(ordered_[y], static_cast<int>(plane_stride_) - 64, plane_stride_, planes_[y]);
-    }
+  parallelForEach(words.rows, [&](int y) {
+    const int* const source = words[y];
+    for (int phase = 0; phase < phases; ++phase)
+      orderPhase(source, width, width - 1 - shifts.min_disparity - phase, phases, per_phase,
+                 ordered_[y] + phase * phase_stride);
+    split(ordered_[y], static_cast<int>(plane_stride_) - 64, plane_stride_, planes_[y]);
   });
 }
 

@@ -54,18 +54,16 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
   const auto range_lowest = static_cast<float>(range.min_disparity);
   const auto range_highest = static_cast<float>(range.max_disparity());
   disparity_px.create(match_.disparity_px.size());
-  parallelFor(cv::Range(0, disparity_px.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      const float* const half = match_.disparity_px[y];
-      float* const full = disparity_px[y];
-      // Local copies: compilers assume that a written pixel may change what a lambda captures.
-      const int width = disparity_px.cols;
-      const float lowest = range_lowest, highest = range_highest, invalid = range.invalid();
-      for (int x = 0; x < width; ++x) {
-        const float value = 2.0F * half[x];
-        const bool known = (value >= lowest) & (value <= highest);
-        full[x] = known ? value : invalid;
-      }
+  parallelForEach(disparity_px.rows, [&](int y) {
+    const float* const half = match_.disparity_px[y];
+    float* const full = disparity_px[y];
+    // Local copies: compilers assume that a written pixel may change what a lambda captures.
+    const int width = disparity_px.cols;
+    const float lowest = range_lowest, highest = range_highest, invalid = range.invalid();
+    for (int x = 0; x < width; ++x) {
+      const float value = 2.0F * half[x];
+      const bool known = (value >= lowest) & (value <= highest);
+      full[x] = known ? value : invalid;
     }
   });
 }

@@ -92,10 +92,8 @@ void alignRightImage(const cv::Mat1b& right, const RowOffsetModel& alignment,
   if (!aligned.u || aligned.u->refcount > 1) aligned.release();
   aligned.create(right.size());
   const ShiftedRows rows(right, column_shift_px);
-  parallelFor(cv::Range(0, right.rows), [&](const cv::Range& range) {
-    for (int y = range.start; y < range.end; ++y)
-      warpRow(rows, y, alignment, right.size(), aligned.ptr(y));
-  });
+  parallelForEach(right.rows,
+                  [&](int y) { warpRow(rows, y, alignment, right.size(), aligned.ptr(y)); });
 }
 
 }  // namespace predictive_stereo

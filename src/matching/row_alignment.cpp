@@ -176,19 +176,18 @@ RowOffsetModel RowAligner::estimate(const cv::Mat1b& left, const cv::Mat1b& righ
 
   const cv::Size cells(left.cols / kCellPx, left.rows / kCellPx);
   tried_.resize(static_cast<size_t>(cells.area()));
-  parallelFor(cv::Range(0, cells.height), [&](const cv::Range& rows) {
-    for (int row = rows.start; row < rows.end; ++row)
-      for (int column = 0; column < cells.width; ++column) {
-        const cv::Point centre(column * kCellPx + kCellPx / 2, row * kCellPx + kCellPx / 2);
-        const float disparity_px = coarse_disparity_px(centre / 2);
-        Tried& tried = tried_[static_cast<size_t>(row * cells.width + column)];
-        tried.sample.x_right_px = centre.x - disparity_px - principal_offset_px;
-        tried.sample.y_px = centre.y;
-        tried.valid =
-            range.isValid(disparity_px) &&
-            measureRowOffset(left, right, centre, cvRound(disparity_px + principal_offset_px),
-                             tried.sample.offset_px);
-      }
+  parallelForEach(cells.height, [&](int row) {
+    for (int column = 0; column < cells.width; ++column) {
+      const cv::Point centre(column * kCellPx + kCellPx / 2, row * kCellPx + kCellPx / 2);
+      const float disparity_px = coarse_disparity_px(centre / 2);
+      Tried& tried = tried_[static_cast<size_t>(row * cells.width + column)];
+      tried.sample.x_right_px = centre.x - disparity_px - principal_offset_px;
+      tried.sample.y_px = centre.y;
+      tried.valid =
+          range.isValid(disparity_px) &&
+          measureRowOffset(left, right, centre, cvRound(disparity_px + principal_offset_px),
+                           tried.sample.offset_px);
+    }
   });
   samples_.clear();
   for (const Tried& tried : tried_)

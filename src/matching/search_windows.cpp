@@ -35,17 +35,15 @@ void planRows(cv::Size size, int run_length, SearchWindows& windows, const PlanR
   windows.runs.resize(static_cast<size_t>(size.height) * windows.runs_per_row);
   windows.width.create(size);
   windows.row_begins.assign(size.height + 1, 0);
-  parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      WindowRun* const runs = windows.row(y);
-      plan_row(y, runs, windows.width[y]);
-      int position = 0;
-      for (int i = 0; i < windows.runs_per_row; ++i) {
-        runs[i].position = position;
-        position += run_length * runs[i].width;
-      }
-      windows.row_begins[y + 1] = position;
+  parallelForEach(size.height, [&](int y) {
+    WindowRun* const runs = windows.row(y);
+    plan_row(y, runs, windows.width[y]);
+    int position = 0;
+    for (int i = 0; i < windows.runs_per_row; ++i) {
+      runs[i].position = position;
+      position += run_length * runs[i].width;
     }
+    windows.row_begins[y + 1] = position;
   });
   std::partial_sum(windows.row_begins.begin(), windows.row_begins.end(),
                    windows.row_begins.begin());

@@ -3,19 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
 #include "detection/comparison_rows.h"
 #include "detection/displacement_search.h"
 #include "detection/free_space_rows.h"
 #include "detection/ground_rows.h"
-#include "detection/long_rows.h"
+#include "detection/long_residual.h"
 #include "detection/patch_rows.h"
-#include "detection/road_rows.h"
+#include "detection/road_line.h"
 #include "detection/segmentation_rows.h"
 #include "detection/shift_rows.h"
-#include "detection/suspicion_rows.h"
+#include "detection/suspicion.h"
 #include "guarded_memory.h"
 #include "imaging/image_pyramid.h"
 
@@ -106,23 +105,6 @@ TEST(BorderReads, OfGroundAndSegments) {
   });
 }
 
-TEST(BorderReads, OfPastDisparities) {
-  forEveryRow([](Guard guard, const auto& for_every_width) {
-    const Floats disparity = floats(guard, -1, 30, span(kMostGuarded, kLongStep_px)),
-                 residual = floats(guard, 0, 0);
-    const Bytes known(kMostGuarded, guard);
-    for_every_width([&](int n) {
-      constexpr int kRows = 3;
-      const Floats past = floats(guard, -1, 30, n * kRows);
-      const PastDisparities then{kMoved, past(n * kRows), n, n, kRows};
-      const PastCamera camera{0, 0, -0.1f, 100, 50, 50, 50};
-      const PastPairOfRow pair{camera, then, then, 2};
-      longResidualRow({disparity(span(n, kLongStep_px)), 2, n, &pair, 1, 0, 100}, residual(n),
-                      known(n));
-    });
-  });
-}
-
 TEST(BorderReads, OfFreeSpace) {
   forEveryRow([](Guard guard, const auto& for_every_width) {
     const Floats disparity = floats(guard, -1, 30), variance = floats(guard, 0, 1),
@@ -139,33 +121,55 @@ TEST(BorderReads, OfFreeSpace) {
   });
 }
 
-TEST(BorderReads, OfTexture) {
-  forEveryRow([](Guard guard, const auto& for_every_width) {
-    const Bytes grey(kMostGuarded, guard, 0, 256);
-    const GuardedRow<uint16_t> deviation(kMostGuarded, guard, 0, 3000);
-    const Floats mismatch = floats(guard, -1, 9), suspicion = floats(guard, 0, 2);
-    const GuardedRow<int32_t> found(kMostGuarded / kCell, guard),
-        worst(kMostGuarded / kCell, guard);
-    for_every_width([&](int n) {
-      std::array<const uint8_t*, kTextureSide> rows;
-      rows.fill(grey(n));
-      greyDeviationRow(rows.data(), n, deviation(n));
-      std::array<const uint16_t*, kTextureSide> deviations;
-      deviations.fill(deviation(n));
-      suspicionRow(deviations.data(), mismatch(n), n, 2, suspicion(n));
-      const int cells = n / kCell;
-      std::array<const float*, kCell> of_cells;
-      of_cells.fill(suspicion(kCell * cells));
-      suspiciousCells(of_cells.data(), cells, 0.2f, found(cells), worst(cells));
-    });
+template <class T>
+cv::Mat_<T> noise(cv::Size size, double low, double high) {
+  cv::Mat_<T> map(size);
+  cv::theRNG().fill(map, cv::RNG::UNIFORM, low, high);
+  return map;
+}
+
+// Calls body(size) for maps of every width that are beside a guard page.
+template <class Body>
+void forEverySize(int rows, const Body& body) {
+  forEveryGuardAndTarget([&](Guard guard) {
+    const GuardEveryMat guards(guard);
+    for (int width = 1; width <= kMostGuarded; ++width) body(cv::Size(width, rows));
   });
 }
 
-TEST(BorderReads, OfRoadSamples) {
-  forEveryRow([](Guard guard, const auto& for_every_width) {
-    const GuardedRow<double> row(kMostGuarded, guard, 100, 200),
-        disparity(kMostGuarded, guard, 1, 9);
-    for_every_width([&](int n) { countOnLine(row(n), disparity(n), n, 100, 0.1); });
+TEST(BorderReads, OfPastDisparities) {
+  forEverySize(7, [](cv::Size size) {
+    StereoRig rig;
+    rig.size = size;
+    rig.fx_px = rig.fy_px = 100;
+    rig.baseline_m = 0.5;
+    RememberedFrame frame;
+    frame.disparity_px = noise<float>(size, -1, 30);
+    PastFrame past;
+    past.frame = &frame;
+    past.seconds = 0.1;
+    past.T_past_cam.translation() << 0.1, 0.05, 0.1;
+    cv::Mat1f residual_px;
+    cv::Mat1b pair;
+    longResidual(rig, noise<float>(size, -1, 30), DisparityRange(), {{past, past}}, 100,
+                 (size + cv::Size(1, 1)) / 2, residual_px, pair);
+  });
+}
+
+TEST(BorderReads, OfTexture) {
+  forEverySize(15, [](cv::Size lattice) {
+    cv::Mat1w deviation;
+    greyDeviation(noise<uchar>(lattice, 0, 256), deviation);
+    Suspicion().find(deviation, noise<float>(lattice, -1, 9), noise<float>(lattice * 2, -1, 30),
+                     DisparityRange(), LevelGround(), MotionDetectionParams());
+  });
+}
+
+TEST(BorderReads, OfRoads) {
+  forEverySize(40, [](cv::Size size) {
+    StereoRig rig;
+    rig.baseline_m = 0.5;
+    fitRoadLine(rig, DisparityRange(), noise<float>(size, -1, 30));
   });
 }
 

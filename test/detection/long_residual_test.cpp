@@ -2,13 +2,13 @@
 #include "detection/long_residual.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
 #include <vector>
 
 #include "detection/frame_comparison.h"
 #include "driving_scene.h"
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -156,8 +156,7 @@ TEST(LongResidual, IsThatOfTheReferenceOnEveryTarget) {
     const std::vector<PastPair> pairs = {{past[3], past[1]}, {past[1], past[0]}};
     const cv::Mat1f now = world();
     const cv::Size lattice((size.width + 1) / 2, (size.height + 1) / 2);
-    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-      hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
+    forEveryTarget([&] {
       cv::Mat1f residual_px;
       cv::Mat1b pair;
       longResidual(rig, now, range, pairs, 16, lattice, residual_px, pair);
@@ -175,8 +174,7 @@ TEST(LongResidual, IsThatOfTheReferenceOnEveryTarget) {
       if (size.width > 300) {
         EXPECT_GT(std::min({moving, of_pair[0], of_pair[1]}), 300);
       }
-    }
-    hwy::SetSupportedTargetsForTest(0);
+    });
   }
 }
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
-#include "detection/long_rows.h"
+#include "detection/long_residual.h"
 
 namespace predictive_stereo {
 namespace {

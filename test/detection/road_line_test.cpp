@@ -2,11 +2,10 @@
 #include "detection/road_line.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <cmath>
 
-#include "detection/road_rows.h"
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -67,29 +66,18 @@ TEST(RoadLine, IsNoWall) {
   EXPECT_FALSE(fitRoadLine(rig, DisparityRange(), ceiling));
 }
 
-TEST(RoadRows, CountWhatLiesOnALine) {
-  constexpr double kHorizon = 180, kPerRow = 0.3;
-  std::vector<double> row, disparity;
-  cv::RNG rng(7);
-  for (int i = 0; i < 203; ++i) {
-    row.push_back(rng.uniform(200, 400));
-    disparity.push_back(kPerRow * (row.back() - kHorizon) + rng.uniform(-3.0, 3.0));
-  }
-  for (int count : {0, 1, 2, 3, 5, 64, 203}) {
-    int expected = 0;
-    for (size_t i = 0; i < static_cast<size_t>(count); ++i)
-      expected +=
-          std::abs(disparity[i] - kPerRow * (row[i] - kHorizon)) < 0.3 + 0.03 * disparity[i];
-    if (count > 100) {
-      EXPECT_GT(expected, 20);
-      EXPECT_LT(expected, count - 20);
-    }
-    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-      hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
-      EXPECT_EQ(countOnLine(row.data(), disparity.data(), count, kHorizon, kPerRow), expected);
-    }
-    hwy::SetSupportedTargetsForTest(0);
-  }
+TEST(RoadLine, IsTheSameOnEveryTarget) {
+  const StereoRig rig = testRig();
+  cv::Mat1f disparity = roadOf(rig, 1.2, 0.05, 0.3);
+  disparity.colRange(100, 330) = cv::max(disparity.colRange(100, 330), 20.0f);
+  const auto expected = fitRoadLine(rig, DisparityRange(), disparity);
+  ASSERT_TRUE(expected);
+  forEveryTarget([&] {
+    const auto line = fitRoadLine(rig, DisparityRange(), disparity);
+    ASSERT_TRUE(line);
+    EXPECT_EQ(line->horizon_row_px, expected->horizon_row_px);
+    EXPECT_EQ(line->disparity_per_row, expected->disparity_per_row);
+  });
 }
 
 }  // namespace

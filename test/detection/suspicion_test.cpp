@@ -2,9 +2,10 @@
 #include "detection/suspicion.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <cmath>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -13,17 +14,6 @@ cv::Mat1w deviationOf(const cv::Mat1b& grey) {
   cv::Mat1w deviation;
   greyDeviation(grey, deviation);
   return deviation;
-}
-
-template <class Body>
-void forEveryTarget(const Body& body) {
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    const auto target = targets & ~(targets - 1);
-    hwy::SetSupportedTargetsForTest(target);
-    SCOPED_TRACE(hwy::TargetName(target));
-    body();
-  }
-  hwy::SetSupportedTargetsForTest(0);
 }
 
 double meanAround(const cv::Mat1d& map, int v, int u) {
