@@ -3,18 +3,15 @@
 # Message processing without nodes, used by the nodelets and by replay.
 predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/disparity_processor.cpp
-  src/nodelets/disparity_views.cpp
   src/nodelets/ego_motion_processor.cpp
-  src/nodelets/image_messages.cpp
   src/nodelets/message_checks.cpp
-  src/nodelets/motion_source.cpp
   src/nodelets/moving_objects_processor.cpp
-  src/nodelets/moving_objects_views.cpp
   src/nodelets/pipeline_processor.cpp
   src/nodelets/rectifier.cpp
   src/nodelets/stamp_matcher.cpp
   src/nodelets/stereo_messages.cpp
   src/nodelets/transforms.cpp
+  src/nodelets/views.cpp
 )
 add_dependencies(predictive_stereo_ros ${PROJECT_NAME}_generate_messages_cpp)
 target_include_directories(predictive_stereo_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})

@@ -16,7 +16,7 @@ target_compile_definitions(predictive_stereo_tools_kitti_to_bag_test
 )
 
 # Message processing, and parts of the nodelets.
-foreach(name arrivals disparity_views message_checks message_pool motion_source moving_objects_views
+foreach(name arrivals camera_motion disparity_views message_checks message_pool moving_objects_views
     stamp_matcher stereo_messages transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()

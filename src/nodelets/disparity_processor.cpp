@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "nodelets/image_messages.h"
 #include "predictive_stereo/simd_target.h"
 
 namespace predictive_stereo {
@@ -124,11 +123,8 @@ stereo_msgs::DisparityImagePtr DisparityProcessor::disparityImage() {
   message->min_disparity = static_cast<float>(range.min_disparity);
   message->max_disparity = static_cast<float>(range.max_disparity());
   message->delta_d = kDisparityStep;
-  message->valid_window.x_offset = 0;
-  message->valid_window.y_offset = 0;
   message->valid_window.width = static_cast<uint32_t>(rig_.size.width);
   message->valid_window.height = static_cast<uint32_t>(rig_.size.height);
-  message->valid_window.do_rectify = false;
   return message;
 }
 

@@ -10,7 +10,6 @@
 #include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
 #include "nodelets/rotation_prior.h"
-#include "nodelets/stereo_input.h"
 #include "nodelets/tf_output.h"
 #include "nodelets/transforms.h"
 

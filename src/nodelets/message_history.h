@@ -2,8 +2,10 @@
 
 #include <ros/time.h>
 
+#include <algorithm>
 #include <boost/shared_ptr.hpp>
 #include <deque>
+#include <iterator>
 #include <mutex>
 
 namespace predictive_stereo {
@@ -37,13 +39,8 @@ class MessageHistory {
   /// The first message that is not older than `stamp`; nullptr: none yet.
   ConstPtr at(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    // Backwards, because the message is near the end.
-    ConstPtr found;
-    for (auto message = messages_.rbegin(); message != messages_.rend(); ++message) {
-      if ((*message)->header.stamp < stamp) break;
-      found = *message;
-    }
-    return found;
+    const auto message = firstFrom(stamp);
+    return message == messages_.end() ? nullptr : *message;
   }
   /// The message with this stamp; nullptr: none.
   ConstPtr of(ros::Time stamp) const {
@@ -53,14 +50,20 @@ class MessageHistory {
   /// The last message that is older than `stamp`; nullptr: none.
   ConstPtr before(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (auto message = messages_.rbegin(); message != messages_.rend(); ++message)
-      if ((*message)->header.stamp < stamp) return *message;
-    return {};
+    const auto message = firstFrom(stamp);
+    return message == messages_.begin() ? nullptr : *std::prev(message);
   }
 
  private:
   static constexpr double kKept_s = 3.0, kLeastJump_s = 0.5;
   static constexpr size_t kMostKept = 2000;
+
+  // add() keeps the stamps in order.
+  auto firstFrom(ros::Time stamp) const {
+    return std::lower_bound(
+        messages_.begin(), messages_.end(), stamp,
+        [](const ConstPtr& message, ros::Time time) { return message->header.stamp < time; });
+  }
 
   mutable std::mutex mutex_;
   std::deque<ConstPtr> messages_;

@@ -16,10 +16,10 @@
 #include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
 #include "nodelets/moving_objects_processor.h"
-#include "nodelets/moving_objects_views.h"
 #include "nodelets/odometry_input.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
+#include "nodelets/views.h"
 
 namespace predictive_stereo {
 namespace {

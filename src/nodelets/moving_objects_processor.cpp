@@ -9,7 +9,6 @@
 #include <string>
 #include <utility>
 
-#include "nodelets/image_messages.h"
 #include "nodelets/message_checks.h"
 #include "nodelets/stereo_messages.h"
 

@@ -14,7 +14,6 @@
 #include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
 #include "nodelets/message_checks.h"
-#include "nodelets/motion_source.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/tf_input.h"
 #include "nodelets/transforms.h"

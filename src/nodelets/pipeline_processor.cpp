@@ -2,8 +2,6 @@
 
 #include <stdexcept>
 
-#include "nodelets/transforms.h"
-
 namespace predictive_stereo {
 namespace {
 

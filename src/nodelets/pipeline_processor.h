@@ -7,9 +7,9 @@
 
 #include "nodelets/disparity_processor.h"
 #include "nodelets/ego_motion_processor.h"
-#include "nodelets/motion_source.h"
 #include "nodelets/moving_objects_processor.h"
 #include "nodelets/nodelet_params.h"
+#include "nodelets/transforms.h"
 #include "predictive_stereo/stage_times.h"
 
 namespace predictive_stereo {

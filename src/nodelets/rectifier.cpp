@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "nodelets/image_messages.h"
 #include "nodelets/stereo_messages.h"
 
 namespace predictive_stereo {

@@ -1,5 +1,4 @@
 #include <image_transport/camera_common.h>
-#include <image_transport/image_transport.h>
 #include <nodelet/nodelet.h>
 
 #include <boost/pointer_cast.hpp>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "nodelets/health.h"
+#include "nodelets/outputs.h"
 #include "nodelets/rectifier.h"
 #include "nodelets/synced_topics.h"
 
@@ -38,13 +38,9 @@ class RectifyNodelet : public nodelet::Nodelet {
       return input_ ? input_->describeMissingInput() : "";
     });
     health_->setAsleep(true);
-    const auto connect = [this](const image_transport::SingleSubscriberPublisher&) {
-      followSubscribers();
-    };
     const std::lock_guard<std::mutex> lock(mutex_);  // a callback may run before this has returned
     makeInput(node);
-    rectified_ =
-        image_transport::ImageTransport(node).advertise("image_rect", kQueue, connect, connect);
+    rectified_ = outputs_.advertiseImage(node, "image_rect", kQueue);
     health_->start();
   }
 
@@ -97,6 +93,7 @@ class RectifyNodelet : public nodelet::Nodelet {
   Rectifier rectifier_;
   std::mutex mutex_;
   std::unique_ptr<SyncedTopics> input_;
+  Outputs outputs_{[this] { followSubscribers(); }};
   image_transport::Publisher rectified_;
 };
 

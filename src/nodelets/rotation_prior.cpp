@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "nodelets/transforms.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
@@ -61,16 +60,16 @@ std::string ImuRotation::forEachStep(ros::Time previous, ros::Time now, bool& co
   return "";
 }
 
-ImuRotation::Answer ImuRotation::between(ros::Time previous, ros::Time now) const {
+Answer<Eigen::Matrix3d> ImuRotation::between(ros::Time previous, ros::Time now) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  Answer answer;
+  Answer<Eigen::Matrix3d> answer;
   const Eigen::Vector3d bias = bias_radps_.value_or(Eigen::Vector3d::Zero());
   Eigen::Matrix3d R_previous_now = Eigen::Matrix3d::Identity();
   answer.reason = forEachStep(
       previous, now, answer.complete, [&](const Eigen::Vector3d& rate_radps, double dt_s) {
         R_previous_now = R_previous_now * rotationBy((rate_radps - bias) * dt_s);
       });
-  if (answer.reason.empty()) answer.R_now_previous = R_previous_now.transpose();
+  if (answer.reason.empty()) answer.value = R_previous_now.transpose();
   return answer;
 }
 
@@ -130,12 +129,12 @@ std::optional<Eigen::Matrix3d> RotationPrior::fromImu(ros::Time previous,
   const std::string topic = node_.resolveName("imu"), frame = imu_.frame();
   if (frame.empty() && !subscription_.isPublished())
     return fail("use_imu: nobody publishes " + topic + " (launch argument imu:=<topic>)");
-  ImuRotation::Answer answer;
+  Answer<Eigen::Matrix3d> answer;
   arrivals_.waitFor(is_late_ ? 0 : kWithin_s, [&] {
     answer = imu_.between(previous, now.stamp);
     return answer.complete;
   });
-  if (!answer.R_now_previous) return fail("use_imu: " + topic + ": " + answer.reason);
+  if (!answer.value) return fail("use_imu: " + topic + ": " + answer.reason);
   std::string error;
   const auto T_cam_imu = lookUpTransform(tf_.buffer, now.frame_id, imu_.frame(), now.stamp, error);
   if (!T_cam_imu)
@@ -145,7 +144,7 @@ std::optional<Eigen::Matrix3d> RotationPrior::fromImu(ros::Time previous,
   is_late_ = false;
   health_.solved("imu");
   const Eigen::Matrix3d R_cam_imu = T_cam_imu->linear();
-  return R_cam_imu * *answer.R_now_previous * R_cam_imu.transpose();
+  return R_cam_imu * *answer.value * R_cam_imu.transpose();
 }
 
 std::optional<Eigen::Matrix3d> RotationPrior::fromTf(ros::Time previous,

@@ -16,6 +16,7 @@
 #include "nodelets/callbacks.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/tf_input.h"
+#include "nodelets/transforms.h"
 #include "predictive_stereo/ego_motion.h"
 
 namespace predictive_stereo {
@@ -26,18 +27,13 @@ namespace predictive_stereo {
 /// Thread-safe.
 class ImuRotation {
  public:
-  struct Answer {
-    /// Maps directions from the IMU's axes at the first instant to those at the second one.
-    std::optional<Eigen::Matrix3d> R_now_previous;
-    std::string reason;    ///< why there is no rotation
-    bool complete = true;  ///< false: missing measurements may still arrive
-  };
-
   /// Adds a measurement. If its stamp went back, earlier ones are dropped. Measurements that are
   /// not finite are ignored.
   void add(const sensor_msgs::ImuConstPtr& imu);
 
-  Answer between(ros::Time previous, ros::Time now) const;
+  /// R_now_previous, which maps directions from the IMU's axes at the first instant to those at the
+  /// second one.
+  Answer<Eigen::Matrix3d> between(ros::Time previous, ros::Time now) const;
 
   /// Updates the bias with the mean angular velocity of an interval in which the camera did not
   /// move.

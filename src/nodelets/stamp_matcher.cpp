@@ -7,6 +7,11 @@
 #include <utility>
 
 namespace predictive_stereo {
+namespace {
+
+double difference_s(ros::Time a, ros::Time b) { return std::abs((a - b).toSec()); }
+
+}  // namespace
 
 StampMatcher::StampMatcher(std::vector<std::string> names, const SyncParams& params)
     : params_(params), used_(names.size()) {
@@ -43,22 +48,18 @@ std::vector<StampMatcher::Set> StampMatcher::add(size_t index, ros::Time stamp, 
 }
 
 const StampMatcher::Entry* StampMatcher::nearest(const Slot& slot, ros::Time stamp) const {
-  const Entry* best = nullptr;
-  double best_difference = std::numeric_limits<double>::infinity();
-  for (const Entry& entry : slot.waiting) {
-    const double difference = std::abs((entry.stamp - stamp).toSec());
-    if (difference >= best_difference) continue;
-    best_difference = difference;
-    best = &entry;
-  }
-  return best;
+  const auto best = std::min_element(
+      slot.waiting.begin(), slot.waiting.end(), [&](const Entry& a, const Entry& b) {
+        return difference_s(a.stamp, stamp) < difference_s(b.stamp, stamp);
+      });
+  return best == slot.waiting.end() ? nullptr : &*best;
 }
 
 bool StampMatcher::collectSet(ros::Time stamp, Set& set) const {
   for (size_t i = 0; i < used_; ++i) {
     const Slot& slot = slots_[i];
     const Entry* entry = nearest(slot, stamp);
-    if (entry && std::abs((entry->stamp - stamp).toSec()) <= tolerance())
+    if (entry && difference_s(entry->stamp, stamp) <= tolerance())
       set.push_back(entry->message);
     else if (slot.constant)
       set.push_back(slot.constant);
@@ -95,8 +96,8 @@ std::string StampMatcher::describeMismatch() const {
     if (slot.constant || slot.waiting.empty()) continue;
     double closest_s = std::numeric_limits<double>::infinity();
     for (const Entry& reference : slots_[0].waiting)
-      closest_s = std::min(
-          closest_s, std::abs((nearest(slot, reference.stamp)->stamp - reference.stamp).toSec()));
+      closest_s =
+          std::min(closest_s, difference_s(nearest(slot, reference.stamp)->stamp, reference.stamp));
     if (!std::isfinite(closest_s) || closest_s <= worst_s) continue;
     worst_s = closest_s;
     worst = &slot;

@@ -1,14 +1,10 @@
 #include "nodelets/synced_topics.h"
 
 #include <image_transport/image_transport.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <stereo_msgs/DisparityImage.h>
 
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
-
-#include "nodelets/image_messages.h"
 
 namespace predictive_stereo {
 namespace {

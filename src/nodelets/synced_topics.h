@@ -2,8 +2,8 @@
 
 #include <image_transport/subscriber.h>
 #include <ros/node_handle.h>
-#include <sensor_msgs/CompressedImage.h>
 
+#include <boost/pointer_cast.hpp>
 #include <chrono>
 #include <functional>
 #include <mutex>
@@ -13,6 +13,7 @@
 
 #include "nodelets/callbacks.h"
 #include "nodelets/stamp_matcher.h"
+#include "nodelets/stereo_messages.h"
 
 namespace predictive_stereo {
 
@@ -90,6 +91,30 @@ class SyncedTopics {
   std::vector<Slot> slots_;
   StampMatcher matcher_;
   std::vector<Subscriber> subscribers_;  // of the first slots; empty: stopped
+};
+
+/// The four topics of a stereo camera.
+struct StereoInput {
+  using Frame = StereoPair;
+
+  static std::vector<SyncedTopics::Topic> topics() {
+    using Type = SyncedTopics::Type;
+    return {{"left/image_rect", Type::kCameraImage},
+            {"left/camera_info", Type::kInfo},
+            {"right/image_rect", Type::kCameraImage},
+            {"right/camera_info", Type::kInfo}};
+  }
+  static SyncedTopics::Cures cures() {
+    return {"run in the camera's namespace (launch argument camera:=<namespace>), or remap", "",
+            ""};
+  }
+  static StereoPair frame(const SyncedTopics::Set& set) {
+    using boost::static_pointer_cast;
+    return {static_pointer_cast<const sensor_msgs::Image>(set[0]),
+            static_pointer_cast<const sensor_msgs::Image>(set[2]),
+            static_pointer_cast<const sensor_msgs::CameraInfo>(set[1]),
+            static_pointer_cast<const sensor_msgs::CameraInfo>(set[3])};
+  }
 };
 
 }  // namespace predictive_stereo

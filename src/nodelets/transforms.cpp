@@ -3,7 +3,6 @@
 #include <tf2/exceptions.h>
 #include <tf2_eigen/tf2_eigen.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace predictive_stereo {
@@ -36,6 +35,43 @@ std::optional<Eigen::Isometry3d> found(const LookUp& look_up, std::string& error
     error = e.what();
   }
   return std::nullopt;
+}
+
+constexpr char kLost[] = "the odometry is lost";
+
+// Odometry this much later than a frame does not belong to it.
+bool isTooNew(const nav_msgs::Odometry& odometry, ros::Time frame) {
+  return odometry.header.stamp - frame > ros::Duration(0.1);
+}
+
+// The odometry of this frame; nullptr: there is none.
+// @param complete  waiting longer does not help.
+nav_msgs::OdometryConstPtr odometryOf(ros::Time frame, const OdometryHistory* odometry,
+                                      bool& complete) {
+  const nav_msgs::OdometryConstPtr found = odometry ? odometry->at(frame) : nullptr;
+  complete = !odometry || found;
+  return found && !isTooNew(*found, frame) ? found : nullptr;
+}
+
+// Whether the odometry did not see the motion to one of the frames from `previous` until before
+// `now`. (To the first frame of a path there is none.)
+bool wasUnseen(const OdometryHistory& odometry, ros::Time previous, ros::Time now) {
+  for (auto message = odometry.before(now); message && message->header.stamp >= previous;
+       message = odometry.before(message->header.stamp))
+    if (twistIsUnknown(*message)) return true;
+  return false;
+}
+
+// Whether the twist explains a motion in tf. After a loss it is the mean since the frame that the
+// camera was compared with: a motion that begins before this one has a part that was not seen.
+bool explains(const nav_msgs::Odometry& odometry, const Eigen::Isometry3d& T_prev_now,
+              double dt_s) {
+  constexpr double kRounding = 1e-6;
+  Vector6d twist;
+  tf2::fromMsg(odometry.twist.twist, twist);
+  const Vector6d off = dt_s * (constantTwist(T_prev_now, dt_s) - twist);
+  const Vector6d sigma = dt_s * fromMsg(odometry.twist.covariance).diagonal().cwiseSqrt();
+  return (off.cwiseAbs().array() <= 3 * sigma.array() + kRounding).all();
 }
 
 }  // namespace
@@ -92,6 +128,56 @@ Matrix6d motionCovariance(const nav_msgs::Odometry& odometry, double dt_s,
     return Matrix6d::Zero();
   const Matrix6d A = adjoint(T_cam_child);
   return A * twist * A.transpose() * (dt_s * dt_s);
+}
+
+MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
+                          const std::string& camera, ros::Time previous, ros::Time now,
+                          const std::string& fixed_frame) {
+  MotionAnswer answer;
+  const auto T_cam_prev = lookUpCameraMotion(tf, camera, previous, now, fixed_frame, answer.reason);
+  if (!T_cam_prev) return answer;
+  answer.value = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
+  const auto odometry_now = odometryOf(now, odometry, answer.complete);
+  if (!odometry_now) return answer;
+  const double dt_s = (now - previous).toSec();
+  bool seen = !twistIsUnknown(*odometry_now);
+  if (seen && wasUnseen(*odometry, previous, now)) {
+    const auto T_now_prev = lookUpCameraMotion(tf, odometry_now->child_frame_id, previous, now,
+                                               fixed_frame, answer.reason);
+    seen = T_now_prev && explains(*odometry_now, T_now_prev->inverse(), dt_s);
+  }
+  if (!seen) {
+    answer.value.reset();
+    answer.reason = kLost;
+    return answer;
+  }
+  if (const auto T_cam_child =
+          lookUpTransform(tf, camera, odometry_now->child_frame_id, now, answer.reason))
+    answer.value->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
+  return answer;
+}
+
+PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry,
+                      const std::string& camera, std::optional<ros::Time> previous, ros::Time now,
+                      const std::string& fixed_frame) {
+  if (previous && *previous >= now) previous.reset();
+  PoseAnswer answer;
+  const auto T_odom_cam = lookUpTransform(tf, fixed_frame, camera, now, answer.reason);
+  if (!T_odom_cam) return answer;
+  answer.value = CameraPose{*T_odom_cam, Matrix6d::Zero()};
+  const auto odometry_now = odometryOf(now, odometry, answer.complete);
+  if (!odometry_now) return answer;
+  if (twistIsUnknown(*odometry_now)) {
+    // The first pose of a path has no twist.
+    if (!previous) return answer;
+    answer.value.reset();
+    answer.reason = kLost;
+    return answer;
+  }
+  if (!previous) return answer;
+  const MotionAnswer since = cameraMotion(tf, odometry, camera, *previous, now, fixed_frame);
+  answer.value->motion_covariance = since.value ? since.value->covariance : unseenCovariance();
+  return answer;
 }
 
 }  // namespace predictive_stereo

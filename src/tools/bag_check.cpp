@@ -12,7 +12,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "nodelets/image_messages.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 

@@ -10,9 +10,8 @@
 #include <sstream>
 #include <string>
 
-#include "nodelets/disparity_views.h"
-#include "nodelets/moving_objects_views.h"
 #include "nodelets/pipeline_processor.h"
+#include "nodelets/views.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/stage_table.h"

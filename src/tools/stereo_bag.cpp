@@ -8,8 +8,6 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "nodelets/image_messages.h"
-
 namespace predictive_stereo {
 namespace {
 

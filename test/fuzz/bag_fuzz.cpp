@@ -13,11 +13,10 @@
 
 #include "bytes.h"
 #include "evaluation/tools/bag_sequence.h"
-#include "nodelets/disparity_views.h"
 #include "nodelets/message_checks.h"
-#include "nodelets/moving_objects_views.h"
 #include "nodelets/pipeline_processor.h"
 #include "nodelets/rectifier.h"
+#include "nodelets/views.h"
 #include "tools/bag_check.h"
 
 using namespace predictive_stereo;

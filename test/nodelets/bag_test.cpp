@@ -21,7 +21,7 @@
 #include "evaluation/object_labels.h"
 #include "evaluation/pose_metrics.h"
 #include "evaluation/tools/bag_sequence.h"
-#include "nodelets/image_messages.h"
+#include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
 #include "recorder.h"
 #include "tools/kitti_fixture.h"

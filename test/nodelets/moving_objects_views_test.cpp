@@ -1,5 +1,3 @@
-#include "nodelets/moving_objects_views.h"
-
 #include <geometry_msgs/PoseWithCovariance.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/image_encodings.h>
@@ -8,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "nodelets/image_messages.h"
+#include "nodelets/stereo_messages.h"
+#include "nodelets/views.h"
 
 namespace predictive_stereo {
 namespace {

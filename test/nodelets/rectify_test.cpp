@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "nodelets/disparity_processor.h"
-#include "nodelets/image_messages.h"
 #include "nodelets/rectifier.h"
+#include "nodelets/stereo_messages.h"
 #include "recorder.h"
 #include "street_camera.h"
 

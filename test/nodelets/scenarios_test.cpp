@@ -18,7 +18,7 @@
 #include "changed_pairs.h"
 #include "evaluation/sequence.h"
 #include "nodelet_fixture.h"
-#include "nodelets/image_messages.h"
+#include "nodelets/stereo_messages.h"
 
 namespace predictive_stereo {
 namespace {

@@ -1,6 +1,4 @@
 /// Images that arrive while a nodelet's callbacks have to wait.
-#include "nodelets/stereo_input.h"
-
 #include <gtest/gtest.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
@@ -10,6 +8,8 @@
 #include <memory>
 #include <thread>
 #include <vector>
+
+#include "nodelets/synced_topics.h"
 
 namespace predictive_stereo {
 namespace {

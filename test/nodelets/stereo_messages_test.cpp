@@ -7,8 +7,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "nodelets/image_messages.h"
-
 namespace predictive_stereo {
 namespace {
 

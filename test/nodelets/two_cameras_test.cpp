@@ -8,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "nodelets/image_messages.h"
+#include "nodelets/stereo_messages.h"
 #include "recorder.h"
 #include "stereo_player.h"
 #include "street_camera.h"

@@ -16,7 +16,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "nodelets/image_messages.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
 

@@ -1,5 +1,3 @@
-#include "nodelets/motion_source.h"
-
 #include <gtest/gtest.h>
 
 #include <boost/make_shared.hpp>

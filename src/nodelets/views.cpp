@@ -1,19 +1,28 @@
-#include "nodelets/moving_objects_views.h"
+#include "nodelets/views.h"
 
 #include <sensor_msgs/image_encodings.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2_eigen/tf2_eigen.h>
 
-#include <boost/make_shared.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "nodelets/image_messages.h"
 #include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
 namespace {
+
+namespace encodings = sensor_msgs::image_encodings;
+
+// Half the pixel's own colour, half red.
+cv::Vec3b tinted(const cv::Vec3b& bgr) {
+  return {static_cast<uint8_t>(bgr[0] / 2), static_cast<uint8_t>(bgr[1] / 2),
+          static_cast<uint8_t>(128 + bgr[2] / 2)};
+}
 
 using visualization_msgs::Marker;
 
@@ -115,6 +124,96 @@ void writeLabel(const std::string& text, const cv::Point& corner, cv::Mat3b& ima
 
 }  // namespace
 
+sensor_msgs::ImageConstPtr innerImage(const stereo_msgs::DisparityImageConstPtr& disparity) {
+  return sensor_msgs::ImageConstPtr(disparity, &disparity->image);
+}
+
+sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity) {
+  const cv::Mat1f map = floatView(disparity.image, "disparity");
+  const auto message = newImage(disparity.header, map.size(), encodings::BGR8);
+  cv::Mat3b colour = writableView<cv::Vec3b>(*message);
+  const double scale = 255.0 / (disparity.max_disparity - disparity.min_disparity);
+  cv::Mat1b level;
+  map.convertTo(level, CV_8U, scale, -disparity.min_disparity * scale);
+  cv::applyColorMap(level, colour, cv::COLORMAP_TURBO);
+  colour.setTo(cv::Scalar::all(0), map < disparity.min_disparity);
+  return message;
+}
+
+sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance) {
+  const cv::Mat1f variance_px2 = floatView(variance, "disparity_variance");
+  const auto message = newImage(variance.header, variance_px2.size(), encodings::TYPE_32FC1);
+  cv::sqrt(variance_px2, writableView<float>(*message));
+  return message;
+}
+
+sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity) {
+  const cv::Mat1f map = floatView(disparity.image, "disparity");
+  const auto message = newImage(disparity.header, map.size(), encodings::TYPE_32FC1);
+  cv::Mat1f depth_m = writableView<float>(*message);
+  cv::divide(disparity.f * disparity.T, map, depth_m);
+  depth_m.setTo(std::numeric_limits<float>::quiet_NaN(),
+                map < std::max(0.f, disparity.min_disparity));
+  return message;
+}
+
+sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair) {
+  auto info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.left_info);
+  info->header = pair.left->header;
+  return info;
+}
+
+sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& disparity,
+                                       const StereoRig& rig, const sensor_msgs::Image& left,
+                                       const sensor_msgs::Image* moving_mask,
+                                       const PointsParams& params, MovingPoints moving) {
+  const cv::Mat1f map = floatView(disparity.image, "disparity");
+  const cv::Mat3b bgr = bgrImage(left, "left");
+  cv::Mat1b unused;
+  const cv::Mat1b mask =
+      moving_mask ? greyImage(*moving_mask, "moving_objects/mask", unused) : cv::Mat1b();
+  requireOneCamera("left image", bgr.size(), "disparity", map.size());
+  if (!mask.empty()) requireOneCamera("moving_objects/mask", mask.size(), "disparity", map.size());
+
+  const int stride = params.stride;
+  auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
+  cloud->header = disparity.header;
+  cloud->width = static_cast<uint32_t>((map.cols + stride - 1) / stride);
+  cloud->height = static_cast<uint32_t>((map.rows + stride - 1) / stride);
+  cloud->is_dense = false;
+  using sensor_msgs::PointField;
+  sensor_msgs::PointCloud2Modifier(*cloud).setPointCloud2Fields(
+      4, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1, PointField::FLOAT32,
+      "rgb", 1, PointField::FLOAT32);
+
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto fB = static_cast<float>(rig.disparityTimesDepth());
+  const auto fx = static_cast<float>(rig.fx_px), fy = static_cast<float>(rig.fy_px);
+  const auto cx = static_cast<float>(rig.cx_left_px), cy = static_cast<float>(rig.cy_px);
+  const double max_range_m =
+      params.max_range_m > 0 ? params.max_range_m : std::numeric_limits<double>::infinity();
+  const auto max_range2 = static_cast<float>(max_range_m * max_range_m);
+  sensor_msgs::PointCloud2Iterator<float> xyz(*cloud, "x");
+  sensor_msgs::PointCloud2Iterator<uint8_t> rgb(*cloud, "rgb");
+  for (int y = 0; y < map.rows; y += stride)
+    for (int x = 0; x < map.cols; x += stride, ++xyz, ++rgb) {
+      const bool moves = !mask.empty() && mask(y, x);
+      const float d = map(y, x);
+      cv::Vec3f point(nan, nan, nan);
+      if (d >= disparity.min_disparity && d > 0 && !(moves && moving == MovingPoints::kLeftOut)) {
+        const float z = fB / d;
+        const cv::Vec3f known((static_cast<float>(x) - cx) / fx * z,
+                              (static_cast<float>(y) - cy) / fy * z, z);
+        if (known.dot(known) <= max_range2) point = known;
+      }
+      const cv::Vec3b colour =
+          moves && moving == MovingPoints::kTinted ? tinted(bgr(y, x)) : bgr(y, x);
+      std::copy_n(point.val, 3, &xyz[0]);
+      std::copy_n(colour.val, 3, &rgb[0]);
+    }
+  return cloud;
+}
+
 visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
                                            const std::optional<CameraPose>& pose) {
   auto result = boost::make_shared<visualization_msgs::MarkerArray>();
@@ -138,7 +237,7 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
   const cv::Mat1b grey = greyImage(left, "left", buffer);
   const cv::Mat1b moving = greyImage(mask, "mask", mask_buffer);
   requireOneCamera("moving_objects/mask", moving.size(), "left image", grey.size());
-  const auto message = newImage(left.header, grey.size(), sensor_msgs::image_encodings::BGR8);
+  const auto message = newImage(left.header, grey.size(), encodings::BGR8);
   cv::Mat3b image = writableView<cv::Vec3b>(*message);
   cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
   cv::add(image, cv::Scalar(0, 0, kTint), image, moving);
@@ -162,8 +261,7 @@ sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
     requireOneCamera(name, sizeOf(map), "measured_disparity", measured_px.size());
     return floatView(map, name);
   };
-  const auto message =
-      newImage(measured.header, measured_px.size(), sensor_msgs::image_encodings::TYPE_32FC1);
+  const auto message = newImage(measured.header, measured_px.size(), encodings::TYPE_32FC1);
   cv::Mat1f residual = writableView<float>(*message);
   normalizedResidual(measured_px, view(measured_variance, "measured_variance"),
                      view(predicted.image, "predicted_disparity"),
