@@ -5,21 +5,17 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <cstdint>
-#include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
 #include "nodelets/health.h"
+#include "nodelets/latest_worker.h"
 #include "nodelets/live_params.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/outputs.h"
@@ -29,63 +25,6 @@
 #include "predictive_stereo/sequence_guard.h"
 
 namespace predictive_stereo {
-
-/// A thread that processes the newest job. A job that is still waiting when the next one arrives is
-/// dropped: so latency stays bounded if frames arrive faster than they can be processed.
-template <class Job>
-class LatestWorker {
- public:
-  /// @param work  must not throw.
-  explicit LatestWorker(std::function<void(Job&)> work)
-      : work_(std::move(work)), thread_([this] { run(); }) {}
-
-  ~LatestWorker() { stop(); }
-  LatestWorker(const LatestWorker&) = delete;
-  LatestWorker& operator=(const LatestWorker&) = delete;
-
-  void push(Job job) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (waiting_) ++dropped_;
-      waiting_ = std::move(job);
-    }
-    changed_.notify_one();
-  }
-
-  uint64_t dropped() const { return dropped_; }
-
-  /// Waits for the current job and ends the thread.
-  void stop() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      stop_ = true;
-    }
-    changed_.notify_one();
-    if (thread_.joinable()) thread_.join();
-  }
-
- private:
-  void run() {
-    while (true) {
-      std::optional<Job> job;
-      {
-        std::unique_lock<std::mutex> lock(mutex_);
-        changed_.wait(lock, [this] { return stop_ || waiting_; });
-        if (stop_) return;
-        std::swap(job, waiting_);
-      }
-      work_(*job);
-    }
-  }
-
-  std::function<void(Job&)> work_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<Job> waiting_;
-  bool stop_ = false;
-  std::atomic<uint64_t> dropped_{0};
-  std::thread thread_;  // last: uses the members above
-};
 
 /// The skeleton of a nodelet that processes frames: parameters, health, demand, the input of the
 /// frames, a thread that always processes the newest one. A nodelet says its topics, and what
