@@ -44,7 +44,7 @@ struct Shader {
         surfaceAt(p, lit.part, grid.originIn(lit.primitive) + lit.t * local_direction);
     const float facing = surface.normal.dot(p.R_local_world * light.look.to_sun) *
                          (surface.normal.dot(local_direction) > 0 ? -1.0f : 1.0f);
-    lit.sunny = facing > 0 && light.sunlight.reaches(light.offset_m + lit.t * direction);
+    lit.sunny = facing > 0 && light.around.sunReaches(light.offset_m + lit.t * direction);
     return lit;
   }
 
@@ -91,15 +91,15 @@ struct Shader {
     return illumination;
   }
 
-  // Radiance from this direction (unit length) at a point (relative to the sunlight's centre).
+  // Radiance from this direction (unit length) at a point (relative to the centre of light.around).
   // @param spread  growth of the pixel's footprint beyond `width_m`, per metre of distance.
   float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
                       int except) const {
     LitHit hit;
-    static_cast<Hit&>(hit) = light.around->cast(point, direction, except);
+    static_cast<Hit&>(hit) = light.around.cast(point, direction, except);
     if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
-    hit.sunny = light.look.sun > 0 && light.sunlight.reaches(point + (hit.t - 0.01f) * direction);
-    return shade(hit, light.around->inLocalAxes(hit.primitive, point), direction,
+    hit.sunny = light.look.sun > 0 && light.around.sunReaches(point + (hit.t - 0.01f) * direction);
+    return shade(hit, light.around.inLocalAxes(hit.primitive, point), direction,
                  width_m + spread * hit.t)
         .radiance;
   }
@@ -138,18 +138,17 @@ struct Shader {
     const Vector3f direction = grid.directionOf(x, y);
     if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), light.look, light.sky_seed);
     hit.sunny =
-        light.look.sun > 0 && light.sunlight.reaches(light.offset_m + (hit.t - 0.01f) * direction);
+        light.look.sun > 0 && light.around.sunReaches(light.offset_m + (hit.t - 0.01f) * direction);
     return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
   }
 
   bool isGlossy(const LitHit& hit) const {
     const Material material = grid.primitive(hit.primitive).material;
-    return light.around && (material == Material::kGloss || material == Material::kGlossCabin);
+    return material == Material::kGloss || material == Material::kGlossCabin;
   }
   // Edges behind a pane need antialiasing as well.
   bool mayBePane(const LitHit& hit) const {
-    return light.around && !hit.sky() &&
-           grid.primitive(hit.primitive).material == Material::kGlossCabin;
+    return !hit.sky() && grid.primitive(hit.primitive).material == Material::kGlossCabin;
   }
 
   float operator()(const LitHit& hit, float x, float y) const {

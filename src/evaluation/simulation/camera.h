@@ -4,10 +4,8 @@
 #include <functional>
 #include <opencv2/core.hpp>
 
-#include "evaluation/simulation/ray_grid.h"
-#include "evaluation/simulation/ray_map.h"
+#include "evaluation/simulation/rays.h"
 #include "evaluation/simulation/scene.h"
-#include "evaluation/simulation/sunlight.h"
 
 namespace predictive_stereo::simulation {
 
@@ -17,12 +15,10 @@ using RowOfPixel = std::function<float(int x, int y)>;
 /// Light sources and reflections for one camera.
 struct Light {
   const Look& look;
-  const Sunlight& sunlight;
-  Eigen::Vector3f offset_m;  ///< of the camera from the sunlight's centre, world axes
+  const RayMap& around;      ///< what casts shadows, and what glossy paint reflects
+  Eigen::Vector3f offset_m;  ///< of the camera from the centre of `around`, world axes
   uint32_t sky_seed;
-  Eigen::Vector3f camera_m = Eigen::Vector3f::Zero();  ///< in the world; for ceiling lamps
-  /// Surroundings that glossy paint reflects, with the sunlight's centre; nullptr: no glossy paint.
-  const RayMap* around = nullptr;
+  Eigen::Vector3f camera_m;  ///< in the world; for ceiling lamps
 };
 
 struct LitHit : Hit {

@@ -213,7 +213,7 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
         // The limit is slightly nearer than the point, which must not occlude itself.
         const bool hidden = x_right < -0.5f ||
                             x_right > static_cast<float>(rig.size.width) - 0.5f ||
-                            right.blocked(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f);
+                            !right.cast(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f).sky();
         frame.occluded(y, x) = hidden ? 255 : 0;
         const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
         frame.moving_id(y, x) =
@@ -289,18 +289,12 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
     const Isometry3d pose = cameraAt(at_s);
     const RayGrid left(primitives, pose, rig, rig.cx_left_px);
     const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
-    const Sunlight sunlight(primitives, scene.look.to_sun, pose.translation());
-    std::unique_ptr<const RayMap> around;
-    if (scene.look.glossy_cars)
-      around = std::make_unique<const RayMap>(primitives, pose.translation());
+    const RayMap around(primitives, scene.look.to_sun, pose.translation());
     const uint32_t sky = hashOf(seed(), 5);
     const auto lightOf = [&](const Isometry3d& T_world_cam) {
-      return Light{scene.look,
-                   sunlight,
-                   (T_world_cam.translation() - pose.translation()).cast<float>(),
-                   sky,
-                   T_world_cam.translation().cast<float>(),
-                   around.get()};
+      return Light{scene.look, around,
+                   (T_world_cam.translation() - pose.translation()).cast<float>(), sky,
+                   T_world_cam.translation().cast<float>()};
     };
     const Light left_light = lightOf(pose), right_light = lightOf(rightPose(pose));
     const HitImage left_hits(left, left_light, rig.size, same_row);
