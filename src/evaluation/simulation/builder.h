@@ -21,11 +21,18 @@ struct Place {
 class Builder {
  public:
   /// @param first  number of the first primitive: each one's seed is made of `seed` and its number.
+  Builder(const Eigen::Vector3d& position_m, const Eigen::Matrix3d& R_world_thing, uint32_t seed,
+          int object, Primitives& out, uint32_t first = 1)
+      : position_m_(position_m),
+        R_world_thing_(R_world_thing),
+        object_(object),
+        seed_(seed),
+        next_(first),
+        out_(out) {}
   Builder(const Place& place, uint32_t seed, int object, Primitives& out, uint32_t first = 1)
-      : place_(place), object_(object), seed_(seed), next_(first), out_(out) {
-    R_world_thing_ =
-        Eigen::AngleAxisd(place.heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  }
+      : Builder(place.position_m,
+                Eigen::AngleAxisd(place.heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                seed, object, out, first) {}
 
   Primitive& add(Shape shape, Material material, const Eigen::Vector3d& centre,
                  const Eigen::Vector3d& half, double albedo,
@@ -36,7 +43,7 @@ class Builder {
     p.object = object_;
     p.seed = hashOf(seed_, next_++);
     p.albedo = static_cast<float>(albedo);
-    p.centre_m = place_.position_m + R_world_thing_ * centre;
+    p.centre_m = position_m_ + R_world_thing_ * centre;
     p.R_local_world = (R_world_thing_ * R_thing_local).transpose().cast<float>();
     p.half_m = half.cast<float>();
     out_.push_back(p);
@@ -66,7 +73,7 @@ class Builder {
   }
 
  private:
-  Place place_;
+  Eigen::Vector3d position_m_;
   Eigen::Matrix3d R_world_thing_;
   int object_;
   uint32_t seed_, next_;

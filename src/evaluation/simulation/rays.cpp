@@ -62,6 +62,7 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
       tiles_({-kMargin_px, -kMargin_px, static_cast<float>(rig.size.width) + 2 * kMargin_px,
               static_cast<float>(rig.size.height) + 2 * kMargin_px},
              kTile_px),
+      centre_m_(T_world_cam.translation()),
       R_world_cam_(T_world_cam.linear().cast<float>()),
       cx_(static_cast<float>(cx_px)),
       cy_(static_cast<float>(rig.cy_px)),
@@ -70,7 +71,7 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
   const Eigen::Isometry3d T_cam_world = T_world_cam.inverse();
   for (size_t i = 0; i < primitives.size(); ++i) {
     const Primitive& p = primitives[i];
-    origins_[i] = p.R_local_world * (T_world_cam.translation() - p.centre_m).cast<float>();
+    origins_[i] = p.R_local_world * (centre_m_ - p.centre_m).cast<float>();
     items_[i] = {-kHuge, -kHuge, kHuge, kHuge, 0, static_cast<int>(i)};
     if (p.shape == Shape::kGround) continue;
     // Bounds of the part of the box in front of the camera.
@@ -139,6 +140,7 @@ bool RayGrid::meets(int index, float x_px, float y_px) const {
 RayMap::RayMap(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
                const Vector3d& centre_m)
     : primitives_(primitives),
+      centre_m_(centre_m),
       to_sun_(to_sun),
       across_(to_sun.cross(Vector3f::UnitZ()).normalized()),
       up_(across_.cross(to_sun)),

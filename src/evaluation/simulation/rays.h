@@ -61,6 +61,7 @@ class RayGrid {
   Eigen::Vector3f directionOf(float x_px, float y_px) const {
     return R_world_cam_ * Eigen::Vector3f((x_px - cx_) * inverse_f_, (y_px - cy_) * inverse_fy_, 1);
   }
+  const Eigen::Vector3d& centre_m() const { return centre_m_; }  ///< of the camera, in the world
   float pixelPerM() const { return inverse_f_; }
   int count() const { return static_cast<int>(origins_.size()); }
   /// The camera's position in the local axes of a primitive.
@@ -77,6 +78,7 @@ class RayGrid {
   std::vector<Eigen::Vector3f> origins_;  // of the camera in the primitives' axes
   std::vector<Tiles::Item> items_;
   Tiles tiles_;  // of the image, nearest primitives first
+  Eigen::Vector3d centre_m_;
   Eigen::Matrix3f R_world_cam_;
   float cx_, cy_, inverse_f_, inverse_fy_;
 };
@@ -90,6 +92,8 @@ class RayMap {
   /// @param primitives  must outlive the map.
   RayMap(const std::vector<Primitive>& primitives, const Eigen::Vector3f& to_sun,
          const Eigen::Vector3d& centre_m);
+
+  const Eigen::Vector3d& centre_m() const { return centre_m_; }  ///< in the world
 
   /// Whether the sun shines on this point. Surfaces within kNearest_m of it cast no shadow.
   bool sunReaches(const Eigen::Vector3f& point_m) const;
@@ -109,6 +113,7 @@ class RayMap {
             Hit& hit) const;
 
   const std::vector<Primitive>& primitives_;
+  Eigen::Vector3d centre_m_;
   Eigen::Vector3f to_sun_, across_, up_;  // the latter are normal to the sun's rays
   std::vector<Eigen::Vector3f> centres_m_;
   std::vector<int> planes_;

@@ -280,7 +280,7 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
       sensor.row_offset_px == 0 ? same_row : [this](int x, int y) { return idealRow(x, y); };
   // The shutter is open around the stamp.
   const int samples = sensor.exposure_time_s > 0 ? 5 : 1;
-  cv::Mat1f left_radiance, right_radiance, radiance;
+  cv::Mat1f left_radiance = cv::Mat1f::zeros(rig.size), right_radiance = left_radiance.clone();
   for (int i = 0; i < samples; ++i) {
     // The middle sample, which has the ground truth, is the last one.
     const int step = (i + samples / 2 + 1) % samples - samples / 2;
@@ -290,37 +290,20 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
     const RayGrid left(primitives, pose, rig, rig.cx_left_px);
     const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
     const RayMap around(primitives, scene.look.to_sun, pose.translation());
-    const uint32_t sky = hashOf(seed(), 5);
-    const auto lightOf = [&](const Isometry3d& T_world_cam) {
-      return Light{scene.look, around,
-                   (T_world_cam.translation() - pose.translation()).cast<float>(), sky,
-                   T_world_cam.translation().cast<float>()};
-    };
-    const Light left_light = lightOf(pose), right_light = lightOf(rightPose(pose));
-    const HitImage left_hits(left, left_light, rig.size, same_row);
-    const HitImage right_hits(right, right_light, rig.size, right_row);
-    renderRadiance(left, left_hits, left_light, same_row, radiance);
-    left_radiance = i == 0 ? radiance.clone() : cv::Mat1f(left_radiance + radiance);
-    renderRadiance(right, right_hits, right_light, right_row, radiance);
-    right_radiance = i == 0 ? radiance.clone() : cv::Mat1f(right_radiance + radiance);
+    const Light light{scene.look, around, hashOf(seed(), 5)};
+    const HitImage left_hits = addRadiance(left, light, same_row, left_radiance);
+    addRadiance(right, light, right_row, right_radiance);
     if (step != 0) continue;
     frame.T_world_cam = pose;
     fillTruth(left, left_hits, right, frame);
     fillMovers(left, left_hits, time_s, frame);
   }
-  Exposure exposure;
-  exposure.gain =
+  const double gain =
       255 * sensor.exposure / samples *
       (1 + sensor.exposure_swing * std::sin(2 * kPi * time_s / sensor.exposure_period_s));
-  exposure.noise = sensor.noise;
-  exposure.shot_noise = sensor.shot_noise;
-  exposure.rain = sensor.rain;
-  exposure.seed = hashOf(exposureSeed(index), 1);
-  expose(left_radiance, exposure, frame.left);
-  exposure.gain *= sensor.right_gain;
-  exposure.offset = sensor.right_offset;
-  exposure.seed = hashOf(exposureSeed(index), 2);
-  expose(right_radiance, exposure, frame.right);
+  expose(left_radiance, sensor, gain, 0, hashOf(exposureSeed(index), 1), frame.left);
+  expose(right_radiance, sensor, gain * sensor.right_gain, sensor.right_offset,
+         hashOf(exposureSeed(index), 2), frame.right);
 }
 
 Street::Street(const StreetParams& params) : Street(params, sceneByName(params.scene)) {}
