@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <vector>
 
 #include "evaluation/simulation/noise.h"
@@ -9,12 +10,16 @@
 
 namespace predictive_stereo::simulation {
 
+constexpr double kPi = 3.14159265358979;
+
 using Primitives = std::vector<Primitive>;
 
 /// Pose of a thing: its point on the ground, and its heading (0: along the world's x).
 struct Place {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   double heading_rad = 0;
+
+  Eigen::Vector2d ahead() const { return {std::cos(heading_rad), std::sin(heading_rad)}; }
 };
 
 /// Adds primitives given in the axes of a thing: x ahead, y left, z up.

@@ -9,8 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979;
-
 void addWheel(Builder& b, double x, double y, double radius) {
   b.add(Shape::kCylinder, Material::kRubber, {x, y, radius}, {radius, radius, 0.11}, 0.06,
         Eigen::AngleAxisd(kPi / 2, Vector3d::UnitX()).toRotationMatrix());

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979, kRadPerDeg = kPi / 180;
+constexpr double kRadPerDeg = kPi / 180;
 constexpr double kFade_s = 0.4;  // a shake fades in and out in this time
 constexpr double kStep_m = 0.05, kTick_s = 0.002;
 constexpr double kBendSpeed_mps = 4.5, kAccel_mps2 = 1.8;

@@ -21,13 +21,10 @@ using namespace simulation;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979;
-
 // Replaces zeros by the defaults of the scene.
 StreetParams withSceneDefaults(StreetParams params, const Camera& camera) {
   if (params.width == 0) params.width = camera.width;
   if (params.height == 0) params.height = camera.height;
-  if (params.baseline_m == 0) params.baseline_m = camera.baseline_m;
   if (params.rate_hz == 0) params.rate_hz = camera.rate_hz;
   validate(params);
   return params;
@@ -40,7 +37,7 @@ StereoRig rigOf(const StreetParams& params, const Camera& camera) {
   rig.fx_px = rig.fy_px = camera.focal_px * scale;
   rig.cx_left_px = rig.cx_right_px = (camera.cx_px + 0.5) * scale - 0.5;
   rig.cy_px = camera.cy_share * params.height - 0.5;
-  rig.baseline_m = params.baseline_m;
+  rig.baseline_m = camera.baseline_m;
   return rig;
 }
 
@@ -162,7 +159,7 @@ struct Street::World {
     const uint32_t site_seed = hashOf(seed(), 4);
     Primitives primitives;
     if (scene.site == Site::kTown)
-      addTown({site_seed, scene.parked_cars, scene.trees}, view, primitives);
+      addTown(scene, site_seed, view, primitives);
     else if (scene.site == Site::kHall)
       addHall(site_seed, primitives);
     else
@@ -225,49 +222,34 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
 
 void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double time_s,
                                StreetFrame& frame) const {
-  struct Seen {
-    int pixels = 0, x0 = 1 << 20, x1 = -1, y0 = 1 << 20, y1 = -1;
-    float nearest_m = std::numeric_limits<float>::infinity();
-    std::vector<int> parts;  // primitives of the mover
-  };
-  std::map<int, Seen> seen;
+  std::map<int, StreetMover> seen;
+  std::map<int, std::vector<int>> primitives_of;
   for (int y = 0; y < rig.size.height; ++y) {
     for (int x = 0; x < rig.size.width; ++x) {
       const int id = frame.moving_id(y, x);
       if (id == 0) continue;
-      Seen& s = seen[id];
-      ++s.pixels;
-      s.x0 = std::min(s.x0, x);
-      s.x1 = std::max(s.x1, x);
-      s.y0 = std::min(s.y0, y);
-      s.y1 = std::max(s.y1, y);
-      s.nearest_m = std::min(s.nearest_m, hits.at(x, y).t);
+      StreetMover& mover = seen[id];
+      mover.box_px |= cv::Rect(x, y, 1, 1);
+      mover.distance_m = std::min<double>(mover.distance_m, hits.at(x, y).t);
     }
   }
-  for (int i = 0; i < left.count(); ++i)
-    if (const auto found = seen.find(left.primitive(i).object); found != seen.end())
-      found->second.parts.push_back(i);
+  for (int i = 0; i < left.count(); ++i) primitives_of[left.primitive(i).object].push_back(i);
   const Isometry3d T_cam_world = frame.T_world_cam.inverse();
   for (const Mover& mover : movers) {
     const auto found = seen.find(mover.id);
     if (found == seen.end()) continue;
-    const Seen& s = found->second;
-    StreetMover out;
+    StreetMover& out = found->second;
     out.id = mover.id;
     out.kind = kKindNames[static_cast<size_t>(mover.kind)];
-    out.box_px = cv::Rect(s.x0, s.y0, s.x1 - s.x0 + 1, s.y1 - s.y0 + 1);
-    out.visible_px = s.pixels;
-    out.distance_m = s.nearest_m;
     const Place place = mover.placeAt(time_s, *path);
-    out.size_m = sizeOf(mover.kind, mover.seed);
-    out.heading_rad = place.heading_rad;
+    const Vector3d size_m = sizeOf(mover.kind, mover.seed);
     out.velocity_mps = mover.velocityAt(time_s, *path);
     const Eigen::Matrix3d axes =
         T_cam_world.linear() *
         Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
-    out.centre_m = T_cam_world * (place.position_m + Vector3d(0, 0, 0.5 * out.size_m.z()));
-    out.extent_m = axes.cwiseAbs() * out.size_m;
-    setHiddenShares(left, s.parts, frame.moving_id, out);
+    out.centre_m = T_cam_world * (place.position_m + Vector3d(0, 0, 0.5 * size_m.z()));
+    out.extent_m = axes.cwiseAbs() * size_m;
+    setHiddenShares(left, primitives_of.at(mover.id), frame.moving_id, out);
     frame.movers.push_back(out);
   }
 }

@@ -13,10 +13,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979;
-
-Vector2d direction(double heading) { return {std::cos(heading), std::sin(heading)}; }
-
 // A rectangle on the ground.
 struct Outline {
   Vector2d centre, ahead;
@@ -24,7 +20,7 @@ struct Outline {
 
   Outline(const Place& place, const Vector3d& size, double margin)
       : centre(place.position_m.head<2>()),
-        ahead(direction(place.heading_rad)),
+        ahead(place.ahead()),
         half_length(0.5 * size.x() + margin),
         half_width(0.5 * size.y() + margin) {}
 
@@ -71,7 +67,7 @@ struct Street {
   Street(const Path& path, double time_s) {
     const Place place = path.placeAt(time_s);
     heading_rad = kPi / 2 * std::round(place.heading_rad / (kPi / 2));
-    ahead = direction(heading_rad);
+    ahead = Place{{}, heading_rad}.ahead();
     left = {-ahead.y(), ahead.x()};
     const Vector2d at = place.position_m.head<2>();
     along_m = ahead.dot(at);
@@ -211,20 +207,16 @@ bool makePasser(const Street& s, Random& r, Mover& m) {
 
 }  // namespace
 
-double Mover::gapAt(double time_s) const {
-  return along.gap_m + along.swing_m * std::sin(2 * kPi * time_s / along.period_s + id);
-}
-
 Place Mover::placeAt(double time_s, const Path& path) const {
-  if (goes_along) {
-    Place place = path.placeAhead(time_s, gapAt(time_s));
-    place.position_m +=
-        along.left_m * Vector3d(-std::sin(place.heading_rad), std::cos(place.heading_rad), 0);
+  if (!goes_along) {
+    Place place = met;
+    place.position_m.head<2>() += speed_mps * (time_s - met_s) * met.ahead();
     return place;
   }
-  Place place = met;
-  const double way = speed_mps * (time_s - met_s);
-  place.position_m += way * Vector3d(std::cos(met.heading_rad), std::sin(met.heading_rad), 0);
+  Place place = path.placeAhead(
+      time_s, along.gap_m + along.swing_m * std::sin(2 * kPi * time_s / along.period_s + id));
+  const Vector2d ahead = place.ahead();
+  place.position_m.head<2>() += along.left_m * Vector2d(-ahead.y(), ahead.x());
   return place;
 }
 
