@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "evaluation/simulation/camera.h"
-#include "evaluation/simulation/glossy.h"
 #include "evaluation/simulation/indoor.h"
 #include "evaluation/simulation/path.h"
 #include "evaluation/simulation/town.h"
@@ -105,12 +104,11 @@ struct Street::World {
 
   Isometry3d cameraAt(double time_s) const { return path->bodyAt(time_s) * T_body_cam; }
 
-  // Clock tick of a frame. Frames of some ticks are lost.
-  int instantOf(int index) const {
+  double stamp(int index) const {
     const int every = scene.sensor.drop_every;
-    return every > 1 ? index + index / (every - 1) : index;
+    const int lost = every > 1 ? index / (every - 1) : 0;
+    return (index + lost) / params.rate_hz;
   }
-  double stamp(int index) const { return instantOf(index) / params.rate_hz; }
   // A frame that repeats the previous image was exposed before its stamp.
   double exposureTime(int index) const {
     const int every = scene.sensor.duplicate_every;
@@ -290,10 +288,7 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
 
 Street::Street(const StreetParams& params) : Street(params, sceneByName(params.scene)) {}
 Street::Street(const StreetParams& params, const Scene& scene)
-    : world_(std::make_unique<const World>(params, scene)) {}
-Street::~Street() = default;
-Street::Street(Street&&) noexcept = default;
-Street& Street::operator=(Street&&) noexcept = default;
+    : world_(std::make_shared<const World>(params, scene)) {}
 
 const StereoRig& Street::rig() const { return world_->rig; }
 int Street::frames() const { return world_->params.frames; }

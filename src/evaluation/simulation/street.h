@@ -83,9 +83,6 @@ class Street {
   explicit Street(const StreetParams& params);
   /// Renders the given scene; params.scene is not used.
   Street(const StreetParams& params, const simulation::Scene& scene);
-  ~Street();
-  Street(Street&&) noexcept;
-  Street& operator=(Street&&) noexcept;
 
   const StereoRig& rig() const;
   int frames() const;
@@ -113,7 +110,7 @@ class Street {
 
  private:
   struct World;
-  std::unique_ptr<const World> world_;
+  std::shared_ptr<const World> world_;
 };
 
 }  // namespace predictive_stereo

@@ -87,10 +87,7 @@ class TrafficMaker {
       : path_(path), body_m_(body_m), duration_s_(duration_s), seed_(seed) {}
 
   void addCompanion(const Companion& companion) {
-    Mover mover;
-    mover.id = next_id_++;
-    mover.kind = companion.kind;
-    mover.seed = hashOf(seed_, 1, static_cast<uint32_t>(mover.id));
+    Mover mover = makeMover(companion.kind, 1);
     mover.goes_along = true;
     mover.along = companion;
     mover.along.gap_m += 0.5 * sizeOf(mover.kind, mover.seed).x();
@@ -100,10 +97,7 @@ class TrafficMaker {
 
   void addWalk(const Walk& walk) {
     const Vector2d way = walk.to_m - walk.from_m;
-    Mover mover;
-    mover.id = next_id_++;
-    mover.kind = walk.kind;
-    mover.seed = hashOf(seed_, 3, static_cast<uint32_t>(mover.id));
+    Mover mover = makeMover(walk.kind, 3);
     mover.met_s = mover.from_s = walk.start_s;
     mover.until_s = walk.start_s + way.norm() / walk.speed_mps;
     mover.met = {{walk.from_m.x(), walk.from_m.y(), 0}, std::atan2(way.y(), way.x())};
@@ -141,6 +135,14 @@ class TrafficMaker {
   std::vector<Mover> movers;
 
  private:
+  Mover makeMover(Kind kind, uint32_t group) {
+    Mover mover;
+    mover.id = next_id_++;
+    mover.kind = kind;
+    mover.seed = hashOf(seed_, group, static_cast<uint32_t>(mover.id));
+    return mover;
+  }
+
   const Path& path_;
   const Vector3d body_m_;
   const double duration_s_;
