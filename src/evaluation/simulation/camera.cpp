@@ -53,9 +53,8 @@ struct Shader {
       : grid(g), light(l), offset_m((g.centre_m() - l.around.centre_m()).cast<float>()) {}
 
   // Casts a ray, and a shadow ray from its hit.
-  LitHit cast(float x, float y) const {
-    LitHit lit;
-    static_cast<Hit&>(lit) = grid.cast(x, y);
+  Hit cast(float x, float y) const {
+    Hit lit = grid.cast(x, y);
     if (lit.sky() || light.look.sun <= 0) return lit;
     const Primitive& p = grid.primitive(lit.primitive);
     const Vector3f direction = grid.directionOf(x, y);
@@ -75,7 +74,7 @@ struct Shader {
   };
   // @param origin  of the ray, in the primitive's axes. @param direction  in the world's.
   // @param width_m  width of the pixel's footprint.
-  Shaded shade(const LitHit& hit, const Vector3f& origin, const Vector3f& direction,
+  Shaded shade(const Hit& hit, const Vector3f& origin, const Vector3f& direction,
                float width_m) const {
     const Look& look = light.look;
     const Primitive& p = grid.primitive(hit.primitive);
@@ -98,7 +97,7 @@ struct Shader {
   }
 
   // @param normal  towards the viewer.
-  float illuminationOf(const LitHit& hit, const Vector3f& direction, const Vector3f& normal) const {
+  float illuminationOf(const Hit& hit, const Vector3f& direction, const Vector3f& normal) const {
     const Look& look = light.look;
     float illumination = look.ambient * (0.75f + 0.25f * normal.z());
     if (hit.sunny) illumination += look.sun * std::abs(normal.dot(look.to_sun));
@@ -116,8 +115,7 @@ struct Shader {
   // @param spread  growth of the pixel's footprint beyond `width_m`, per metre of distance.
   float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
                       int except) const {
-    LitHit hit;
-    static_cast<Hit&>(hit) = light.around.cast(point, direction, except);
+    Hit hit = light.around.cast(point, direction, except);
     if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
     hit.sunny = light.look.sun > 0 && light.around.sunReaches(point + (hit.t - 0.01f) * direction);
     return shade(hit, light.around.inLocalAxes(hit.primitive, point), direction,
@@ -126,7 +124,7 @@ struct Shader {
   }
 
   // Radiance of clear coat over paint, or of a pane: reflected and transmitted light.
-  float glossy(const LitHit& hit, const Shaded& shaded, float x, float y) const {
+  float glossy(const Hit& hit, const Shaded& shaded, float x, float y) const {
     const Primitive& p = grid.primitive(hit.primitive);
     const Vector3f direction = grid.directionOf(x, y), view = direction.normalized();
     const Vector3f normal =
@@ -154,8 +152,7 @@ struct Shader {
   }
 
   float behind(float x, float y, int pane) const {
-    LitHit hit;
-    static_cast<Hit&>(hit) = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
+    Hit hit = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
     const Vector3f direction = grid.directionOf(x, y);
     if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), light.look, light.sky_seed);
     hit.sunny =
@@ -163,16 +160,16 @@ struct Shader {
     return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
   }
 
-  bool isGlossy(const LitHit& hit) const {
+  bool isGlossy(const Hit& hit) const {
     const Material material = grid.primitive(hit.primitive).material;
     return material == Material::kGloss || material == Material::kGlossCabin;
   }
   // Edges behind a pane need antialiasing as well.
-  bool mayBePane(const LitHit& hit) const {
+  bool mayBePane(const Hit& hit) const {
     return !hit.sky() && grid.primitive(hit.primitive).material == Material::kGlossCabin;
   }
 
-  float operator()(const LitHit& hit, float x, float y) const {
+  float operator()(const Hit& hit, float x, float y) const {
     const Look& look = light.look;
     const uint32_t seed = light.sky_seed;
     const Vector3f direction = grid.directionOf(x, y);
@@ -186,21 +183,21 @@ struct Shader {
     if (mirror > 0) {
       const Vector3f view = direction.normalized();
       const float cosine = std::min(1.0f, -shaded.normal.dot(view));
-      const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
-      radiance += fresnel * surroundings(view + 2 * cosine * shaded.normal, look, seed);
+      const float share = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
+      radiance += share * surroundings(view + 2 * cosine * shaded.normal, look, seed);
     }
     return radiance;
   }
 };
 
-bool sameSurface(const LitHit& a, const LitHit& b) {
+bool sameSurface(const Hit& a, const Hit& b) {
   return a.primitive == b.primitive && a.part == b.part && a.sunny == b.sunny;
 }
 
 bool isEdge(const HitImage& hits, int x, int y) {
   const int left = std::max(x - 1, 0), right = std::min(x + 1, hits.size.width - 1);
   const int bottom = std::min(y + 1, hits.size.height - 1);
-  const LitHit& centre = hits.at(x, y);
+  const Hit& centre = hits.at(x, y);
   for (int row = std::max(y - 1, 0); row <= bottom; ++row)
     for (int column = left; column <= right; ++column)
       if (!sameSurface(hits.at(column, row), centre)) return true;
@@ -248,7 +245,7 @@ HitImage addRadiance(const RayGrid& grid, const Light& light, const RowOfPixel& 
           continue;
         }
         // A primitive that several of them hit is lit and shaded once.
-        LitHit met[4];
+        Hit met[4];
         float radiance_of[4], sum = 0;
         for (int i = 0; i < 4; ++i) {
           const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];

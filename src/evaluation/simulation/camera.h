@@ -19,19 +19,15 @@ struct Light {
   uint32_t sky_seed;
 };
 
-struct LitHit : Hit {
-  bool sunny = false;
-};
-
 /// First hits of the rays through the pixel centres, and whether the sun shines on them.
 struct HitImage {
   explicit HitImage(cv::Size image_size)
       : size(image_size), hits(static_cast<size_t>(size.area())) {}
-  LitHit& at(int x, int y) { return hits[static_cast<size_t>(y * size.width + x)]; }
-  const LitHit& at(int x, int y) const { return hits[static_cast<size_t>(y * size.width + x)]; }
+  Hit& at(int x, int y) { return hits[static_cast<size_t>(y * size.width + x)]; }
+  const Hit& at(int x, int y) const { return hits[static_cast<size_t>(y * size.width + x)]; }
 
   cv::Size size;
-  std::vector<LitHit> hits;
+  std::vector<Hit> hits;
 };
 
 /// Adds the radiance of every pixel of one camera: from the ray through its centre inside surfaces,

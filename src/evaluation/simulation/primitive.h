@@ -73,6 +73,7 @@ struct Hit {
   float t = std::numeric_limits<float>::infinity();  ///< [m], infinite: the sky
   int primitive = -1;                                ///< index, -1: the sky
   int part = 0;                                      ///< see below
+  bool sunny = false;  ///< whether the sun shines on it; set by the camera
 
   bool sky() const { return primitive < 0; }
 };
