@@ -21,7 +21,7 @@ struct StreetParams {
   std::string scene = "street";  ///< see simulation::scenes()
   int seed = 1;                  ///< another seed gives another town with other traffic
   int frames = 150;
-  /// The camera; 0: default of the scene, mostly KITTI's with 1242 x 375 px, 0.54 m and 10 Hz.
+  /// The camera; 0: default of the scene, mostly KITTI's with 1242 x 375 px and 10 Hz.
   int width = 0;   ///< [px]; focal length and principal point scale with it
   int height = 0;  ///< [px]
   double rate_hz = 0;
