@@ -56,9 +56,9 @@ TEST_P(Solids, AreMetWhereTheRayEntersThem) {
         expected = t;
         break;
       }
-    float t = std::numeric_limits<float>::infinity();
-    int part = -1;
-    const bool hit = intersect(p, origin, direction, 1e-3f, t, part);
+    Hit met_at;
+    const bool hit = intersect(p, origin, direction, 1e-3f, met_at);
+    const float t = met_at.t;
     if (!hit || std::isinf(expected)) {
       // Ray marching misses only corners that the ray grazes for less than a step.
       ASSERT_TRUE(std::isinf(expected)) << "ray " << i;
@@ -67,7 +67,7 @@ TEST_P(Solids, AreMetWhereTheRayEntersThem) {
     }
     ++met;
     ASSERT_NEAR(t, expected, 2 * kStep) << "ray " << i;
-    const Surface surface = surfaceAt(p, part, origin + t * direction);
+    const Surface surface = surfaceAt(p, met_at.part, origin + t * direction);
     ASSERT_NEAR(surface.normal.norm(), 1, 1e-4);
     ASSERT_LT(surface.normal.dot(direction), 1e-4) << "the normal points outwards, ray " << i;
     // Just outside along the normal there is nothing.
@@ -89,38 +89,34 @@ Primitive wallWithWindows() {
   return p;
 }
 
+Hit hitOf(const Primitive& p, const Vector3f& origin, const Vector3f& direction) {
+  Hit hit;
+  EXPECT_TRUE(intersect(p, origin, direction, 1e-3f, hit));
+  return hit;
+}
+
 TEST(Building, PaneLiesBehindTheWall) {
   const Primitive p = wallWithWindows();
-  const auto depthAt = [&](float y, float z, int& part) {
-    float t = std::numeric_limits<float>::infinity();
-    EXPECT_TRUE(intersect(p, {15, y, z}, {-1, 0, 0}, 1e-3f, t, part));
-    return t;
-  };
-  int part = -1;
-  EXPECT_NEAR(depthAt(1.5f, 0, part), 10.2f, 1e-5);  // the middle of a cell
-  EXPECT_EQ(part, kPane + 1);
-  EXPECT_NEAR(depthAt(0, 0, part), 10, 1e-5);  // between two windows
-  EXPECT_EQ(part, 1);
+  const Hit pane = hitOf(p, {15, 1.5f, 0}, {-1, 0, 0});  // the middle of a cell
+  EXPECT_NEAR(pane.t, 10.2f, 1e-5);
+  EXPECT_EQ(pane.part, kPane + 1);
+  const Hit wall = hitOf(p, {15, 0, 0}, {-1, 0, 0});  // between two windows
+  EXPECT_NEAR(wall.t, 10, 1e-5);
+  EXPECT_EQ(wall.part, 1);
 }
 
 TEST(Building, SlantedRayMeetsTheSideOfTheRecess) {
-  const Primitive p = wallWithWindows();
   // Enters the opening 5 cm beside its left edge at 45 degrees, so it hits the side 5 cm deep.
-  const Vector3f origin(15, 1.5f + 0.70f - 10, 0);
-  float t = std::numeric_limits<float>::infinity();
-  int part = -1;
-  ASSERT_TRUE(intersect(p, origin, {-1, 1, 0}, 1e-3f, t, part));
-  EXPECT_NEAR(t, 10.05f, 1e-4);
-  EXPECT_EQ(part, kReveal + 1);
+  const Hit side = hitOf(wallWithWindows(), {15, 1.5f + 0.70f - 10, 0}, {-1, 1, 0});
+  EXPECT_NEAR(side.t, 10.05f, 1e-4);
+  EXPECT_EQ(side.part, kReveal + 1);
 }
 
 TEST(Primitive, NearerLimitStays) {
-  const Primitive p = solid(Shape::kEllipsoid);
-  float t = 2;
-  int part = 77;
-  EXPECT_FALSE(intersect(p, {6, 0, 0}, {-1, 0, 0}, 1e-3f, t, part));
-  EXPECT_EQ(t, 2);
-  EXPECT_EQ(part, 77);
+  Hit hit{2, 5, 77};
+  EXPECT_FALSE(intersect(solid(Shape::kEllipsoid), {6, 0, 0}, {-1, 0, 0}, 1e-3f, hit));
+  EXPECT_EQ(hit.t, 2);
+  EXPECT_EQ(hit.part, 77);
 }
 
 TEST(Noise, DoesNotRepeatAndIsBounded) {

@@ -12,7 +12,7 @@ View viewFrom(double x_m, double y_m) { return {{x_m, y_m, 1.5}, {1, 0}, 0.84}; 
 
 Primitives townIn(const View& view) {
   Primitives town;
-  addTown(TownParams(), view, town);
+  addTown(Scene(), 1, view, town);
   return town;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evaluation/simulation/glossy.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo::simulation {
@@ -28,14 +27,34 @@ Footprint footprintOf(const Surface& surface, const Vector3f& direction, float w
   return footprint;
 }
 
+// Share of light that a glossy surface reflects specularly: Fresnel's equations in Schlick's
+// approximation (1994).
+// @param along_normal  this share for a view along the normal, of clear coat or glass.
+// @param cosine  of the angle between view and normal.
+float fresnel(float along_normal, float cosine) {
+  return along_normal + (1 - along_normal) * std::pow(1 - cosine, 5.0f);
+}
+
+constexpr float kPanelTurn = 0.2f;  // angle [rad] between the middle of a panel and an edge
+
+// Shading normal of a flat face. Body panels are convex, so it turns from edge to edge.
+Vector3f normalOfPanel(const Primitive& primitive, const Vector3f& normal, const Vector3f& local) {
+  if (primitive.shape == Shape::kEllipsoid) return normal;
+  const Vector3f from_middle = local.cwiseQuotient(primitive.half_m);
+  return (normal + kPanelTurn * (from_middle - normal.dot(from_middle) * normal)).normalized();
+}
+
 struct Shader {
   const RayGrid& grid;
   const Light& light;
+  const Vector3f offset_m;  // of the camera from the centre of light.around, world axes
+
+  Shader(const RayGrid& g, const Light& l)
+      : grid(g), light(l), offset_m((g.centre_m() - l.around.centre_m()).cast<float>()) {}
 
   // Casts a ray, and a shadow ray from its hit.
-  LitHit cast(float x, float y) const {
-    LitHit lit;
-    static_cast<Hit&>(lit) = grid.cast(x, y);
+  Hit cast(float x, float y) const {
+    Hit lit = grid.cast(x, y);
     if (lit.sky() || light.look.sun <= 0) return lit;
     const Primitive& p = grid.primitive(lit.primitive);
     const Vector3f direction = grid.directionOf(x, y);
@@ -44,7 +63,7 @@ struct Shader {
         surfaceAt(p, lit.part, grid.originIn(lit.primitive) + lit.t * local_direction);
     const float facing = surface.normal.dot(p.R_local_world * light.look.to_sun) *
                          (surface.normal.dot(local_direction) > 0 ? -1.0f : 1.0f);
-    lit.sunny = facing > 0 && light.sunlight.reaches(light.offset_m + lit.t * direction);
+    lit.sunny = facing > 0 && light.around.sunReaches(offset_m + lit.t * direction);
     return lit;
   }
 
@@ -55,7 +74,7 @@ struct Shader {
   };
   // @param origin  of the ray, in the primitive's axes. @param direction  in the world's.
   // @param width_m  width of the pixel's footprint.
-  Shaded shade(const LitHit& hit, const Vector3f& origin, const Vector3f& direction,
+  Shaded shade(const Hit& hit, const Vector3f& origin, const Vector3f& direction,
                float width_m) const {
     const Look& look = light.look;
     const Primitive& p = grid.primitive(hit.primitive);
@@ -78,7 +97,7 @@ struct Shader {
   }
 
   // @param normal  towards the viewer.
-  float illuminationOf(const LitHit& hit, const Vector3f& direction, const Vector3f& normal) const {
+  float illuminationOf(const Hit& hit, const Vector3f& direction, const Vector3f& normal) const {
     const Look& look = light.look;
     float illumination = look.ambient * (0.75f + 0.25f * normal.z());
     if (hit.sunny) illumination += look.sun * std::abs(normal.dot(look.to_sun));
@@ -87,25 +106,25 @@ struct Shader {
       illumination += below * look.headlights / (1 + 0.006f * hit.t * hit.t);
     }
     if (look.ceiling.pitch_m > 0)
-      illumination += lampLight(look.ceiling, light.camera_m + hit.t * direction, normal);
+      illumination +=
+          lampLight(look.ceiling, grid.centre_m().cast<float>() + hit.t * direction, normal);
     return illumination;
   }
 
-  // Radiance from this direction (unit length) at a point (relative to the sunlight's centre).
+  // Radiance from this direction (unit length) at a point (relative to the centre of light.around).
   // @param spread  growth of the pixel's footprint beyond `width_m`, per metre of distance.
   float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
                       int except) const {
-    LitHit hit;
-    static_cast<Hit&>(hit) = light.around->cast(point, direction, except);
+    Hit hit = light.around.cast(point, direction, except);
     if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
-    hit.sunny = light.look.sun > 0 && light.sunlight.reaches(point + (hit.t - 0.01f) * direction);
-    return shade(hit, light.around->inLocalAxes(hit.primitive, point), direction,
+    hit.sunny = light.look.sun > 0 && light.around.sunReaches(point + (hit.t - 0.01f) * direction);
+    return shade(hit, light.around.inLocalAxes(hit.primitive, point), direction,
                  width_m + spread * hit.t)
         .radiance;
   }
 
   // Radiance of clear coat over paint, or of a pane: reflected and transmitted light.
-  float glossy(const LitHit& hit, const Shaded& shaded, float x, float y) const {
+  float glossy(const Hit& hit, const Shaded& shaded, float x, float y) const {
     const Primitive& p = grid.primitive(hit.primitive);
     const Vector3f direction = grid.directionOf(x, y), view = direction.normalized();
     const Vector3f normal =
@@ -114,7 +133,7 @@ struct Shader {
     const float width_m = hit.t * grid.pixelPerM();
     const float mirror = fresnel(mirrorOf(p, hit.part, shaded.point), cosine);
     const Vector3f reflected_ray = (view + 2 * cosine * normal).normalized();
-    const Vector3f point = light.offset_m + hit.t * direction;
+    const Vector3f point = offset_m + hit.t * direction;
     // A convex mirror spreads the rays of a pixel.
     const float spread =
         grid.pixelPerM() + 2 * kPanelTurn * width_m / std::max(p.half_m.maxCoeff(), 0.1f);
@@ -133,26 +152,24 @@ struct Shader {
   }
 
   float behind(float x, float y, int pane) const {
-    LitHit hit;
-    static_cast<Hit&>(hit) = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
+    Hit hit = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
     const Vector3f direction = grid.directionOf(x, y);
     if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), light.look, light.sky_seed);
     hit.sunny =
-        light.look.sun > 0 && light.sunlight.reaches(light.offset_m + (hit.t - 0.01f) * direction);
+        light.look.sun > 0 && light.around.sunReaches(offset_m + (hit.t - 0.01f) * direction);
     return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
   }
 
-  bool isGlossy(const LitHit& hit) const {
+  bool isGlossy(const Hit& hit) const {
     const Material material = grid.primitive(hit.primitive).material;
-    return light.around && (material == Material::kGloss || material == Material::kGlossCabin);
+    return material == Material::kGloss || material == Material::kGlossCabin;
   }
   // Edges behind a pane need antialiasing as well.
-  bool mayBePane(const LitHit& hit) const {
-    return light.around && !hit.sky() &&
-           grid.primitive(hit.primitive).material == Material::kGlossCabin;
+  bool mayBePane(const Hit& hit) const {
+    return !hit.sky() && grid.primitive(hit.primitive).material == Material::kGlossCabin;
   }
 
-  float operator()(const LitHit& hit, float x, float y) const {
+  float operator()(const Hit& hit, float x, float y) const {
     const Look& look = light.look;
     const uint32_t seed = light.sky_seed;
     const Vector3f direction = grid.directionOf(x, y);
@@ -166,21 +183,21 @@ struct Shader {
     if (mirror > 0) {
       const Vector3f view = direction.normalized();
       const float cosine = std::min(1.0f, -shaded.normal.dot(view));
-      const float fresnel = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
-      radiance += fresnel * surroundings(view + 2 * cosine * shaded.normal, look, seed);
+      const float share = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
+      radiance += share * surroundings(view + 2 * cosine * shaded.normal, look, seed);
     }
     return radiance;
   }
 };
 
-bool sameSurface(const LitHit& a, const LitHit& b) {
+bool sameSurface(const Hit& a, const Hit& b) {
   return a.primitive == b.primitive && a.part == b.part && a.sunny == b.sunny;
 }
 
 bool isEdge(const HitImage& hits, int x, int y) {
-  const int left = std::max(x - 1, 0), right = std::min(x + 1, hits.size().width - 1);
-  const int bottom = std::min(y + 1, hits.size().height - 1);
-  const LitHit& centre = hits.at(x, y);
+  const int left = std::max(x - 1, 0), right = std::min(x + 1, hits.size.width - 1);
+  const int bottom = std::min(y + 1, hits.size.height - 1);
+  const Hit& centre = hits.at(x, y);
   for (int row = std::max(y - 1, 0); row <= bottom; ++row)
     for (int column = left; column <= right; ++column)
       if (!sameSurface(hits.at(column, row), centre)) return true;
@@ -206,35 +223,29 @@ void addRain(double per_megapixel, uint32_t seed, cv::Mat1b& image) {
 
 }  // namespace
 
-HitImage::HitImage(const RayGrid& grid, const Light& light, cv::Size size,
-                   const RowOfPixel& ideal_row)
-    : size_(size), hits_(static_cast<size_t>(size.area())) {
-  const Shader shader{grid, light};
+HitImage addRadiance(const RayGrid& grid, const Light& light, const RowOfPixel& ideal_row,
+                     cv::Mat1f& radiance) {
+  const cv::Size size = radiance.size();
+  const Shader shade(grid, light);
+  HitImage hits(size);
   parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y)
-      for (int x = 0; x < size_.width; ++x)
-        hits_[static_cast<size_t>(y) * static_cast<size_t>(size_.width) + static_cast<size_t>(x)] =
-            shader.cast(static_cast<float>(x), ideal_row(x, y));
+      for (int x = 0; x < size.width; ++x)
+        hits.at(x, y) = shade.cast(static_cast<float>(x), ideal_row(x, y));
   });
-}
-
-void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& light,
-                    const RowOfPixel& ideal_row, cv::Mat1f& radiance) {
   // A rotated grid of four rays.
   constexpr float kAcross[4] = {-0.125f, 0.375f, -0.375f, 0.125f};
   constexpr float kDown[4] = {-0.375f, -0.125f, 0.125f, 0.375f};
-  radiance.create(hits.size());
-  const Shader shade{grid, light};
-  parallelFor(cv::Range(0, hits.size().height), [&](const cv::Range& rows) {
+  parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < hits.size().width; ++x) {
+      for (int x = 0; x < size.width; ++x) {
         const float row = ideal_row(x, y);
         if (!isEdge(hits, x, y) && !shade.mayBePane(hits.at(x, y))) {
-          radiance(y, x) = shade(hits.at(x, y), static_cast<float>(x), row);
+          radiance(y, x) += shade(hits.at(x, y), static_cast<float>(x), row);
           continue;
         }
         // A primitive that several of them hit is lit and shaded once.
-        LitHit met[4];
+        Hit met[4];
         float radiance_of[4], sum = 0;
         for (int i = 0; i < 4; ++i) {
           const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];
@@ -245,24 +256,24 @@ void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& ligh
               j < i && !shade.mayBePane(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
           sum += radiance_of[i];
         }
-        radiance(y, x) = 0.25f * sum;
+        radiance(y, x) += 0.25f * sum;
       }
     }
   });
+  return hits;
 }
 
-void expose(const cv::Mat1f& radiance, const Exposure& exposure, cv::Mat1b& image) {
+void expose(const cv::Mat1f& radiance, const Sensor& sensor, double gain, double offset,
+            uint32_t seed, cv::Mat1b& image) {
   image.create(radiance.size());
-  const auto gain = static_cast<float>(exposure.gain), offset = static_cast<float>(exposure.offset);
-  const auto floor = static_cast<float>(exposure.noise * exposure.noise);
-  const auto shot = static_cast<float>(exposure.shot_noise);
+  const auto floor = static_cast<float>(sensor.noise * sensor.noise);
+  const auto shot = static_cast<float>(sensor.shot_noise);
   parallelFor(cv::Range(0, image.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < image.cols; ++x) {
-        const float level = gain * radiance(y, x) + offset;
+        const float level = static_cast<float>(gain) * radiance(y, x) + static_cast<float>(offset);
         // The sum of four bytes is nearly normal; its variance is 4 (256^2 - 1) / 12.
-        const uint32_t bits =
-            hashOf(exposure.seed, static_cast<uint32_t>(y), static_cast<uint32_t>(x));
+        const uint32_t bits = hashOf(seed, static_cast<uint32_t>(y), static_cast<uint32_t>(x));
         const auto sum = static_cast<float>((bits & 255) + (bits >> 8 & 255) + (bits >> 16 & 255) +
                                             (bits >> 24));
         const float normal = (sum - 510.0f) * (1.0f / 147.8f);
@@ -271,7 +282,7 @@ void expose(const cv::Mat1f& radiance, const Exposure& exposure, cv::Mat1b& imag
       }
     }
   });
-  addRain(exposure.rain, hashOf(exposure.seed, 1), image);
+  addRain(sensor.rain, hashOf(seed, 1), image);
 }
 
 }  // namespace predictive_stereo::simulation

@@ -4,58 +4,40 @@
 #include <functional>
 #include <opencv2/core.hpp>
 
-#include "evaluation/simulation/ray_grid.h"
-#include "evaluation/simulation/ray_map.h"
+#include "evaluation/simulation/rays.h"
 #include "evaluation/simulation/scene.h"
-#include "evaluation/simulation/sunlight.h"
 
 namespace predictive_stereo::simulation {
 
 /// Row of the perfectly aligned image that corresponds to a pixel of the image.
 using RowOfPixel = std::function<float(int x, int y)>;
 
-/// Light sources and reflections for one camera.
+/// Light sources and reflections.
 struct Light {
   const Look& look;
-  const Sunlight& sunlight;
-  Eigen::Vector3f offset_m;  ///< of the camera from the sunlight's centre, world axes
+  const RayMap& around;  ///< what casts shadows, and what glossy paint reflects
   uint32_t sky_seed;
-  Eigen::Vector3f camera_m = Eigen::Vector3f::Zero();  ///< in the world; for ceiling lamps
-  /// Surroundings that glossy paint reflects, with the sunlight's centre; nullptr: no glossy paint.
-  const RayMap* around = nullptr;
-};
-
-struct LitHit : Hit {
-  bool sunny = false;
 };
 
 /// First hits of the rays through the pixel centres, and whether the sun shines on them.
-class HitImage {
- public:
-  HitImage(const RayGrid& grid, const Light& light, cv::Size size, const RowOfPixel& ideal_row);
-  const LitHit& at(int x, int y) const {
-    return hits_[static_cast<size_t>(y) * static_cast<size_t>(size_.width) +
-                 static_cast<size_t>(x)];
-  }
-  cv::Size size() const { return size_; }
+struct HitImage {
+  explicit HitImage(cv::Size image_size)
+      : size(image_size), hits(static_cast<size_t>(size.area())) {}
+  Hit& at(int x, int y) { return hits[static_cast<size_t>(y * size.width + x)]; }
+  const Hit& at(int x, int y) const { return hits[static_cast<size_t>(y * size.width + x)]; }
 
- private:
-  cv::Size size_;
-  std::vector<LitHit> hits_;
+  cv::Size size;
+  std::vector<Hit> hits;
 };
 
-/// Radiance of every pixel: from the ray through its centre inside surfaces, from four rays at
-/// edges.
-void renderRadiance(const RayGrid& grid, const HitImage& hits, const Light& light,
-                    const RowOfPixel& ideal_row, cv::Mat1f& radiance);
+/// Adds the radiance of every pixel of one camera: from the ray through its centre inside surfaces,
+/// from four rays at edges.
+/// @param radiance  initialized; its size is that of the image.
+HitImage addRadiance(const RayGrid& grid, const Light& light, const RowOfPixel& ideal_row,
+                     cv::Mat1f& radiance);
 
-/// Grey levels of an exposure.
-struct Exposure {
-  double gain = 255, offset = 0;
-  double noise = 0, shot_noise = 0;
-  double rain = 0;
-  uint32_t seed = 0;
-};
-void expose(const cv::Mat1f& radiance, const Exposure& exposure, cv::Mat1b& image);
+/// Grey levels of an exposure: gain * radiance + offset, with noise and rain.
+void expose(const cv::Mat1f& radiance, const Sensor& sensor, double gain, double offset,
+            uint32_t seed, cv::Mat1b& image);
 
 }  // namespace predictive_stereo::simulation

@@ -162,8 +162,7 @@ void addHall(uint32_t seed, Primitives& out) {
     const Vector3d barrel = at + Vector3d(0.3, half + 0.5, 0);
     b.rod(Material::kPaint, barrel, barrel + Vector3d(0, 0, 0.9), 0.29, random.uniform(0.1, 0.4));
   }
-  addBox(b, Material::kChessboard, {kBoardX_m - 0.5, kBoardY_m - 0.65, 0},
-         {kBoardX_m + 0.5, kBoardY_m + 0.65, 0.01}, 0.85);
+  b.box(Material::kChessboard, {4.1, 1, 0.005}, {0.5, 0.65, 0.005}, 0.85);
 }
 
 void addCorridor(uint32_t seed, Primitives& out) {

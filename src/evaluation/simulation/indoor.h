@@ -5,8 +5,6 @@
 
 namespace predictive_stereo::simulation {
 
-constexpr double kBoardX_m = 4.1, kBoardY_m = 1.0;  ///< middle of the hall's chessboard
-
 /// A hall, x from -8 to 16 and y from -8 to 8, 7 m high: a floor without texture with a
 /// chessboard, and shelves and machines along the walls.
 void addHall(uint32_t seed, Primitives& out);

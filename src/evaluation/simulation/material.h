@@ -25,7 +25,7 @@ struct Look {
   float headlights = 0;      ///< light from the camera's own vehicle, below the horizon
   float lamps = 0;           ///< radiance of street lamps and headlights
   CeilingLamps ceiling;
-  bool glossy_cars = false;  ///< see glossy.h
+  bool glossy_cars = false;  ///< see makeGlossy()
 };
 
 /// Diffuse albedo of a surface, between about 0 and 1.

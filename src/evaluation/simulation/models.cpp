@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace predictive_stereo::simulation {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979;
 
 void addWheel(Builder& b, double x, double y, double radius) {
   b.add(Shape::kCylinder, Material::kRubber, {x, y, radius}, {radius, radius, 0.11}, 0.06,
@@ -33,10 +32,10 @@ void addCar(Builder b, const Vector3d& size, uint32_t seed) {
   for (const double x : {-0.6 * l, 0.62 * l})
     for (const double y : {-w + 0.1, w - 0.1}) addWheel(b, x, y, 0.31);
   for (const double y : {-w + 0.25, w - 0.25}) {
-    b.add(Shape::kEllipsoid, Material::kLamp, {l - 0.12, y, 0.62}, {0.14, 0.17, 0.09}, 0.85);
+    b.ellipsoid(Material::kLamp, {l - 0.12, y, 0.62}, {0.14, 0.17, 0.09}, 0.85);
     b.box(Material::kMetal, {-l + 0.06, y, 0.68}, {0.06, 0.13, 0.1}, 0.25);
-    b.add(Shape::kEllipsoid, Material::kPaint, {0.38 * l, (y > 0 ? 1 : -1) * (w + 0.06), 0.98},
-          {0.07, 0.1, 0.07}, paint);
+    b.ellipsoid(Material::kPaint, {0.38 * l, (y > 0 ? 1 : -1) * (w + 0.06), 0.98},
+                {0.07, 0.1, 0.07}, paint);
   }
   b.box(Material::kSign, {-l + 0.02, 0, 0.5}, {0.04, 0.26, 0.06}, 0.85);
   b.box(Material::kSign, {l - 0.02, 0, 0.42}, {0.04, 0.26, 0.06}, 0.85);
@@ -98,10 +97,10 @@ void addBody(Builder& b, const Pose& pose, double scale, uint32_t seed, double r
   b.add(Shape::kEllipsoid, Material::kCloth, hip + 0.27 * scale * up,
         {0.14 * scale, 0.23 * scale, 0.36 * scale}, shirt,
         Eigen::AngleAxisd(pose.lean, Vector3d::UnitY()).toRotationMatrix());
-  b.add(Shape::kEllipsoid, Material::kSkin, neck + Vector3d(0.03, 0, 0.16) * scale,
-        {0.10 * scale, 0.085 * scale, 0.13 * scale}, skin);
-  b.add(Shape::kEllipsoid, Material::kCloth, neck + Vector3d(0.0, 0, 0.22) * scale,
-        {0.105 * scale, 0.095 * scale, 0.085 * scale}, random.uniform(0.04, 0.3));
+  b.ellipsoid(Material::kSkin, neck + Vector3d(0.03, 0, 0.16) * scale,
+              {0.10 * scale, 0.085 * scale, 0.13 * scale}, skin);
+  b.ellipsoid(Material::kCloth, neck + Vector3d(0.0, 0, 0.22) * scale,
+              {0.105 * scale, 0.095 * scale, 0.085 * scale}, random.uniform(0.04, 0.3));
   for (const double side : {-1.0, 1.0}) {
     const double swing = side < 0 ? pose.left_leg : pose.right_leg;
     const Vector3d joint = hip + Vector3d(0, side * 0.1 * scale, 0);
@@ -113,8 +112,8 @@ void addBody(Builder& b, const Pose& pose, double scale, uint32_t seed, double r
                                               -std::cos(swing - 0.5 * std::abs(swing)));
     b.rod(Material::kCloth, joint, knee, 0.085 * scale, trousers);
     b.rod(Material::kCloth, knee, foot, 0.065 * scale, trousers);
-    b.add(Shape::kEllipsoid, Material::kRubber, foot + Vector3d(0.06, 0, 0) * scale,
-          {0.14 * scale, 0.055 * scale, 0.05 * scale}, 0.1);
+    b.ellipsoid(Material::kRubber, foot + Vector3d(0.06, 0, 0) * scale,
+                {0.14 * scale, 0.055 * scale, 0.05 * scale}, 0.1);
     const Vector3d shoulder = neck + Vector3d(0, side * 0.22, -0.06) * scale;
     const double arm = reach > 0 ? reach : -swing;
     const Vector3d elbow =
@@ -135,8 +134,8 @@ void addPerson(Builder b, const Vector3d& size, double stride_m, uint32_t seed) 
   addBody(b, pose, scale, seed, 0);
   Random random(hashOf(seed, 5));
   if (random.chance(0.4))  // a bag
-    b.add(Shape::kEllipsoid, Material::kCloth, Vector3d(-0.17, 0, 1.2) * scale,
-          Vector3d(0.12, 0.18, 0.24) * scale, random.uniform(0.05, 0.6));
+    b.ellipsoid(Material::kCloth, Vector3d(-0.17, 0, 1.2) * scale,
+                Vector3d(0.12, 0.18, 0.24) * scale, random.uniform(0.05, 0.6));
 }
 
 void addCyclist(Builder b, const Vector3d& size, double stride_m, uint32_t seed) {
@@ -170,44 +169,52 @@ void addLeaves(Builder& b, const Vector3d& centre, double size, double albedo, R
         albedo * random.uniform(0.6, 1.3), R);
 }
 
+// Black, dark blue, dark metallic or silver metallic. All parts of a car get the same one, because
+// their paint has the same albedo.
+float glossyAlbedo(float paint) {
+  constexpr float kPaints[] = {0.015f, 0.03f, 0.06f, 0.2f};
+  uint32_t bits;
+  std::memcpy(&bits, &paint, sizeof(bits));
+  return kPaints[hashOf(bits) % 4];
+}
+
+// Adds two rows of seats with headrests, and a dashboard.
+void furnish(const Primitive& cabin, Primitives& out) {
+  Builder b(cabin.centre_m, cabin.R_local_world.transpose().cast<double>(), cabin.seed,
+            cabin.object, out, static_cast<uint32_t>(out.size()));
+  const Vector3d half = cabin.half_m.cast<double>();
+  const double belt = half.z() > 0.5 ? 0.0 : -half.z();  // cabins of vans begin at their floor
+  for (const double row : {0.05, -0.5})
+    for (const double side : {-0.45, 0.45}) {
+      const Vector3d seat(row * half.x(), side * half.y(), belt);
+      b.box(Material::kCloth, seat, {0.06, 0.21, 0.3}, 0.12);
+      b.ellipsoid(Material::kCloth, seat + Vector3d(0, 0, 0.38), {0.06, 0.13, 0.09}, 0.2);
+    }
+  b.box(Material::kCloth, {0.8 * half.x(), 0, belt}, {0.12, 0.7 * half.y(), 0.05}, 0.08);
+}
+
 }  // namespace
 
 Vector3d sizeOf(Kind kind, uint32_t seed) {
   Random random(hashOf(seed, 77));
   const double a = random.uniform(), c = random.uniform();
-  switch (kind) {
-    case Kind::kCar:
-      return {3.7 + 1.0 * a, 1.68 + 0.16 * a, 1.42 + 0.2 * c};
-    case Kind::kVan:
-      return {4.9 + 1.0 * a, 1.95, 2.0 + 0.5 * c};
-    case Kind::kTruck:
-      return {7.5 + 2.0 * a, 2.45, 3.2 + 0.5 * c};
-    case Kind::kBus:
-      return {11.5, 2.5, 3.1};
-    case Kind::kPerson:
-      return {0.55, 0.6, 1.55 + 0.35 * a};
-    case Kind::kCyclist:
-      return {1.75, 0.6, 1.65 + 0.2 * a};
-  }
-  return Vector3d::Ones();
+  const Vector3d sizes[] = {{3.7 + 1.0 * a, 1.68 + 0.16 * a, 1.42 + 0.2 * c},  // as in Kind
+                            {4.9 + 1.0 * a, 1.95, 2.0 + 0.5 * c},
+                            {7.5 + 2.0 * a, 2.45, 3.2 + 0.5 * c},
+                            {11.5, 2.5, 3.1},
+                            {0.55, 0.6, 1.55 + 0.35 * a},
+                            {1.75, 0.6, 1.65 + 0.2 * a}};
+  return sizes[static_cast<size_t>(kind)];
 }
 
 void addThing(Kind kind, uint32_t seed, const Place& place, double stride_m, int object,
               Primitives& out) {
   const Builder builder(place, seed, object, out);
   const Vector3d size = sizeOf(kind, seed);
-  switch (kind) {
-    case Kind::kCar:
-      return addCar(builder, size, seed);
-    case Kind::kVan:
-    case Kind::kTruck:
-    case Kind::kBus:
-      return addTransporter(builder, size, seed, kind);
-    case Kind::kPerson:
-      return addPerson(builder, size, stride_m, seed);
-    case Kind::kCyclist:
-      return addCyclist(builder, size, stride_m, seed);
-  }
+  if (kind == Kind::kCar) return addCar(builder, size, seed);
+  if (kind == Kind::kPerson) return addPerson(builder, size, stride_m, seed);
+  if (kind == Kind::kCyclist) return addCyclist(builder, size, stride_m, seed);
+  addTransporter(builder, size, seed, kind);
 }
 
 void addTree(const Place& place, uint32_t seed, Primitives& out) {
@@ -319,6 +326,22 @@ void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed,
   if (random.chance(0.25))  // a shop sign over the pavement
     b.box(Material::kSign, {0.08, 0.1 * width_m, 3.1}, {0.08, 0.22 * width_m, 0.35},
           random.uniform(0.5, 0.9));
+}
+
+void makeGlossy(Primitives& primitives) {
+  const size_t count = primitives.size();
+  for (size_t i = 0; i < count; ++i) {
+    Primitive& p = primitives[i];
+    const bool of_a_car = p.shape == Shape::kFrustum || p.shape == Shape::kEllipsoid;
+    if (p.material == Material::kPaint && of_a_car) {
+      p.material = Material::kGloss;
+      p.albedo = glossyAlbedo(p.albedo);
+    } else if (p.material == Material::kCabin) {
+      p.material = Material::kGlossCabin;
+      p.albedo = glossyAlbedo(p.albedo);
+      furnish(Primitive(p), primitives);
+    }
+  }
 }
 
 }  // namespace predictive_stereo::simulation

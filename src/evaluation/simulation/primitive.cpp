@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "evaluation/simulation/noise.h"
 
@@ -33,14 +32,6 @@ struct Stretch {
     return enter <= leave;
   }
 };
-
-bool updateHit(const Stretch& stretch, float& t, int& part) {
-  // A solid is invisible from inside, because its near half is behind the camera.
-  if (stretch.enter < kNearest_m || stretch.enter >= t) return false;
-  t = stretch.enter;
-  part = stretch.face;
-  return true;
-}
 
 bool clipBox(const Vector3f& half, const Vector3f& o, const Vector3f& d, Stretch& stretch) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -93,12 +84,12 @@ inline float withinCell(float position, float cell) {
   return position - cell * (std::floor(position / cell) + 0.5f);
 }
 
-// Replaces the hit of a wall at t by that of a pane, or of a side of its recess, if there is a
+// Replaces the entry through a wall by that into a pane, or of a side of its recess, if there is a
 // window.
-void fallIntoWindow(const Primitive& p, const Vector3f& o, const Vector3f& d, float& t, int& part) {
+void fallIntoWindow(const Primitive& p, const Vector3f& o, const Vector3f& d, Stretch& stretch) {
   const Windows& w = p.windows;
-  const int wall = part, across = wall / 2, along = 1 - across;
-  const Vector3f met = o + t * d;
+  const int wall = stretch.face, across = wall / 2, along = 1 - across;
+  const Vector3f met = o + stretch.enter * d;
   const float u = withinCell(met[along] + p.half_m[along], w.cell_width_m);
   const float v = withinCell(met.z() + p.half_m.z(), w.cell_height_m);
   if (std::abs(u) >= 0.5f * w.width_m || std::abs(v) >= 0.5f * w.height_m) return;
@@ -113,15 +104,14 @@ void fallIntoWindow(const Primitive& p, const Vector3f& o, const Vector3f& d, fl
   const float to_pane = w.recess_m / std::abs(d[across]);
   const float to_side =
       std::min(until(u, 0.5f * w.width_m, d[along]), until(v, 0.5f * w.height_m, d.z()));
-  t += std::min(to_pane, to_side);
-  part = (to_pane < to_side ? kPane : kReveal) + wall;
+  stretch.enter += std::min(to_pane, to_side);
+  stretch.face = (to_pane < to_side ? kPane : kReveal) + wall;
 }
 
-bool meetsCylinder(const Primitive& p, const Vector3f& o, const Vector3f& d, float& t, int& part) {
+bool clipCylinder(const Primitive& p, const Vector3f& o, const Vector3f& d, Stretch& stretch) {
   const float a = d.x() * d.x() + d.y() * d.y();
   const float b = o.x() * d.x() + o.y() * d.y();
   const float radius2 = p.half_m.x() * p.half_m.x();
-  Stretch stretch;
   if (a > 0) {
     // From the closest approach: b^2 - a c would lose all digits for distant poles.
     const float middle = -b / a;
@@ -134,52 +124,44 @@ bool meetsCylinder(const Primitive& p, const Vector3f& o, const Vector3f& d, flo
   } else if (o.x() * o.x() + o.y() * o.y() > radius2) {
     return false;
   }
-  if (!stretch.clip(-o.z() - p.half_m.z(), -d.z(), 4) ||
-      !stretch.clip(o.z() - p.half_m.z(), d.z(), 5))
-    return false;
-  return updateHit(stretch, t, part);
+  return stretch.clip(-o.z() - p.half_m.z(), -d.z(), 4) &&
+         stretch.clip(o.z() - p.half_m.z(), d.z(), 5);
 }
 
-bool meetsEllipsoid(const Primitive& p, const Vector3f& o, const Vector3f& d, float& t) {
-  const Vector3f unit_o = o.cwiseQuotient(p.half_m), unit_d = d.cwiseQuotient(p.half_m);
+bool clipEllipsoid(const Vector3f& half, const Vector3f& o, const Vector3f& d, Stretch& stretch) {
+  const Vector3f unit_o = o.cwiseQuotient(half), unit_d = d.cwiseQuotient(half);
   const float a = unit_d.squaredNorm();
   const float middle = -unit_o.dot(unit_d) / a;
   const float rest = 1 - (unit_o + middle * unit_d).squaredNorm();
   if (rest <= 0) return false;
-  const float met = middle - std::sqrt(rest / a);
-  if (met < kNearest_m || met >= t) return false;
-  t = met;
+  stretch.enter = middle - std::sqrt(rest / a);
   return true;
 }
 
-bool meetsPlate(const Primitive& p, const Vector3f& o, const Vector3f& d, float pixel_per_m,
-                float& t) {
-  if (d.y() == 0) return false;
-  const float met = -o.y() / d.y();
-  if (met < kNearest_m || met >= t) return false;
-  const float x = o.x() + met * d.x(), z = o.z() + met * d.z();
+bool isPlate(Shape shape) {
+  return shape == Shape::kLeaves || shape == Shape::kRing || shape == Shape::kBars;
+}
+
+// Whether a plate has a hole at this point, or ends before it.
+// @param finest_m  leaves are enlarged to this size, which pixels can show.
+bool isHole(const Primitive& p, float x, float z, float finest_m) {
   if (p.shape == Shape::kLeaves) {
     const float u = x / p.half_m.x(), v = z / p.half_m.z();
     const float radius2 = u * u + v * v;
-    if (radius2 > 1) return false;
-    // Leaves of 7 cm, sparser towards the rim. They are enlarged if pixels are too large for them.
-    const float size_m = std::max(0.07f, 2.2f * pixel_per_m * met);
-    if (noise2(x / size_m, z / size_m, p.seed) < 0.75f * radius2 - 0.35f) return false;
-  } else if (p.shape == Shape::kRing) {
-    const float radius2 = x * x + z * z, outer = p.half_m.x(), inner = 0.88f * outer;
-    if (radius2 > outer * outer) return false;
-    // Spokes: six narrow sectors; a hub.
-    if (radius2 < inner * inner && radius2 > 0.01f * outer * outer) {
-      const float angle = std::atan2(z, x) * (6 / 3.14159265f);
-      if (std::abs(angle - std::round(angle)) * std::sqrt(radius2) > 0.02f) return false;
-    }
-  } else {
-    if (std::abs(x) > p.half_m.x() || std::abs(z) > p.half_m.z()) return false;
-    const bool rail = std::abs(z) > 0.92f * p.half_m.z();
-    if (!rail && std::abs(withinCell(x + p.half_m.x(), 0.14f)) > 0.022f) return false;
+    const float size_m = std::max(0.07f, finest_m);  // sparser towards the rim
+    return radius2 > 1 || noise2(x / size_m, z / size_m, p.seed) < 0.75f * radius2 - 0.35f;
   }
-  t = met;
-  return true;
+  if (p.shape == Shape::kRing) {
+    const float radius2 = x * x + z * z, outer = p.half_m.x(), inner = 0.88f * outer;
+    if (radius2 > outer * outer) return true;
+    if (radius2 >= inner * inner || radius2 <= 0.01f * outer * outer) return false;
+    // Between rim and hub there are spokes: six narrow sectors.
+    const float angle = std::atan2(z, x) * (6 / 3.14159265f);
+    return std::abs(angle - std::round(angle)) * std::sqrt(radius2) > 0.02f;
+  }
+  if (std::abs(x) > p.half_m.x() || std::abs(z) > p.half_m.z()) return true;
+  const bool rail = std::abs(z) > 0.92f * p.half_m.z();
+  return !rail && std::abs(withinCell(x + p.half_m.x(), 0.14f)) > 0.022f;
 }
 
 Surface flat(const Vector3f& normal, const Vector3f& u, const Vector3f& v, const Vector3f& point) {
@@ -189,49 +171,38 @@ Surface flat(const Vector3f& normal, const Vector3f& u, const Vector3f& v, const
 }  // namespace
 
 bool intersect(const Primitive& p, const Vector3f& o, const Vector3f& d, float pixel_per_m,
-               float& t, int& part) {
-  switch (p.shape) {
-    case Shape::kGround: {
-      if (d.z() >= 0) return false;
-      const float met = -o.z() / d.z();
-      if (met < kNearest_m || met >= t) return false;
-      t = met;
-      part = 5;
-      return true;
+               Hit& hit) {
+  Stretch stretch;
+  const auto clip = [&] {
+    switch (p.shape) {
+      case Shape::kGround:
+        return stretch.clip(o.z(), d.z(), 5);
+      case Shape::kBox:
+      case Shape::kBuilding:
+        return clipBox(p.half_m, o, d, stretch);
+      case Shape::kFrustum:
+        return clipFrustum(p, o, d, stretch);
+      case Shape::kCylinder:
+        return clipCylinder(p, o, d, stretch);
+      case Shape::kEllipsoid:
+        return clipEllipsoid(p.half_m, o, d, stretch);
+      default:  // plates
+        stretch.enter = -o.y() / d.y();
+        return d.y() != 0;
     }
-    case Shape::kBox: {
-      Stretch stretch;
-      return clipBox(p.half_m, o, d, stretch) && updateHit(stretch, t, part);
-    }
-    case Shape::kFrustum: {
-      Stretch stretch;
-      return clipFrustum(p, o, d, stretch) && updateHit(stretch, t, part);
-    }
-    case Shape::kBuilding: {
-      Stretch stretch;
-      float met = t;
-      int face = 0;
-      if (!clipBox(p.half_m, o, d, stretch) || !updateHit(stretch, met, face)) return false;
-      if (face < 4 && p.windows.cell_width_m > 0) fallIntoWindow(p, o, d, met, face);
-      if (met >= t) return false;
-      t = met;
-      part = face;
-      return true;
-    }
-    case Shape::kCylinder:
-      return meetsCylinder(p, o, d, t, part);
-    case Shape::kEllipsoid:
-      if (!meetsEllipsoid(p, o, d, t)) return false;
-      part = 0;
-      return true;
-    case Shape::kLeaves:
-    case Shape::kRing:
-    case Shape::kBars:
-      if (!meetsPlate(p, o, d, pixel_per_m, t)) return false;
-      part = 0;
-      return true;
+  };
+  // A solid is invisible from inside, because its near half is behind the camera.
+  if (!clip() || stretch.enter < kNearest_m || stretch.enter >= hit.t) return false;
+  if (p.shape == Shape::kBuilding && stretch.face < 4 && p.windows.cell_width_m > 0) {
+    fallIntoWindow(p, o, d, stretch);
+    if (stretch.enter >= hit.t) return false;
   }
-  return false;
+  if (isPlate(p.shape) && isHole(p, o.x() + stretch.enter * d.x(), o.z() + stretch.enter * d.z(),
+                                 2.2f * pixel_per_m * stretch.enter))
+    return false;
+  hit.t = stretch.enter;
+  hit.part = stretch.face;
+  return true;
 }
 
 Surface surfaceAt(const Primitive& p, int part, const Vector3f& point) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace predictive_stereo::simulation {
@@ -69,9 +70,10 @@ struct Primitive {
 /// First intersection of a ray with a primitive. The ray is origin + t * direction, and the
 /// direction has depth 1, so t is the depth Z in the camera.
 struct Hit {
-  float t = 0;         ///< [m], infinite: the sky
-  int primitive = -1;  ///< index, -1: the sky
-  int part = 0;        ///< see below
+  float t = std::numeric_limits<float>::infinity();  ///< [m], infinite: the sky
+  int primitive = -1;                                ///< index, -1: the sky
+  int part = 0;                                      ///< see below
+  bool sunny = false;  ///< whether the sun shines on it; set by the camera
 
   bool sky() const { return primitive < 0; }
 };
@@ -82,11 +84,11 @@ constexpr int kPane = 8, kReveal = 16;
 
 constexpr float kNearest_m = 0.1f;  ///< nearer hits are ignored
 
-/// Intersects `primitive` with a ray in its local axes; hits between kNearest_m and `t` count.
+/// Intersects `primitive` with a ray in its local axes; hits between kNearest_m and `hit.t` count.
 /// @param pixel_per_m  width of a pixel at a depth of 1 m; finer holes are closed.
-/// @return true if there is a hit; then `t` and `part` are set.
+/// @return true if there is a hit; then its t and part are set.
 bool intersect(const Primitive& primitive, const Eigen::Vector3f& origin,
-               const Eigen::Vector3f& direction, float pixel_per_m, float& t, int& part);
+               const Eigen::Vector3f& direction, float pixel_per_m, Hit& hit);
 
 /// The surface at a local point: outward normal, and coordinates [m] for textures.
 struct Surface {

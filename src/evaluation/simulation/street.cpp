@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "evaluation/simulation/camera.h"
-#include "evaluation/simulation/glossy.h"
 #include "evaluation/simulation/indoor.h"
 #include "evaluation/simulation/path.h"
 #include "evaluation/simulation/town.h"
@@ -21,13 +20,10 @@ using namespace simulation;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979;
-
 // Replaces zeros by the defaults of the scene.
 StreetParams withSceneDefaults(StreetParams params, const Camera& camera) {
   if (params.width == 0) params.width = camera.width;
   if (params.height == 0) params.height = camera.height;
-  if (params.baseline_m == 0) params.baseline_m = camera.baseline_m;
   if (params.rate_hz == 0) params.rate_hz = camera.rate_hz;
   validate(params);
   return params;
@@ -40,7 +36,7 @@ StereoRig rigOf(const StreetParams& params, const Camera& camera) {
   rig.fx_px = rig.fy_px = camera.focal_px * scale;
   rig.cx_left_px = rig.cx_right_px = (camera.cx_px + 0.5) * scale - 0.5;
   rig.cy_px = camera.cy_share * params.height - 0.5;
-  rig.baseline_m = params.baseline_m;
+  rig.baseline_m = camera.baseline_m;
   return rig;
 }
 
@@ -108,12 +104,11 @@ struct Street::World {
 
   Isometry3d cameraAt(double time_s) const { return path->bodyAt(time_s) * T_body_cam; }
 
-  // Clock tick of a frame. Frames of some ticks are lost.
-  int instantOf(int index) const {
+  double stamp(int index) const {
     const int every = scene.sensor.drop_every;
-    return every > 1 ? index + index / (every - 1) : index;
+    const int lost = every > 1 ? index / (every - 1) : 0;
+    return (index + lost) / params.rate_hz;
   }
-  double stamp(int index) const { return instantOf(index) / params.rate_hz; }
   // A frame that repeats the previous image was exposed before its stamp.
   double exposureTime(int index) const {
     const int every = scene.sensor.duplicate_every;
@@ -162,7 +157,7 @@ struct Street::World {
     const uint32_t site_seed = hashOf(seed(), 4);
     Primitives primitives;
     if (scene.site == Site::kTown)
-      addTown({site_seed, scene.parked_cars, scene.trees}, view, primitives);
+      addTown(scene, site_seed, view, primitives);
     else if (scene.site == Site::kHall)
       addHall(site_seed, primitives);
     else
@@ -213,7 +208,7 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
         // The limit is slightly nearer than the point, which must not occlude itself.
         const bool hidden = x_right < -0.5f ||
                             x_right > static_cast<float>(rig.size.width) - 0.5f ||
-                            right.blocked(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f);
+                            !right.cast(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f).sky();
         frame.occluded(y, x) = hidden ? 255 : 0;
         const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
         frame.moving_id(y, x) =
@@ -225,49 +220,34 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
 
 void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double time_s,
                                StreetFrame& frame) const {
-  struct Seen {
-    int pixels = 0, x0 = 1 << 20, x1 = -1, y0 = 1 << 20, y1 = -1;
-    float nearest_m = std::numeric_limits<float>::infinity();
-    std::vector<int> parts;  // primitives of the mover
-  };
-  std::map<int, Seen> seen;
+  std::map<int, StreetMover> seen;
+  std::map<int, std::vector<int>> primitives_of;
   for (int y = 0; y < rig.size.height; ++y) {
     for (int x = 0; x < rig.size.width; ++x) {
       const int id = frame.moving_id(y, x);
       if (id == 0) continue;
-      Seen& s = seen[id];
-      ++s.pixels;
-      s.x0 = std::min(s.x0, x);
-      s.x1 = std::max(s.x1, x);
-      s.y0 = std::min(s.y0, y);
-      s.y1 = std::max(s.y1, y);
-      s.nearest_m = std::min(s.nearest_m, hits.at(x, y).t);
+      StreetMover& mover = seen[id];
+      mover.box_px |= cv::Rect(x, y, 1, 1);
+      mover.distance_m = std::min<double>(mover.distance_m, hits.at(x, y).t);
     }
   }
-  for (int i = 0; i < left.count(); ++i)
-    if (const auto found = seen.find(left.primitive(i).object); found != seen.end())
-      found->second.parts.push_back(i);
+  for (int i = 0; i < left.count(); ++i) primitives_of[left.primitive(i).object].push_back(i);
   const Isometry3d T_cam_world = frame.T_world_cam.inverse();
   for (const Mover& mover : movers) {
     const auto found = seen.find(mover.id);
     if (found == seen.end()) continue;
-    const Seen& s = found->second;
-    StreetMover out;
+    StreetMover& out = found->second;
     out.id = mover.id;
     out.kind = kKindNames[static_cast<size_t>(mover.kind)];
-    out.box_px = cv::Rect(s.x0, s.y0, s.x1 - s.x0 + 1, s.y1 - s.y0 + 1);
-    out.visible_px = s.pixels;
-    out.distance_m = s.nearest_m;
     const Place place = mover.placeAt(time_s, *path);
-    out.size_m = sizeOf(mover.kind, mover.seed);
-    out.heading_rad = place.heading_rad;
+    const Vector3d size_m = sizeOf(mover.kind, mover.seed);
     out.velocity_mps = mover.velocityAt(time_s, *path);
     const Eigen::Matrix3d axes =
         T_cam_world.linear() *
         Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
-    out.centre_m = T_cam_world * (place.position_m + Vector3d(0, 0, 0.5 * out.size_m.z()));
-    out.extent_m = axes.cwiseAbs() * out.size_m;
-    setHiddenShares(left, s.parts, frame.moving_id, out);
+    out.centre_m = T_cam_world * (place.position_m + Vector3d(0, 0, 0.5 * size_m.z()));
+    out.extent_m = axes.cwiseAbs() * size_m;
+    setHiddenShares(left, primitives_of.at(mover.id), frame.moving_id, out);
     frame.movers.push_back(out);
   }
 }
@@ -280,7 +260,7 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
       sensor.row_offset_px == 0 ? same_row : [this](int x, int y) { return idealRow(x, y); };
   // The shutter is open around the stamp.
   const int samples = sensor.exposure_time_s > 0 ? 5 : 1;
-  cv::Mat1f left_radiance, right_radiance, radiance;
+  cv::Mat1f left_radiance = cv::Mat1f::zeros(rig.size), right_radiance = left_radiance.clone();
   for (int i = 0; i < samples; ++i) {
     // The middle sample, which has the ground truth, is the last one.
     const int step = (i + samples / 2 + 1) % samples - samples / 2;
@@ -289,52 +269,26 @@ void Street::World::renderImages(int index, StreetFrame& frame) const {
     const Isometry3d pose = cameraAt(at_s);
     const RayGrid left(primitives, pose, rig, rig.cx_left_px);
     const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
-    const Sunlight sunlight(primitives, scene.look.to_sun, pose.translation());
-    std::unique_ptr<const RayMap> around;
-    if (scene.look.glossy_cars)
-      around = std::make_unique<const RayMap>(primitives, pose.translation());
-    const uint32_t sky = hashOf(seed(), 5);
-    const auto lightOf = [&](const Isometry3d& T_world_cam) {
-      return Light{scene.look,
-                   sunlight,
-                   (T_world_cam.translation() - pose.translation()).cast<float>(),
-                   sky,
-                   T_world_cam.translation().cast<float>(),
-                   around.get()};
-    };
-    const Light left_light = lightOf(pose), right_light = lightOf(rightPose(pose));
-    const HitImage left_hits(left, left_light, rig.size, same_row);
-    const HitImage right_hits(right, right_light, rig.size, right_row);
-    renderRadiance(left, left_hits, left_light, same_row, radiance);
-    left_radiance = i == 0 ? radiance.clone() : cv::Mat1f(left_radiance + radiance);
-    renderRadiance(right, right_hits, right_light, right_row, radiance);
-    right_radiance = i == 0 ? radiance.clone() : cv::Mat1f(right_radiance + radiance);
+    const RayMap around(primitives, scene.look.to_sun, pose.translation());
+    const Light light{scene.look, around, hashOf(seed(), 5)};
+    const HitImage left_hits = addRadiance(left, light, same_row, left_radiance);
+    addRadiance(right, light, right_row, right_radiance);
     if (step != 0) continue;
     frame.T_world_cam = pose;
     fillTruth(left, left_hits, right, frame);
     fillMovers(left, left_hits, time_s, frame);
   }
-  Exposure exposure;
-  exposure.gain =
+  const double gain =
       255 * sensor.exposure / samples *
       (1 + sensor.exposure_swing * std::sin(2 * kPi * time_s / sensor.exposure_period_s));
-  exposure.noise = sensor.noise;
-  exposure.shot_noise = sensor.shot_noise;
-  exposure.rain = sensor.rain;
-  exposure.seed = hashOf(exposureSeed(index), 1);
-  expose(left_radiance, exposure, frame.left);
-  exposure.gain *= sensor.right_gain;
-  exposure.offset = sensor.right_offset;
-  exposure.seed = hashOf(exposureSeed(index), 2);
-  expose(right_radiance, exposure, frame.right);
+  expose(left_radiance, sensor, gain, 0, hashOf(exposureSeed(index), 1), frame.left);
+  expose(right_radiance, sensor, gain * sensor.right_gain, sensor.right_offset,
+         hashOf(exposureSeed(index), 2), frame.right);
 }
 
 Street::Street(const StreetParams& params) : Street(params, sceneByName(params.scene)) {}
 Street::Street(const StreetParams& params, const Scene& scene)
-    : world_(std::make_unique<const World>(params, scene)) {}
-Street::~Street() = default;
-Street::Street(Street&&) noexcept = default;
-Street& Street::operator=(Street&&) noexcept = default;
+    : world_(std::make_shared<const World>(params, scene)) {}
 
 const StereoRig& Street::rig() const { return world_->rig; }
 int Street::frames() const { return world_->params.frames; }

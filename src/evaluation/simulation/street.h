@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
@@ -20,10 +21,9 @@ struct StreetParams {
   std::string scene = "street";  ///< see simulation::scenes()
   int seed = 1;                  ///< another seed gives another town with other traffic
   int frames = 150;
-  /// The camera; 0: default of the scene, mostly KITTI's with 1242 x 375 px, 0.54 m and 10 Hz.
+  /// The camera; 0: default of the scene, mostly KITTI's with 1242 x 375 px and 10 Hz.
   int width = 0;   ///< [px]; focal length and principal point scale with it
   int height = 0;  ///< [px]
-  double baseline_m = 0;
   double rate_hz = 0;
 
   template <class Visitor>
@@ -33,26 +33,23 @@ struct StreetParams {
     v("frames", frames, 1, 100000);
     v("width", width, 32, 4096);
     v("height", height, 32, 4096);
-    v("baseline_m", baseline_m, 0.01, 10.0);
     v("rate_hz", rate_hz, 0.1, 1000.0);
   }
 };
 
 /// An object that moves faster than kMovingSpeed_mps, with at least one visible pixel.
 struct StreetMover {
-  int id = 0;        ///< 1.., the same in all frames
-  std::string kind;  ///< car, van, truck, bus, person, cyclist
-  cv::Rect box_px;   ///< of its visible pixels in the left image
-  int visible_px = 0;
-  Eigen::Vector3d centre_m;      ///< of its 3-D box, in the left camera's optical frame
-  Eigen::Vector3d size_m;        ///< length, width, height along its own axes
-  Eigen::Vector3d extent_m;      ///< of that box along the axes of the left camera's optical frame
-  double heading_rad = 0;        ///< of its length, in the world
+  int id = 0;                ///< 1.., the same in all frames
+  std::string kind;          ///< car, van, truck, bus, person, cyclist
+  cv::Rect box_px;           ///< of its visible pixels in the left image
+  Eigen::Vector3d centre_m;  ///< of its 3-D box, in the left camera's optical frame
+  Eigen::Vector3d extent_m;  ///< of its 3-D box along the axes of the left camera's optical frame
   Eigen::Vector3d velocity_mps;  ///< in the world
-  double distance_m = 0;         ///< smallest depth Z of a visible pixel
-  double occluded = 0;           ///< occluded share of its outline inside the image, 0..1
-  double truncated = 0;          ///< share of its outline outside the image, 0..1; outlines are
-                                 ///< followed up to one image size beyond the borders
+  /// Smallest depth Z of a visible pixel.
+  double distance_m = std::numeric_limits<double>::infinity();
+  double occluded = 0;   ///< occluded share of its outline inside the image, 0..1
+  double truncated = 0;  ///< share of its outline outside the image, 0..1; outlines are
+                         ///< followed up to one image size beyond the borders
 
   /// Share of its outline that is inside the image and not occluded.
   double visibleShare() const { return (1 - occluded) * (1 - truncated); }
@@ -86,9 +83,6 @@ class Street {
   explicit Street(const StreetParams& params);
   /// Renders the given scene; params.scene is not used.
   Street(const StreetParams& params, const simulation::Scene& scene);
-  ~Street();
-  Street(Street&&) noexcept;
-  Street& operator=(Street&&) noexcept;
 
   const StereoRig& rig() const;
   int frames() const;
@@ -116,7 +110,7 @@ class Street {
 
  private:
   struct World;
-  std::unique_ptr<const World> world_;
+  std::shared_ptr<const World> world_;
 };
 
 }  // namespace predictive_stereo

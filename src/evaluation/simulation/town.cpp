@@ -9,7 +9,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979;
 constexpr double kFarHouses_m = 330, kDetails_m = 150;
 constexpr double kBlock_m = 0.5 * kPitch_m - kKerb_m;  // half the width of a block, kerb to kerb
 
@@ -29,7 +28,7 @@ struct Side {
 };
 
 struct TownBuilder {
-  const TownParams& params;
+  const Scene& scene;
   const View& view;
   Primitives& out;
 
@@ -67,15 +66,8 @@ struct TownBuilder {
     } else if (border < 0.8) {
       addFence({front.position_m, front.heading_rad + kPi / 2}, width - 0.6, hashOf(seed, 4), out);
     } else {
-      Primitive wall;
-      wall.material = Material::kBrick;
-      wall.seed = hashOf(seed, 5);
-      wall.albedo = 0.34f;
-      wall.centre_m = front.position_m + Vector3d(0, 0, 0.9);
-      wall.R_local_world =
-          Eigen::AngleAxisd(-front.heading_rad, Vector3d::UnitZ()).toRotationMatrix().cast<float>();
-      wall.half_m = Eigen::Vector3f(0.15f, static_cast<float>(0.5 * width - 0.2), 0.9f);
-      out.push_back(wall);
+      Builder(front, seed, 0, out, 5)
+          .box(Material::kBrick, {0, 0, 0.9}, {0.15, 0.5 * width - 0.2, 0.9}, 0.34);
     }
   }
 
@@ -92,11 +84,11 @@ struct TownBuilder {
       const uint32_t id = random.bits();
       const double what = random.uniform();
       const Place place = side.place(along, 0.75);
-      if (what < params.trees) {
+      if (what < scene.trees) {
         if (sees(place, 6)) addTree(place, id, out);
-      } else if (what < params.trees + 0.25) {
+      } else if (what < scene.trees + 0.25) {
         if (sees(place, 3)) addLampPost(place, out);
-      } else if (what < params.trees + 0.4) {
+      } else if (what < scene.trees + 0.4) {
         if (sees(place, 1)) addSignPost(side.place(along, 0.5, kPi / 2), id, out);
       }
     }
@@ -105,7 +97,7 @@ struct TownBuilder {
       const double shift = random.uniform(-0.3, 0.3), turn = random.uniform(-0.03, 0.03);
       const Place place = side.place(along + shift, -1.0, kPi / 2 * (id & 1 ? 1 : -1) + turn);
       // All are drawn: which cars are parked must not depend on the view.
-      const bool is_parked = random.chance(params.parked_cars), is_van = random.chance(0.12);
+      const bool is_parked = random.chance(scene.parked_cars), is_van = random.chance(0.12);
       if (is_parked && sees(place, 3))
         addThing(is_van ? Kind::kVan : Kind::kCar, id, place, 0, 0, out);
     }
@@ -158,20 +150,18 @@ bool View::reaches(const Vector2d& centre_m, double radius_m) const {
          radius_m * std::sqrt(1 + tan_half_angle * tan_half_angle);
 }
 
-void addTown(const TownParams& params, const View& view, Primitives& out) {
-  Primitive ground;
-  ground.shape = Shape::kGround;
-  ground.material = Material::kRoad;
-  out.push_back(ground);
+void addTown(const Scene& scene, uint32_t town_seed, const View& view, Primitives& out) {
+  Builder({}, 0, 0, out)
+      .add(Shape::kGround, Material::kRoad, Vector3d::Zero(), Vector3d::Ones(), 0);
   const int reach = static_cast<int>(kFarHouses_m / kPitch_m) + 1;
   const int column = static_cast<int>(std::floor(view.position_m.x() / kPitch_m));
   const int row = static_cast<int>(std::floor(view.position_m.y() / kPitch_m));
-  const TownBuilder builder{params, view, out};
+  const TownBuilder builder{scene, view, out};
   for (int i = column - reach; i <= column + reach; ++i) {
     for (int j = row - reach; j <= row + reach; ++j) {
       const Vector2d centre((i + 0.5) * kPitch_m, (j + 0.5) * kPitch_m);
       if (!view.reaches(centre, 0.75 * kPitch_m)) continue;
-      const uint32_t seed = hashOf(params.seed, static_cast<uint32_t>(i), static_cast<uint32_t>(j));
+      const uint32_t seed = hashOf(town_seed, static_cast<uint32_t>(i), static_cast<uint32_t>(j));
       Primitive pavement;
       pavement.material = Material::kPavement;
       pavement.seed = seed;

@@ -1,7 +1,7 @@
 /// Static world: an unbounded town of square blocks with streets between them along x and y.
 #pragma once
 
-#include "evaluation/simulation/models.h"
+#include "evaluation/simulation/scene.h"
 
 namespace predictive_stereo::simulation {
 
@@ -32,12 +32,7 @@ struct View {
   }
 };
 
-struct TownParams {
-  uint32_t seed = 1;
-  double parked_cars = 0.5;  ///< occupied share of the parking places
-  double trees = 0.5;        ///< occupied share of the places for trees
-};
-
-void addTown(const TownParams& params, const View& view, Primitives& out);
+/// Adds the houses, gardens, pavements, trees, posts and parked cars in view.
+void addTown(const Scene& scene, uint32_t seed, const View& view, Primitives& out);
 
 }  // namespace predictive_stereo::simulation

@@ -13,10 +13,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979;
-
-Vector2d direction(double heading) { return {std::cos(heading), std::sin(heading)}; }
-
 // A rectangle on the ground.
 struct Outline {
   Vector2d centre, ahead;
@@ -24,7 +20,7 @@ struct Outline {
 
   Outline(const Place& place, const Vector3d& size, double margin)
       : centre(place.position_m.head<2>()),
-        ahead(direction(place.heading_rad)),
+        ahead(place.ahead()),
         half_length(0.5 * size.x() + margin),
         half_width(0.5 * size.y() + margin) {}
 
@@ -71,7 +67,7 @@ struct Street {
   Street(const Path& path, double time_s) {
     const Place place = path.placeAt(time_s);
     heading_rad = kPi / 2 * std::round(place.heading_rad / (kPi / 2));
-    ahead = direction(heading_rad);
+    ahead = Place{{}, heading_rad}.ahead();
     left = {-ahead.y(), ahead.x()};
     const Vector2d at = place.position_m.head<2>();
     along_m = ahead.dot(at);
@@ -91,10 +87,7 @@ class TrafficMaker {
       : path_(path), body_m_(body_m), duration_s_(duration_s), seed_(seed) {}
 
   void addCompanion(const Companion& companion) {
-    Mover mover;
-    mover.id = next_id_++;
-    mover.kind = companion.kind;
-    mover.seed = hashOf(seed_, 1, static_cast<uint32_t>(mover.id));
+    Mover mover = makeMover(companion.kind, 1);
     mover.goes_along = true;
     mover.along = companion;
     mover.along.gap_m += 0.5 * sizeOf(mover.kind, mover.seed).x();
@@ -104,10 +97,7 @@ class TrafficMaker {
 
   void addWalk(const Walk& walk) {
     const Vector2d way = walk.to_m - walk.from_m;
-    Mover mover;
-    mover.id = next_id_++;
-    mover.kind = walk.kind;
-    mover.seed = hashOf(seed_, 3, static_cast<uint32_t>(mover.id));
+    Mover mover = makeMover(walk.kind, 3);
     mover.met_s = mover.from_s = walk.start_s;
     mover.until_s = walk.start_s + way.norm() / walk.speed_mps;
     mover.met = {{walk.from_m.x(), walk.from_m.y(), 0}, std::atan2(way.y(), way.x())};
@@ -145,6 +135,14 @@ class TrafficMaker {
   std::vector<Mover> movers;
 
  private:
+  Mover makeMover(Kind kind, uint32_t group) {
+    Mover mover;
+    mover.id = next_id_++;
+    mover.kind = kind;
+    mover.seed = hashOf(seed_, group, static_cast<uint32_t>(mover.id));
+    return mover;
+  }
+
   const Path& path_;
   const Vector3d body_m_;
   const double duration_s_;
@@ -211,20 +209,16 @@ bool makePasser(const Street& s, Random& r, Mover& m) {
 
 }  // namespace
 
-double Mover::gapAt(double time_s) const {
-  return along.gap_m + along.swing_m * std::sin(2 * kPi * time_s / along.period_s + id);
-}
-
 Place Mover::placeAt(double time_s, const Path& path) const {
-  if (goes_along) {
-    Place place = path.placeAhead(time_s, gapAt(time_s));
-    place.position_m +=
-        along.left_m * Vector3d(-std::sin(place.heading_rad), std::cos(place.heading_rad), 0);
+  if (!goes_along) {
+    Place place = met;
+    place.position_m.head<2>() += speed_mps * (time_s - met_s) * met.ahead();
     return place;
   }
-  Place place = met;
-  const double way = speed_mps * (time_s - met_s);
-  place.position_m += way * Vector3d(std::cos(met.heading_rad), std::sin(met.heading_rad), 0);
+  Place place = path.placeAhead(
+      time_s, along.gap_m + along.swing_m * std::sin(2 * kPi * time_s / along.period_s + id));
+  const Vector2d ahead = place.ahead();
+  place.position_m.head<2>() += along.left_m * Vector2d(-ahead.y(), ahead.x());
   return place;
 }
 

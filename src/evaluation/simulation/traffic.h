@@ -22,9 +22,6 @@ struct Mover {
   Place placeAt(double time_s, const Path& path) const;
   Eigen::Vector3d velocityAt(double time_s, const Path& path) const;
   double strideAt(double time_s) const { return speed_mps * (time_s - met_s) + 0.1 * id; }
-
- private:
-  double gapAt(double time_s) const;
 };
 
 /// The moving objects of a scene. None collides with another one or with the camera's body (length,

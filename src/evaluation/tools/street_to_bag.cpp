@@ -105,9 +105,7 @@ stereo_msgs::DisparityImage disparityMessage(const std_msgs::Header& header, con
   message.valid_window.height = static_cast<uint32_t>(rig.size.height);
   double largest = 0;
   cv::minMaxLoc(disparity_px, nullptr, &largest);
-  message.min_disparity = 0;
   message.max_disparity = static_cast<float>(largest);
-  message.delta_d = 0;
   return message;
 }
 
@@ -120,54 +118,39 @@ geometry_msgs::TransformStamped transformMessage(const ros::Time& stamp, const c
   return message;
 }
 
-// The sequence in the frames of a robot.
-class Robot {
- public:
-  explicit Robot(const Street& street) : street_(street) {
-    R_link_optical_ << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-    T_base_cam_ = street.cameraMount();
-    T_world_odom_ = basePose(street.exposureTimeOf(0));
-  }
+tf2_msgs::TFMessage extrinsics(const ros::Time& stamp, const Eigen::Isometry3d& T_base_optical) {
+  Eigen::Isometry3d T_link_optical = Eigen::Isometry3d::Identity();
+  T_link_optical.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  tf2_msgs::TFMessage message;
+  message.transforms = {
+      transformMessage(stamp, kBaseFrame, kCameraFrame, T_base_optical * T_link_optical.inverse()),
+      transformMessage(stamp, kCameraFrame, kOpticalFrame, T_link_optical)};
+  return message;
+}
 
-  Eigen::Isometry3d basePose(double time_s) const {
-    return street_.poseAt(time_s) * T_base_cam_.inverse();
-  }
-  const Eigen::Isometry3d& worldFromOdom() const { return T_world_odom_; }
+Eigen::Isometry3d basePose(const Street& street, double time_s) {
+  return street.poseAt(time_s) * street.cameraMount().inverse();
+}
 
-  tf2_msgs::TFMessage extrinsics(const ros::Time& stamp) const {
-    Eigen::Isometry3d T_link_optical = Eigen::Isometry3d::Identity();
-    T_link_optical.linear() = R_link_optical_;
-    tf2_msgs::TFMessage message;
-    message.transforms = {
-        transformMessage(stamp, kBaseFrame, kCameraFrame, T_base_cam_ * T_link_optical.inverse()),
-        transformMessage(stamp, kCameraFrame, kOpticalFrame, T_link_optical)};
-    return message;
-  }
-
-  nav_msgs::Odometry odometry(const std_msgs::Header& header, int index) const {
-    const double time_s = street_.exposureTimeOf(index);
-    nav_msgs::Odometry message;
-    message.header = header;
-    message.header.frame_id = kOdomFrame;
-    message.child_frame_id = kBaseFrame;
-    message.pose.pose = tf2::toMsg(T_world_odom_.inverse() * basePose(time_s));
-    // Velocity in the axes of the base, as a central difference over two milliseconds.
-    const double half_s = 1e-3;
-    const double before_s = std::max(0.0, time_s - half_s), after_s = time_s + half_s;
-    const Eigen::Isometry3d T_before_after = basePose(before_s).inverse() * basePose(after_s);
-    const Eigen::AngleAxisd turn(T_before_after.linear());
-    const Eigen::Vector3d linear = T_before_after.translation() / (after_s - before_s);
-    const Eigen::Vector3d angular = turn.angle() * turn.axis() / (after_s - before_s);
-    tf2::toMsg(linear, message.twist.twist.linear);
-    tf2::toMsg(angular, message.twist.twist.angular);
-    return message;
-  }
-
- private:
-  const Street& street_;
-  Eigen::Matrix3d R_link_optical_;
-  Eigen::Isometry3d T_base_cam_, T_world_odom_;
-};
+nav_msgs::Odometry odometry(std_msgs::Header header, const Street& street,
+                            const Eigen::Isometry3d& T_world_odom, double time_s) {
+  header.frame_id = kOdomFrame;
+  nav_msgs::Odometry message;
+  message.header = header;
+  message.child_frame_id = kBaseFrame;
+  message.pose.pose = tf2::toMsg(T_world_odom.inverse() * basePose(street, time_s));
+  // Velocity in the axes of the base, as a central difference over two milliseconds.
+  const double half_s = 1e-3;
+  const double before_s = std::max(0.0, time_s - half_s), after_s = time_s + half_s;
+  const Eigen::Isometry3d T_before_after =
+      basePose(street, before_s).inverse() * basePose(street, after_s);
+  const Eigen::AngleAxisd turn(T_before_after.linear());
+  const Eigen::Vector3d linear = T_before_after.translation() / (after_s - before_s);
+  const Eigen::Vector3d angular = turn.angle() * turn.axis() / (after_s - before_s);
+  tf2::toMsg(linear, message.twist.twist.linear);
+  tf2::toMsg(angular, message.twist.twist.angular);
+  return message;
+}
 
 MovingObjectArray movingObjects(const std_msgs::Header& header, const StreetFrame& frame,
                                 const Eigen::Isometry3d& T_world_odom,
@@ -205,9 +188,7 @@ StreetParams paramsFrom(const CommandLine& line) {
     if (std::sscanf(line.get("size").c_str(), "%dx%d%c", &params.width, &params.height, &rest) != 2)
       throw UsageError("--size = " + line.get("size") + ": must be WIDTHxHEIGHT, e.g. 1242x375");
   }
-  if (line.has("rate")) {
-    params.rate_hz = line.getDouble("rate", 0);
-  }
+  params.rate_hz = line.getDouble("rate", 0);
   return params;
 }
 
@@ -216,7 +197,7 @@ int streetToBag(const CommandLine& line) {
     throw UsageError("give one bag to write, e.g. street_to_bag street.bag");
   const Street street(paramsFrom(line));
   const StereoRig& rig = street.rig();
-  const Robot robot(street);
+  const Eigen::Isometry3d T_world_odom = basePose(street, street.exposureTimeOf(0));
   const std::string ns = cameraNamespace(line.get("namespace", "/street"));
 
   BagFile file(line.positional()[0]);
@@ -224,7 +205,7 @@ int streetToBag(const CommandLine& line) {
   catchInterruptions();
   Progress progress(line.positional()[0], street.frames());
   const ros::Time begin(kEpoch_s);
-  writeLatched("/tf_static", begin, robot.extrinsics(begin), file);
+  writeLatched("/tf_static", begin, extrinsics(begin, street.cameraMount()), file);
   std::map<int, int> first_seen;
   for (int i = 0; i < street.frames(); ++i) {
     throwIfInterrupted();
@@ -244,8 +225,8 @@ int streetToBag(const CommandLine& line) {
     writeImage("right/image_rect", frame.right);
     write("right/camera_info", cameraInfo(header, rig, true));
     write("truth/disparity", disparityMessage(header, rig, frame.disparity_px));
-    write("truth/odometry", robot.odometry(header, i));
-    write("truth/moving_objects", movingObjects(header, frame, robot.worldFromOdom(), first_seen));
+    write("truth/odometry", odometry(header, street, T_world_odom, street.exposureTimeOf(i)));
+    write("truth/moving_objects", movingObjects(header, frame, T_world_odom, first_seen));
     progress.update(i);
   }
   file.finish();

@@ -1,0 +1,232 @@
+#include "evaluation/simulation/rays.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace predictive_stereo::simulation {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr float kHuge = 1e9f;
+constexpr float kTile_m = 2.5f;
+constexpr float kFinest_m = 2e-3f;  // per metre: see intersect()
+
+// Corners of a primitive's box in the camera's frame.
+std::array<Vector3d, 8> cornersOf(const Primitive& p, const Eigen::Isometry3d& T_cam_world) {
+  const Eigen::Matrix3d R_world_local = p.R_local_world.transpose().cast<double>();
+  const Vector3d half = p.half_m.cast<double>();
+  std::array<Vector3d, 8> corners;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d local(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(),
+                         i & 4 ? half.z() : -half.z());
+    corners[static_cast<size_t>(i)] = T_cam_world * (p.centre_m + R_world_local * local);
+  }
+  return corners;
+}
+
+}  // namespace
+
+Tiles::Tiles(cv::Rect2f area, float tile_size)
+    : area_(area),
+      per_tile_(1 / tile_size),
+      columns_(static_cast<size_t>(std::ceil(area.width / tile_size))),
+      rows_(static_cast<size_t>(std::ceil(area.height / tile_size))),
+      lists_(columns_ * rows_) {}
+
+size_t Tiles::tileOf(float offset, size_t count) const {
+  const float tile = std::max(0.0f, offset * per_tile_);
+  return tile >= static_cast<float>(count) ? count - 1 : static_cast<size_t>(tile);
+}
+
+void Tiles::add(const std::vector<Item>& items) {
+  for (const Item& item : items) {
+    const float left = item.left - area_.x, right = item.right - area_.x;
+    const float top = item.top - area_.y, bottom = item.bottom - area_.y;
+    if (right < left || left > area_.width || top > area_.height || right < 0 || bottom < 0)
+      continue;
+    const size_t last_column = tileOf(right, columns_), last_row = tileOf(bottom, rows_);
+    for (size_t row = tileOf(top, rows_); row <= last_row; ++row)
+      for (size_t column = tileOf(left, columns_); column <= last_column; ++column)
+        lists_[row * columns_ + column].push_back(item);
+  }
+}
+
+RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
+                 const StereoRig& rig, double cx_px)
+    : primitives_(primitives),
+      origins_(primitives.size()),
+      items_(primitives.size()),
+      tiles_({-kMargin_px, -kMargin_px, static_cast<float>(rig.size.width) + 2 * kMargin_px,
+              static_cast<float>(rig.size.height) + 2 * kMargin_px},
+             kTile_px),
+      centre_m_(T_world_cam.translation()),
+      R_world_cam_(T_world_cam.linear().cast<float>()),
+      cx_(static_cast<float>(cx_px)),
+      cy_(static_cast<float>(rig.cy_px)),
+      inverse_f_(static_cast<float>(1 / rig.fx_px)),
+      inverse_fy_(static_cast<float>(1 / rig.fy_px)) {
+  const Eigen::Isometry3d T_cam_world = T_world_cam.inverse();
+  for (size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    origins_[i] = p.R_local_world * (centre_m_ - p.centre_m).cast<float>();
+    items_[i] = {-kHuge, -kHuge, kHuge, kHuge, 0, static_cast<int>(i)};
+    if (p.shape == Shape::kGround) continue;
+    // Bounds of the part of the box in front of the camera.
+    const auto corners = cornersOf(p, T_cam_world);
+    double left = kHuge, right = -kHuge, top = kHuge, bottom = -kHuge, nearest = kHuge;
+    const double near = 0.5 * kNearest_m;
+    const auto take = [&](const Vector3d& c) {
+      const double x = rig.fx_px * c.x() / c.z() + cx_px, y = rig.fy_px * c.y() / c.z() + rig.cy_px;
+      left = std::min(left, x);
+      right = std::max(right, x);
+      top = std::min(top, y);
+      bottom = std::max(bottom, y);
+      nearest = std::min(nearest, c.z());
+    };
+    for (size_t a = 0; a < 8; ++a) {
+      if (corners[a].z() >= near) take(corners[a]);
+      for (size_t bit = 1; bit < 8; bit *= 2) {
+        const size_t b = a ^ bit;
+        if (a < b || (corners[a].z() >= near) == (corners[b].z() >= near)) continue;
+        const double share = (near - corners[a].z()) / (corners[b].z() - corners[a].z());
+        take(corners[a] + share * (corners[b] - corners[a]));
+      }
+    }
+    // Slightly enlarged against rounding. Empty if all of the box is behind the camera.
+    items_[i] = {static_cast<float>(left - 0.01),
+                 static_cast<float>(top - 0.01),
+                 static_cast<float>(right + 0.01),
+                 static_cast<float>(bottom + 0.01),
+                 static_cast<float>(nearest - 1e-3 * (1 + nearest)),
+                 static_cast<int>(i)};
+  }
+  std::vector<Tiles::Item> sorted = items_;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Tiles::Item& a, const Tiles::Item& b) {
+    return a.nearest < b.nearest;
+  });
+  tiles_.add(sorted);
+}
+
+cv::Rect2f RayGrid::boundsOf(int primitive) const {
+  const Tiles::Item& item = items_[static_cast<size_t>(primitive)];
+  if (item.right < item.left) return {};
+  return {item.left, item.top, item.right - item.left, item.bottom - item.top};
+}
+
+Hit RayGrid::cast(float x_px, float y_px, float limit_m, int except) const {
+  const Vector3f direction = directionOf(x_px, y_px);
+  Hit hit;
+  hit.t = limit_m;
+  for (const Tiles::Item& item : tiles_.at(x_px, y_px)) {
+    if (item.nearest >= hit.t) break;
+    if (!item.covers(x_px, y_px) || item.index == except) continue;
+    const auto i = static_cast<size_t>(item.index);
+    const Primitive& p = primitives_[i];
+    if (intersect(p, origins_[i], p.R_local_world * direction, inverse_f_, hit))
+      hit.primitive = item.index;
+  }
+  return hit;
+}
+
+bool RayGrid::meets(int index, float x_px, float y_px) const {
+  Hit hit;
+  return intersect(primitive(index), originIn(index),
+                   primitive(index).R_local_world * directionOf(x_px, y_px), inverse_f_, hit);
+}
+
+RayMap::RayMap(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
+               const Vector3d& centre_m)
+    : primitives_(primitives),
+      centre_m_(centre_m),
+      to_sun_(to_sun),
+      across_(to_sun.cross(Vector3f::UnitZ()).normalized()),
+      up_(across_.cross(to_sun)),
+      ground_({-kReach_m, -kReach_m, 2 * kReach_m, 2 * kReach_m}, kTile_m),
+      shadows_({-kSunReach_m, -kSunReach_m, 2 * kSunReach_m, 2 * kSunReach_m}, 1.0f) {
+  std::vector<Tiles::Item> things, casters;
+  for (const Primitive& p : primitives) {
+    const auto index = static_cast<int>(centres_m_.size());
+    const Vector3f centre = centres_m_.emplace_back((p.centre_m - centre_m).cast<float>());
+    if (p.shape == Shape::kGround) {
+      planes_.push_back(index);
+      continue;
+    }
+    const auto add = [&](float x, float width, float y, float height, auto& items) {
+      width += 1e-3f;
+      height += 1e-3f;
+      items.push_back({x - width, y - height, x + width, y + height, 0, index});
+    };
+    const Vector3f extent = p.R_local_world.transpose().cwiseAbs() * p.half_m;
+    add(centre.x(), extent.x(), centre.y(), extent.y(), things);
+    const auto extentAlong = [&](const Vector3f& axis) {
+      return (p.R_local_world * axis).cwiseAbs().dot(p.half_m);
+    };
+    add(centre.dot(across_), extentAlong(across_), centre.dot(up_), extentAlong(up_), casters);
+  }
+  ground_.add(things);
+  // The largest ones first, because they are the most likely hits.
+  std::stable_sort(casters.begin(), casters.end(), [](const Tiles::Item& a, const Tiles::Item& b) {
+    return (a.right - a.left) * (a.bottom - a.top) > (b.right - b.left) * (b.bottom - b.top);
+  });
+  shadows_.add(casters);
+}
+
+bool RayMap::sunReaches(const Vector3f& point_m) const {
+  const float x = point_m.dot(across_), y = point_m.dot(up_);
+  if (std::abs(x) > kSunReach_m || std::abs(y) > kSunReach_m) return true;
+  const auto& casters = shadows_.at(x, y);
+  return std::none_of(casters.begin(), casters.end(), [&](const Tiles::Item& item) {
+    Hit hit;
+    const Primitive& p = primitives_[static_cast<size_t>(item.index)];
+    return item.covers(x, y) && intersect(p, inLocalAxes(item.index, point_m),
+                                          p.R_local_world * to_sun_, kFinest_m, hit);
+  });
+}
+
+void RayMap::test(int primitive, const Vector3f& origin_m, const Vector3f& direction,
+                  Hit& hit) const {
+  const auto i = static_cast<size_t>(primitive);
+  const Primitive& p = primitives_[i];
+  // Early exit: most rays miss the bounding sphere.
+  const Vector3f to_centre = centres_m_[i] - origin_m;
+  const float along = to_centre.dot(direction);
+  if (to_centre.squaredNorm() - along * along > p.half_m.squaredNorm() && p.shape != Shape::kGround)
+    return;
+  if (intersect(p, inLocalAxes(primitive, origin_m), p.R_local_world * direction, kFinest_m, hit))
+    hit.primitive = primitive;
+}
+
+Hit RayMap::cast(const Vector3f& origin_m, const Vector3f& direction, int except) const {
+  Hit hit;
+  for (const int plane : planes_)
+    if (plane != except) test(plane, origin_m, direction, hit);
+  // From tile to tile (Amanatides and Woo, 1987), until there is a hit inside one.
+  constexpr int kTiles = static_cast<int>(2 * kReach_m / kTile_m);
+  int tile[2], step[2];
+  float leaves[2], per_tile[2];  // distances along the ray
+  for (int axis = 0; axis < 2; ++axis) {
+    tile[axis] = static_cast<int>(std::floor((origin_m[axis] + kReach_m) / kTile_m));
+    step[axis] = direction[axis] > 0 ? 1 : -1;
+    const auto border = static_cast<float>(tile[axis] + (direction[axis] > 0));
+    leaves[axis] = (border * kTile_m - kReach_m - origin_m[axis]) / direction[axis];
+    per_tile[axis] = kTile_m / std::abs(direction[axis]);
+    if (direction[axis] == 0) leaves[axis] = per_tile[axis] = hit.t;
+  }
+  while (tile[0] >= 0 && tile[1] >= 0 && tile[0] < kTiles && tile[1] < kTiles) {
+    const auto middle = [&](int axis) {
+      return (static_cast<float>(tile[axis]) + 0.5f) * kTile_m - kReach_m;
+    };
+    for (const Tiles::Item& item : ground_.at(middle(0), middle(1)))
+      if (item.index != except) test(item.index, origin_m, direction, hit);
+    const int axis = leaves[0] < leaves[1] ? 0 : 1;
+    if (hit.t <= leaves[axis] || std::isinf(leaves[axis])) break;
+    leaves[axis] += per_tile[axis];
+    tile[axis] += step[axis];
+  }
+  return hit;
+}
+
+}  // namespace predictive_stereo::simulation
