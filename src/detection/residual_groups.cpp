@@ -2,50 +2,72 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 #include "detection/long_residual.h"
+#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr int kSide = 5;            // of the squares over which residuals are summed
+constexpr int kReach = 2;           // residuals are summed over squares of 5x5 points
 constexpr float kFewestKnown = 15;  // points of a square
 constexpr float kLeastSign = 0.8f;  // 90 % of one sign, 10 % of the other
 constexpr size_t kFewestPoints = 20;
 constexpr float kMostStep_px = 1.5f;  // of the disparity, between neighbours
-
-cv::Mat1f sumsOfSquares(const cv::Mat1f& map) {
-  cv::Mat1f sums;
-  cv::boxFilter(map, sums, CV_32F, {kSide, kSide}, {-1, -1}, false, cv::BORDER_CONSTANT);
-  return sums;
-}
-
 constexpr uchar kNoSeed = 0;
 
+// One number of each column, and kReach zeros at both ends.
+using Columns = std::vector<float>;
+
+// Sums over the columns of the squares around a row: of the points that are known.
+struct ColumnSums {
+  explicit ColumnSums(int columns)
+      : known(static_cast<size_t>(columns + 2 * kReach)), sum_px(known), signs(known) {}
+  Columns known, sum_px, signs;
+};
+
+// Loops without a branch, so that the compiler makes vectors of them.
+void addRow(const float* residual_px, int columns, ColumnSums& sums) {
+  float *const known = &sums.known[kReach], *const sum_px = &sums.sum_px[kReach],
+               *const signs = &sums.signs[kReach];
+  for (int u = 0; u < columns; ++u) {
+    const float r = residual_px[u] == kUnknownResidual ? 0 : residual_px[u];
+    known[u] += residual_px[u] == kUnknownResidual ? 0.0f : 1.0f;
+    sum_px[u] += r;
+    signs[u] += (r > 0 ? 1.0f : 0.0f) - (r < 0 ? 1.0f : 0.0f);
+  }
+}
+
+// Replaces the sums of columns by those of squares: the number of column u is at u, not u + kReach.
+void sumSquares(Columns& sums) {
+  static_assert(kReach == 2);
+  float* const s = sums.data();
+  for (size_t u = 0; u + 2 * kReach < sums.size(); ++u)
+    s[u] = s[u] + s[u + 1] + s[u + 2] + s[u + 3] + s[u + 4];
+}
+
 // Points in whose square residuals are large and of one sign. Seeds of one value have the same pair
-// and sign.
+// and sign. The image's border cuts squares.
+void findSeedsOfRow(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float least_mean_px, int v,
+                    uchar* seeds) {
+  ColumnSums sums(residual_px.cols);
+  for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, residual_px.rows - 1); ++y)
+    addRow(residual_px[y], residual_px.cols, sums);
+  for (Columns* columns : {&sums.known, &sums.sum_px, &sums.signs}) sumSquares(*columns);
+  for (int u = 0; u < residual_px.cols; ++u) {
+    const auto i = static_cast<size_t>(u);
+    const float r = residual_px(v, u), known = sums.known[i], sum_px = sums.sum_px[i];
+    const bool is_seed = std::abs(sum_px) >= least_mean_px * known &&  // rare: first
+                         known >= kFewestKnown && std::abs(sums.signs[i]) >= kLeastSign * known &&
+                         r != kUnknownResidual && std::abs(r) >= 0.5f * least_mean_px;
+    seeds[u] = is_seed ? static_cast<uchar>(2 * pair(v, u) + (sum_px > 0 ? 1 : 2)) : kNoSeed;
+  }
+}
+
 cv::Mat1b findSeeds(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float least_mean_px) {
-  cv::Mat1f known(residual_px.size()), usable(residual_px.size()), sign(residual_px.size());
-  for (int v = 0; v < residual_px.rows; ++v)
-    for (int u = 0; u < residual_px.cols; ++u) {
-      const float r = residual_px(v, u);
-      known(v, u) = r != kUnknownResidual ? 1.0f : 0.0f;
-      usable(v, u) = r != kUnknownResidual ? r : 0.0f;
-      sign(v, u) = static_cast<float>((usable(v, u) > 0) - (usable(v, u) < 0));
-    }
-  const cv::Mat1f count = sumsOfSquares(known), sum = sumsOfSquares(usable),
-                  signs = sumsOfSquares(sign);
   cv::Mat1b seeds(residual_px.size());
-  for (int v = 0; v < seeds.rows; ++v)
-    for (int u = 0; u < seeds.cols; ++u) {
-      const bool is_seed = count(v, u) >= kFewestKnown &&
-                           std::abs(usable(v, u)) >= 0.5f * least_mean_px &&
-                           std::abs(sum(v, u)) >= least_mean_px * count(v, u) &&
-                           std::abs(signs(v, u)) >= kLeastSign * count(v, u);
-      seeds(v, u) =
-          is_seed ? static_cast<uchar>(2 * pair(v, u) + (sum(v, u) > 0 ? 1 : 2)) : kNoSeed;
-    }
+  parallelForEach(seeds.rows,
+                  [&](int v) { findSeedsOfRow(residual_px, pair, least_mean_px, v, seeds[v]); });
   return seeds;
 }
 

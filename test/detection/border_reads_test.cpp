@@ -11,7 +11,6 @@
 #include "detection/ground_rows.h"
 #include "detection/long_residual.h"
 #include "detection/patch_rows.h"
-#include "detection/road_line.h"
 #include "detection/segmentation_rows.h"
 #include "detection/shift_rows.h"
 #include "detection/suspicion.h"
@@ -162,14 +161,6 @@ TEST(BorderReads, OfTexture) {
     greyDeviation(noise<uchar>(lattice, 0, 256), deviation);
     Suspicion().find(deviation, noise<float>(lattice, -1, 9), noise<float>(lattice * 2, -1, 30),
                      DisparityRange(), LevelGround(), MotionDetectionParams());
-  });
-}
-
-TEST(BorderReads, OfRoads) {
-  forEverySize(40, [](cv::Size size) {
-    StereoRig rig;
-    rig.baseline_m = 0.5;
-    fitRoadLine(rig, DisparityRange(), noise<float>(size, -1, 30));
   });
 }
 

@@ -2,25 +2,15 @@
 #include "detection/frame_comparison.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <opencv2/imgproc.hpp>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
 
 constexpr float kNearest = 0.5f;
-
-template <class Body>
-void forEveryTarget(const Body& body) {
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    const auto target = targets & ~(targets - 1);
-    hwy::SetSupportedTargetsForTest(target);
-    SCOPED_TRACE(hwy::TargetName(target));
-    body();
-  }
-  hwy::SetSupportedTargetsForTest(0);
-}
 
 // Two frames of noise, a moving camera, and disparities with holes.
 struct Frames {

@@ -2,26 +2,17 @@
 #include "detection/free_space_rows.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <array>
 #include <cmath>
-#include <functional>
 #include <opencv2/core.hpp>
 #include <random>
 #include <vector>
 
+#include "every_target.h"
+
 namespace predictive_stereo {
 namespace {
-
-void onEveryTarget(const std::function<void(const char*)>& test) {
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    const auto target = targets & -targets;
-    hwy::SetSupportedTargetsForTest(target);
-    test(hwy::TargetName(target));
-  }
-  hwy::SetSupportedTargetsForTest(0);
-}
 
 constexpr int kFrames = 3, kStep_px = 2, kCell_px = 4, kCentre_px = 2, kRow_px = 22;
 constexpr float kLeast_px = 3;
@@ -104,10 +95,10 @@ class FreeSpaceRows : public testing::TestWithParam<int> {
 TEST_P(FreeSpaceRows, CountSights) {
   std::vector<uint8_t> through_by(disparity.size()), fixed(disparity.size());
   int moved = 0;
-  onEveryTarget([&](const char* target) {
+  forEveryTarget([&] {
     sightsRow(row(), past.data(), kFrames, kLeast_px, through_by.data(), fixed.data());
     for (int u = 0; u < GetParam(); ++u) {
-      SCOPED_TRACE(testing::Message() << target << " " << u);
+      SCOPED_TRACE(testing::Message() << u);
       int through = 0, same = 0, came_back = 0, first = 0;
       for (int k = 0; k < kFrames && disparity[size_t(u)] >= kLeast_px; ++k) {
         const Sight sight = sightOf(u, k);

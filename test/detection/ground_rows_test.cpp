@@ -2,9 +2,10 @@
 #include "detection/ground_rows.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <opencv2/core.hpp>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -43,10 +44,7 @@ TEST(GroundRows, AreThoseOfTheReference) {
     const cv::Mat1f map = disparities(size);
     const int width = (size.width + 1) / 2, height = (size.height + 1) / 2;
     int level = 0;
-    for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-      const auto target = targets & ~(targets - 1);
-      hwy::SetSupportedTargetsForTest(target);
-      SCOPED_TRACE(hwy::TargetName(target));
+    forEveryTarget([&] {
       level = 0;
       for (int v = 1; v < height; ++v) {
         GroundLimits limits = kLimits;
@@ -65,8 +63,7 @@ TEST(GroundRows, AreThoseOfTheReference) {
           level += below[static_cast<size_t>(u)] > 0;
         }
       }
-    }
-    hwy::SetSupportedTargetsForTest(0);
+    });
     if (size.width == 301) {
       EXPECT_GT(level, 1500);
       EXPECT_LT(level, 7000);

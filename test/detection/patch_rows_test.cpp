@@ -2,12 +2,13 @@
 #include "detection/patch_rows.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <vector>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -39,11 +40,7 @@ std::array<double, GreyPatch::kArea> reference(const cv::Mat1b& image, int x, in
 template <class Body>
 void expectSameOnEveryTarget(const Body& body) {
   std::vector<decltype(body())> results;
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & ~(targets - 1));
-    results.push_back(body());
-  }
-  hwy::SetSupportedTargetsForTest(0);
+  forEveryTarget([&] { results.push_back(body()); });
   for (const auto& result : results) EXPECT_EQ(result, results.front());
 }
 

@@ -2,24 +2,15 @@
 #include "detection/segmentation_rows.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
-#include <functional>
 #include <random>
 #include <vector>
 
+#include "every_target.h"
+
 namespace predictive_stereo {
 namespace {
-
-void onEveryTarget(const std::function<void(const char*)>& test) {
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    const auto target = targets & -targets;
-    hwy::SetSupportedTargetsForTest(target);
-    test(hwy::TargetName(target));
-  }
-  hwy::SetSupportedTargetsForTest(0);
-}
 
 class SegmentationRows : public testing::TestWithParam<int> {
  protected:
@@ -42,42 +33,42 @@ class SegmentationRows : public testing::TestWithParam<int> {
 };
 
 TEST_P(SegmentationRows, LayerIsWithinItsDisparitiesAndNoGround) {
-  onEveryTarget([&](const char* target) {
+  forEveryTarget([&] {
     std::vector<uint8_t> layer(some.size());
     layerRow(disparity.data(), first.data(), width(), -3, 7, 4, layer.data());
     for (size_t u = 0; u < layer.size(); ++u) {
       const float d = disparity[2 * u];
-      EXPECT_EQ(layer[u], d >= -3 && d <= 7 && first[u] < 4 ? 255 : 0) << target << " " << u;
+      EXPECT_EQ(layer[u], d >= -3 && d <= 7 && first[u] < 4 ? 255 : 0) << u;
     }
   });
 }
 
 TEST_P(SegmentationRows, SupportIsTheClampedDifference) {
-  onEveryTarget([&](const char* target) {
+  forEveryTarget([&] {
     std::vector<float> support(first.size());
     supportRow(first.data(), second.data(), width(), 5, support.data());
     for (size_t u = 0; u < support.size(); ++u)
       EXPECT_EQ(support[u],
                 first[u] < 0 || second[u] < 0 ? 0 : std::clamp(first[u] - second[u], -5.0f, 5.0f))
-          << target << " " << u;
+          << u;
   });
 }
 
 TEST_P(SegmentationRows, SupportedAreThoseAboveTheThreshold) {
-  onEveryTarget([&](const char* target) {
+  forEveryTarget([&] {
     std::vector<uint8_t> supported(some.size());
     supportedRow(some.data(), first.data(), width(), 2, supported.data());
     for (size_t u = 0; u < some.size(); ++u)
-      EXPECT_EQ(supported[u], some[u] && first[u] > 2 ? 255 : 0) << target << " " << u;
+      EXPECT_EQ(supported[u], some[u] && first[u] > 2 ? 255 : 0) << u;
   });
 }
 
 TEST_P(SegmentationRows, RefutedMembersAreDropped) {
-  onEveryTarget([&](const char* target) {
+  forEveryTarget([&] {
     std::vector<uint8_t> members = others;
     dropRefutedRow(some.data(), first.data(), width(), -2, members.data());
     for (size_t u = 0; u < some.size(); ++u)
-      EXPECT_EQ(members[u], some[u] && first[u] >= -2 ? others[u] : 0) << target << " " << u;
+      EXPECT_EQ(members[u], some[u] && first[u] >= -2 ? others[u] : 0) << u;
   });
 }
 

@@ -2,11 +2,12 @@
 #include "detection/shift_rows.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <cstdlib>
 #include <random>
 #include <vector>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -31,16 +32,13 @@ void expectAsReference(const std::vector<uint8_t>& image, const std::vector<uint
                        const std::vector<size_t>& at, int trials) {
   std::vector<const uint8_t*> before;
   for (size_t offset : at) before.push_back(&image[offset]);
-  for (auto targets = hwy::SupportedTargets(); targets; targets &= targets - 1) {
-    const auto target = targets & -targets;
-    hwy::SetSupportedTargetsForTest(target);
+  forEveryTarget([&] {
     std::vector<int32_t> total(
         static_cast<size_t>((trials + kShiftBlock - 1) / kShiftBlock * kShiftBlock));
     totalsOfShifts(grey.data(), before.data(), static_cast<int>(grey.size()), trials, total.data());
     total.resize(static_cast<size_t>(trials));
-    EXPECT_EQ(total, reference(grey, before, trials)) << hwy::TargetName(target);
-  }
-  hwy::SetSupportedTargetsForTest(0);
+    EXPECT_EQ(total, reference(grey, before, trials));
+  });
 }
 
 TEST(ShiftRows, AreThePlainSums) {
