@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 #include "nodelets/stereo_messages.h"
@@ -75,6 +76,26 @@ Point at(const sensor_msgs::PointCloud2& cloud, uint32_t row, uint32_t column) {
       std::memcpy(&point.xyz[static_cast<int>(axis)], data + field.offset, sizeof(float));
   }
   return point;
+}
+
+TEST(DepthImage, of_a_disparity_of_zero_is_infinite) {
+  stereo_msgs::DisparityImage message = disparity();
+  writableView<float>(message.image)(0, 1) = 0;
+  writableView<float>(message.image)(0, 2) = 0.5f;
+  const auto image = depthImage(message);
+  const cv::Mat1f depth_m = floatView(*image, "depth");
+  EXPECT_TRUE(std::isnan(depth_m(0, 0)));  // disparity -1: unknown
+  EXPECT_EQ(depth_m(0, 1), std::numeric_limits<float>::infinity());
+  EXPECT_EQ(depth_m(0, 2), 20);
+}
+
+TEST(DepthImage, below_the_range_is_unknown) {
+  stereo_msgs::DisparityImage message = disparity();
+  message.min_disparity = 2;
+  const auto image = depthImage(message);
+  const cv::Mat1f depth_m = floatView(*image, "depth");
+  EXPECT_TRUE(std::isnan(depth_m(0, 6)));
+  EXPECT_EQ(depth_m(0, 5), 5);
 }
 
 TEST(PointCloud, is_organised_as_the_image) {
