@@ -21,9 +21,12 @@ using Columns = std::vector<float>;
 
 // Sums over the columns of the squares around a row: of the points that are known.
 struct ColumnSums {
-  explicit ColumnSums(int columns)
-      : known(static_cast<size_t>(columns + 2 * kReach)), sum_px(known), signs(known) {}
   Columns known, sum_px, signs;
+
+  void reset(int columns) {
+    for (Columns* sums : {&known, &sum_px, &signs})
+      sums->assign(static_cast<size_t>(columns + 2 * kReach), 0);
+  }
 };
 
 // Loops without a branch, so that the compiler makes vectors of them.
@@ -49,8 +52,8 @@ void sumSquares(Columns& sums) {
 // Points in whose square residuals are large and of one sign. Seeds of one value have the same pair
 // and sign. The image's border cuts squares.
 void findSeedsOfRow(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float least_mean_px, int v,
-                    uchar* seeds) {
-  ColumnSums sums(residual_px.cols);
+                    ColumnSums& sums, uchar* seeds) {
+  sums.reset(residual_px.cols);
   for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, residual_px.rows - 1); ++y)
     addRow(residual_px[y], residual_px.cols, sums);
   for (Columns* columns : {&sums.known, &sums.sum_px, &sums.signs}) sumSquares(*columns);
@@ -66,8 +69,11 @@ void findSeedsOfRow(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float l
 
 cv::Mat1b findSeeds(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float least_mean_px) {
   cv::Mat1b seeds(residual_px.size());
-  parallelForEach(seeds.rows,
-                  [&](int v) { findSeedsOfRow(residual_px, pair, least_mean_px, v, seeds[v]); });
+  parallelFor({0, seeds.rows}, [&](const cv::Range& rows) {
+    ColumnSums sums;
+    for (int v = rows.start; v < rows.end; ++v)
+      findSeedsOfRow(residual_px, pair, least_mean_px, v, sums, seeds[v]);
+  });
   return seeds;
 }
 
