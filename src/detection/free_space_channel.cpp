@@ -81,10 +81,8 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
 void FreeSpaceChannel::complete(const DetectionInput& input, const DisparityRange& range,
                                 const MotionDetectionParams& params, ObservedObject& part) const {
   if (obstacles_.size() == 0) return;
-  const std::vector<cv::Point> cells =
-      wholeObstacle(part, obstacles_, cells_, free_space_.evidence());
-  if (cells.empty()) return;
-  const Obstacles::Cells obstacle(cells.data(), cells.data() + cells.size());
+  const Obstacles::Cells obstacle = wholeObstacle(part, obstacles_, free_space_.evidence());
+  if (obstacle.size() == 0) return;
   const cv::Rect area = obstacle.area();
   ObservedObject whole =
       joined(part, objectOf(obstacle, area, cells_, range, input.measured_disparity_px));

@@ -8,9 +8,11 @@
 namespace predictive_stereo {
 namespace {
 
-// Largest step within a surface: the largest of these. The last one counts standard deviations of
-// the difference of two disparities.
-constexpr float kStep_m = 0.3f, kStep_px = 1, kStepSigmas = 1;
+// Largest step within a surface: the larger of these.
+constexpr float kStep_m = 0.3f, kStep_px = 1;
+// Standard deviations of a step that have to be within it, too. Otherwise noise, as on a floor
+// without texture, joins all that touches it.
+constexpr float kSigmas = 2;
 constexpr float kFarthest_m = 60;
 constexpr float kWide_px = 1e6f;
 
@@ -63,15 +65,14 @@ cv::Mat1b usableCells(const StereoRig& rig, const DepthCells& cells,
 JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv::Mat1b& usable) {
   const int columns = usable.cols;
   const auto step_per_px2 = kStep_m / static_cast<float>(rig.disparityTimesDepth());
-  constexpr float kVariances = kStepSigmas * kStepSigmas;
   JoinedCells joined(usable.rows * columns);
   const float *const disparity = cells.disparity_px[0], *const variance = cells.variance_px2[0];
   const auto joinIfLevel = [&](int i, int j) {
     if (joined.areJoined(i, j)) return;
     const float d = disparity[i], e = disparity[j];
-    const float larger = std::max(d, e), step = std::abs(d - e);
-    if (step <= kStep_px || step <= step_per_px2 * larger * larger ||
-        step * step <= kVariances * (variance[i] + variance[j]))
+    const float larger = std::max(d, e);
+    const float margin = std::max(kStep_px, step_per_px2 * larger * larger) - std::abs(d - e);
+    if (margin >= 0 && margin * margin >= kSigmas * kSigmas * (variance[i] + variance[j]))
       joined.join(i, j);
   };
   for (int v = 0; v < usable.rows; ++v) {

@@ -17,7 +17,7 @@ class Obstacles {
   /// Its cells, row by row. Valid as long as the obstacles are.
   class Cells {
    public:
-    Cells(const cv::Point* first, const cv::Point* last) : first_(first), last_(last) {}
+    constexpr Cells(const cv::Point* first, const cv::Point* last) : first_(first), last_(last) {}
     const cv::Point* begin() const { return first_; }
     const cv::Point* end() const { return last_; }
     int size() const { return static_cast<int>(last_ - first_); }
@@ -44,7 +44,8 @@ class Obstacles {
   std::vector<cv::Point> cells_;  // of all obstacles, one after the other
 };
 
-/// Joins neighbouring cells without a step in depth between them, over gaps of one unknown cell.
+/// Joins neighbouring cells if there is certainly no step in depth between them, over gaps of one
+/// unknown cell.
 /// Cells with a disparity that the rig measures at more than 60 m are left out.
 /// @param ground  cells on it, up to kGroundMargin_m above, are left out; none: no cell is.
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,

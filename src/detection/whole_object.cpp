@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <opencv2/imgproc.hpp>
 
@@ -11,9 +10,8 @@ namespace {
 
 // Largest difference of disparities within a cell: fixed part, and relative to them.
 constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
-constexpr float kMostSigma_px = 0.5f;  // of added cells; noise on a floor without texture has more
-constexpr double kLeastPart = 0.2;     // share of the cells that the part has
-constexpr double kThin = 0.3;          // pixels of a line / of the fullest line
+constexpr double kLeastPart = 0.2;  // share of the cells that the part has
+constexpr double kThin = 0.3;       // pixels of a line / of the fullest line
 
 // The cells whose centre is in the object.
 cv::Mat1b cellsOf(const ObservedObject& object, cv::Size cells) {
@@ -39,21 +37,6 @@ int commonObstacle(const cv::Mat1b& inside, const cv::Mat1i& number) {
         most = votes[obstacle];
       }
   return 2 * most >= cv::countNonZero(inside) ? obstacle : -1;
-}
-
-// The obstacle's cells that certain ones connect to the part.
-std::vector<cv::Point> connectedTo(const cv::Mat1b& part, const Obstacles::Cells& obstacle,
-                                   const DepthCells& cells) {
-  constexpr uchar kCertain = 255, kConnected = 128;
-  cv::Mat1b state = cv::Mat1b::zeros(part.size());
-  for (const cv::Point p : obstacle)
-    if (part(p) || cells.variance_px2(p) <= kMostSigma_px * kMostSigma_px) state(p) = kCertain;
-  for (const cv::Point p : obstacle)
-    if (part(p) && state(p) == kCertain) cv::floodFill(state, p, kConnected, nullptr, {}, {}, 4);
-  std::vector<cv::Point> connected;
-  std::copy_if(obstacle.begin(), obstacle.end(), std::back_inserter(connected),
-               [&](cv::Point p) { return state(p) == kConnected; });
-  return connected;
 }
 
 // Without thin lines at the ends.
@@ -97,20 +80,20 @@ ObservedObject objectOf(const Obstacles::Cells& obstacle, const cv::Rect& area,
   return object;
 }
 
-std::vector<cv::Point> wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
-                                     const DepthCells& cells, const FreeSpaceEvidence& evidence) {
+Obstacles::Cells wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
+                               const FreeSpaceEvidence& evidence) {
+  constexpr Obstacles::Cells kNone(nullptr, nullptr);
   const cv::Mat1b inside = cellsOf(part, obstacles.number().size());
   const int k = commonObstacle(inside, obstacles.number());
-  if (k < 0) return {};
-  std::vector<cv::Point> whole = connectedTo(inside, obstacles[k], cells);
+  if (k < 0) return kNone;
+  const Obstacles::Cells whole = obstacles[k];
   int of_part = 0, moved = 0;
   for (const cv::Point p : whole) {
     of_part += inside(p) != 0;
     moved += evidence.moved(p) != 0;
   }
   const auto all = static_cast<double>(whole.size());
-  if (of_part < kLeastPart * all || moved < kLeastMoved * all) return {};
-  return whole;
+  return of_part < kLeastPart * all || moved < kLeastMoved * all ? kNone : whole;
 }
 
 ObservedObject joined(const ObservedObject& part, const ObservedObject& whole) {

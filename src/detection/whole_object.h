@@ -2,7 +2,6 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "detection/depth_cells.h"
 #include "detection/free_space.h"
@@ -19,11 +18,10 @@ ObservedObject objectOf(const Obstacles::Cells& obstacle, const cv::Rect& area,
 
 /// The obstacle that an object is a part of. A walker's leg that stands does not move as his body
 /// does, and trousers without texture show no motion.
-/// @returns cells that are connected to the part by certain disparities, row by row. Empty if the
-///   part is too small, or if too few of them have moved into free space: static things have grown
-///   together with the object.
-std::vector<cv::Point> wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
-                                     const DepthCells& cells, const FreeSpaceEvidence& evidence);
+/// @returns its cells. None if the part is too small, or if too few of them have moved into free
+///   space: static things have grown together with the object.
+Obstacles::Cells wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
+                               const FreeSpaceEvidence& evidence);
 
 /// The pixels of both, without thin ends of the whole: what a matcher adds at silhouettes.
 /// Observation is that of the part, but for box_px.

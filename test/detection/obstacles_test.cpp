@@ -48,7 +48,7 @@ TEST(Obstacles, ASlantedSideIsOne) {
   EXPECT_EQ(obstacles[0].size(), side.area());
 }
 
-// Steps of 0.3 m, of 1 px, and of one standard deviation are the same surface.
+// Steps of 0.3 m and of 1 px are the same surface, if two standard deviations are within them.
 TEST(Obstacles, EndAtAStep) {
   const auto countAt = [](float d, float e, float variance_px2) {
     DepthCells cells = emptyCells();
@@ -58,13 +58,24 @@ TEST(Obstacles, EndAtAStep) {
     return obstaclesIn(cells).size();
   };
   // 0.3 m / 90 px m * (40 px)^2 = 5.33 px.
-  EXPECT_EQ(countAt(40, 34.8f, 0.01f), 1);
-  EXPECT_EQ(countAt(34.8f, 40, 0.01f), 1);
-  EXPECT_EQ(countAt(40, 34.5f, 0.01f), 2);
-  EXPECT_EQ(countAt(8, 7.1f, 0.01f), 1);
-  EXPECT_EQ(countAt(8, 6.9f, 0.01f), 2);
-  EXPECT_EQ(countAt(8, 5.1f, 4.5f), 1);
-  EXPECT_EQ(countAt(8, 4.9f, 4.5f), 2);
+  EXPECT_EQ(countAt(40, 34.8f, 0), 1);
+  EXPECT_EQ(countAt(34.8f, 40, 0), 1);
+  EXPECT_EQ(countAt(40, 34.5f, 0), 2);
+  EXPECT_EQ(countAt(8, 7.1f, 0), 1);
+  EXPECT_EQ(countAt(8, 6.9f, 0), 2);
+  EXPECT_EQ(countAt(8, 7.6f, 0.04f), 1);  // 0.4 px, and 2 sqrt(2) 0.2 px
+  EXPECT_EQ(countAt(8, 7.6f, 0.05f), 2);
+}
+
+TEST(Obstacles, EndAtNoise) {
+  DepthCells cells = emptyCells();
+  const cv::Rect board(10, 10, 8, 8), noise(10, 18, 20, 3);
+  for (const cv::Rect& part : {board, noise}) cells.disparity_px(part) = 8;
+  ASSERT_EQ(obstaclesIn(cells).size(), 1);
+  cells.variance_px2(noise) = 0.3f;
+  const auto obstacles = obstaclesIn(cells);
+  ASSERT_GT(obstacles.size(), 1);
+  EXPECT_EQ(obstacles[0].area(), board);
 }
 
 TEST(Obstacles, ReachOverAGapOfOneCell) {

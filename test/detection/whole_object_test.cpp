@@ -21,8 +21,9 @@ class WholeObjectTest : public testing::Test {
     evidence_.moved(kBody) = 255;
   }
   std::vector<cv::Point> whole(const cv::Rect& part_cells = kBody) const {
-    return wholeObstacle(objectAt(part_cells), findObstacles(cellRig(), cells_, std::nullopt),
-                         cells_, evidence_);
+    const Obstacles obstacles = findObstacles(cellRig(), cells_, std::nullopt);
+    const Obstacles::Cells whole = wholeObstacle(objectAt(part_cells), obstacles, evidence_);
+    return {whole.begin(), whole.end()};
   }
   static ObservedObject objectAt(const cv::Rect& part) {
     ObservedObject object;
@@ -45,19 +46,6 @@ TEST_F(WholeObjectTest, TheLegsBelongToTheBody) {
 TEST_F(WholeObjectTest, NotWhatIsBehindOrApart) {
   cells_.disparity_px(cv::Rect(26, 5, 20, 12)) = 8;
   cells_.disparity_px(cv::Rect(32, 20, 6, 8)) = 20;
-  EXPECT_EQ(areaOf(whole()), kPerson);
-}
-
-TEST_F(WholeObjectTest, NotWhatIsUncertain) {
-  const cv::Rect noise(28, 24, 12, 5);
-  cells_.disparity_px(noise) = 20;
-  EXPECT_EQ(areaOf(whole()), kPerson | noise);
-  cells_.variance_px2(noise) = 0.3f;
-  EXPECT_EQ(areaOf(whole()), kPerson);
-}
-
-TEST_F(WholeObjectTest, ThePartItselfMayBeUncertain) {
-  cells_.variance_px2(kBody) = 0.3f;
   EXPECT_EQ(areaOf(whole()), kPerson);
 }
 
