@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "evaluation/report.h"
+#include "evaluation/statistics.h"
 
 namespace predictive_stereo {
 
@@ -19,20 +19,19 @@ class ErrorHistogram {
   void add(double error_px);
   ErrorHistogram& operator+=(const ErrorHistogram& other);
 
-  int64_t count() const { return inside_ + gross_; }
-  double grossShare() const;
+  int64_t count() const { return all_.count(); }
+  double grossShare() const { return ratio(count() - inside_.count(), count()); }
   /// Of the errors that are not gross.
-  double mean_px() const;
-  double variance_px2() const;
+  double mean_px() const { return inside_.mean(); }
+  double variance_px2() const { return inside_.variance(); }
   /// Of all errors, gross ones included.
-  double varianceOfAll_px2() const;
+  double varianceOfAll_px2() const { return all_.variance(); }
   /// Half the width of the interval with the middle 68.3 %: sigma of a normal distribution.
   double robustSigma_px() const;
   double shareWithin(double limit_px) const;
 
   /// Lines "error_px,count,share", with the middle of each step as error.
   std::string csv() const;
-  Plot plot(const std::string& title) const;
 
  private:
   static constexpr int kSteps = 300;
@@ -40,9 +39,7 @@ class ErrorHistogram {
   double quantile_px(double share) const;
 
   std::array<int64_t, kSteps> steps_{};
-  int64_t inside_ = 0, gross_ = 0;
-  double sum_ = 0, sum_squares_ = 0;
-  double sum_of_all_ = 0, sum_squares_of_all_ = 0;
+  Moments inside_, all_;
 };
 
 /// Distribution of errors over the image: accumulated absolute errors (the paper's figure 3).
@@ -58,8 +55,8 @@ class ErrorImage {
   /// Sum of absolute errors [px] of the cell that contains this pixel.
   double sum_px(int x_px, int y_px) const { return sums_px_(y_px / kCell_px, x_px / kCell_px); }
 
-  /// From white (0) to pure blue (99th percentile of the cells with errors, and above).
-  cv::Mat3b picture() const;
+  /// The sums, relative to the largest one, which is 65535, for every pixel of the image.
+  cv::Mat1w map() const;
 
  private:
   cv::Size size_;

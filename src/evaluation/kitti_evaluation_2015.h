@@ -1,7 +1,6 @@
 /// Evaluation of methods on the pairs of KITTI 2015, with the devkit's D1.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,14 +18,11 @@ void interpolateAsKitti(const DisparityRange& range, cv::Mat1f& disparity_px);
 
 /// Counts over pixels with truth. They are pooled over scenes, as in the benchmark's tables.
 struct KittiCounts {
-  int64_t pixels = 0;
-  int64_t valid = 0;                  ///< with a disparity before interpolation
-  int64_t outliers = 0;               ///< of the valid ones
-  int64_t interpolated_outliers = 0;  ///< of all after interpolation
+  DisparityScore found, interpolated;  ///< before and after interpolation
 
-  double d1_percent() const;        ///< after interpolation: the benchmark's D1
-  double d1_valid_percent() const;  ///< of valid pixels
-  double density_percent() const;
+  double d1_percent() const { return interpolated.d1_filled_percent(); }  ///< the benchmark's D1
+  double d1_valid_percent() const { return found.d1_percent(); }  ///< of pixels with a disparity
+  double density_percent() const { return found.density_percent(); }
   KittiCounts& operator+=(const KittiCounts& other);
 };
 
@@ -37,13 +33,11 @@ struct KittiScore {
   KittiScore& operator+=(const KittiScore& other);
 };
 
-/// @param disparity_px, interpolated_px  before and after interpolateAsKitti.
 /// @param truth_px  see kNoTruth.
 /// @param vehicles  not 0: "vehicles", 0: "background".
 /// @throws std::invalid_argument for maps of different sizes.
-KittiScore scoreAsKitti(const cv::Mat1f& disparity_px, const cv::Mat1f& interpolated_px,
-                        const DisparityRange& range, const cv::Mat1f& truth_px,
-                        const cv::Mat1b& vehicles);
+KittiScore scoreAsKitti(const cv::Mat1f& disparity_px, const DisparityRange& range,
+                        const cv::Mat1f& truth_px, const cv::Mat1b& vehicles);
 
 struct KittiMethodResult2015 {
   KittiScore score;      ///< against all truth, occluded pixels included
@@ -56,9 +50,6 @@ struct KittiSceneResult2015 {
   std::string scene;
   std::vector<KittiMethodResult2015> methods;  ///< in the order of the methods given
 };
-
-/// New instances of the methods, without a past.
-std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<NamedMethod>& methods);
 
 /// Runs methods on one scene.
 /// @param running  new instances for each scene: its pair is the first frame of a sequence. Or the

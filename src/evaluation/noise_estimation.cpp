@@ -63,36 +63,24 @@ class PointGrid {
   const std::vector<Eigen::Vector3d>& points_;
 };
 
-void addMeasurementErrors(const cv::Mat1f& measured_px, const DisparityRange& range,
-                          const cv::Mat1f& truth_px, ErrorHistogram& errors, ErrorImage& image) {
-  for (int y = 0; y < truth_px.rows; ++y)
-    for (int x = 0; x < truth_px.cols; ++x) {
-      if (!hasTruth(truth_px(y, x)) || !range.isValid(measured_px(y, x))) continue;
-      const double error_px = static_cast<double>(measured_px(y, x)) - truth_px(y, x);
-      errors.add(error_px);
-      image.add(x, y, error_px);
-    }
-}
-
 void addSamples(const DisparityOutput& maps, const DisparityRange& range, const cv::Mat1f& truth_px,
                 int step, std::vector<VarianceSample>& samples) {
   cv::Mat1f disagreements;
   measureDisagreement(maps.disparity_px, range, disagreements);
-  for (int y = 0; y < truth_px.rows; y += step)
-    for (int x = 0; x < truth_px.cols; x += step) {
-      if (!hasTruth(truth_px(y, x)) || !range.isValid(maps.disparity_px(y, x))) continue;
-      VarianceSample sample;
-      sample.error_px = maps.disparity_px(y, x) - truth_px(y, x);
-      sample.disparity_px = maps.disparity_px(y, x);
-      sample.measured = range.isValid(maps.measured_disparity_px(y, x));
-      sample.predicted = range.isValid(maps.predicted_disparity_px(y, x));
-      sample.ambiguity = static_cast<float>(maps.ambiguity(y, x)) / 255.0f;
-      sample.innovation_px =
-          std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
-      sample.disagreement = disagreements(y, x);
-      sample.row_offset_px = static_cast<float>(maps.row_alignment.rms_offset_px);
-      samples.push_back(sample);
-    }
+  const auto addSample = [&](int x, int y, double) {
+    VarianceSample sample;
+    sample.error_px = maps.disparity_px(y, x) - truth_px(y, x);
+    sample.disparity_px = maps.disparity_px(y, x);
+    sample.measured = range.isValid(maps.measured_disparity_px(y, x));
+    sample.predicted = range.isValid(maps.predicted_disparity_px(y, x));
+    sample.ambiguity = static_cast<float>(maps.ambiguity(y, x)) / 255.0f;
+    sample.innovation_px =
+        std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
+    sample.disagreement = disagreements(y, x);
+    sample.row_offset_px = static_cast<float>(maps.row_alignment.rms_offset_px);
+    samples.push_back(sample);
+  };
+  forEachError(maps.disparity_px, range, truth_px, addSample, step);
 }
 
 PipelineParams withAllPublished(PipelineParams params) {
@@ -153,8 +141,11 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
       cv::Mat1f truth_px = lidarTruth(points, drive.rig().size);
       truth_px.setTo(kNoTruth, moving);
       each_by_itself.process(frame, unknownMotion, measured);
-      addMeasurementErrors(measured.measured_disparity_px, range, truth_px, seen.measurement,
-                           seen.measurement_image);
+      forEachError(measured.measured_disparity_px, range, truth_px,
+                   [&](int x, int y, double error_px) {
+                     seen.measurement.add(error_px);
+                     seen.measurement_image.add(x, y, error_px);
+                   });
       if (index > 0) addSamples(published.disparity, range, truth_px, 1, seen.published);
       if (!points_prev.empty() && published.motion_start == stamp_prev)
         addProcessErrors(points_prev, points, drive.rig(), published.ego_motion.motion.T_cam_prev,

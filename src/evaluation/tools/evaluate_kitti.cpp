@@ -7,7 +7,6 @@
 #include <optional>
 #include <sstream>
 
-#include "evaluation/disparity_panels.h"
 #include "evaluation/disparity_report.h"
 #include "evaluation/kitti_evaluation_2015.h"
 #include "evaluation/tools/tool_input.h"
@@ -122,12 +121,11 @@ void addPictures(const KittiScene2015& scene, const std::vector<NamedMethod>& me
                  const DisparityRange& range, Report& report) {
   std::vector<MethodOutput> outputs;
   evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods), range, outputs);
-  const SequenceFrame frame{scene.left, scene.right, scene.truth_px, {}};
-  report.addHeading("Scene " + scene.name);
+  report.add({"heading", "Scene " + scene.name});
+  ReportItem item = frameItem({scene.left, scene.right, scene.truth_px, {}}, scene.name, report);
   for (size_t m = 0; m < methods.size(); ++m)
-    for (const Panel& panel :
-         panelsOf(frame, scene.name, methods[m].name, m == 0, range, outputs[m]))
-      report.add(panel);
+    addMethod(methods[m].name, range, outputs[m], item, report);
+  report.add(item);
 }
 
 void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& params,
@@ -174,10 +172,11 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
               kittiCsv2015(method_names, results));
   }
   if (!report) return;
-  report->addText(
-      "D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity are "
-      "filled as the devkit does. Ground truth includes pixels that the right camera does not "
-      "see.");
+  report->add(
+      {"text",
+       "D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity are "
+       "filled as the devkit does. Ground truth includes pixels that the right camera does not "
+       "see."});
   for (const Table& table : tables) report->add(table);
   for (const size_t scene : worstSceneIndices2015(results, shown, kWorst))
     addPictures(readKittiScene2015(training_dir, names[scene]), methods, range, *report);
@@ -209,16 +208,16 @@ int evaluate(const CommandLine& command_line) {
     for (const NamedMethod& method : methods) report.methods.push_back(method.name);
     for (const auto& sequence : group.sequences) {
       const int frames = framesOf(*sequence, max_frames);
-      const auto addPanels = [&](const SequenceFrame& frame, int index, size_t m,
-                                 const MethodOutput& output) {
+      const auto addMaps = [&](const SequenceFrame& frame, int index, size_t m,
+                               const MethodOutput& output) {
         const std::string& method = methods[m].name;
         if (index + 1 != frames || !(m == 0 || method == kOpencvHh || method == kOurs)) return;
-        const auto panels = panelsOf(frame, sequence->name() + ", frame " + std::to_string(index),
-                                     method, m == 0, range, output);
-        report.panels.insert(report.panels.end(), panels.begin(), panels.end());
+        const std::string title = sequence->name() + ", frame " + std::to_string(index);
+        if (m == 0) report.frames.push_back(frameItem(frame, title, *page));
+        addMethod(method, range, output, report.frames.back(), *page);
       };
       evaluateDisparity(*sequence, methods, params, max_frames,
-                        page ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
+                        page ? FrameCallback(addMaps) : FrameCallback(), report.evaluations);
     }
     print(report);
     reports.push_back(std::move(report));
