@@ -54,11 +54,10 @@ def errors(left, truth, has_truth, disparity, known):
     colours[(error > 3) & (error > 0.05 * truth)] = (0, 0, 255)
     colours[~known] = (255, 0, 255)
     picture = cv2.cvtColor(left // 2, cv2.COLOR_GRAY2BGR)
+    picture[has_truth] = colours[has_truth]
     if has_truth.mean() < 0.25:  # single pixels are hard to see
         for y, x in np.argwhere(has_truth):
             picture[y:y + 2, x:x + 2] = colours[y, x]
-    else:
-        picture[has_truth] = colours[has_truth]
     return picture
 
 

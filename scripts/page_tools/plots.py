@@ -1,4 +1,4 @@
-"""The plots of report's pages, as SVG elements. rows: of a CSV file, as dictionaries; item: of report.yaml."""
+"""The plots of pages, as SVG elements. Those of report have rows (of a CSV file, as dictionaries) and an item of report.yaml."""
 
 import io
 from math import erf

@@ -21,23 +21,25 @@ Groups groupsOf(const DetectionScore& score) {
   return groups;
 }
 
-// False boxes have no direction of motion.
-bool countsFalseBoxes(const DetectionScore& score, const std::string& group) {
-  return score.byMotion().count(group) == 0;
+// The figures of a group. False boxes have no direction of motion.
+// @param per_frame  also false boxes per frame. @param missing  for figures without a value.
+Row figuresOf(const DetectionScore& score, const std::string& group, const DetectionCounts& counts,
+              int rate_decimals, int decimals, bool per_frame, const char* missing) {
+  const bool falses = score.byMotion().count(group) == 0;
+  const double false_boxes = falses ? counts.false_boxes : kNotKnown;
+  const auto rate = [&](double value) { return fixed(value, rate_decimals, missing); };
+  const auto mean = [&](double value) { return fixed(value, decimals, missing); };
+  return row(counts.demanded, counts.found, fixed(false_boxes, 0, missing), rate(counts.recall()),
+             rate(falses ? counts.precision() : kNotKnown),
+             per_frame ? row(rate(false_boxes / std::max(1, score.frames()))) : Row(),
+             mean(counts.meanIou()), mean(median(counts.distance_errors_m)),
+             mean(median(counts.speed_errors_mps)));
 }
 
 void addLines(const std::string& name, const DetectionScore& score, Table& csv) {
-  for (const auto& [group, counts] : groupsOf(score)) {
-    const bool falses = countsFalseBoxes(score, group);
-    const auto cell = [](double value) { return fixed(value, 4, ""); };
-    csv.add(name, group, score.frames(), counts.demanded, counts.found,
-            falses ? std::to_string(counts.false_boxes) : "", cell(counts.recall()),
-            falses ? cell(counts.precision()) : "",
-            falses ? cell(double(counts.false_boxes) / std::max(1, score.frames())) : "",
-            cell(counts.meanIou()), cell(median(counts.distance_errors_m)),
-            cell(median(counts.speed_errors_mps)),
+  for (const auto& [group, counts] : groupsOf(score))
+    csv.add(name, group, score.frames(), figuresOf(score, group, counts, 4, 4, true, ""),
             group == "all" ? std::to_string(score.idSwitches()) : "");
-  }
 }
 
 const char* labelOutcome(const EvaluatedFrame& frame, size_t label) {
@@ -52,14 +54,8 @@ Table tableOf(const std::string& name, const DetectionScore& score) {
               {"", "demanded", "found", "false", "recall", "precision", "IoU", "distance error m",
                "speed error m/s"},
               {}};
-  for (const auto& [group, counts] : groupsOf(score)) {
-    const bool falses = countsFalseBoxes(score, group);
-    table.add(group, counts.demanded, counts.found,
-              falses ? std::to_string(counts.false_boxes) : "-", fixed(counts.recall(), 3),
-              falses ? fixed(counts.precision(), 3) : "-", fixed(counts.meanIou(), 2),
-              fixed(median(counts.distance_errors_m), 2),
-              fixed(median(counts.speed_errors_mps), 2));
-  }
+  for (const auto& [group, counts] : groupsOf(score))
+    table.add(group, figuresOf(score, group, counts, 3, 2, false, "-"));
   return table;
 }
 

@@ -92,17 +92,15 @@ void VarianceCalibration::add(double error_px, double variance_px2) {
   const double sigma_px = std::sqrt(variance_px2);
   const double bin = std::abs(error_px) / sigma_px / kBinWidth;
   ++histogram_[static_cast<size_t>(std::min(bin, kBins - 1.0))];
-  ++count_;
-  sum_sigma_ += sigma_px;
-  sum_squared_error_ += error_px * error_px;
+  sigmas_px_.add(sigma_px);
+  errors_px_.add(error_px);
   sum_nll_ += 0.5 * (std::log(2 * M_PI * variance_px2) + error_px * error_px / variance_px2);
 }
 
 VarianceCalibration& VarianceCalibration::operator+=(const VarianceCalibration& other) {
-  count_ += other.count_;
+  sigmas_px_ += other.sigmas_px_;
+  errors_px_ += other.errors_px_;
   sum_nll_ += other.sum_nll_;
-  sum_sigma_ += other.sum_sigma_;
-  sum_squared_error_ += other.sum_squared_error_;
   for (size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
   return *this;
 }
@@ -111,9 +109,7 @@ double VarianceCalibration::shareWithin(double sigmas) const {
   const int bins = std::min(kBins, static_cast<int>(std::ceil(sigmas / kBinWidth - 1e-9)));
   int64_t within = 0;
   for (int i = 0; i < bins; ++i) within += histogram_[static_cast<size_t>(i)];
-  return ratio(within, count_);
+  return ratio(within, count());
 }
-
-double VarianceCalibration::rms_px() const { return std::sqrt(ratio(sum_squared_error_, count_)); }
 
 }  // namespace predictive_stereo

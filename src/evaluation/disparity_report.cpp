@@ -35,7 +35,7 @@ Row ratios(const SequenceReport& report, const DisparityEvaluation& e, const Sco
   return row;
 }
 
-// Of the paper's table; "-" for a method that was not run.
+// Time and outliers of methods; "-" for one that was not run.
 Row times(const SequenceReport& report, std::initializer_list<const char*> methods) {
   Row row;
   for (const char* method : methods) {

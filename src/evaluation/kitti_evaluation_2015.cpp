@@ -28,22 +28,6 @@ void addVariances(const KittiScene2015& scene, const DisparityRange& range,
   });
 }
 
-struct Totals {
-  KittiScore score, score_noc;
-  double mean_ms = 0;
-};
-
-Totals totals(const std::vector<KittiSceneResult2015>& scenes, size_t method) {
-  Totals sum;
-  for (const auto& scene : scenes) {
-    const KittiMethodResult2015& result = scene.methods[method];
-    sum.score += result.score;
-    sum.score_noc += result.score_noc;
-    sum.mean_ms += result.ms / static_cast<double>(scenes.size());
-  }
-  return sum;
-}
-
 // Of all pixels, background and vehicles.
 std::string triple(const KittiScore& score, double (KittiCounts::*figure)() const) {
   return fixed((score.all().*figure)(), 2) + " / " + fixed((score.background.*figure)(), 2) +
@@ -125,8 +109,19 @@ KittiSceneResult2015 evaluateKittiScene2015(
   return results;
 }
 
-Table kittiTable2015(const std::vector<std::string>& methods,
-                     const std::vector<KittiSceneResult2015>& scenes) {
+template <class Value>
+Value KittiEvaluation2015::total(size_t method, Value KittiMethodResult2015::*member) const {
+  Value sum{};
+  for (const auto& scene : scenes) sum += scene.methods[method].*member;
+  return sum;
+}
+
+size_t KittiEvaluation2015::shown() const {
+  const auto ours = std::find(methods.begin(), methods.end(), kOurs);
+  return ours == methods.end() ? 0 : static_cast<size_t>(ours - methods.begin());
+}
+
+Table KittiEvaluation2015::table() const {
   Table table{"KITTI 2015, " + std::to_string(scenes.size()) +
                   " single pairs, pooled: all / background / vehicles",
               {"method", "ms", "D1 % interpolated", "D1 % of valid pixels", "density %"},
@@ -138,74 +133,68 @@ Table kittiTable2015(const std::vector<std::string>& methods,
   if (has_noc)
     table.header = row(table.header, "D1 % not occluded, interpolated", "D1 % not occluded, valid");
   for (size_t m = 0; m < methods.size(); ++m) {
-    const Totals sum = totals(scenes, m);
-    table.add(methods[m], fixed(sum.mean_ms, 1), triples(sum.score),
-              triple(sum.score, &KittiCounts::density_percent));
-    if (has_noc) table.rows.back() = row(table.rows.back(), triples(sum.score_noc));
+    double mean_ms = 0;
+    for (const auto& scene : scenes) mean_ms += scene.methods[m].ms / double(scenes.size());
+    const KittiScore score = total(m, &KittiMethodResult2015::score);
+    table.add(methods[m], fixed(mean_ms, 1), triples(score),
+              triple(score, &KittiCounts::density_percent),
+              has_noc ? triples(total(m, &KittiMethodResult2015::score_noc)) : Row());
   }
   return table;
 }
 
-std::vector<size_t> worstSceneIndices2015(const std::vector<KittiSceneResult2015>& scenes,
-                                          size_t method, int count) {
+std::vector<size_t> KittiEvaluation2015::worst() const {
+  constexpr size_t kWorst = 10;
   std::vector<size_t> order(scenes.size());
   std::iota(order.begin(), order.end(), size_t{0});
   const auto wrong = [&](size_t s) {
-    return scenes[s].methods[method].score.all().interpolated.wrong();
+    return scenes[s].methods[shown()].score.all().interpolated.wrong();
   };
   std::stable_sort(order.begin(), order.end(),
                    [&](size_t a, size_t b) { return wrong(a) > wrong(b); });
-  order.resize(std::min(order.size(), static_cast<size_t>(count)));
+  order.resize(std::min(order.size(), kWorst));
   return order;
 }
 
-Table worstScenes2015(const std::vector<std::string>& methods,
-                      const std::vector<KittiSceneResult2015>& scenes, size_t method, int count) {
-  Table table{methods[method] + ": scenes with most wrong pixels; all / background / vehicles",
+Table KittiEvaluation2015::worstTable() const {
+  Table table{methods[shown()] + ": scenes with most wrong pixels; all / background / vehicles",
               {"scene", "D1 % interpolated", "D1 % of valid pixels", "density %", "wrong",
                "of them on vehicles"},
               {}};
-  for (const size_t s : worstSceneIndices2015(scenes, method, count)) {
-    const KittiScore& score = scenes[s].methods[method].score;
+  for (const size_t s : worst()) {
+    const KittiScore& score = scenes[s].methods[shown()].score;
     table.add(scenes[s].scene, triples(score), triple(score, &KittiCounts::density_percent),
               score.all().interpolated.wrong(), score.vehicles.interpolated.wrong());
   }
   return table;
 }
 
-Table kittiCalibrationTable2015(const std::vector<KittiSceneResult2015>& scenes, size_t method) {
-  VarianceCalibration background, vehicles;
-  for (const auto& scene : scenes) {
-    background += scene.methods[method].background_variance;
-    vehicles += scene.methods[method].vehicle_variance;
-  }
-  VarianceCalibration all = background;
+Table KittiEvaluation2015::calibrationTable() const {
+  VarianceCalibration background = total(shown(), &KittiMethodResult2015::background_variance),
+                      vehicles = total(shown(), &KittiMethodResult2015::vehicle_variance),
+                      all = background;
   all += vehicles;
   Table table{"Variance of ours: shares of errors within 1, 2, 3 sigma (normal: 68.3, 95.4, 99.7)",
               {"pixels", "1 sigma %", "2 sigma %", "3 sigma %", "mean sigma px", "count"},
               {}};
-  const auto add = [&](const char* name, const VarianceCalibration& c) {
-    if (c.count() > 0) table.add(name, percentWithin(c), fixed(c.meanSigma_px(), 3), c.count());
-  };
-  add("all", all);
-  add("background", background);
-  add("vehicles", vehicles);
+  for (const auto& [name, c] : {std::pair("all", &all), std::pair("background", &background),
+                                std::pair("vehicles", &vehicles)})
+    if (c->count() > 0) table.add(name, percentWithin(*c), fixed(c->meanSigma_px(), 3), c->count());
   return table;
 }
 
-std::string kittiCsv2015(const std::vector<std::string>& methods,
-                         const std::vector<KittiSceneResult2015>& scenes) {
+std::string KittiEvaluation2015::csv() const {
   Table csv = Table::ofCsv(
       "scene,method,ms,background_pixels,background_valid,background_outliers,"
       "background_interpolated_outliers,vehicle_pixels,vehicle_valid,vehicle_outliers,"
       "vehicle_interpolated_outliers");
+  const auto counted = [](const KittiCounts& counts) {
+    return row(counts.found.truth_pixels, counts.found.valid_pixels, counts.found.outliers,
+               counts.interpolated.wrong());
+  };
   for (const auto& scene : scenes)
     for (size_t m = 0; m < methods.size(); ++m) {
-      const KittiMethodResult2015& result = scene.methods[m];
-      const auto counted = [](const KittiCounts& counts) {
-        return row(counts.found.truth_pixels, counts.found.valid_pixels, counts.found.outliers,
-                   counts.interpolated.wrong());
-      };
+      const auto& result = scene.methods[m];
       csv.add(scene.scene, methods[m], result.ms, counted(result.score.background),
               counted(result.score.vehicles));
     }

@@ -63,19 +63,27 @@ KittiSceneResult2015 evaluateKittiScene2015(
 /// A scene's pair as frame `index` of a sequence.
 MethodInput inputOf(const KittiScene2015& scene, int index = 0);
 
-/// D1 of background, vehicles and all pixels, with and without interpolation, pooled over scenes.
-Table kittiTable2015(const std::vector<std::string>& methods,
-                     const std::vector<KittiSceneResult2015>& scenes);
-/// The scenes in which `method` has the most wrong pixels, with its figures; at most `count`.
-Table worstScenes2015(const std::vector<std::string>& methods,
-                      const std::vector<KittiSceneResult2015>& scenes, size_t method, int count);
-/// Indices of those scenes, the worst first.
-std::vector<size_t> worstSceneIndices2015(const std::vector<KittiSceneResult2015>& scenes,
-                                          size_t method, int count);
-/// Shares of errors within 1, 2, 3 sigma: background, vehicles, all. No rows without variances.
-Table kittiCalibrationTable2015(const std::vector<KittiSceneResult2015>& scenes, size_t method);
-/// All counts, one line per scene and method, with a header.
-std::string kittiCsv2015(const std::vector<std::string>& methods,
-                         const std::vector<KittiSceneResult2015>& scenes);
+/// Results of all scenes.
+struct KittiEvaluation2015 {
+  std::vector<std::string> methods;
+  std::vector<KittiSceneResult2015> scenes;
+
+  /// D1 of background, vehicles and all pixels, with and without interpolation, pooled over scenes.
+  Table table() const;
+  /// The following two are of `ours`, or else of the first method.
+  /// The ten scenes with the most wrong pixels, and their figures.
+  Table worstTable() const;
+  /// Shares of errors within 1, 2, 3 sigma: background, vehicles, all. No rows without variances.
+  Table calibrationTable() const;
+  /// Indices of the scenes of worstTable.
+  std::vector<size_t> worst() const;
+  /// All counts, one line per scene and method, with a header.
+  std::string csv() const;
+
+ private:
+  size_t shown() const;
+  template <class Value>
+  Value total(size_t method, Value KittiMethodResult2015::*member) const;
+};
 
 }  // namespace predictive_stereo

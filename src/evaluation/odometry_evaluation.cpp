@@ -25,7 +25,7 @@ void summarize(OdometryEvaluation& e) {
   e.length_m = pathLength(e.truth);
   e.length_error_percent = 100 * (pathLength(e.estimated) / e.length_m - 1);
   e.relative = relativePoseErrors(e.estimated, e.truth, {5, 10, 20, 50, 100});
-  e.mean = meanMotionError(motionsBetween(e.estimated), motionsBetween(e.truth));
+  e.mean = meanMotionError(e.estimated, e.truth);
   std::vector<double> normalized, ms;
   for (const auto& motion : e.motions) {
     e.largest.translation_m = std::max(e.largest.translation_m, motion.error.translation_m);

@@ -188,11 +188,11 @@ TEST(KittiEvaluation2015, PoolsScenes) {
   EXPECT_EQ(Scene2015::kWidth / 2 * (Scene2015::kHeight - 2),
             result.methods[0].score_noc.vehicles.found.outliers);
 
-  const Table table = kittiTable2015({"constant"}, {result, result});
+  const Table table = KittiEvaluation2015{{"constant"}, {result, result}}.table();
   EXPECT_EQ("50.00 / 0.00 / 100.00", table.rows.at(0).at(2));
   EXPECT_EQ("57.14 / 0.00 / 100.00", table.rows.at(0).at(3));
   EXPECT_EQ("87.50 / 75.00 / 100.00", table.rows.at(0).at(4));
-  EXPECT_EQ(1u, worstSceneIndices2015({result}, 0, 10).size());
+  EXPECT_EQ(1u, (KittiEvaluation2015{{"constant"}, {result}}).worst().size());
 }
 
 }  // namespace

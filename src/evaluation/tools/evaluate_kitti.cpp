@@ -137,7 +137,8 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   if (command_line.has("report"))
     report.emplace(fs::path(command_line.get("report")) / "kitti2015", "KITTI 2015, single pairs",
                    provenance(command_line, params));
-  std::vector<KittiSceneResult2015> results;
+  KittiEvaluation2015 evaluation;
+  for (const NamedMethod& method : methods) evaluation.methods.push_back(method.name);
   std::vector<MethodOutput> outputs;
   {
     Progress progress("KITTI 2015", static_cast<int>(names.size()));
@@ -145,31 +146,22 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
     VisualOdometry odometry(params.ego_motion, params.max_gap);
     std::vector<std::unique_ptr<DisparityMethod>> running;
     for (const std::string& name : names) {
-      const int index = static_cast<int>(results.size());
+      const int index = static_cast<int>(evaluation.scenes.size());
       progress.update(index);
       const KittiScene2015 scene = readKittiScene2015(training_dir, name);
       MethodInput input = inputOf(scene, as_sequence ? index : 0);
       if (!as_sequence || index == 0) running = startMethods(methods);
       if (as_sequence) input.camera = odometry.process(input.frame);
-      results.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
+      evaluation.scenes.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
     }
   }
-  std::vector<std::string> method_names;
-  size_t shown = 0;
-  for (const NamedMethod& method : methods) {
-    if (method.name == kOurs) shown = method_names.size();
-    method_names.push_back(method.name);
-  }
-  constexpr int kWorst = 10;
-  const std::vector<Table> tables = {kittiTable2015(method_names, results),
-                                     kittiCalibrationTable2015(results, shown),
-                                     worstScenes2015(method_names, results, shown, kWorst)};
+  const std::vector<Table> tables = {evaluation.table(), evaluation.calibrationTable(),
+                                     evaluation.worstTable()};
   for (const Table& table : tables)
     if (!table.rows.empty()) std::cout << table.text();
   if (command_line.has("csv")) {
     const fs::path path = command_line.get("csv");
-    writeText(path.parent_path() / (path.stem().string() + "_kitti2015.csv"),
-              kittiCsv2015(method_names, results));
+    writeText(path.parent_path() / (path.stem().string() + "_kitti2015.csv"), evaluation.csv());
   }
   if (!report) return;
   report->add(
@@ -178,7 +170,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
        "filled as the devkit does. Ground truth includes pixels that the right camera does not "
        "see."});
   for (const Table& table : tables) report->add(table);
-  for (const size_t scene : worstSceneIndices2015(results, shown, kWorst))
+  for (const size_t scene : evaluation.worst())
     addPictures(readKittiScene2015(training_dir, names[scene]), methods, range, *report);
   report->finish();
 }
