@@ -35,22 +35,21 @@ Row ratios(const SequenceReport& report, const DisparityEvaluation& e, const Sco
   return row;
 }
 
-// Time and outliers of methods; "-" for one that was not run.
-Row times(const SequenceReport& report, std::initializer_list<const char*> methods) {
+// Cells of methods; "-" for one that was not run.
+Row cellsOf(const SequenceReport& report, std::initializer_list<const char*> methods,
+            std::string (*cell)(const DisparityEvaluation&)) {
   Row row;
   for (const char* method : methods) {
     const auto* found = report.find(method);
-    row.push_back(found ? fixed(found->mean_ms, 1) : "-");
+    row.push_back(found ? cell(*found) : "-");
   }
   return row;
 }
-Row outliers(const SequenceReport& report, std::initializer_list<const char*> methods) {
-  Row row;
-  for (const char* method : methods) {
-    const auto* found = report.find(method);
-    row.push_back(found && found->score.frames ? fixed(found->score.d1_percent, 2) : "-");
-  }
-  return row;
+
+// The time, and outliers; "-" without truth.
+std::string msOf(const DisparityEvaluation& e) { return fixed(e.mean_ms, 1); }
+std::string outliersOf(const DisparityEvaluation& e) {
+  return e.score.frames ? fixed(e.score.d1_percent, 2) : "-";
 }
 
 void addCalibration(const std::string& name, const VarianceCalibration& c, Table& table) {
@@ -83,12 +82,13 @@ Table paperTable(const std::vector<SequenceReport>& reports) {
   if (widened)
     table.header = row(table.header, "ms widened 4", "ms widened 8", "% widened 4", "% widened 8");
   for (const SequenceReport& report : reports) {
-    table.add(report.name, times(report, {kOpencvHh, kOurs, kOurs8}),
-              outliers(report, {kOpencvHh, kOurs, kOursDiagonal, kOurs8}),
+    table.add(report.name, cellsOf(report, {kOpencvHh, kOurs, kOurs8}, msOf),
+              cellsOf(report, {kOpencvHh, kOurs, kOursDiagonal, kOurs8}, outliersOf),
               report.evaluations.front().images);
     if (widened)
-      table.rows.back() = row(table.rows.back(), times(report, {kOursWidened, kOurs8Widened}),
-                              outliers(report, {kOursWidened, kOurs8Widened}));
+      table.rows.back() =
+          row(table.rows.back(), cellsOf(report, {kOursWidened, kOurs8Widened}, msOf),
+              cellsOf(report, {kOursWidened, kOurs8Widened}, outliersOf));
   }
   return table;
 }

@@ -48,7 +48,8 @@ KITTI 2012 and synthetic streets against dense ground truth. Outliers have an er
   --set NAME=VALUE    one parameter, e.g. disparity/matcher/p1=12; may be given several times
   --csv FILE          writes all figures, and those of each frame into a second file, with _frames
                       added to its name
-  --report DIR        writes all figures and pictures; scripts/report DIR makes a page of them
+  --report DIR        writes all figures, and maps of the last frames; scripts/report DIR makes a page
+                      of them
   --frames N          use at most N frames of each sequence
   --threads N         for all methods (default: all cores)
 )";

@@ -27,7 +27,7 @@ GPS is poor).
                       after the calibration
   --csv FILE          writes the figures of each sequence, and those of each frame into a second
                       file, with _frames added to its name
-  --report DIR        writes each path, seen from above; scripts/report DIR makes a page of them
+  --report DIR        writes each path; scripts/report DIR makes a page that shows them from above
   --config YAML       parameters, as in evaluate_kitti
   --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
   --frames N          use at most N frames of each sequence
