@@ -125,6 +125,9 @@ add_test(NAME benchmark
   COMMAND ${CATKIN_ENV} ${CMAKE_CURRENT_SOURCE_DIR}/tooling/benchmark_test.py
     ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}
 )
+add_test(NAME report
+  COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/tooling/report_test.py ${PROJECT_SOURCE_DIR}
+)
 add_test(NAME leave_one_out
   COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/tooling/leave_one_out_test.py ${PROJECT_SOURCE_DIR}
 )

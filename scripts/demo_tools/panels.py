@@ -3,6 +3,7 @@
 import os
 import pickle
 import struct
+import sys
 from collections import namedtuple
 
 import cv2
@@ -12,6 +13,9 @@ from sensor_msgs.msg import Image
 from stereo_msgs.msg import DisparityImage
 
 from progress import Progress
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '../page_tools'))
+from drawing import coloured  # noqa: E402
 
 CAPTION_PX = 34
 GAP_PX = 6
@@ -50,18 +54,6 @@ def diverging_map():
 
 
 DIVERGING = diverging_map()
-
-
-def coloured(values, smallest, largest, colours, known):
-    """Colours of a map; black where nothing is known."""
-    level = np.clip((values - smallest) / (largest - smallest) * 255, 0, 255)
-    level = np.nan_to_num(level).astype(np.uint8)
-    if isinstance(colours, int):
-        picture = cv2.applyColorMap(level, colours)
-    else:
-        picture = colours[level]
-    picture[~known] = 0
-    return picture
 
 
 def panel(picture, caption, scale=None):

@@ -16,6 +16,7 @@ from panels import unpack
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '../page_tools'))
 import pages  # noqa: E402
+import plots  # noqa: E402
 
 Run = namedtuple('Run', 'title bag rate launch_file recording drawn')
 
@@ -24,7 +25,6 @@ STYLE = '''
 #frame { width: 100%; background: #202020 } #strip { white-space: nowrap; overflow-x: auto }
 #strip img { height: 74px; cursor: pointer; margin-right: 2px }
 .controls { display: flex; gap: 1em; align-items: center } .controls input { flex: 1 }
-svg { background: #fafafa; border: 1px solid #ddd }
 '''
 
 SCRIPT = '''
@@ -63,51 +63,23 @@ def true_path(run):
         return {m.header.stamp.to_nsec(): m for _, m, _ in bag.read_messages(topic)}
 
 
-def path_picture(path, truth, largest=(1100, 520), margin=40, smallest=160):
-    """The path from above, x (ahead at the start) to the right, y up."""
-    everything = np.vstack([p[:, :2] for p in (path, truth) if len(p)])
-    low, high = everything.min(0), everything.max(0)
-    extent, centre = np.maximum(high - low, 1.0), (low + high) / 2
-    scale = min((size - 2 * margin) / length for size, length in zip(largest, extent))
-    width, height = (int(max(smallest, length * scale + 2 * margin)) for length in extent)
-
-    # A bar of 1, 2 or 5 times a power of ten, at most a third of the picture long.
-    longest = (width - 2 * margin) / 3 / scale
-    step = max(f * 10.0 ** e for f in (1, 2, 5) for e in range(-2, 6) if f * 10.0 ** e <= longest)
-
-    def points(p):
-        x = width / 2 + (p[:, 0] - centre[0]) * scale
-        y = height / 2 - (p[:, 1] - centre[1]) * scale
-        return ' '.join('%.1f,%.1f' % xy for xy in zip(x, y))
-
-    lines = []
-    if len(truth):
-        lines.append('<polyline points="%s" fill="none" stroke="#999" stroke-width="5"/>' %
-                     points(truth))
-    lines.append('<polyline points="%s" fill="none" stroke="#c22" stroke-width="2"/>' % points(path))
-    lines.append('<circle cx="%s" cy="%s" r="5" fill="#c22"/>' % tuple(points(path[:1]).split(',')))
-    lines.append('<path d="M10 %d h%.1f" stroke="#222" stroke-width="2"/><text x="10" y="%d">%g m'
-                 '</text>' % (height - 12, step * scale, height - 18, step))
-    return '<svg width="%d" height="%d" viewBox="0 0 %d %d">%s</svg>' % (
-        width, height, width, height, ''.join(lines))
-
-
 def path_section(run):
     odometry = [unpack(Odometry, data) for data in run.recording.small['odometry']]
     if not odometry:
         return '<p>None.</p>'
     path = positions(odometry)
     duration = (odometry[-1].header.stamp - odometry[0].header.stamp).to_sec()
-    text = '<p>%.1f m in %.1f s, from above, from the dot on' % (length(path), duration)
+    text = '<p>%.1f m in %.1f s, from above' % (length(path), duration)
     truth = true_path(run)
     both = [(m, truth[m.header.stamp.to_nsec()]) for m in odometry
             if m.header.stamp.to_nsec() in truth]
     true = positions([t for _, t in both])
     if both:
         error = np.linalg.norm(positions([m for m, _ in both]) - true, axis=1)
-        text += '; red: odometry, grey: truth. Error of the position at the end: %.2f m after ' \
-            '%.1f m (%.2f %%)' % (error[-1], length(true), 100 * error[-1] / max(length(true), 1e-9))
-    return text + '.</p>' + path_picture(path, true)
+        text += '. Error of the position at the end: %.2f m after %.1f m (%.2f %%)' % (
+            error[-1], length(true), 100 * error[-1] / max(length(true), 1e-9))
+    curves = [(name, p[:, 0], p[:, 1], '-') for name, p in (('truth', true), ('odometry', path)) if len(p)]
+    return text + '.</p>' + plots.svg('Path', 'ahead at the start [m]', 'to its left [m]', curves, equal_axes=True)
 
 
 def objects_section(run):

@@ -26,6 +26,12 @@ def table(header, rows, title='', classes=None):
         ''.join(line(row, 'td', kind) for row, kind in zip(rows, classes or [None] * len(rows))))
 
 
+def figure(file, caption):
+    """A picture that is there already. file: relative to the page."""
+    return '<figure><img loading="lazy" src="%s" alt="%s"><figcaption>%s</figcaption></figure>\n' % tuple(
+        html.escape(text) for text in (file, caption, caption))
+
+
 def page(title, body, style=''):
     """A page as text. title: plain text; body, style: HTML and CSS."""
     return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>predictive_stereo: '

@@ -1,9 +1,9 @@
 #include "evaluation/detection_evaluation.h"
 
-#include <algorithm>
 #include <memory>
 #include <stdexcept>
 
+#include "evaluation/statistics.h"
 #include "tools/progress.h"
 
 namespace predictive_stereo {
@@ -15,12 +15,6 @@ Detector pipelineDetector(const PipelineParams& params) {
     pipeline->process(frame, *output);
     return DetectorOutput{output->detections.objects, pipeline->times().detection.front().ms};
   };
-}
-
-bool EvaluatedFrame::hasErrors() const {
-  for (size_t l = 0; l < labels.size(); ++l)
-    if (verdict.demanded[l] && verdict.found_by[l] < 0) return true;
-  return std::count(verdict.boxes.begin(), verdict.boxes.end(), FrameVerdict::kFalse) > 0;
 }
 
 DetectionEvaluation evaluateDetection(

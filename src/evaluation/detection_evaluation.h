@@ -27,9 +27,6 @@ struct EvaluatedFrame {
   std::vector<ObjectLabel> labels;
   std::vector<DetectedObject> objects;
   FrameVerdict verdict;
-
-  /// Whether an object was missed or a box is false.
-  bool hasErrors() const;
 };
 
 struct DetectionEvaluation {

@@ -1,7 +1,6 @@
-/// Results of evaluateDetection as tables, CSV and pictures.
+/// Results of evaluateDetection as tables and CSV.
 #pragma once
 
-#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -39,10 +38,6 @@ Table limitsTable(const Sequence& sequence, const PipelineParams& params);
 std::string csv(const std::vector<DetectionEvaluation>& evaluations);
 /// One line per label and per detected object of each frame, with its outcome.
 std::string framesCsv(const std::vector<DetectionEvaluation>& evaluations);
-
-/// The left image with labels (thin: demanded white, missed magenta, tolerated grey, parked blue)
-/// and detected boxes (thick: correct green, tolerated yellow, false red).
-cv::Mat3b picture(const cv::Mat1b& left, const EvaluatedFrame& frame);
 
 /// All figures, for a page.
 /// @param limits  see limitsTable.

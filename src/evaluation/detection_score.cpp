@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
+
+#include "evaluation/statistics.h"
 
 namespace predictive_stereo {
 namespace {
-
-double ratio(double part, double whole) {
-  return whole > 0 ? part / whole : std::numeric_limits<double>::quiet_NaN();
-}
 
 double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {
   const double both = (a & b).area();
@@ -44,18 +41,11 @@ void matchBoxes(const std::vector<ObjectLabel>& labels, const std::vector<Detect
 
 }  // namespace
 
-double DetectionCounts::recall() const { return ratio(found, demanded); }
-double DetectionCounts::precision() const { return ratio(found, found + false_boxes); }
-double DetectionCounts::meanIou() const { return ratio(sum_iou, found); }
+double DetectionCounts::recall() const { return ratio(found, demanded, kNotKnown); }
+double DetectionCounts::precision() const { return ratio(found, found + false_boxes, kNotKnown); }
+double DetectionCounts::meanIou() const { return ratio(sum_iou, found, kNotKnown); }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double DetectionScore::falsePerFrame() const { return ratio(all_.false_boxes, frames_); }
+double DetectionScore::falsePerFrame() const { return ratio(all_.false_boxes, frames_, kNotKnown); }
 
 void DetectionScore::startSequence() {
   visibility_.clear();

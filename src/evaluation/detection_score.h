@@ -29,8 +29,6 @@ struct DetectionCounts {
   double precision() const;  ///< NaN without boxes that count
   double meanIou() const;    ///< NaN without matches
 };
-/// NaN without values.
-double median(std::vector<double> values);
 
 /// Outcome of one frame.
 struct FrameVerdict {

@@ -8,9 +8,6 @@
 namespace predictive_stereo {
 namespace {
 
-/// Moves the mean of `count` values to that of `count` + 1.
-void updateMean(double& mean, double value, int count) { mean += (value - mean) / (count + 1); }
-
 void addTimes(const MethodOutput& output, DisparityEvaluation& evaluation) {
   updateMean(evaluation.mean_ms, output.ms, evaluation.images);
   for (const StageTime& time : output.times) {
@@ -33,21 +30,17 @@ void addWidths(const cv::Mat1w& width_px, const DisparityRange& range,
 
 void addVariances(const cv::Mat1f& truth_px, const DisparityOutput& maps,
                   const DisparityRange& range, DisparityEvaluation& evaluation) {
-  for (int y = 0; y < truth_px.rows; ++y)
-    for (int x = 0; x < truth_px.cols; ++x) {
-      const float disparity_px = maps.disparity_px(y, x);
-      if (!hasTruth(truth_px(y, x)) || !range.isValid(disparity_px)) continue;
-      const float variance_px2 = maps.disparity_variance_px2(y, x);
-      if (!(variance_px2 > 0)) {
-        ++evaluation.without_variance;
-        continue;
-      }
-      const double error_px = static_cast<double>(disparity_px) - truth_px(y, x);
-      evaluation.variance.add(error_px, variance_px2);
-      evaluation.variance_by_disparity.add(truth_px(y, x), error_px, variance_px2);
-      if (!maps.ambiguity.empty() && range.isValid(maps.measured_disparity_px(y, x)))
-        evaluation.variance_by_ambiguity.add(maps.ambiguity(y, x) / 256.0, error_px, variance_px2);
+  forEachError(maps.disparity_px, range, truth_px, [&](int x, int y, double error_px) {
+    const float variance_px2 = maps.disparity_variance_px2(y, x);
+    if (!(variance_px2 > 0)) {
+      ++evaluation.without_variance;
+      return;
     }
+    evaluation.variance.add(error_px, variance_px2);
+    evaluation.variance_by_disparity.add(truth_px(y, x), error_px, variance_px2);
+    if (!maps.ambiguity.empty() && range.isValid(maps.measured_disparity_px(y, x)))
+      evaluation.variance_by_ambiguity.add(maps.ambiguity(y, x) / 256.0, error_px, variance_px2);
+  });
 }
 
 void addScores(const SequenceFrame& frame, int index, const DisparityOutput& maps,
@@ -64,14 +57,12 @@ void addScores(const SequenceFrame& frame, int index, const DisparityOutput& map
 
   evaluation.measured.add(scoreDisparity(maps.measured_disparity_px, range, frame.truth_px));
   cv::Mat1b common = cv::Mat1b::zeros(frame.truth_px.size());
-  for (int y = 0; y < common.rows; ++y)
-    for (int x = 0; x < common.cols; ++x) {
-      const float truth = frame.truth_px(y, x), filtered = maps.disparity_px(y, x),
-                  measured = maps.measured_disparity_px(y, x);
-      if (hasTruth(truth) && range.isValid(filtered) && range.isValid(measured) &&
-          !isOutlier(filtered, truth) && !isOutlier(measured, truth))
-        common(y, x) = 255;
-    }
+  forEachError(maps.disparity_px, range, frame.truth_px, [&](int x, int y, double) {
+    const float truth = frame.truth_px(y, x), measured = maps.measured_disparity_px(y, x);
+    if (range.isValid(measured) && !isOutlier(measured, truth) &&
+        !isOutlier(maps.disparity_px(y, x), truth))
+      common(y, x) = 255;
+  });
   evaluation.common_filtered.add(scoreDisparity(maps.disparity_px, range, frame.truth_px, common));
   evaluation.common_measured.add(
       scoreDisparity(maps.measured_disparity_px, range, frame.truth_px, common));
@@ -102,13 +93,19 @@ std::vector<BinnedCalibration::Bin> BinnedCalibration::bins(int count) const {
   return bins;
 }
 
+std::vector<std::unique_ptr<DisparityMethod>> startMethods(
+    const std::vector<NamedMethod>& methods) {
+  std::vector<std::unique_ptr<DisparityMethod>> running;
+  for (const NamedMethod& method : methods) running.push_back(method.make());
+  return running;
+}
+
 void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>& methods,
-                       const PipelineParams& params, int max_frames, const PanelCallback& panel,
+                       const PipelineParams& params, int max_frames, const FrameCallback& seen,
                        std::vector<DisparityEvaluation>& evaluations) {
   const DisparityRange& range = params.disparity.matcher.range;
   evaluations.resize(methods.size());
-  std::vector<std::unique_ptr<DisparityMethod>> running;
-  for (const NamedMethod& method : methods) running.push_back(method.make());
+  const auto running = startMethods(methods);
   std::vector<MethodOutput> outputs(methods.size());
   VisualOdometry odometry(params.ego_motion, params.max_gap);
 
@@ -120,7 +117,7 @@ void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>&
     input.camera = odometry.process(input.frame);
     for (size_t m = 0; m < methods.size(); ++m) {
       running[m]->run(input, outputs[m]);
-      if (panel) panel(frame, index, m, outputs[m]);
+      if (seen) seen(frame, index, m, outputs[m]);
       if (index == 0) continue;  // without a past, and slower (caches and buffers are cold)
       DisparityEvaluation& evaluation = evaluations[m];
       addTimes(outputs[m], evaluation);

@@ -63,16 +63,19 @@ struct NamedMethod {
   std::function<std::unique_ptr<DisparityMethod>()> make;
 };
 
+/// New instances of the methods, without a past.
+std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<NamedMethod>& methods);
+
 /// Called with each frame, its index, a method's index and its output.
-using PanelCallback = std::function<void(const SequenceFrame&, int, size_t, const MethodOutput&)>;
+using FrameCallback = std::function<void(const SequenceFrame&, int, size_t, const MethodOutput&)>;
 
 /// Adds a sequence to the evaluation of each method (by the method's name). All methods process a
 /// frame before the next one is read; ego-motion is estimated once for all of them.
 /// @param params  of the ego-motion; its disparity range is that of the scores.
 /// @param max_frames  0: all.
-/// @param panel  may be empty.
+/// @param seen  may be empty.
 void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>& methods,
-                       const PipelineParams& params, int max_frames, const PanelCallback& panel,
+                       const PipelineParams& params, int max_frames, const FrameCallback& seen,
                        std::vector<DisparityEvaluation>& evaluations);
 
 }  // namespace predictive_stereo

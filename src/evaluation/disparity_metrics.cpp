@@ -5,29 +5,14 @@
 #include <stdexcept>
 
 namespace predictive_stereo {
-namespace {
-
-double ratio(double part, int64_t whole) { return whole ? part / static_cast<double>(whole) : 0; }
-
-/// Moves the mean of `count` values to that of `count` + 1.
-void updateMean(double& mean, double value, int count) { mean += (value - mean) / (count + 1); }
-
-}  // namespace
-
 bool isOutlier(float disparity_px, float truth_px) {
   const float error_px = std::abs(disparity_px - truth_px);
   return error_px > 3.0f && error_px > 0.05f * truth_px;
 }
 
-double DisparityScore::density_percent() const {
-  return 100 * ratio(static_cast<double>(valid_pixels), truth_pixels);
-}
-double DisparityScore::d1_percent() const {
-  return 100 * ratio(static_cast<double>(outliers), valid_pixels);
-}
-double DisparityScore::d1_filled_percent() const {
-  return 100 * ratio(static_cast<double>(outliers + truth_pixels - valid_pixels), truth_pixels);
-}
+double DisparityScore::density_percent() const { return 100 * ratio(valid_pixels, truth_pixels); }
+double DisparityScore::d1_percent() const { return 100 * ratio(outliers, valid_pixels); }
+double DisparityScore::d1_filled_percent() const { return 100 * ratio(wrong(), truth_pixels); }
 double DisparityScore::rms_px() const {
   return std::sqrt(ratio(sum_squared_inlier_error_px2, valid_pixels - outliers));
 }
@@ -107,17 +92,15 @@ void VarianceCalibration::add(double error_px, double variance_px2) {
   const double sigma_px = std::sqrt(variance_px2);
   const double bin = std::abs(error_px) / sigma_px / kBinWidth;
   ++histogram_[static_cast<size_t>(std::min(bin, kBins - 1.0))];
-  ++count_;
-  sum_sigma_ += sigma_px;
-  sum_squared_error_ += error_px * error_px;
+  sigmas_px_.add(sigma_px);
+  errors_px_.add(error_px);
   sum_nll_ += 0.5 * (std::log(2 * M_PI * variance_px2) + error_px * error_px / variance_px2);
 }
 
 VarianceCalibration& VarianceCalibration::operator+=(const VarianceCalibration& other) {
-  count_ += other.count_;
+  sigmas_px_ += other.sigmas_px_;
+  errors_px_ += other.errors_px_;
   sum_nll_ += other.sum_nll_;
-  sum_sigma_ += other.sum_sigma_;
-  sum_squared_error_ += other.sum_squared_error_;
   for (size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
   return *this;
 }
@@ -126,9 +109,7 @@ double VarianceCalibration::shareWithin(double sigmas) const {
   const int bins = std::min(kBins, static_cast<int>(std::ceil(sigmas / kBinWidth - 1e-9)));
   int64_t within = 0;
   for (int i = 0; i < bins; ++i) within += histogram_[static_cast<size_t>(i)];
-  return ratio(static_cast<double>(within), count_);
+  return ratio(within, count());
 }
-
-double VarianceCalibration::rms_px() const { return std::sqrt(ratio(sum_squared_error_, count_)); }
 
 }  // namespace predictive_stereo

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
 
+#include "evaluation/statistics.h"
 #include "predictive_stereo/disparity_range.h"
 
 namespace predictive_stereo {
@@ -25,6 +27,8 @@ struct DisparityScore {
   double sum_inlier_error_px = 0;
   double sum_squared_inlier_error_px2 = 0;
 
+  /// Outliers and pixels without a disparity.
+  int64_t wrong() const { return outliers + truth_pixels - valid_pixels; }
   double density_percent() const;
   /// Outliers among valid pixels.
   double d1_percent() const;
@@ -42,6 +46,17 @@ struct DisparityScore {
 /// @throws std::invalid_argument for maps of different sizes.
 DisparityScore scoreDisparity(const cv::Mat1f& disparity_px, const DisparityRange& range,
                               const cv::Mat1f& truth_px, const cv::Mat1b& mask = {});
+
+/// Calls `use(x, y, error_px)` for the pixels with truth and a disparity in every `step`-th row and
+/// column.
+template <class Use>
+void forEachError(const cv::Mat1f& disparity_px, const DisparityRange& range,
+                  const cv::Mat1f& truth_px, const Use& use, int step = 1) {
+  for (int y = 0; y < truth_px.rows; y += step)
+    for (int x = 0; x < truth_px.cols; x += step)
+      if (hasTruth(truth_px(y, x)) && range.isValid(disparity_px(y, x)))
+        use(x, y, static_cast<double>(disparity_px(y, x)) - truth_px(y, x));
+}
 
 /// Means over frames of each frame's figures: in KITTI frames have equal weight, not pixels.
 struct MeanDisparityScore {
@@ -74,21 +89,19 @@ class VarianceCalibration {
   void add(double error_px, double variance_px2);
   VarianceCalibration& operator+=(const VarianceCalibration& other);
 
-  int64_t count() const { return count_; }
+  int64_t count() const { return errors_px_.count(); }
   /// Share of errors within `sigmas` standard deviations (rounded up to kBinWidth).
   double shareWithin(double sigmas) const;
   /// Mean negative log-likelihood of the normal density [nats]: smaller is better. It also rewards
   /// small variances.
-  double negativeLogLikelihood() const {
-    return count_ ? sum_nll_ / static_cast<double>(count_) : 0;
-  }
+  double negativeLogLikelihood() const { return ratio(sum_nll_, count()); }
   /// Mean standard deviation, and root mean square error [px].
-  double meanSigma_px() const { return count_ ? sum_sigma_ / static_cast<double>(count_) : 0; }
-  double rms_px() const;
+  double meanSigma_px() const { return sigmas_px_.mean(); }
+  double rms_px() const { return std::sqrt(errors_px_.meanSquare()); }
 
  private:
-  int64_t count_ = 0;
-  double sum_nll_ = 0, sum_sigma_ = 0, sum_squared_error_ = 0;
+  Moments sigmas_px_, errors_px_;
+  double sum_nll_ = 0;
   std::array<int64_t, kBins> histogram_{};
 };
 

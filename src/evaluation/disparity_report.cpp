@@ -2,43 +2,68 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+#include "evaluation/statistics.h"
+#include "tools/output_file.h"
 
 namespace predictive_stereo {
 namespace {
 
-double ratio(double a, double b) { return b > 0 ? a / b : std::nan(""); }
-
 bool isOwn(const DisparityEvaluation& evaluation) { return evaluation.measured.frames > 0; }
 
-std::string figure(const DisparityEvaluation* evaluation, double MeanDisparityScore::*member,
-                   int decimals) {
-  if (!evaluation || evaluation->score.frames == 0) return "-";
-  return fixed(evaluation->score.*member, decimals);
+using Figure = double MeanDisparityScore::*;
+constexpr Figure kD1 = &MeanDisparityScore::d1_percent,
+                 kD1Filled = &MeanDisparityScore::d1_filled_percent,
+                 kDensity = &MeanDisparityScore::density_percent,
+                 kRms = &MeanDisparityScore::rms_px, kBias = &MeanDisparityScore::bias_px;
+
+Row figures(const MeanDisparityScore& score, int decimals, std::initializer_list<Figure> members) {
+  Row row;
+  for (const Figure member : members) row.push_back(fixed(score.*member, decimals));
+  return row;
 }
 
-std::string timeText(const DisparityEvaluation* evaluation) {
-  return evaluation ? fixed(evaluation->mean_ms, 1) : "-";
-}
-
-// Adds D1 and D1f relative to opencv_hh and, for our methods, to ours_full.
+// D1 and D1f relative to opencv_hh and, for our methods, to ours_full.
 template <class ScoreOf>
-void addRatios(const SequenceReport& report, const DisparityEvaluation& e, const ScoreOf& scoreOf,
-               std::vector<std::string>& row) {
+Row ratios(const SequenceReport& report, const DisparityEvaluation& e, const ScoreOf& scoreOf) {
+  Row row;
   for (const auto* other : {report.find(kOpencvHh), isOwn(e) ? report.find(kOursFull) : nullptr})
-    for (const auto d1 : {&MeanDisparityScore::d1_percent, &MeanDisparityScore::d1_filled_percent})
-      row.push_back(other && e.score.frames ? fixed(ratio(scoreOf(e).*d1, scoreOf(*other).*d1), 2)
-                                            : "-");
+    for (const Figure d1 : {kD1, kD1Filled})
+      row.push_back(other && e.score.frames
+                        ? fixed(ratio(scoreOf(e).*d1, scoreOf(*other).*d1, kNotKnown), 2)
+                        : "-");
+  return row;
+}
+
+// Cells of methods; "-" for one that was not run.
+Row cellsOf(const SequenceReport& report, std::initializer_list<const char*> methods,
+            std::string (*cell)(const DisparityEvaluation&)) {
+  Row row;
+  for (const char* method : methods) {
+    const auto* found = report.find(method);
+    row.push_back(found ? cell(*found) : "-");
+  }
+  return row;
+}
+
+// The time, and outliers; "-" without truth.
+std::string msOf(const DisparityEvaluation& e) { return fixed(e.mean_ms, 1); }
+std::string outliersOf(const DisparityEvaluation& e) {
+  return e.score.frames ? fixed(e.score.d1_percent, 2) : "-";
 }
 
 void addCalibration(const std::string& name, const VarianceCalibration& c, Table& table) {
-  table.rows.push_back({name, fixed(100 * c.shareWithin(1), 1), fixed(100 * c.shareWithin(2), 1),
-                        fixed(100 * c.shareWithin(3), 1), fixed(c.negativeLogLikelihood(), 2),
-                        fixed(c.meanSigma_px(), 3), fixed(c.rms_px(), 3),
-                        std::to_string(c.count())});
+  table.add(name, percentWithin(c), fixed(c.negativeLogLikelihood(), 2), fixed(c.meanSigma_px(), 3),
+            fixed(c.rms_px(), 3), c.count());
 }
 
 }  // namespace
+
+Row percentWithin(const VarianceCalibration& calibration) {
+  Row row;
+  for (const int sigmas : {1, 2, 3}) row.push_back(fixed(100 * calibration.shareWithin(sigmas), 1));
+  return row;
+}
 
 const DisparityEvaluation* SequenceReport::find(const std::string& method) const {
   const auto found = std::find(methods.begin(), methods.end(), method);
@@ -47,95 +72,83 @@ const DisparityEvaluation* SequenceReport::find(const std::string& method) const
 }
 
 Table paperTable(const std::vector<SequenceReport>& reports) {
-  Table table;
-  table.title = "The paper's Table 2: time per image [ms] and outliers among valid pixels [%]";
-  table.header = {"sequence",       "ms OpenCV 8", "ms ours 4",     "ms ours 8", "% OpenCV 8",
-                  "% ours nondiag", "% ours diag", "% ours 8-path", "images"};
+  Table table{"The paper's Table 2: time per image [ms] and outliers among valid pixels [%]",
+              {"sequence", "ms OpenCV 8", "ms ours 4", "ms ours 8", "% OpenCV 8", "% ours nondiag",
+               "% ours diag", "% ours 8-path", "images"},
+              {}};
   const bool widened = std::any_of(reports.begin(), reports.end(), [](const SequenceReport& r) {
     return r.find(kOursWidened) || r.find(kOurs8Widened);
   });
   if (widened)
-    for (const char* name : {"ms widened 4", "ms widened 8", "% widened 4", "% widened 8"})
-      table.header.push_back(name);
+    table.header = row(table.header, "ms widened 4", "ms widened 8", "% widened 4", "% widened 8");
   for (const SequenceReport& report : reports) {
-    const auto *opencv = report.find(kOpencvHh), *ours = report.find(kOurs),
-               *diagonal = report.find(kOursDiagonal), *all = report.find(kOurs8);
-    const auto d1 = &MeanDisparityScore::d1_percent;
-    table.rows.push_back({report.name, timeText(opencv), timeText(ours), timeText(all),
-                          figure(opencv, d1, 2), figure(ours, d1, 2), figure(diagonal, d1, 2),
-                          figure(all, d1, 2), std::to_string(report.evaluations.front().images)});
-    if (!widened) continue;
-    const auto *four = report.find(kOursWidened), *eight = report.find(kOurs8Widened);
-    for (const std::string& cell :
-         {timeText(four), timeText(eight), figure(four, d1, 2), figure(eight, d1, 2)})
-      table.rows.back().push_back(cell);
+    table.add(report.name, cellsOf(report, {kOpencvHh, kOurs, kOurs8}, msOf),
+              cellsOf(report, {kOpencvHh, kOurs, kOursDiagonal, kOurs8}, outliersOf),
+              report.evaluations.front().images);
+    if (widened)
+      table.rows.back() =
+          row(table.rows.back(), cellsOf(report, {kOursWidened, kOurs8Widened}, msOf),
+              cellsOf(report, {kOursWidened, kOurs8Widened}, outliersOf));
   }
   return table;
 }
 
 Table accuracyTable(const SequenceReport& report) {
-  Table table;
-  table.title = report.name + ", " + std::to_string(report.evaluations.front().images) + " images";
-  table.header = {"method", "ms",      "D1 %",     "D1f %",     "density %", "rms px",
-                  "bias",   "D1 / hh", "D1f / hh", "D1 / full", "D1f / full"};
+  Table table{report.name + ", " + std::to_string(report.evaluations.front().images) + " images",
+              {"method", "ms", "D1 %", "D1f %", "density %", "rms px", "bias", "D1 / hh",
+               "D1f / hh", "D1 / full", "D1f / full"},
+              {}};
   for (size_t m = 0; m < report.methods.size(); ++m) {
     const DisparityEvaluation& e = report.evaluations[m];
-    table.rows.push_back(
-        {report.methods[m], fixed(e.mean_ms, 1), figure(&e, &MeanDisparityScore::d1_percent, 2),
-         figure(&e, &MeanDisparityScore::d1_filled_percent, 2),
-         figure(&e, &MeanDisparityScore::density_percent, 2),
-         figure(&e, &MeanDisparityScore::rms_px, 3), figure(&e, &MeanDisparityScore::bias_px, 3)});
-    addRatios(
-        report, e, [](const DisparityEvaluation& other) { return other.score; }, table.rows.back());
+    table.add(report.methods[m], fixed(e.mean_ms, 1),
+              e.score.frames ? row(figures(e.score, 2, {kD1, kD1Filled, kDensity}),
+                                   figures(e.score, 3, {kRms, kBias}))
+                             : Row(5, "-"),
+              ratios(report, e, [](const DisparityEvaluation& other) { return other.score; }));
   }
   return table;
 }
 
 Table regionTable(const SequenceReport& report) {
-  Table table;
-  table.title = report.name + ": by region";
-  table.header = {"region, method", "D1 %",     "D1f %",     "density %", "rms px",
-                  "D1 / hh",        "D1f / hh", "D1 / full", "D1f / full"};
+  Table table{report.name + ": by region",
+              {"region, method", "D1 %", "D1f %", "density %", "rms px", "D1 / hh", "D1f / hh",
+               "D1 / full", "D1f / full"},
+              {}};
   for (const auto& region : report.evaluations.front().regions)
     for (size_t m = 0; m < report.methods.size(); ++m) {
       const DisparityEvaluation& e = report.evaluations[m];
       const auto scoreOf = [&](const DisparityEvaluation& other) {
         return other.regions.at(region.first);
       };
-      const MeanDisparityScore score = scoreOf(e);
-      table.rows.push_back({region.first + ", " + report.methods[m], fixed(score.d1_percent, 2),
-                            fixed(score.d1_filled_percent, 2), fixed(score.density_percent, 2),
-                            fixed(score.rms_px, 3)});
-      addRatios(report, e, scoreOf, table.rows.back());
+      table.add(region.first + ", " + report.methods[m],
+                figures(scoreOf(e), 2, {kD1, kD1Filled, kDensity}), figures(scoreOf(e), 3, {kRms}),
+                ratios(report, e, scoreOf));
     }
   return table;
 }
 
 Table loopTable(const SequenceReport& report) {
-  Table table;
-  table.title = report.name + ": searched disparities; the match alone and after the filters";
-  table.header = {"method",        "mean width px",  "full search %",
-                  "measured D1 %", "measured D1f %", "measured rms",
-                  "filtered rms",  "ratio",          "on the same pixels"};
+  Table table{report.name + ": searched disparities; the match alone and after the filters",
+              {"method", "mean width px", "full search %", "measured D1 %", "measured D1f %",
+               "measured rms", "filtered rms", "ratio", "on the same pixels"},
+              {}};
   for (size_t m = 0; m < report.methods.size(); ++m) {
     const DisparityEvaluation& e = report.evaluations[m];
     if (e.mean_width_px == 0) continue;
-    table.rows.push_back({report.methods[m], fixed(e.mean_width_px, 1),
-                          fixed(e.full_search_percent, 1), fixed(e.measured.d1_percent, 2),
-                          fixed(e.measured.d1_filled_percent, 2), fixed(e.measured.rms_px, 3),
-                          fixed(e.score.rms_px, 3),
-                          fixed(ratio(e.score.rms_px, e.measured.rms_px), 3),
-                          fixed(ratio(e.common_filtered.rms_px, e.common_measured.rms_px), 3)});
+    table.add(report.methods[m], fixed(e.mean_width_px, 1), fixed(e.full_search_percent, 1),
+              figures(e.measured, 2, {kD1, kD1Filled}), figures(e.measured, 3, {kRms}),
+              figures(e.score, 3, {kRms}),
+              fixed(ratio(e.score.rms_px, e.measured.rms_px, kNotKnown), 3),
+              fixed(ratio(e.common_filtered.rms_px, e.common_measured.rms_px, kNotKnown), 3));
   }
   return table;
 }
 
 Table calibrationTable(const DisparityEvaluation& evaluation) {
-  Table table;
-  table.title =
-      "Variance of ours: shares of errors within 1, 2, 3 sigma (normal: 68.3, 95.4, 99.7)";
-  table.header = {"pixels", "1 sigma %",     "2 sigma %",    "3 sigma %",
-                  "nll",    "mean sigma px", "rms error px", "count"};
+  Table table{"Variance of ours: shares of errors within 1, 2, 3 sigma (normal: 68.3, 95.4, 99.7)",
+              {"pixels", "1 sigma %", "2 sigma %", "3 sigma %", "nll", "mean sigma px",
+               "rms error px", "count"},
+              {}};
   addCalibration("all", evaluation.variance, table);
   for (const auto& bin : evaluation.variance_by_ambiguity.bins(5))
     addCalibration("ambiguity " + fixed(bin.first, 2) + " to " + fixed(bin.last, 2),
@@ -149,27 +162,22 @@ Table calibrationTable(const DisparityEvaluation& evaluation) {
 }
 
 Table stageTable(const SequenceReport& report) {
-  Table table;
-  table.title = report.name + ": mean ms per stage";
-  table.header = {"method"};
-  std::vector<std::string> stages;  // of all methods
+  Row stages;  // of all methods
   for (const DisparityEvaluation& e : report.evaluations)
     for (const auto& stage : e.stage_ms)
       if (std::find(stages.begin(), stages.end(), stage.first) == stages.end())
         stages.push_back(stage.first);
-  table.header.insert(table.header.end(), stages.begin(), stages.end());
-  table.header.push_back("sum");
+  Table table{report.name + ": mean ms per stage", row("method", stages, "sum"), {}};
   for (size_t m = 0; m < report.methods.size(); ++m) {
     const DisparityEvaluation& e = report.evaluations[m];
     if (e.stage_ms.empty()) continue;
-    std::vector<std::string> row = {report.methods[m]};
+    Row cells;
     for (const std::string& name : stages) {
       const auto stage = std::find_if(e.stage_ms.begin(), e.stage_ms.end(),
                                       [&](const auto& known) { return known.first == name; });
-      row.push_back(stage == e.stage_ms.end() ? "-" : fixed(stage->second, 2));
+      cells.push_back(stage == e.stage_ms.end() ? "-" : fixed(stage->second, 2));
     }
-    row.push_back(fixed(e.mean_ms, 2));
-    table.rows.push_back(row);
+    table.add(report.methods[m], cells, fixed(e.mean_ms, 2));
   }
   return table;
 }
@@ -185,94 +193,100 @@ std::vector<Table> tables(const SequenceReport& report) {
   return result;
 }
 
-Plot errorOverTime(const SequenceReport& report) {
-  Plot plot;
-  plot.title = report.name + ": outliers, invalid pixels counted as such";
-  plot.x_label = "frame";
-  plot.y_label = "D1f [%]";
-  for (size_t m = 0; m < report.methods.size(); ++m) {
-    PlotSeries series;
-    series.name = report.methods[m];
-    for (const auto& frame : report.evaluations[m].series)
-      series.points.emplace_back(frame.index, frame.d1_filled_percent);
-    if (series.points.size() < 3) series.style = "markers";
-    plot.series.push_back(series);
-  }
-  return plot;
-}
-
-Plot reliability(const DisparityEvaluation& evaluation) {
-  Plot plot;
-  plot.title = "Variance of ours";
-  plot.x_label = "share of a normal distribution's errors within k sigma [%]";
-  plot.y_label = "observed share [%]";
-  PlotSeries observed, ideal;
-  observed.name = "ours";
-  ideal.name = "ideal";
-  for (double k = 0; k <= 3.5; k += VarianceCalibration::kBinWidth) {
-    const double expected = 100 * std::erf(k / std::sqrt(2.0));
-    observed.points.emplace_back(expected, 100 * evaluation.variance.shareWithin(k));
-    ideal.points.emplace_back(expected, expected);
-  }
-  plot.series = {observed, ideal};
-  return plot;
-}
-
 std::string csv(const std::vector<SequenceReport>& reports) {
-  std::ostringstream out;
-  out << "sequence,method,region,images,ms,d1_percent,d1f_percent,density_percent,rms_px,bias_px,"
-         "mean_width_px,full_search_percent,measured_d1_percent,measured_d1f_percent,"
-         "measured_rms_px,within_1_sigma,within_2_sigma,within_3_sigma,nll,mean_sigma_px\n";
+  Table csv = Table::ofCsv(
+      "sequence,method,region,images,ms,d1_percent,d1f_percent,density_percent,rms_px,bias_px,"
+      "mean_width_px,full_search_percent,measured_d1_percent,measured_d1f_percent,"
+      "measured_rms_px,within_1_sigma,within_2_sigma,within_3_sigma,nll,mean_sigma_px");
   for (const SequenceReport& report : reports)
     for (size_t m = 0; m < report.methods.size(); ++m) {
       const DisparityEvaluation& e = report.evaluations[m];
       const auto line = [&](const std::string& region, const MeanDisparityScore& s) {
-        out << report.name << ',' << report.methods[m] << ',' << region << ',' << e.images << ','
-            << e.mean_ms << ',' << s.d1_percent << ',' << s.d1_filled_percent << ','
-            << s.density_percent << ',' << s.rms_px << ',' << s.bias_px;
+        return row(report.name, report.methods[m], region, e.images, e.mean_ms, s.d1_percent,
+                   s.d1_filled_percent, s.density_percent, s.rms_px, s.bias_px);
       };
-      line("all", e.score);
+      Row own;
       if (isOwn(e))
-        out << ',' << e.mean_width_px << ',' << e.full_search_percent << ','
-            << e.measured.d1_percent << ',' << e.measured.d1_filled_percent << ','
-            << e.measured.rms_px << ',' << e.variance.shareWithin(1) << ','
-            << e.variance.shareWithin(2) << ',' << e.variance.shareWithin(3) << ','
-            << e.variance.negativeLogLikelihood() << ',' << e.variance.meanSigma_px() << '\n';
-      else
-        out << ",,,,,,,,,,\n";
-      for (const auto& region : e.regions) {
-        line(region.first, region.second);
-        out << ",,,,,,,,,,\n";
-      }
+        own = row(e.mean_width_px, e.full_search_percent, e.measured.d1_percent,
+                  e.measured.d1_filled_percent, e.measured.rms_px, e.variance.shareWithin(1),
+                  e.variance.shareWithin(2), e.variance.shareWithin(3),
+                  e.variance.negativeLogLikelihood(), e.variance.meanSigma_px());
+      csv.add(line("all", e.score), own);
+      for (const auto& [region, score] : e.regions) csv.add(line(region, score));
     }
-  return out.str();
+  return csv.csv();
 }
 
 std::string framesCsv(const std::vector<SequenceReport>& reports) {
-  std::ostringstream out;
-  out << "sequence,method,frame,d1_percent,d1f_percent,mean_width_px\n";
+  Table csv = Table::ofCsv("sequence,method,frame,d1_percent,d1f_percent,mean_width_px");
   for (const SequenceReport& report : reports)
     for (size_t m = 0; m < report.methods.size(); ++m)
       for (const auto& frame : report.evaluations[m].series)
-        out << report.name << ',' << report.methods[m] << ',' << frame.index << ','
-            << frame.d1_percent << ',' << frame.d1_filled_percent << ',' << frame.width_px << '\n';
-  return out.str();
+        csv.add(report.name, report.methods[m], frame.index, frame.d1_percent,
+                frame.d1_filled_percent, frame.width_px);
+  return csv.csv();
+}
+
+std::string sharesCsv(const std::vector<SequenceReport>& reports) {
+  Table csv = Table::ofCsv("sequence,sigmas,share");
+  for (const SequenceReport& report : reports)
+    if (const auto* ours = report.find(kOurs); ours && ours->variance.count() > 0)
+      for (double k = 0; k <= 3.5; k += VarianceCalibration::kBinWidth)
+        csv.add(report.name, k, ours->variance.shareWithin(k));
+  return csv.csv();
+}
+
+ReportItem frameItem(const SequenceFrame& frame, const std::string& title, Report& page) {
+  ReportItem item("frame", title);
+  item.set("left", page.write(frame.left));
+  if (!frame.truth_px.empty())
+    item.set("truth", page.writeMap(frame.truth_px, frame.truth_px >= 0));
+  return item;
+}
+
+void addMethod(const std::string& method, const DisparityRange& range, const MethodOutput& output,
+               ReportItem& frame, Report& page) {
+  const DisparityOutput& maps = output.maps;
+  const auto write = [&](const cv::Mat1f& disparity_px) {
+    return page.writeMap(disparity_px, disparity_px >= range.min_disparity);
+  };
+  ReportItem item("name", method);
+  item.set("disparity", write(maps.disparity_px));
+  if (!maps.disparity_variance_px2.empty()) {
+    cv::Mat1f sigma_px;
+    cv::sqrt(maps.disparity_variance_px2, sigma_px);
+    item.set("sigma", page.writeMap(sigma_px, maps.disparity_px >= range.min_disparity));
+    item.set("width", page.writeMap(maps.search_width_px, maps.search_width_px >= 0));
+    item.set("range", range.count);
+  }
+  if (maps.predicted) {
+    item.set("measured", write(maps.measured_disparity_px));
+    item.set("predicted", write(maps.predicted_disparity_px));
+    for (const DetectedObject& object : output.objects) {
+      const cv::Rect box(object.box_px);
+      item.node["boxes"].push_back(std::vector<int>{box.x, box.y, box.width, box.height});
+    }
+  }
+  frame.node["methods"].push_back(item.node);
 }
 
 void add(const std::vector<SequenceReport>& reports, Report& page) {
-  page.addText(
-      "D1: outliers, off by more than 3 px and 5 %, among pixels with a disparity. D1f: the same "
-      "with pixels without a disparity counted as outliers. All figures are means over frames; the "
-      "first frame is left out. hh: OpenCV StereoSGBM MODE_HH with the paper's parameters; full: "
-      "ours, searching all disparities under the same temporal rules.");
+  page.add({"text",
+            "D1: outliers, off by more than 3 px and 5 %, among pixels with a disparity. D1f: the "
+            "same with pixels without a disparity counted as outliers. All figures are means over "
+            "frames; the first frame is left out. hh: OpenCV StereoSGBM MODE_HH with the paper's "
+            "parameters; full: ours, searching all disparities under the same temporal rules."});
   page.add(paperTable(reports));
+  writeText(page.dir() / "frames.csv", framesCsv(reports));
+  writeText(page.dir() / "variance.csv", sharesCsv(reports));
   for (const SequenceReport& report : reports) {
-    page.addHeading(report.name);
+    page.add({"heading", report.name});
     for (const Table& table : tables(report)) page.add(table);
-    if (report.evaluations.front().score.frames > 0) page.add(errorOverTime(report));
-    const DisparityEvaluation* ours = report.find(kOurs);
-    if (ours && ours->variance.count() > 0) page.add(reliability(*ours));
-    for (const Panel& panel : report.panels) page.add(panel);
+    if (report.evaluations.front().score.frames > 0)
+      page.add(ReportItem("outliers", "frames.csv").set("sequence", report.name));
+    if (const auto* ours = report.find(kOurs); ours && ours->variance.count() > 0)
+      page.add(ReportItem("variance", "variance.csv").set("sequence", report.name));
+    for (const ReportItem& frame : report.frames) page.add(frame);
   }
 }
 

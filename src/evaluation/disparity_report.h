@@ -1,4 +1,4 @@
-/// Results of evaluateDisparity as tables, plots and CSV.
+/// Results of evaluateDisparity as tables, CSV and maps, for a page.
 #pragma once
 
 #include <string>
@@ -25,7 +25,7 @@ struct SequenceReport {
   std::string name;
   std::vector<std::string> methods;
   std::vector<DisparityEvaluation> evaluations;  ///< one per method
-  std::vector<Panel> panels;
+  std::vector<ReportItem> frames;                ///< maps of some frames, see frameItem
 
   /// nullptr if that method was not run.
   const DisparityEvaluation* find(const std::string& method) const;
@@ -43,19 +43,26 @@ Table loopTable(const SequenceReport& report);
 /// Variance calibration of `ours`: of all pixels, and in five bins each of ambiguity (lowest over
 /// second lowest aggregated cost) and of true disparity.
 Table calibrationTable(const DisparityEvaluation& evaluation);
+/// Shares of errors within 1, 2 and 3 standard deviations [%].
+Row percentWithin(const VarianceCalibration& calibration);
 Table stageTable(const SequenceReport& report);
 /// Those of the tables above that this sequence has.
 std::vector<Table> tables(const SequenceReport& report);
-
-/// Outliers of each frame (the paper's Figure 5).
-Plot errorOverTime(const SequenceReport& report);
-/// Observed shares of errors within multiples of sigma, against those of a normal distribution.
-Plot reliability(const DisparityEvaluation& evaluation);
 
 /// One line per sequence, method and region, with a header.
 std::string csv(const std::vector<SequenceReport>& reports);
 /// One line per sequence, method and frame.
 std::string framesCsv(const std::vector<SequenceReport>& reports);
+/// Observed shares of errors within 0 to 3.5 standard deviations of `ours`.
+std::string sharesCsv(const std::vector<SequenceReport>& reports);
+
+/// Writes the left image and the truth of a frame into a page's folder.
+ReportItem frameItem(const SequenceFrame& frame, const std::string& title, Report& page);
+/// Adds a method's maps to the frame: disparities and (ours) standard deviations, search widths
+/// and, with a past, measured and predicted disparities with the boxes of the detected objects (the
+/// paper's figure 4).
+void addMethod(const std::string& method, const DisparityRange& range, const MethodOutput& output,
+               ReportItem& frame, Report& page);
 
 /// All results, for a page.
 void add(const std::vector<SequenceReport>& reports, Report& page);

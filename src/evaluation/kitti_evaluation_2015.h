@@ -1,7 +1,6 @@
 /// Evaluation of methods on the pairs of KITTI 2015, with the devkit's D1.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,14 +18,11 @@ void interpolateAsKitti(const DisparityRange& range, cv::Mat1f& disparity_px);
 
 /// Counts over pixels with truth. They are pooled over scenes, as in the benchmark's tables.
 struct KittiCounts {
-  int64_t pixels = 0;
-  int64_t valid = 0;                  ///< with a disparity before interpolation
-  int64_t outliers = 0;               ///< of the valid ones
-  int64_t interpolated_outliers = 0;  ///< of all after interpolation
+  DisparityScore found, interpolated;  ///< before and after interpolation
 
-  double d1_percent() const;        ///< after interpolation: the benchmark's D1
-  double d1_valid_percent() const;  ///< of valid pixels
-  double density_percent() const;
+  double d1_percent() const { return interpolated.d1_filled_percent(); }  ///< the benchmark's D1
+  double d1_valid_percent() const { return found.d1_percent(); }  ///< of pixels with a disparity
+  double density_percent() const { return found.density_percent(); }
   KittiCounts& operator+=(const KittiCounts& other);
 };
 
@@ -37,13 +33,11 @@ struct KittiScore {
   KittiScore& operator+=(const KittiScore& other);
 };
 
-/// @param disparity_px, interpolated_px  before and after interpolateAsKitti.
 /// @param truth_px  see kNoTruth.
 /// @param vehicles  not 0: "vehicles", 0: "background".
 /// @throws std::invalid_argument for maps of different sizes.
-KittiScore scoreAsKitti(const cv::Mat1f& disparity_px, const cv::Mat1f& interpolated_px,
-                        const DisparityRange& range, const cv::Mat1f& truth_px,
-                        const cv::Mat1b& vehicles);
+KittiScore scoreAsKitti(const cv::Mat1f& disparity_px, const DisparityRange& range,
+                        const cv::Mat1f& truth_px, const cv::Mat1b& vehicles);
 
 struct KittiMethodResult2015 {
   KittiScore score;      ///< against all truth, occluded pixels included
@@ -57,9 +51,6 @@ struct KittiSceneResult2015 {
   std::vector<KittiMethodResult2015> methods;  ///< in the order of the methods given
 };
 
-/// New instances of the methods, without a past.
-std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<NamedMethod>& methods);
-
 /// Runs methods on one scene.
 /// @param running  new instances for each scene: its pair is the first frame of a sequence. Or the
 ///   same instances for all scenes: their pairs are the frames of one sequence.
@@ -72,19 +63,27 @@ KittiSceneResult2015 evaluateKittiScene2015(
 /// A scene's pair as frame `index` of a sequence.
 MethodInput inputOf(const KittiScene2015& scene, int index = 0);
 
-/// D1 of background, vehicles and all pixels, with and without interpolation, pooled over scenes.
-Table kittiTable2015(const std::vector<std::string>& methods,
-                     const std::vector<KittiSceneResult2015>& scenes);
-/// The scenes in which `method` has the most wrong pixels, with its figures; at most `count`.
-Table worstScenes2015(const std::vector<std::string>& methods,
-                      const std::vector<KittiSceneResult2015>& scenes, size_t method, int count);
-/// Indices of those scenes, the worst first.
-std::vector<size_t> worstSceneIndices2015(const std::vector<KittiSceneResult2015>& scenes,
-                                          size_t method, int count);
-/// Shares of errors within 1, 2, 3 sigma: background, vehicles, all. No rows without variances.
-Table kittiCalibrationTable2015(const std::vector<KittiSceneResult2015>& scenes, size_t method);
-/// All counts, one line per scene and method, with a header.
-std::string kittiCsv2015(const std::vector<std::string>& methods,
-                         const std::vector<KittiSceneResult2015>& scenes);
+/// Results of all scenes.
+struct KittiEvaluation2015 {
+  std::vector<std::string> methods;
+  std::vector<KittiSceneResult2015> scenes;
+
+  /// D1 of background, vehicles and all pixels, with and without interpolation, pooled over scenes.
+  Table table() const;
+  /// The following two are of `ours`, or else of the first method.
+  /// The ten scenes with the most wrong pixels, and their figures.
+  Table worstTable() const;
+  /// Shares of errors within 1, 2, 3 sigma: background, vehicles, all. No rows without variances.
+  Table calibrationTable() const;
+  /// Indices of the scenes of worstTable.
+  std::vector<size_t> worst() const;
+  /// All counts, one line per scene and method, with a header.
+  std::string csv() const;
+
+ private:
+  size_t shown() const;
+  template <class Value>
+  Value total(size_t method, Value KittiMethodResult2015::*member) const;
+};
 
 }  // namespace predictive_stereo

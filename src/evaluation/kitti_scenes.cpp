@@ -29,28 +29,27 @@ std::vector<std::string> listScenes(const std::string& folder) {
 }
 
 // @param size  of the scene's first image; empty: this is the first one.
-void requireSize(const std::string& path, const cv::Mat& image, cv::Size size) {
-  if (size.empty() || image.size() == size) return;
+cv::Mat readPicture(const std::string& path, cv::Size size, int flags, int type,
+                    const char* refusal) {
+  const cv::Mat image = cv::imread(path, flags);
+  if (image.empty() || image.type() != type) throw std::runtime_error(path + refusal);
   const auto text = [](cv::Size s) {
     return std::to_string(s.width) + "x" + std::to_string(s.height);
   };
-  throw std::runtime_error(path + ": is " + text(image.size()) +
-                           ", but the scene's first image is " + text(size) +
-                           "; unpack the scene again");
-}
-
-cv::Mat1b readGrey(const std::string& path, cv::Size size) {
-  const cv::Mat1b image = cv::imread(path, cv::IMREAD_GRAYSCALE);
-  if (image.empty()) throw std::runtime_error(path + ": cannot be read as an image");
-  requireSize(path, image, size);
+  if (!size.empty() && image.size() != size)
+    throw std::runtime_error(path + ": is " + text(image.size()) +
+                             ", but the scene's first image is " + text(size) +
+                             "; unpack the scene again");
   return image;
 }
 
+cv::Mat1b readGrey(const std::string& path, cv::Size size) {
+  return readPicture(path, size, cv::IMREAD_GRAYSCALE, CV_8UC1, ": cannot be read as an image");
+}
+
 cv::Mat1f readTruth(const std::string& path, cv::Size size) {
-  const cv::Mat coded = cv::imread(path, cv::IMREAD_UNCHANGED);
-  if (coded.empty() || coded.type() != CV_16UC1)
-    throw std::runtime_error(path + ": cannot be read as a 16-bit grey image");
-  requireSize(path, coded, size);
+  const cv::Mat coded = readPicture(path, size, cv::IMREAD_UNCHANGED, CV_16UC1,
+                                    ": cannot be read as a 16-bit grey image");
   cv::Mat1f truth_px;
   coded.convertTo(truth_px, CV_32F, 1.0 / 256);
   truth_px.setTo(kNoTruth, coded == 0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "evaluation/pose_metrics.h"
@@ -12,26 +13,22 @@
 namespace predictive_stereo {
 namespace {
 
-// With the poses of all frames that it got.
-struct Run {
-  std::vector<int> frames;
-  std::vector<PoseEstimate> poses;
-};
+// Poses of the frames that arrived.
+using Run = std::map<int, PoseEstimate>;
 
 Run run(const Sequence& sequence, const std::vector<StereoFrame>& frames,
         const EgoMotionParams& params, const Loss& loss) {
   VisualOdometry odometry(params, PipelineParams().max_gap);
   Run run;
   const cv::Mat1b black(sequence.rig().size, uchar{0});
-  for (size_t i = 0; i < frames.size(); ++i) {
-    StereoFrame frame = frames[i];
-    if (loss.contains(static_cast<int>(i))) {
+  for (int i = 0; i < static_cast<int>(frames.size()); ++i) {
+    StereoFrame frame = frames[static_cast<size_t>(i)];
+    if (loss.contains(i)) {
       if (loss.kind == Loss::Kind::kMissing) continue;
       if (loss.kind == Loss::Kind::kSwapped) std::swap(frame.left, frame.right);
       if (loss.kind == Loss::Kind::kBlack) frame.left = frame.right = black;
     }
-    run.frames.push_back(static_cast<int>(i));
-    run.poses.push_back(odometry.process(frame).pose);
+    run[i] = odometry.process(frame).pose;
   }
   return run;
 }
@@ -64,16 +61,15 @@ LossResult summarize(const Loss& loss, const Run& run, const Poses& truth) {
   const int first = loss.spans.empty() ? 0 : loss.spans.front().first;
   const int last = loss.spans.empty() ? 0 : loss.spans.back().first + loss.spans.back().frames - 1;
   bool found = false;
-  for (size_t k = 0; k < run.frames.size(); ++k) {
-    const int frame = run.frames[k];
+  for (const auto& [frame, pose] : run) {
     if (frame < first) continue;
     const PoseCheckpoint here =
-        check(run.poses[k], relative(truth.front(), truth[static_cast<size_t>(frame)]));
+        check(pose, relative(truth.front(), truth[static_cast<size_t>(frame)]));
     result.worst_translation_ratio =
         std::max(result.worst_translation_ratio, here.translationRatio());
     result.worst_rotation_ratio = std::max(result.worst_rotation_ratio, here.rotationRatio());
     if (frame == last) result.end = here;
-    if (frame > last && !found && run.poses[k].state == PoseState::kKnown) {
+    if (frame > last && !found && pose.state == PoseState::kKnown) {
       result.after = here;
       found = true;
     }
@@ -121,7 +117,7 @@ std::vector<LossResult> evaluateLosses(const Sequence& sequence, const EgoMotion
   if (sequence.hasExactPoses())
     truth = *sequence.poses();
   else
-    for (const PoseEstimate& pose : undisturbed.poses) truth.push_back(pose.T_odom_cam);
+    for (const auto& [frame, pose] : undisturbed) truth.push_back(pose.T_odom_cam);
   std::vector<LossResult> results{summarize({"none", {}, {}}, undisturbed, truth)};
   Progress progress(sequence.name(), static_cast<int>(losses.size()));
   for (size_t i = 0; i < losses.size(); ++i) {

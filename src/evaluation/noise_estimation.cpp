@@ -3,11 +3,13 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/kitti_scenes.h"
 #include "evaluation/lidar_truth.h"
+#include "evaluation/report.h"
 #include "tools/progress.h"
 
 namespace predictive_stereo {
@@ -63,36 +65,24 @@ class PointGrid {
   const std::vector<Eigen::Vector3d>& points_;
 };
 
-void addMeasurementErrors(const cv::Mat1f& measured_px, const DisparityRange& range,
-                          const cv::Mat1f& truth_px, ErrorHistogram& errors, ErrorImage& image) {
-  for (int y = 0; y < truth_px.rows; ++y)
-    for (int x = 0; x < truth_px.cols; ++x) {
-      if (!hasTruth(truth_px(y, x)) || !range.isValid(measured_px(y, x))) continue;
-      const double error_px = static_cast<double>(measured_px(y, x)) - truth_px(y, x);
-      errors.add(error_px);
-      image.add(x, y, error_px);
-    }
-}
-
 void addSamples(const DisparityOutput& maps, const DisparityRange& range, const cv::Mat1f& truth_px,
                 int step, std::vector<VarianceSample>& samples) {
   cv::Mat1f disagreements;
   measureDisagreement(maps.disparity_px, range, disagreements);
-  for (int y = 0; y < truth_px.rows; y += step)
-    for (int x = 0; x < truth_px.cols; x += step) {
-      if (!hasTruth(truth_px(y, x)) || !range.isValid(maps.disparity_px(y, x))) continue;
-      VarianceSample sample;
-      sample.error_px = maps.disparity_px(y, x) - truth_px(y, x);
-      sample.disparity_px = maps.disparity_px(y, x);
-      sample.measured = range.isValid(maps.measured_disparity_px(y, x));
-      sample.predicted = range.isValid(maps.predicted_disparity_px(y, x));
-      sample.ambiguity = static_cast<float>(maps.ambiguity(y, x)) / 255.0f;
-      sample.innovation_px =
-          std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
-      sample.disagreement = disagreements(y, x);
-      sample.row_offset_px = static_cast<float>(maps.row_alignment.rms_offset_px);
-      samples.push_back(sample);
-    }
+  const auto addSample = [&](int x, int y, double) {
+    VarianceSample sample;
+    sample.error_px = maps.disparity_px(y, x) - truth_px(y, x);
+    sample.disparity_px = maps.disparity_px(y, x);
+    sample.measured = range.isValid(maps.measured_disparity_px(y, x));
+    sample.predicted = range.isValid(maps.predicted_disparity_px(y, x));
+    sample.ambiguity = static_cast<float>(maps.ambiguity(y, x)) / 255.0f;
+    sample.innovation_px =
+        std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
+    sample.disagreement = disagreements(y, x);
+    sample.row_offset_px = static_cast<float>(maps.row_alignment.rms_offset_px);
+    samples.push_back(sample);
+  };
+  forEachError(maps.disparity_px, range, truth_px, addSample, step);
 }
 
 PipelineParams withAllPublished(PipelineParams params) {
@@ -103,6 +93,74 @@ PipelineParams withAllPublished(PipelineParams params) {
 std::optional<CameraMotion> unknownMotion(const Past&) { return {}; }
 
 }  // namespace
+
+void ErrorHistogram::add(double error_px) {
+  all_.add(error_px);
+  if (!(std::abs(error_px) < kLimit_px)) return;
+  const int step = static_cast<int>((error_px + kLimit_px) / kStep_px);
+  ++steps_[static_cast<size_t>(std::clamp(step, 0, kSteps - 1))];
+  inside_.add(error_px);
+}
+
+ErrorHistogram& ErrorHistogram::operator+=(const ErrorHistogram& other) {
+  for (size_t i = 0; i < steps_.size(); ++i) steps_[i] += other.steps_[i];
+  inside_ += other.inside_;
+  all_ += other.all_;
+  return *this;
+}
+
+double ErrorHistogram::quantile_px(double share) const {
+  const double wanted = share * static_cast<double>(inside_.count());
+  double below = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const auto inside = static_cast<double>(steps_[static_cast<size_t>(i)]);
+    if (below + inside >= wanted && inside > 0)
+      return -kLimit_px + kStep_px * (i + (wanted - below) / inside);
+    below += inside;
+  }
+  return kLimit_px;
+}
+
+double ErrorHistogram::robustSigma_px() const {
+  return (quantile_px(0.8413) - quantile_px(0.1587)) / 2;
+}
+
+double ErrorHistogram::shareWithin(double limit_px) const {
+  int64_t within = 0;
+  for (int i = 0; i < kSteps; ++i)
+    if (std::abs(-kLimit_px + kStep_px * (i + 0.5)) < limit_px)
+      within += steps_[static_cast<size_t>(i)];
+  return ratio(within, count());
+}
+
+std::string ErrorHistogram::csv() const {
+  Table csv = Table::ofCsv("error_px,count,share");
+  for (int i = 0; i < kSteps; ++i) {
+    const int64_t step = steps_[static_cast<size_t>(i)];
+    csv.add(-kLimit_px + kStep_px * (i + 0.5), step, ratio(step, count()));
+  }
+  return csv.csv();
+}
+
+ErrorImage::ErrorImage(cv::Size size)
+    : size_(size),
+      sums_px_((size.height + kCell_px - 1) / kCell_px, (size.width + kCell_px - 1) / kCell_px,
+               0.0) {}
+
+void ErrorImage::add(double x_px, double y_px, double error_px) {
+  const cv::Point pixel(static_cast<int>(std::lround(x_px)), static_cast<int>(std::lround(y_px)));
+  if (cv::Rect(cv::Point(), size_).contains(pixel))
+    sums_px_(pixel / kCell_px) += std::abs(error_px);
+}
+
+cv::Mat1w ErrorImage::map() const {
+  double most_px = 0;
+  cv::minMaxLoc(sums_px_, nullptr, &most_px);
+  cv::Mat1w levels;
+  sums_px_.convertTo(levels, CV_16U, most_px > 0 ? 65535 / most_px : 0);
+  cv::resize(levels, levels, {}, kCell_px, kCell_px, cv::INTER_NEAREST);
+  return levels(cv::Rect({}, size_)).clone();
+}
 
 void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
                       const std::vector<Eigen::Vector3d>& points, const StereoRig& rig,
@@ -153,8 +211,11 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
       cv::Mat1f truth_px = lidarTruth(points, drive.rig().size);
       truth_px.setTo(kNoTruth, moving);
       each_by_itself.process(frame, unknownMotion, measured);
-      addMeasurementErrors(measured.measured_disparity_px, range, truth_px, seen.measurement,
-                           seen.measurement_image);
+      forEachError(measured.measured_disparity_px, range, truth_px,
+                   [&](int x, int y, double error_px) {
+                     seen.measurement.add(error_px);
+                     seen.measurement_image.add(x, y, error_px);
+                   });
       if (index > 0) addSamples(published.disparity, range, truth_px, 1, seen.published);
       if (!points_prev.empty() && published.motion_start == stamp_prev)
         addProcessErrors(points_prev, points, drive.rig(), published.ego_motion.motion.T_cam_prev,

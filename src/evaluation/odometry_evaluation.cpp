@@ -3,27 +3,16 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
+#include "evaluation/report.h"
+#include "evaluation/statistics.h"
 #include "predictive_stereo/pipeline.h"
 #include "predictive_stereo/rigid_motion.h"
 #include "tools/progress.h"
 
 namespace predictive_stereo {
 namespace {
-
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return values.empty() ? 0 : sum / static_cast<double>(values.size());
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
 
 double pathLength(const Poses& poses) {
   double length_m = 0;
@@ -36,7 +25,7 @@ void summarize(OdometryEvaluation& e) {
   e.length_m = pathLength(e.truth);
   e.length_error_percent = 100 * (pathLength(e.estimated) / e.length_m - 1);
   e.relative = relativePoseErrors(e.estimated, e.truth, {5, 10, 20, 50, 100});
-  e.mean = meanMotionError(motionsBetween(e.estimated), motionsBetween(e.truth));
+  e.mean = meanMotionError(e.estimated, e.truth);
   std::vector<double> normalized, ms;
   for (const auto& motion : e.motions) {
     e.largest.translation_m = std::max(e.largest.translation_m, motion.error.translation_m);
@@ -48,10 +37,10 @@ void summarize(OdometryEvaluation& e) {
       ++e.lost;
   }
   e.mean_normalized_error = mean(normalized);
-  e.median_normalized_error = quantile(normalized, 0.5);
+  e.median_normalized_error = nearestQuantile(normalized, 0.5);
   e.mean_ms = mean(ms);
-  e.median_ms = quantile(ms, 0.5);
-  e.p95_ms = quantile(ms, 0.95);
+  e.median_ms = nearestQuantile(ms, 0.5);
+  e.p95_ms = nearestQuantile(ms, 0.95);
 }
 
 // Error of a window of motions, and its estimated covariance.
@@ -107,8 +96,8 @@ void evaluateWindows(const std::vector<EgoMotionEstimate>& estimates, OdometryEv
     window.translation_m = std::sqrt(window.translation_m / count);
     window.rotation_rad = std::sqrt(window.rotation_rad / count);
     window.mean_normalized = mean(normalized);
-    window.median_normalized = quantile(normalized, 0.5);
-    window.median_without_jitter = quantile(without_jitter, 0.5);
+    window.median_normalized = nearestQuantile(normalized, 0.5);
+    window.median_without_jitter = nearestQuantile(without_jitter, 0.5);
     e.windows.push_back(window);
   }
 }
@@ -154,8 +143,8 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     const bool tracked = output.motion_start.has_value();
     const size_t start = tracked ? i - static_cast<size_t>(estimate.frames) : last_good;
     const Eigen::Isometry3d truth = relative(e.truth[i], e.truth[start]);
-    const double normalized = tracked ? normalizedErrorSquared(estimate.motion, truth) / 6
-                                      : std::numeric_limits<double>::quiet_NaN();
+    const double normalized =
+        tracked ? normalizedErrorSquared(estimate.motion, truth) / 6 : kNotKnown;
     e.estimated.push_back(compose(e.truth.front(), output.pose.T_odom_cam));
     const Eigen::Isometry3d found =
         tracked ? estimate.motion.T_cam_prev : relative(e.estimated[i], e.estimated[start]);
@@ -168,26 +157,19 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   return e;
 }
 
-Plot pathPlot(const OdometryEvaluation& evaluation) {
-  // In the first camera's axes: x to the right, z ahead.
-  const Eigen::Isometry3d T_first_world = evaluation.truth.front().inverse();
-  const auto seenFromAbove = [&](const std::string& name, const Poses& poses) {
-    PlotSeries series;
-    series.name = name;
-    for (const auto& pose : poses) {
-      const Eigen::Vector3d position_m = T_first_world * pose.translation();
-      series.points.emplace_back(position_m.x(), position_m.z());
+std::string pathsCsv(const std::vector<OdometryEvaluation>& evaluations) {
+  Table csv = Table::ofCsv(
+      "sequence,frame,true_right_m,true_down_m,true_ahead_m,estimated_right_m,estimated_down_m,"
+      "estimated_ahead_m");
+  for (const OdometryEvaluation& e : evaluations)
+    for (size_t i = 0; i < e.truth.size(); ++i) {
+      const auto seen = [&](const Poses& poses) {
+        const Eigen::Vector3d p_m = e.truth.front().inverse() * poses[i].translation();
+        return row(p_m.x(), p_m.y(), p_m.z());
+      };
+      csv.add(e.name, i, seen(e.truth), seen(e.estimated));
     }
-    return series;
-  };
-  Plot plot;
-  plot.title = evaluation.name;
-  plot.x_label = "to the right [m]";
-  plot.y_label = "ahead [m]";
-  plot.series = {seenFromAbove("truth", evaluation.truth),
-                 seenFromAbove("estimated", evaluation.estimated)};
-  plot.equal_axes = true;
-  return plot;
+  return csv.csv();
 }
 
 }  // namespace predictive_stereo

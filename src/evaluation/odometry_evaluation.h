@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "evaluation/pose_metrics.h"
-#include "evaluation/report.h"
 #include "evaluation/rotation_prior.h"
 #include "evaluation/sequence.h"
 #include "predictive_stereo/ego_motion.h"
@@ -60,7 +59,7 @@ struct OdometryInput {
 OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
                                     const OdometryInput& input = {});
 
-/// Estimated and true path, seen from above.
-Plot pathPlot(const OdometryEvaluation& evaluation);
+/// True and estimated positions of each frame, in the first camera's axes.
+std::string pathsCsv(const std::vector<OdometryEvaluation>& evaluations);
 
 }  // namespace predictive_stereo

@@ -15,31 +15,36 @@ class RememberedSequence : public Sequence {
       : name_(from.name()), rig_(from.rig()) {
     const int frames = framesOf(from, max_frames);
     for (int i = 0; i < frames; ++i) {
-      frames_.push_back(from.frame(i));
-      frames_.back().truth_px.release();
-      frames_.back().regions.clear();
-      stamps_s_.push_back(from.stamp_s(i));
-      numbers_.push_back(from.fileNumber(i));
-      objects_.push_back(labels ? labelsOf(*labels, numbers_.back()) : from.objects(i));
+      const SequenceFrame images = from.frame(i);
+      const int number = from.fileNumber(i);
+      frames_.push_back({{images.left, images.right, {}, {}},
+                         from.stamp_s(i),
+                         number,
+                         labels ? labelsOf(*labels, number) : from.objects(i)});
     }
   }
   const std::string& name() const override { return name_; }
   const StereoRig& rig() const override { return rig_; }
   int frames() const override { return static_cast<int>(frames_.size()); }
-  SequenceFrame frame(int index) const override { return frames_.at(static_cast<size_t>(index)); }
-  double stamp_s(int index) const override { return stamps_s_.at(static_cast<size_t>(index)); }
-  int fileNumber(int index) const override { return numbers_.at(static_cast<size_t>(index)); }
+  SequenceFrame frame(int index) const override { return at(index).images; }
+  double stamp_s(int index) const override { return at(index).stamp_s; }
+  int fileNumber(int index) const override { return at(index).number; }
   std::optional<std::vector<ObjectLabel>> objects(int index) const override {
-    return objects_.at(static_cast<size_t>(index));
+    return at(index).objects;
   }
 
  private:
+  struct Frame {
+    SequenceFrame images;
+    double stamp_s;
+    int number;
+    std::optional<std::vector<ObjectLabel>> objects;
+  };
+  const Frame& at(int index) const { return frames_.at(static_cast<size_t>(index)); }
+
   std::string name_;
   StereoRig rig_;
-  std::vector<SequenceFrame> frames_;
-  std::vector<double> stamps_s_;
-  std::vector<int> numbers_;
-  std::vector<std::optional<std::vector<ObjectLabel>>> objects_;
+  std::vector<Frame> frames_;
 };
 
 cv::Mat1b withNoise(const cv::Mat1b& image, double sigma, uint64_t seed) {

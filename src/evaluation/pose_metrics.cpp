@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "evaluation/statistics.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
@@ -20,30 +21,21 @@ double angle(const Eigen::Matrix3d& rotation) { return Eigen::AngleAxisd(rotatio
 
 }  // namespace
 
-std::vector<Eigen::Isometry3d> motionsBetween(const Poses& poses) {
-  std::vector<Eigen::Isometry3d> motions;
-  for (size_t i = 1; i < poses.size(); ++i) motions.push_back(relative(poses[i], poses[i - 1]));
-  return motions;
-}
-
 MotionError motionError(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth) {
   const Eigen::Isometry3d difference = relative(estimated, truth);
   return {difference.translation().norm(), angle(difference.linear())};
 }
 
-MotionError meanMotionError(const std::vector<Eigen::Isometry3d>& estimated,
-                            const std::vector<Eigen::Isometry3d>& truth) {
+MotionError meanMotionError(const Poses& estimated, const Poses& truth) {
   requireEqual(estimated.size(), truth.size());
-  MotionError mean;
-  if (truth.empty()) return mean;
-  for (size_t i = 0; i < truth.size(); ++i) {
-    const MotionError error = motionError(estimated[i], truth[i]);
-    mean.translation_m += error.translation_m;
-    mean.rotation_rad += error.rotation_rad;
+  MotionError sum;
+  for (size_t i = 1; i < truth.size(); ++i) {
+    const MotionError error =
+        motionError(relative(estimated[i], estimated[i - 1]), relative(truth[i], truth[i - 1]));
+    sum.translation_m += error.translation_m;
+    sum.rotation_rad += error.rotation_rad;
   }
-  mean.translation_m /= static_cast<double>(truth.size());
-  mean.rotation_rad /= static_cast<double>(truth.size());
-  return mean;
+  return {ratio(sum.translation_m, truth.size() - 1), ratio(sum.rotation_rad, truth.size() - 1)};
 }
 
 std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const Poses& truth,

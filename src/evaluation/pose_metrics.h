@@ -11,18 +11,14 @@ namespace predictive_stereo {
 
 using Poses = std::vector<Eigen::Isometry3d>;  ///< T_world_cam, one per frame
 
-/// Motions T_cam_prev between consecutive poses; one less than there are poses.
-std::vector<Eigen::Isometry3d> motionsBetween(const Poses& poses);
-
 struct MotionError {
   double translation_m = 0;
   double rotation_rad = 0;
 };
 MotionError motionError(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth);
 
-/// Means over frames.
-MotionError meanMotionError(const std::vector<Eigen::Isometry3d>& estimated,
-                            const std::vector<Eigen::Isometry3d>& truth);
+/// Mean error of the motions between consecutive poses; of one pose 0.
+MotionError meanMotionError(const Poses& estimated, const Poses& truth);
 
 /// KITTI's relative error over stretches of one length that start at every frame.
 struct RelativePoseError {

@@ -1,43 +1,65 @@
 #include "evaluation/report.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
+#include <boost/algorithm/string.hpp>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <sstream>
 #include <utility>
 
 #include "tools/output_file.h"
 
 namespace predictive_stereo {
 
-std::string Table::text() const {
-  std::vector<size_t> widths;
-  const auto measure = [&](const std::vector<std::string>& row) {
-    widths.resize(std::max(widths.size(), row.size()), 0);
-    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  };
-  measure(header);
-  for (const auto& row : rows) measure(row);
-  std::ostringstream out;
-  const auto print = [&](const std::vector<std::string>& row) {
-    out << " ";
-    for (size_t i = 0; i < row.size(); ++i) {
-      const std::string space(widths[i] - row[i].size() + 1, ' ');
-      out << (i == 0 ? " " + row[i] + space.substr(1) : " " + space + row[i]);
-    }
-    out << "\n";
-  };
-  out << title << "\n";
-  print(header);
-  for (const auto& row : rows) print(row);
-  return out.str();
+namespace {
+
+// As RFC 4180 says.
+std::string quoted(const std::string& cell) {
+  return cell.find_first_of(",\"\n") == std::string::npos
+             ? cell
+             : "\"" + boost::algorithm::replace_all_copy(cell, "\"", "\"\"") + "\"";
 }
 
-std::string fixed(double value, int decimals) {
-  if (!std::isfinite(value)) return "-";
+}  // namespace
+
+Table Table::ofCsv(const std::string& header) {
+  Table table;
+  boost::algorithm::split(table.header, header, [](char c) { return c == ','; });
+  return table;
+}
+
+std::string Table::text() const {
+  std::vector<Row> all = rows;
+  all.insert(all.begin(), header);
+  std::vector<size_t> widths;
+  for (const Row& row : all) {
+    widths.resize(std::max(widths.size(), row.size()), 0);
+    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text = title + "\n";
+  for (const Row& row : all) {
+    text += " ";
+    for (size_t i = 0; i < row.size(); ++i) {
+      const std::string space(widths[i] - row[i].size(), ' ');
+      text += i == 0 ? " " + row[i] + space : "  " + space + row[i];
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string Table::csv() const {
+  std::string text = boost::algorithm::join(header, ",") + "\n";
+  for (Row row : rows) {
+    row.resize(header.size());
+    std::transform(row.begin(), row.end(), row.begin(), quoted);
+    text += boost::algorithm::join(row, ",") + "\n";
+  }
+  return text;
+}
+
+std::string fixed(double value, int decimals, const char* otherwise) {
+  if (!std::isfinite(value)) return otherwise;
   char text[48];
   std::snprintf(text, sizeof(text), "%.*f", decimals, value);
   return text;
@@ -46,81 +68,36 @@ std::string fixed(double value, int decimals) {
 Report::Report(std::filesystem::path dir, const std::string& title, const std::string& provenance)
     : dir_(std::move(dir)) {
   makeFolder(dir_);
-  yaml_.SetStringFormat(YAML::DoubleQuoted);
-  yaml_.SetDoublePrecision(7);
-  yaml_ << YAML::BeginMap;
-  write("title", title);
-  write("provenance", provenance);
-  write("items", YAML::BeginSeq);
-}
-
-template <class Value>
-void Report::write(const char* key, const Value& value) {
-  yaml_ << YAML::Key << key << YAML::Value << value;
-}
-
-void Report::beginItem(const char* kind, const std::string& value) {
-  ++items_;
-  yaml_ << YAML::BeginMap;
-  write(kind, value);
-}
-
-void Report::addHeading(const std::string& text) {
-  beginItem("heading", text);
-  yaml_ << YAML::EndMap;
-}
-
-void Report::addText(const std::string& text) {
-  beginItem("text", text);
-  yaml_ << YAML::EndMap;
+  root_["title"] = title;
+  root_["provenance"] = provenance;
+  root_["items"] = YAML::Node(YAML::NodeType::Sequence);
 }
 
 void Report::add(const Table& table) {
-  if (table.rows.empty()) return;
-  beginItem("table", table.title);
-  yaml_ << YAML::Key << "header" << YAML::Value << YAML::Flow << table.header;
-  write("rows", YAML::BeginSeq);
-  for (const auto& row : table.rows) yaml_ << YAML::Flow << row;
-  yaml_ << YAML::EndSeq << YAML::EndMap;
+  if (!table.rows.empty())
+    add(ReportItem("table", table.title).set("header", table.header).set("rows", table.rows));
 }
 
-void Report::add(const Plot& plot) {
-  beginItem("plot", plot.title);
-  write("x_label", plot.x_label);
-  write("y_label", plot.y_label);
-  write("equal_axes", plot.equal_axes);
-  write("series", YAML::BeginSeq);
-  for (const PlotSeries& series : plot.series) {
-    std::vector<double> x, y;
-    for (const cv::Point2d& point : series.points) {
-      x.push_back(point.x);
-      y.push_back(point.y);
-    }
-    yaml_ << YAML::BeginMap;
-    write("name", series.name);
-    write("style", series.style);
-    yaml_ << YAML::Key << "x" << YAML::Value << YAML::Flow << x;
-    yaml_ << YAML::Key << "y" << YAML::Value << YAML::Flow << y << YAML::EndMap;
-  }
-  yaml_ << YAML::EndSeq << YAML::EndMap;
+std::string Report::writeMap(const cv::Mat& values, const cv::Mat1b& known) {
+  cv::Mat1w coded;
+  values.convertTo(coded, CV_16U, 256);
+  coded = cv::max(coded, 1);
+  coded.setTo(0, ~known);
+  return write(coded);
 }
 
-void Report::add(const Panel& panel) {
+std::string Report::write(const cv::Mat& picture) {
   char file[32];
-  std::snprintf(file, sizeof(file), "pictures/%04zu.png", items_);
-  writePicture(dir_ / file, panel.image);
-  addPicture(file, panel.caption);
-}
-
-void Report::addPicture(const std::string& file, const std::string& caption) {
-  beginItem("picture", file);
-  write("caption", caption);
-  yaml_ << YAML::EndMap;
+  std::snprintf(file, sizeof(file), "maps/%04d.png", maps_++);
+  writePicture(dir_ / file, picture);
+  return file;
 }
 
 void Report::finish() {
-  yaml_ << YAML::EndSeq << YAML::EndMap;
-  writeText(dir_ / "report.yaml", std::string(yaml_.c_str()) + "\n");
+  YAML::Emitter yaml;
+  yaml.SetStringFormat(YAML::DoubleQuoted);  // no text may look like a number
+  yaml << root_;
+  writeText(dir_ / "report.yaml", std::string(yaml.c_str()) + "\n");
   std::cout << "scripts/report " << dir_.string() << " makes a page of it\n";
 }
 

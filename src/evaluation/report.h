@@ -1,48 +1,77 @@
-/// Results as data: tables and diagrams, and a folder of them from which scripts/report makes a
-/// page.
+/// Results as data: tables to print, and a folder from which scripts/report makes a page.
 #pragma once
 
-#include <yaml-cpp/emitter.h>
+#include <yaml-cpp/yaml.h>
 
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <sstream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace predictive_stereo {
 
-/// A table of texts, to print or for a page. The first column is aligned left.
+using Row = std::vector<std::string>;
+
+/// A row of cells: texts, numbers (with six digits), and rows, of which each cell is added.
+template <class... Cells>
+Row row(const Cells&... cells) {
+  Row row;
+  const auto add = [&](const auto& cell) {
+    using Cell = std::decay_t<decltype(cell)>;
+    if constexpr (std::is_same_v<Cell, Row>) {
+      row.insert(row.end(), cell.begin(), cell.end());
+    } else if constexpr (std::is_arithmetic_v<Cell>) {
+      std::ostringstream text;
+      text << cell;
+      row.push_back(text.str());
+    } else {
+      row.emplace_back(cell);
+    }
+  };
+  (add(cells), ...);
+  return row;
+}
+
+/// A number with this many decimals; `otherwise` if it is not finite.
+std::string fixed(double value, int decimals, const char* otherwise = "-");
+
+/// A table, to print, for a page, or to be written as CSV.
 struct Table {
   std::string title;
-  std::vector<std::string> header;
-  std::vector<std::vector<std::string>> rows;
+  Row header;
+  std::vector<Row> rows;
 
+  /// @param header  its names, with commas between them.
+  static Table ofCsv(const std::string& header);
+
+  template <class... Cells>
+  void add(const Cells&... cells) {
+    rows.push_back(row(cells...));
+  }
+  /// In columns; the first one is aligned left.
   std::string text() const;
+  /// Header and rows. Texts with a comma or a quotation mark are quoted; the cells that a row lacks
+  /// are empty.
+  std::string csv() const;
 };
 
-/// A number with this many decimals; "-" if it is not finite.
-std::string fixed(double value, int decimals);
+/// A part of a page: the data and where they are. scripts/report knows the kinds and draws them.
+class ReportItem {
+ public:
+  /// @param kind  e.g. "heading"; `value` is its text, or the file with its figures.
+  ReportItem(const std::string& kind, const std::string& value) { set(kind, value); }
+  template <class Value>
+  ReportItem& set(const std::string& key, const Value& value) {
+    node[key] = value;
+    return *this;
+  }
 
-struct PlotSeries {
-  std::string name;                 ///< in the legend; empty: not in the legend
-  std::vector<cv::Point2d> points;  ///< "steps": (left end, height) of bars; the last one ends them
-  std::string style = "line";       ///< or "markers" or "steps"
+  YAML::Node node;
 };
 
-/// A diagram with two axes, which scripts/report draws.
-struct Plot {
-  std::string title, x_label, y_label;
-  std::vector<PlotSeries> series;
-  bool equal_axes = false;  ///< one unit has the same length in x and y, for maps
-};
-
-/// A picture with its explanation.
-struct Panel {
-  std::string caption;
-  cv::Mat3b image;
-};
-
-/// Results as data for a page: a folder with report.yaml and pictures. scripts/report makes
+/// Results as data for a page: a folder with report.yaml, CSV and maps. scripts/report makes
 /// index.html of it.
 class Report {
  public:
@@ -53,30 +82,25 @@ class Report {
 
   const std::filesystem::path& dir() const { return dir_; }
 
-  void addHeading(const std::string& text);
-  void addText(const std::string& text);
+  void add(const ReportItem& item) { root_["items"].push_back(item.node); }
   /// Nothing if it has no rows.
   void add(const Table& table);
-  void add(const Plot& plot);
-  /// Writes the picture at once, with a number as its name.
+  /// Writes a map as a 16-bit PNG, as KITTI does: 256 times the value, at least 1; 0 where it is
+  /// not known. It is named by a number.
+  /// @returns the file, relative to the folder.
   /// @throws std::runtime_error if it cannot be written.
-  void add(const Panel& panel);
-  /// A picture that is there already.
-  /// @param file  relative to the folder.
-  void addPicture(const std::string& file, const std::string& caption);
+  std::string writeMap(const cv::Mat& values, const cv::Mat1b& known);
+  /// The same for a picture as it is.
+  std::string write(const cv::Mat& picture);
 
   /// Writes report.yaml, and says on standard output how to make the page. Nothing may follow.
   /// @throws std::runtime_error if it cannot be written.
   void finish();
 
  private:
-  template <class Value>
-  void write(const char* key, const Value& value);
-  void beginItem(const char* kind, const std::string& value);
-
   std::filesystem::path dir_;
-  YAML::Emitter yaml_;
-  size_t items_ = 0;
+  YAML::Node root_;
+  int maps_ = 0;
 };
 
 }  // namespace predictive_stereo

@@ -1,10 +1,11 @@
 /// Times functions alternately, so that other load of the machine affects all of them equally.
 #pragma once
 
-#include <algorithm>
 #include <functional>
 #include <opencv2/core/utility.hpp>
 #include <vector>
+
+#include "evaluation/statistics.h"
 
 namespace predictive_stereo {
 
@@ -12,11 +13,6 @@ inline double timeOf(const std::function<void()>& work) {
   const auto before = static_cast<double>(cv::getTickCount());
   work();
   return (static_cast<double>(cv::getTickCount()) - before) / cv::getTickFrequency() * 1e3;
-}
-
-inline double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 /// Median time of each function [ms], after one round of warm-up.

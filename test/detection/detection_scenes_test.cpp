@@ -9,6 +9,7 @@
 
 #include "evaluation/detection_evaluation.h"
 #include "evaluation/kitti_scenes.h"
+#include "evaluation/statistics.h"
 
 namespace predictive_stereo {
 namespace {

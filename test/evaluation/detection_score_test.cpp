@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "evaluation/statistics.h"
+
 namespace predictive_stereo {
 namespace {
 

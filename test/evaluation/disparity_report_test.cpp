@@ -4,9 +4,10 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 
-#include "evaluation/disparity_panels.h"
 #include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
@@ -72,7 +73,8 @@ class ConstantMethod : public DisparityMethod {
   bool own_;
 };
 
-SequenceReport evaluateWall(std::vector<Panel>* panels = nullptr) {
+// With a page: also writes the maps of the last frame.
+SequenceReport evaluateWall(Report* page = nullptr) {
   const std::vector<NamedMethod> methods = {
       {kOpencvHh, [] { return std::make_unique<ConstantMethod>(false); }},
       {kOurs, [] { return std::make_unique<ConstantMethod>(true); }}};
@@ -80,14 +82,13 @@ SequenceReport evaluateWall(std::vector<Panel>* panels = nullptr) {
   SequenceReport report;
   report.name = wall.name();
   report.methods = {kOpencvHh, kOurs};
-  const auto panel = [&](const SequenceFrame& frame, int index, size_t m,
-                         const MethodOutput& output) {
-    if (index == 3 && panels)
-      for (const Panel& made :
-           panelsOf(frame, "wall", methods[m].name, m == 0, DisparityRange{}, output))
-        panels->push_back(made);
+  const auto addMaps = [&](const SequenceFrame& frame, int index, size_t m,
+                           const MethodOutput& output) {
+    if (index != 3 || !page) return;
+    if (m == 0) report.frames.push_back(frameItem(frame, "wall", *page));
+    addMethod(methods[m].name, DisparityRange{}, output, report.frames.back(), *page);
   };
-  evaluateDisparity(wall, methods, PipelineParams{}, 0, panel, report.evaluations);
+  evaluateDisparity(wall, methods, PipelineParams{}, 0, addMaps, report.evaluations);
   return report;
 }
 
@@ -163,7 +164,7 @@ TEST(DisparityReport, StagesOfMethodsThatHaveOthers) {
 
 TEST(DisparityReport, CsvLinesHaveAsManyFieldsAsTheHeader) {
   const SequenceReport report = evaluateWall();
-  for (const std::string& text : {csv({report}), framesCsv({report})}) {
+  for (const std::string& text : {csv({report}), framesCsv({report}), sharesCsv({report})}) {
     std::istringstream lines(text);
     std::string line;
     std::getline(lines, line);
@@ -175,70 +176,64 @@ TEST(DisparityReport, CsvLinesHaveAsManyFieldsAsTheHeader) {
   }
 }
 
-TEST(DisparityReport, PanelsShowErrors) {
-  std::vector<Panel> panels;
-  SequenceReport report = evaluateWall(&panels);
-  // Left; disparity and errors of both; sigma, width and difference to the prediction of ours.
-  ASSERT_EQ(panels.size(), 8u);
-  EXPECT_EQ(panels[2].image(10, 10), cv::Vec3b(0, 200, 42));    // 0.5 px off
-  EXPECT_EQ(panels[2].image(10, 100), cv::Vec3b(0, 0, 255));    // an outlier
-  EXPECT_EQ(panels[4].image(10, 100), cv::Vec3b(255, 0, 255));  // invalid
-  const cv::Mat3b& difference = panels[7].image;
-  EXPECT_EQ(difference(10, 100), cv::Vec3b(0, 0, 0));        // not measured
-  EXPECT_EQ(difference(40, 40), cv::Vec3b(128, 0, 0));       // as predicted
-  EXPECT_NE(difference(60, 140), difference(40, 40));        // 2.5 px apart
-  EXPECT_EQ(difference(30, 110), cv::Vec3b(255, 255, 255));  // an object's box
-}
-
-TEST(DisparityReport, ItsPageHasTablesPlotsAndPictures) {
-  std::vector<Panel> panels;
-  SequenceReport report = evaluateWall(&panels);
-  report.panels = panels;
+TEST(DisparityReport, ItsPageHasTablesPlotsAndMaps) {
   const TemporaryDirectory dir;
   Report page(dir.path("page"), "Walls", "evaluate <this>");
+  const SequenceReport report = evaluateWall(&page);
   add({report}, page);
   page.finish();
   const YAML::Node written = YAML::LoadFile(dir.path("page/report.yaml"));
   EXPECT_EQ(written["title"].as<std::string>(), "Walls");
   EXPECT_EQ(written["provenance"].as<std::string>(), "evaluate <this>");
-  size_t plots = 0, pictures = 0;
-  std::vector<std::string> titles;
+  std::map<std::string, int> kinds;
+  YAML::Node frame;
   for (const YAML::Node& item : written["items"]) {
-    if (item["table"]) {
-      titles.push_back(item["table"].as<std::string>());
-      EXPECT_GT(item["rows"].size(), 0u) << titles.back();
-      for (const YAML::Node& row : item["rows"]) EXPECT_EQ(row.size(), item["header"].size());
-    }
-    plots += item["plot"].IsDefined();
-    if (!item["picture"]) continue;
-    const cv::Mat image = cv::imread(dir.path("page/" + item["picture"].as<std::string>()));
-    EXPECT_EQ(cv::norm(image, panels[pictures].image, cv::NORM_INF), 0) << pictures;
-    EXPECT_EQ(item["caption"].as<std::string>(), panels[pictures].caption);
-    ++pictures;
+    ++kinds[item.begin()->first.as<std::string>()];
+    if (item["frame"]) frame = item;
+    if (!item["table"]) continue;
+    EXPECT_GT(item["rows"].size(), 0u) << item["table"];
+    for (const YAML::Node& row : item["rows"]) EXPECT_EQ(row.size(), item["header"].size());
   }
-  EXPECT_EQ(titles.size(), 1 + tables(report).size()) << "and the paper's";
-  EXPECT_EQ(plots, 2u);
-  EXPECT_EQ(pictures, panels.size());
+  EXPECT_EQ(kinds["table"], 1 + static_cast<int>(tables(report).size())) << "and the paper's";
+  EXPECT_EQ(kinds["outliers"] + kinds["variance"], 2);
+  EXPECT_TRUE(std::filesystem::exists(dir.path("page/frames.csv")));
+  EXPECT_TRUE(std::filesystem::exists(dir.path("page/variance.csv")));
+
+  const auto map = [&](const YAML::Node& file) -> cv::Mat1w {
+    return cv::imread(dir.path("page/" + file.as<std::string>()), cv::IMREAD_UNCHANGED);
+  };
+  EXPECT_EQ(map(frame["truth"])(10, 100), 20 * 256);
+  ASSERT_EQ(frame["methods"].size(), 2u);
+  EXPECT_FALSE(frame["methods"][0]["sigma"]);
+  const YAML::Node ours = frame["methods"][1];
+  EXPECT_EQ(map(ours["disparity"])(10, 100), 0) << "invalid";
+  EXPECT_EQ(map(ours["disparity"])(40, 40), 8.5 * 256);
+  EXPECT_EQ(map(ours["sigma"])(40, 40), 256);
+  EXPECT_EQ(map(ours["width"])(10, 10), 128 * 256);
+  EXPECT_EQ(map(ours["measured"])(40, 40), 9 * 256);
+  EXPECT_EQ(map(ours["predicted"])(10, 100), 11.5 * 256);
+  EXPECT_EQ(ours["boxes"][0].as<std::vector<int>>(), (std::vector<int>{100, 30, 20, 20}));
 }
 
-TEST(DisparityReport, PlotsHaveThePointsOfTheirSeries) {
+TEST(Report, MapsKeepZeroApartFromUnknown) {
   const TemporaryDirectory dir;
   Report page(dir.path(""), "", "");
-  Plot plot;
-  plot.title = "a: b";
-  plot.series = {{"steps", {{0, 0.25}, {10, 5}}, "steps"}, {}};
-  page.add(plot);
+  const cv::Mat1f values = (cv::Mat1f(1, 3) << 0, 0, 300);
+  const cv::Mat1b known = (cv::Mat1b(1, 3) << 255, 0, 255);
+  const cv::Mat1w map = cv::imread(dir.path(page.writeMap(values, known)), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(map(0, 0), 1);
+  EXPECT_EQ(map(0, 1), 0);
+  EXPECT_EQ(map(0, 2), 65535) << "the largest that fits";
   page.add(Table());  // without rows: left out
   page.finish();
-  const YAML::Node items = YAML::LoadFile(dir.path("report.yaml"))["items"];
-  ASSERT_EQ(items.size(), 1u);
-  EXPECT_EQ(items[0]["plot"].as<std::string>(), "a: b");
-  const YAML::Node series = items[0]["series"];
-  ASSERT_EQ(series.size(), 2u);
-  EXPECT_EQ(series[0]["style"].as<std::string>(), "steps");
-  EXPECT_EQ(series[0]["x"].as<std::vector<double>>(), (std::vector<double>{0, 10}));
-  EXPECT_EQ(series[0]["y"].as<std::vector<double>>(), (std::vector<double>{0.25, 5}));
-  EXPECT_EQ(series[1]["x"].size(), 0u);
+  EXPECT_EQ(YAML::LoadFile(dir.path("report.yaml"))["items"].size(), 0u);
+}
+
+TEST(Table, QuotesAndFillsCellsOfCsv) {
+  Table table = Table::ofCsv("name,a,b");
+  table.add("wall, \"old\"", row(0.5, 2));
+  table.add("door", 1.0 / 3);
+  EXPECT_EQ(table.csv(), "name,a,b\n\"wall, \"\"old\"\"\",0.5,2\ndoor,0.333333,\n");
 }
 
 }  // namespace

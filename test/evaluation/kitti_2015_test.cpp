@@ -62,17 +62,16 @@ TEST(ScoreAsKitti, CountsBackgroundAndVehicles) {
   // disparity: interpolated, one is an inlier and one is an outlier.
   const cv::Mat1f truth = map(2, 4, {10, 10, 10, kNoTruth, 100, 100, 20, 50});
   const cv::Mat1f disparity = map(2, 4, {13, 13.5, kX, 10, 104.5, 106, kX, 50});
-  const cv::Mat1f interpolated = map(2, 4, {13, 13.5, 10, 10, 104.5, 106, 50, 50});
   const cv::Mat1b vehicles = (cv::Mat1b(2, 4) << 0, 0, 0, 0, 1, 1, 1, 1);
-  const KittiScore score = scoreAsKitti(disparity, interpolated, kRange, truth, vehicles);
-  EXPECT_EQ(3, score.background.pixels);
-  EXPECT_EQ(2, score.background.valid);
-  EXPECT_EQ(1, score.background.outliers);
-  EXPECT_EQ(1, score.background.interpolated_outliers);
-  EXPECT_EQ(4, score.vehicles.pixels);
-  EXPECT_EQ(3, score.vehicles.valid);
-  EXPECT_EQ(1, score.vehicles.outliers);
-  EXPECT_EQ(2, score.vehicles.interpolated_outliers);
+  const KittiScore score = scoreAsKitti(disparity, kRange, truth, vehicles);
+  EXPECT_EQ(3, score.background.found.truth_pixels);
+  EXPECT_EQ(2, score.background.found.valid_pixels);
+  EXPECT_EQ(1, score.background.found.outliers);
+  EXPECT_EQ(1, score.background.interpolated.wrong());
+  EXPECT_EQ(4, score.vehicles.found.truth_pixels);
+  EXPECT_EQ(3, score.vehicles.found.valid_pixels);
+  EXPECT_EQ(1, score.vehicles.found.outliers);
+  EXPECT_EQ(2, score.vehicles.interpolated.wrong());
   EXPECT_NEAR(100.0 * 3 / 7, score.all().d1_percent(), 1e-9);
   EXPECT_NEAR(100.0 * 2 / 5, score.all().d1_valid_percent(), 1e-9);
   EXPECT_NEAR(100.0 * 5 / 7, score.all().density_percent(), 1e-9);
@@ -80,17 +79,16 @@ TEST(ScoreAsKitti, CountsBackgroundAndVehicles) {
 
 TEST(ScoreAsKitti, CountsWhatCouldNotBeInterpolatedAsWrong) {
   const cv::Mat1f truth = map(1, 2, {10, 10}), nothing = map(1, 2, {kX, kX});
-  const KittiScore score = scoreAsKitti(nothing, nothing, kRange, truth, cv::Mat1b::zeros(1, 2));
-  EXPECT_EQ(2, score.background.interpolated_outliers);
-  EXPECT_EQ(0, score.background.valid);
-  EXPECT_EQ(0, score.background.outliers);
+  const KittiScore score = scoreAsKitti(nothing, kRange, truth, cv::Mat1b::zeros(1, 2));
+  EXPECT_EQ(2, score.background.interpolated.wrong());
+  EXPECT_EQ(0, score.background.found.valid_pixels);
+  EXPECT_EQ(0, score.background.found.outliers);
 }
 
 TEST(ScoreAsKitti, RefusesDifferentSizes) {
   const cv::Mat1f one = map(1, 2, {1, 1}), other = map(1, 1, {1});
-  EXPECT_THROW(scoreAsKitti(one, one, kRange, other, cv::Mat1b::zeros(1, 2)),
-               std::invalid_argument);
-  EXPECT_THROW(scoreAsKitti(one, one, kRange, one, cv::Mat1b::zeros(2, 2)), std::invalid_argument);
+  EXPECT_THROW(scoreAsKitti(one, kRange, other, cv::Mat1b::zeros(1, 2)), std::invalid_argument);
+  EXPECT_THROW(scoreAsKitti(one, kRange, one, cv::Mat1b::zeros(2, 2)), std::invalid_argument);
 }
 
 /// A folder with one small scene: truth 8 px on the left half, 4 px on the vehicle's right half.
@@ -183,18 +181,18 @@ TEST(KittiEvaluation2015, PoolsScenes) {
       evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods), kRange, outputs);
   const KittiScore& score = result.methods[0].score;
   const int half = Scene2015::kWidth / 2 * (Scene2015::kHeight - 1);
-  EXPECT_EQ(half, score.background.pixels);
-  EXPECT_EQ(half - 8 * (Scene2015::kHeight - 1), score.background.valid);
-  EXPECT_EQ(0, score.background.interpolated_outliers);
-  EXPECT_EQ(half, score.vehicles.interpolated_outliers);  // off by 4 px
+  EXPECT_EQ(half, score.background.found.truth_pixels);
+  EXPECT_EQ(half - 8 * (Scene2015::kHeight - 1), score.background.found.valid_pixels);
+  EXPECT_EQ(0, score.background.interpolated.wrong());
+  EXPECT_EQ(half, score.vehicles.interpolated.wrong());  // off by 4 px
   EXPECT_EQ(Scene2015::kWidth / 2 * (Scene2015::kHeight - 2),
-            result.methods[0].score_noc.vehicles.outliers);
+            result.methods[0].score_noc.vehicles.found.outliers);
 
-  const Table table = kittiTable2015({"constant"}, {result, result});
+  const Table table = KittiEvaluation2015{{"constant"}, {result, result}}.table();
   EXPECT_EQ("50.00 / 0.00 / 100.00", table.rows.at(0).at(2));
   EXPECT_EQ("57.14 / 0.00 / 100.00", table.rows.at(0).at(3));
   EXPECT_EQ("87.50 / 75.00 / 100.00", table.rows.at(0).at(4));
-  EXPECT_EQ(1u, worstSceneIndices2015({result}, 0, 10).size());
+  EXPECT_EQ(1u, (KittiEvaluation2015{{"constant"}, {result}}).worst().size());
 }
 
 }  // namespace

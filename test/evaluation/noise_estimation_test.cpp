@@ -25,7 +25,7 @@ TEST(ErrorHistogram, KnowsANormalDistribution) {
   EXPECT_NEAR(errors.shareWithin(1.1), 0.9772 - 0.0082, 0.01);
 }
 
-TEST(ErrorImage, IsBluestWhereErrorsAddUpMost) {
+TEST(ErrorImage, AddsUpErrorsOfCells) {
   ErrorImage errors({12, 8});
   errors.add(1, 1, 0.5);
   errors.add(2.4, 0, -1.0);  // in the same cell
@@ -35,11 +35,11 @@ TEST(ErrorImage, IsBluestWhereErrorsAddUpMost) {
   EXPECT_DOUBLE_EQ(errors.sum_px(0, 3), 1.5);
   EXPECT_DOUBLE_EQ(errors.sum_px(4, 0), 0);
   EXPECT_DOUBLE_EQ(errors.sum_px(11, 7), 0.75);
-  const cv::Mat3b picture = errors.picture();
-  ASSERT_EQ(picture.size(), cv::Size(12, 8));
-  EXPECT_EQ(picture(0, 0), cv::Vec3b(255, 0, 0));
-  EXPECT_EQ(picture(0, 4), cv::Vec3b(255, 255, 255));
-  EXPECT_NEAR(picture(7, 11)[2], 128, 1);
+  const cv::Mat1w map = errors.map();
+  ASSERT_EQ(map.size(), cv::Size(12, 8));
+  EXPECT_EQ(map(0, 0), 65535);
+  EXPECT_EQ(map(0, 4), 0);
+  EXPECT_NEAR(map(7, 11), 32768, 1);
 }
 
 TEST(ErrorHistogram, WritesEveryStep) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace predictive_stereo {
 namespace {
 
@@ -18,7 +20,9 @@ TEST(EvaluateOdometry, MeasuresTheStreet) {
   EXPECT_LT(std::abs(e.length_error_percent), 1);
   EXPECT_LT(e.mean.translation_m, 0.02);
   EXPECT_GT(e.mean_normalized_error, 0);
-  EXPECT_EQ(pathPlot(e).series[1].points.size(), 6u);
+  const std::string paths = pathsCsv({e});
+  EXPECT_EQ(std::count(paths.begin(), paths.end(), '\n'), 7);
+  EXPECT_NE(paths.find("\nstreet straight,5,"), std::string::npos) << paths;
 }
 
 TEST(EvaluateOdometry, NeedsTruePoses) {

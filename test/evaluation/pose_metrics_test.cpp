@@ -22,13 +22,6 @@ Poses poses(size_t motions, const Eigen::Isometry3d& motion) {
   return poses;
 }
 
-TEST(PoseMetrics, MotionsAndPosesAreInverse) {
-  const Eigen::Isometry3d motion = forward(1.2, 0.1);
-  const auto motions = motionsBetween(poses(5, motion));
-  ASSERT_EQ(motions.size(), 5u);
-  for (const auto& back : motions) EXPECT_TRUE(back.isApprox(motion, 1e-9));
-}
-
 TEST(PoseMetrics, ScaleAndYawErrorsByHand) {
   const Poses truth = poses(20, forward(1.0));
   const Poses longer = poses(20, forward(1.02));
@@ -42,10 +35,10 @@ TEST(PoseMetrics, ScaleAndYawErrorsByHand) {
   const Poses turning = poses(20, forward(1.0, 0.01));
   EXPECT_NEAR(relativePoseErrors(turning, truth, {10})[0].rotation_deg_per_m, 0.01 * 180 / M_PI,
               1e-9);
-  const MotionError mean = meanMotionError(motionsBetween(turning), motionsBetween(truth));
+  const MotionError mean = meanMotionError(turning, truth);
   EXPECT_NEAR(mean.rotation_rad, 0.01, 1e-9);
   EXPECT_NEAR(mean.translation_m, 0.0, 0.011);
-  EXPECT_THROW(relativePoseErrors(turning, motionsBetween(truth), {10}), std::invalid_argument);
+  EXPECT_THROW(relativePoseErrors(turning, poses(19, forward(1.0)), {10}), std::invalid_argument);
 }
 
 TEST(PoseMetrics, NormalizedErrorIsSixOnAverage) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iostream>
 #include <sstream>
+#include <tuple>
 #include <utility>
 
 #include "evaluation/kitti_scenes.h"
@@ -30,8 +31,9 @@ and, beyond the paper, the parameters of the published variance: in closed loop,
 
 Writes to DIR: noise.yaml (parameters in the format of config/*.yaml, with provenance),
 process_noise.csv, measurement_noise.csv, and for each drive DRIVE_process_error.png and
-DRIVE_measurement_error.png: absolute errors accumulated over the image (the paper's figure 3).
-scripts/report DIR makes a page of them, with plots of the distributions.
+DRIVE_measurement_error.png: absolute errors accumulated over the image, as 16 bits relative to the
+largest. scripts/report DIR makes a page of them, with plots of the distributions and the paper's
+figure 3.
 
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
   --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
@@ -68,12 +70,6 @@ std::string today() {
   return text;
 }
 
-void write(const ErrorHistogram& errors, const std::string& name, const std::string& title,
-           Report& report) {
-  writeText(report.dir() / (name + ".csv"), errors.csv());
-  report.add(errors.plot(title));
-}
-
 // All that was observed.
 struct Observations {
   ErrorHistogram process, measurement;
@@ -100,8 +96,8 @@ void addDrive(const DriveArgument& argument, const CommandLine& command_line,
   for (const auto& [kind, errors] : {std::pair("process", &seen.process_image),
                                      std::pair("measurement", &seen.measurement_image)}) {
     const std::string file = name + "_" + kind + "_error.png";
-    writePicture(report.dir() / file, errors->picture());
-    report.addPicture(file, drive.name() + ", " + kind + " error");
+    writePicture(report.dir() / file, errors->map());
+    report.add(ReportItem("error_image", file).set("title", drive.name() + ", " + kind + " error"));
   }
   all.process += seen.process;
   all.measurement += seen.measurement;
@@ -164,8 +160,12 @@ int estimate(const CommandLine& command_line) {
   addStreetsAndPairs(command_line, params, all);
   const std::string yaml = yamlOf(all, fitVariance(all.published, params.disparity.variance),
                                   command_line.has("all-errors"));
-  write(all.process, "process_noise", "Process noise", report);
-  write(all.measurement, "measurement_noise", "Measurement noise", report);
+  for (const auto& [title, file, errors] :
+       {std::tuple("Process noise", "process_noise.csv", &all.process),
+        std::tuple("Measurement noise", "measurement_noise.csv", &all.measurement)}) {
+    writeText(report.dir() / file, errors->csv());
+    report.add(ReportItem("errors", file).set("title", title));
+  }
   writeText(report.dir() / "noise.yaml", yaml);
   std::cout << yaml.substr(yaml.find("# all"));
   report.finish();

@@ -1,6 +1,7 @@
 /// Compares moving objects with labels, for KITTI drives, bags and synthetic streets.
 #include <filesystem>
 #include <iostream>
+#include <map>
 
 #include "evaluation/detection_report.h"
 #include "evaluation/perturbation.h"
@@ -65,8 +66,9 @@ by distance.
 Results:
   --csv FILE          writes the figures, and every label and box into a second file, with _frames
                       added to its name
-  --report DIR        writes the figures and the frames with errors, from which scripts/report DIR
-                      makes a page, and each frame as a picture into DIR/frames
+  --report DIR        writes the figures and the left images, of which scripts/report DIR makes a
+                      page that shows the frames with errors; it draws all frames with labels or
+                      objects into DIR/pictures
 
 A box is correct if its IoU with a demanded object is 0.3 or more. An object is demanded from the
 third frame on in which it is visible. In streets, objects are demanded that are nearer than 35 m,
@@ -118,11 +120,15 @@ class Evaluator {
     last_rig_ = sequence.rig();
     const Detector detector =
         recorded ? recordedDetector(line_.get("objects"), sequence) : pipelineDetector(params_);
-    evaluations_.push_back(
-        evaluateDetection(sequence, labels, detector, max_frames_,
-                          [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
-                            if (report_) writePictureOf(frame, images.left, sequence.name());
-                          }));
+    evaluations_.push_back(evaluateDetection(
+        sequence, labels, detector, max_frames_,
+        [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
+          if (!report_) return;
+          char number[16];
+          std::snprintf(number, sizeof(number), "%06d.png", frame.index);
+          writePicture(report_->dir() / (filesOf(sequence) + number), images.left);
+        }));
+    lefts_[sequence.name()] = filesOf(sequence);
     if (!runs_.empty()) addPerturbed(sequence, labels);
   }
 
@@ -141,19 +147,15 @@ class Evaluator {
     if (line_.has("csv")) writeCsv(line_.get("csv"), csv(evaluations_), framesCsv(evaluations_));
     if (!report_) return;
     predictive_stereo::add(evaluations_, limits_, *report_);
-    if (!with_errors_.empty()) report_->addHeading("Frames with errors");
-    for (const auto& [file, caption] : with_errors_) report_->addPicture(file, caption);
+    writeText(report_->dir() / "frames.csv", framesCsv(evaluations_));
+    report_->add(ReportItem("detections", "frames.csv").set("left", lefts_));
     report_->finish();
   }
 
  private:
-  void writePictureOf(const EvaluatedFrame& frame, const cv::Mat1b& left, const std::string& name) {
-    char number[16];
-    std::snprintf(number, sizeof(number), "_%06d", frame.index);
-    const std::string file = "frames/" + fileName(name) + number + ".png";
-    writePicture(report_->dir() / file, picture(left, frame));
-    if (frame.hasErrors())
-      with_errors_.emplace_back(file, name + ", frame " + std::to_string(frame.index));
+  // The left images of a sequence: followed by the frame's number.
+  static std::string filesOf(const Sequence& sequence) {
+    return "frames/" + fileName(sequence.name()) + "_";
   }
 
   void addPerturbed(const Sequence& sequence, const Labels& labels) {
@@ -172,7 +174,7 @@ class Evaluator {
   const int max_frames_;
   std::optional<Report> report_;
   std::vector<DetectionEvaluation> evaluations_;
-  std::vector<std::pair<std::string, std::string>> with_errors_;  // frames: file, caption
+  std::map<std::string, std::string> lefts_;  // filesOf each sequence
   std::vector<PerturbedEvaluation> runs_;
   std::vector<Table> limits_;  // one per camera
   StereoRig last_rig_;

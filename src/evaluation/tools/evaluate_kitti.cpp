@@ -7,7 +7,6 @@
 #include <optional>
 #include <sstream>
 
-#include "evaluation/disparity_panels.h"
 #include "evaluation/disparity_report.h"
 #include "evaluation/kitti_evaluation_2015.h"
 #include "evaluation/tools/tool_input.h"
@@ -49,7 +48,8 @@ KITTI 2012 and synthetic streets against dense ground truth. Outliers have an er
   --set NAME=VALUE    one parameter, e.g. disparity/matcher/p1=12; may be given several times
   --csv FILE          writes all figures, and those of each frame into a second file, with _frames
                       added to its name
-  --report DIR        writes all figures and pictures; scripts/report DIR makes a page of them
+  --report DIR        writes all figures, and maps of the last frames; scripts/report DIR makes a page
+                      of them
   --frames N          use at most N frames of each sequence
   --threads N         for all methods (default: all cores)
 )";
@@ -122,12 +122,11 @@ void addPictures(const KittiScene2015& scene, const std::vector<NamedMethod>& me
                  const DisparityRange& range, Report& report) {
   std::vector<MethodOutput> outputs;
   evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods), range, outputs);
-  const SequenceFrame frame{scene.left, scene.right, scene.truth_px, {}};
-  report.addHeading("Scene " + scene.name);
+  report.add({"heading", "Scene " + scene.name});
+  ReportItem item = frameItem({scene.left, scene.right, scene.truth_px, {}}, scene.name, report);
   for (size_t m = 0; m < methods.size(); ++m)
-    for (const Panel& panel :
-         panelsOf(frame, scene.name, methods[m].name, m == 0, range, outputs[m]))
-      report.add(panel);
+    addMethod(methods[m].name, range, outputs[m], item, report);
+  report.add(item);
 }
 
 void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& params,
@@ -139,7 +138,8 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   if (command_line.has("report"))
     report.emplace(fs::path(command_line.get("report")) / "kitti2015", "KITTI 2015, single pairs",
                    provenance(command_line, params));
-  std::vector<KittiSceneResult2015> results;
+  KittiEvaluation2015 evaluation;
+  for (const NamedMethod& method : methods) evaluation.methods.push_back(method.name);
   std::vector<MethodOutput> outputs;
   {
     Progress progress("KITTI 2015", static_cast<int>(names.size()));
@@ -147,39 +147,31 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
     VisualOdometry odometry(params.ego_motion, params.max_gap);
     std::vector<std::unique_ptr<DisparityMethod>> running;
     for (const std::string& name : names) {
-      const int index = static_cast<int>(results.size());
+      const int index = static_cast<int>(evaluation.scenes.size());
       progress.update(index);
       const KittiScene2015 scene = readKittiScene2015(training_dir, name);
       MethodInput input = inputOf(scene, as_sequence ? index : 0);
       if (!as_sequence || index == 0) running = startMethods(methods);
       if (as_sequence) input.camera = odometry.process(input.frame);
-      results.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
+      evaluation.scenes.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
     }
   }
-  std::vector<std::string> method_names;
-  size_t shown = 0;
-  for (const NamedMethod& method : methods) {
-    if (method.name == kOurs) shown = method_names.size();
-    method_names.push_back(method.name);
-  }
-  constexpr int kWorst = 10;
-  const std::vector<Table> tables = {kittiTable2015(method_names, results),
-                                     kittiCalibrationTable2015(results, shown),
-                                     worstScenes2015(method_names, results, shown, kWorst)};
+  const std::vector<Table> tables = {evaluation.table(), evaluation.calibrationTable(),
+                                     evaluation.worstTable()};
   for (const Table& table : tables)
     if (!table.rows.empty()) std::cout << table.text();
   if (command_line.has("csv")) {
     const fs::path path = command_line.get("csv");
-    writeText(path.parent_path() / (path.stem().string() + "_kitti2015.csv"),
-              kittiCsv2015(method_names, results));
+    writeText(path.parent_path() / (path.stem().string() + "_kitti2015.csv"), evaluation.csv());
   }
   if (!report) return;
-  report->addText(
-      "D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity are "
-      "filled as the devkit does. Ground truth includes pixels that the right camera does not "
-      "see.");
+  report->add(
+      {"text",
+       "D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity are "
+       "filled as the devkit does. Ground truth includes pixels that the right camera does not "
+       "see."});
   for (const Table& table : tables) report->add(table);
-  for (const size_t scene : worstSceneIndices2015(results, shown, kWorst))
+  for (const size_t scene : evaluation.worst())
     addPictures(readKittiScene2015(training_dir, names[scene]), methods, range, *report);
   report->finish();
 }
@@ -209,16 +201,16 @@ int evaluate(const CommandLine& command_line) {
     for (const NamedMethod& method : methods) report.methods.push_back(method.name);
     for (const auto& sequence : group.sequences) {
       const int frames = framesOf(*sequence, max_frames);
-      const auto addPanels = [&](const SequenceFrame& frame, int index, size_t m,
-                                 const MethodOutput& output) {
+      const auto addMaps = [&](const SequenceFrame& frame, int index, size_t m,
+                               const MethodOutput& output) {
         const std::string& method = methods[m].name;
         if (index + 1 != frames || !(m == 0 || method == kOpencvHh || method == kOurs)) return;
-        const auto panels = panelsOf(frame, sequence->name() + ", frame " + std::to_string(index),
-                                     method, m == 0, range, output);
-        report.panels.insert(report.panels.end(), panels.begin(), panels.end());
+        const std::string title = sequence->name() + ", frame " + std::to_string(index);
+        if (m == 0) report.frames.push_back(frameItem(frame, title, *page));
+        addMethod(method, range, output, report.frames.back(), *page);
       };
       evaluateDisparity(*sequence, methods, params, max_frames,
-                        page ? PanelCallback(addPanels) : PanelCallback(), report.evaluations);
+                        page ? FrameCallback(addMaps) : FrameCallback(), report.evaluations);
     }
     print(report);
     reports.push_back(std::move(report));

@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <optional>
-#include <sstream>
 
 #include "evaluation/loss_evaluation.h"
 #include "evaluation/odometry_evaluation.h"
 #include "evaluation/report.h"
 #include "evaluation/tools/tool_input.h"
-#include "tools/command_line.h"
+#include "tools/output_file.h"
 
 namespace predictive_stereo {
 namespace {
@@ -28,7 +27,7 @@ GPS is poor).
                       after the calibration
   --csv FILE          writes the figures of each sequence, and those of each frame into a second
                       file, with _frames added to its name
-  --report DIR        writes each path, seen from above; scripts/report DIR makes a page of them
+  --report DIR        writes each path; scripts/report DIR makes a page that shows them from above
   --config YAML       parameters, as in evaluate_kitti
   --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
   --frames N          use at most N frames of each sequence
@@ -105,39 +104,36 @@ int evaluateLosses(const CommandLine& command_line) {
 }
 
 std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
-  std::ostringstream csv;
-  csv << "sequence,motions,length_m,translation_error_m,rotation_error_deg,"
-         "largest_translation_error_m,length_error_percent,translation_error_percent,"
-         "rotation_error_deg_per_m,mean_normalized_error,median_normalized_error,lost,mean_ms,"
-         "median_ms,p95_ms\n";
+  Table csv = Table::ofCsv(
+      "sequence,motions,length_m,translation_error_m,rotation_error_deg,"
+      "largest_translation_error_m,length_error_percent,translation_error_percent,"
+      "rotation_error_deg_per_m,mean_normalized_error,median_normalized_error,lost,mean_ms,"
+      "median_ms,p95_ms");
   for (const OdometryEvaluation& e : evaluations) {
     // As in KITTI, over the longest segments of the path.
     const auto relative = std::find_if(e.relative.rbegin(), e.relative.rend(),
                                        [](const auto& error) { return error.stretches > 0; });
-    csv << e.name << ',' << e.motions.size() << ',' << e.length_m << ',' << e.mean.translation_m
-        << ',' << e.mean.rotation_rad * 180 / M_PI << ',' << e.largest.translation_m << ','
-        << e.length_error_percent << ',';
-    if (relative != e.relative.rend())
-      csv << relative->translation_percent << ',' << relative->rotation_deg_per_m;
-    else
-      csv << ',';
-    csv << ',' << e.mean_normalized_error << ',' << e.median_normalized_error << ',' << e.lost
-        << ',' << e.mean_ms << ',' << e.median_ms << ',' << e.p95_ms << '\n';
+    csv.add(e.name, e.motions.size(), e.length_m, e.mean.translation_m,
+            e.mean.rotation_rad * 180 / M_PI, e.largest.translation_m, e.length_error_percent,
+            relative == e.relative.rend()
+                ? row("", "")
+                : row(relative->translation_percent, relative->rotation_deg_per_m),
+            e.mean_normalized_error, e.median_normalized_error, e.lost, e.mean_ms, e.median_ms,
+            e.p95_ms);
   }
-  return csv.str();
+  return csv.csv();
 }
 
 std::string framesCsv(const std::vector<OdometryEvaluation>& evaluations) {
-  std::ostringstream csv;
-  csv << "sequence,frame,status,translation_error_m,rotation_error_deg,normalized_error,features,"
-         "inliers,residual_px,ms\n";
+  Table csv = Table::ofCsv(
+      "sequence,frame,status,translation_error_m,rotation_error_deg,normalized_error,features,"
+      "inliers,residual_px,ms");
   for (const OdometryEvaluation& e : evaluations)
     for (const auto& m : e.motions)
-      csv << e.name << ',' << m.frame << ',' << (m.tracked ? "tracked" : "lost") << ','
-          << m.error.translation_m << ',' << m.error.rotation_rad * 180 / M_PI << ','
-          << m.normalized_error << ',' << m.features << ',' << m.inliers << ',' << m.residual_px
-          << ',' << m.ms << '\n';
-  return csv.str();
+      csv.add(e.name, m.frame, m.tracked ? "tracked" : "lost", m.error.translation_m,
+              m.error.rotation_rad * 180 / M_PI, m.normalized_error, m.features, m.inliers,
+              m.residual_px, m.ms);
+  return csv.csv();
 }
 
 int evaluate(const CommandLine& command_line) {
@@ -155,11 +151,12 @@ int evaluate(const CommandLine& command_line) {
   for (const SequenceGroup& group : openSequences(command_line))
     for (const auto& sequence : group.sequences)
       evaluations.push_back(evaluateOdometry(*sequence, params.ego_motion, input));
-  for (const OdometryEvaluation& evaluation : evaluations) {
-    print(evaluation);
-    if (report) report->add(pathPlot(evaluation));
+  for (const OdometryEvaluation& evaluation : evaluations) print(evaluation);
+  if (report) {
+    writeText(report->dir() / "paths.csv", pathsCsv(evaluations));
+    report->add({"paths", "paths.csv"});
+    report->finish();
   }
-  if (report) report->finish();
   if (command_line.has("csv"))
     writeCsv(command_line.get("csv"), csv(evaluations), framesCsv(evaluations));
   return 0;
