@@ -28,8 +28,8 @@ struct DisparityParams {
   CorrectionParams correction;
   VarianceParams variance;
   int min_support = 10;     ///< pixels of 5x5 within 1 px of the centre; with fewer unknown; 0: off
-  int min_region_px = 100;  ///< smaller regions of the match become invalid, at full and at half
-                            ///< resolution, see RegionFilter; 0: none
+  int min_region_px = 100;  ///< smaller regions of the match (at full and half resolution) and
+                            ///< of what is published become invalid, see RegionFilter; 0: none
   int max_hole_px = 40;     ///< holes of rows and columns up to this length are filled in the
                             ///< published disparity, if both sides belong to one surface or if they
                             ///< are occlusions, see fillHoles; 0: none
@@ -147,7 +147,8 @@ class DisparityEstimator {
   Prediction prediction_;
   SearchRanges ranges_;
   Match match_;
-  cv::Mat1f corrected_disparity_px_, filled_disparity_px_, median_disparity_px_;
+  cv::Mat1f corrected_disparity_px_, certain_disparity_px_;
+  cv::Mat1f filled_disparity_px_, median_disparity_px_;
   StageTimes coarse_times_, times_;
 };
 

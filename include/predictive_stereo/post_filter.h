@@ -22,8 +22,8 @@ void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat
 /// A hole is interpolated if both sides belong to one surface: if they agree within `tolerance_px`,
 /// or one is where the mean of the slopes beside the hole leads to from the other. In a row whose
 /// right side is nearer, a hole at most 4 px wider than the difference of the two disparities is an
-/// occlusion: the foreground hides it from the right camera. It gets the disparity of its left
-/// side, the background.
+/// occlusion, if this side is at least half as wide as the difference: the foreground hides the
+/// hole from the right camera. It gets the disparity of its left side, the background.
 /// @param filled_px  output of the input's size.
 /// @throws std::invalid_argument if input and output share memory.
 void fillHoles(const DisparityRange& range, int max_length, float tolerance_px,

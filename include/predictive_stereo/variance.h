@@ -90,12 +90,12 @@ double rectificationShare(double row_offset_px);
 /// Selects the disparities that are certain enough to be published (params.max_sigma_px), and gives
 /// them a variance. All maps must have one size; this is not checked.
 /// @param disparity_px  the filters' disparities, with holes filled and median.
-/// @param state  the filters, see correct().
+/// @param unfilled_px  the same before holes were filled.
 /// @param ambiguity  of the match, see Match.
 /// @param row_offset_px  root mean square over the image, see RowOffsetModel.
 /// @param published_px, variance_px2  output; range.invalid() and 0 where nothing is published.
 /// @throws std::invalid_argument if disparity_px and published_px share memory.
-void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
+void publish(const cv::Mat1f& disparity_px, const cv::Mat1f& unfilled_px,
              const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
              const cv::Mat1f& measured_variance_px2, const cv::Mat1b& ambiguity,
              double row_offset_px, const DisparityRange& range, const VarianceParams& params,

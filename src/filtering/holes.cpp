@@ -92,6 +92,14 @@ HWY_INLINE int fillRun(D d, float before, float rise, int first, int x, int end,
   return x;
 }
 
+/// Whether a surface that begins here is wide enough to hide what is beside it: at least half as
+/// wide as the difference of the disparities.
+HWY_INLINE bool isWide(const float* surface, int pixels, float difference, float smallest) {
+  const int needed = static_cast<int>(0.5f * difference);
+  return needed <= pixels && std::all_of(surface, surface + needed,
+                                         [smallest](float pixel) { return pixel >= smallest; });
+}
+
 // In place.
 void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, float* row) {
   for (int end = 0;;) {  // of the last run
@@ -104,7 +112,8 @@ void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, f
         bridge({row + end, 1, length, first, width - 1 - end}, smallest_valid, limits);
     const float before = row[first - 1], difference = row[end] - before;
     const bool hidden = difference > limits.tolerance_px &&
-                        static_cast<float>(length) <= difference + limits.hidden_slack_px;
+                        static_cast<float>(length) <= difference + limits.hidden_slack_px &&
+                        isWide(row + end, width - end, difference, before + limits.tolerance_px);
     if (!over.found && !hidden) continue;
     const int x = fillRun(hn::ScalableTag<float>(), before, over.rise, first, first, end, row);
     fillRun(hn::FixedTag<float, 1>(), before, over.rise, first, x, end, row);

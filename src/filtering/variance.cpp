@@ -35,7 +35,7 @@ struct DisagreementRows {
 
 struct PublishedRow {
   DisagreementRows disparity_px;
-  const float* filtered_px;
+  const float* unfilled_px;
   const float* predicted_px;
   const float* measured_px;
   const float* measured_variance_px2;
@@ -163,7 +163,7 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
     const auto smallest = hn::Set(d, terms.smallest_valid);
     const auto disagreement = disagreeing(d, row.disparity_px, columns, smallest);
     const auto disparity = hn::LoadU(d, row.disparity_px.centre + x);
-    const auto filtered = hn::LoadU(d, row.filtered_px + x);
+    const auto unfilled = hn::LoadU(d, row.unfilled_px + x);
     const auto predicted = hn::LoadU(d, row.predicted_px + x);
     const auto measured = hn::LoadU(d, row.measured_px + x);
     const auto of_match = hn::LoadU(d, row.measured_variance_px2 + x);
@@ -177,7 +177,7 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
     const auto of_filtered = hn::IfThenElse(hn::Ge(measured, smallest), hn::Add(of_match, surprise),
                                             hn::Set(d, terms.kept_px2));
     const auto of_any =
-        hn::IfThenElse(hn::Ge(filtered, smallest), of_filtered, hn::Set(d, terms.filled_px2));
+        hn::IfThenElse(hn::Ge(unfilled, smallest), of_filtered, hn::Set(d, terms.filled_px2));
     const auto byte = hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, row.ambiguity + x)));
     const auto ambiguity = hn::IfThenElse(hn::Ge(measured, smallest),
                                           hn::Mul(byte, hn::Set(d, 1.0f / 255)), hn::Set(d, 1.0f));
@@ -264,7 +264,7 @@ double rectificationShare(double row_offset_px) {
   return squared / (squared + kHalfShareRowOffsetPx * kHalfShareRowOffsetPx);
 }
 
-void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
+void publish(const cv::Mat1f& disparity_px, const cv::Mat1f& unfilled_px,
              const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
              const cv::Mat1f& measured_variance_px2, const cv::Mat1b& ambiguity,
              double row_offset_px, const DisparityRange& range, const VarianceParams& params,
@@ -291,7 +291,7 @@ void publish(const cv::Mat1f& disparity_px, const DisparityState& state,
                                                        : std::numeric_limits<float>::infinity();
   parallelForEach(variance_px2.rows, [&](int y) {
     HWY_DYNAMIC_DISPATCH(publishRow)
-    ({rowsAround(disparity_px, y), state.disparity_px[y], prediction.disparity_px[y],
+    ({rowsAround(disparity_px, y), unfilled_px[y], prediction.disparity_px[y],
       measured_disparity_px[y], measured_variance_px2[y], ambiguity[y], published_px[y],
       variance_px2[y]},
      variance_px2.cols, terms);

@@ -116,10 +116,12 @@ void DisparityEstimator::correct(const DisparityOutput& output, DisparityState& 
 void DisparityEstimator::publish(const DisparityState& filters, DisparityOutput& output) {
   const DisparityRange& range = params_.matcher.range;
   Stopwatch watch;
-  fillHoles(range, params_.max_hole_px, kHoleTolerancePx, filters.disparity_px,
+  filters.disparity_px.copyTo(certain_disparity_px_);
+  region_filter_.filter(range, params_.min_region_px, certain_disparity_px_);
+  fillHoles(range, params_.max_hole_px, kHoleTolerancePx, certain_disparity_px_,
             filled_disparity_px_);
   median3x3(range, filled_disparity_px_, median_disparity_px_);
-  predictive_stereo::publish(median_disparity_px_, filters, prediction_,
+  predictive_stereo::publish(median_disparity_px_, certain_disparity_px_, prediction_,
                              output.measured_disparity_px, output.measured_variance_px2,
                              output.ambiguity, row_alignment_.rms_offset_px, range,
                              params_.variance, output.disparity_px, output.disparity_variance_px2);

@@ -210,8 +210,8 @@ void publishing(benchmark::State& state) {
   const cv::Mat1f match_variance_px2(in.measured_px.size(), 0.1f);
   cv::Mat1f published_px, variance_px2;
   measure(state, [&] {
-    publish(in.measured_px, in.state, in.prediction, in.measured_px, match_variance_px2,
-            in.match.ambiguity, 0.1, in.params.disparity.matcher.range,
+    publish(in.measured_px, in.state.disparity_px, in.prediction, in.measured_px,
+            match_variance_px2, in.match.ambiguity, 0.1, in.params.disparity.matcher.range,
             in.params.disparity.variance, published_px, variance_px2);
   });
 }

@@ -80,8 +80,8 @@ TEST(BorderReads, OfVariance) {
     cv::Mat1f variance, disagreement, published, published_variance;
     measurementVariance(measured, ambiguity, kRange, VarianceParams(), variance);
     measureDisagreement(measured, kRange, disagreement);
-    publish(disparities(size), state(size), prediction(size), measured, variance, ambiguity, 0.5,
-            kRange, VarianceParams(), published, published_variance);
+    publish(disparities(size), disparities(size), prediction(size), measured, variance, ambiguity,
+            0.5, kRange, VarianceParams(), published, published_variance);
   });
 }
 

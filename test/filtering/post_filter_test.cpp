@@ -98,8 +98,11 @@ void fillNaively(const DisparityRange& range, int max_length, float tolerance_px
         outer = {map(y, before - kSlopeReach), map(y, x + kSlopeReach)};
       const float near = map(y, x) - map(y, before);
       auto rise = riseOver(steps, map(y, before), map(y, x), outer, tolerance_px);
-      if (!rise && occlusions && near > tolerance_px && static_cast<float>(steps - 1) <= near + 4)
-        rise = 0;
+      int width = 0;  // of the surface behind the hole
+      while (x + width < map.cols && map(y, x + width) >= map(y, before) + tolerance_px) ++width;
+      const bool hidden = near > tolerance_px && static_cast<float>(steps - 1) <= near + 4 &&
+                          width >= static_cast<int>(near / 2);
+      if (!rise && occlusions && hidden) rise = 0;
       if (!rise) continue;
       for (int i = 1; i < steps; ++i)
         map(y, before + i) = static_cast<float>(map(y, before) + *rise * i);
@@ -187,6 +190,19 @@ TEST(PostFilter, SurfacesThatSlopeAreContinuedOverHoles) {
   map.rowRange(50, 80) += 20;  // a vehicle stands on it
   fillHoles(range, 40, 3, map, filled);
   expectEqual(filled, map, "two surfaces");
+}
+
+// A wall, and a pole of disparity 40 before it: the hole to its left is an occlusion only if the
+// pole is wide enough.
+TEST(PostFilter, ThinThingsHideNothing) {
+  const DisparityRange range = rangeFrom(0);
+  for (int width : {14, 15}) {
+    cv::Mat1f wall(1, 100, 10.f), filled;
+    wall.colRange(40, 60) = range.invalid();
+    wall.colRange(60, 60 + width) = 40;
+    fillHoles(range, 40, 3, wall, filled);
+    EXPECT_EQ(filled(0, 50), width == 15 ? 10 : range.invalid());
+  }
 }
 
 TEST(PostFilter, InvalidNeighboursGiveNoSupport) {

@@ -141,17 +141,16 @@ class PublishedVarianceTest : public testing::Test {
     cv::Mat1f published = nothing.clone(), measured = nothing.clone();
     Prediction prediction;
     Predictor(kRange, PredictionParams()).predictNothing(published.size(), prediction);
-    DisparityState state;
-    state.disparity_px = nothing.clone();
+    cv::Mat1f unfilled = nothing.clone();
     for (size_t i = 0; i < published_.size(); ++i) {
       const int x = static_cast<int>(i) * kApart;
       published(x) = published_[i];
       measured(x) = measured_[i];
       prediction.disparity_px(x) = predicted_[i];
-      state.disparity_px(x) = filtered_[i];
+      unfilled(x) = filtered_[i];
     }
     cv::Mat1f certain_px, variance_px2, picked(1, static_cast<int>(published_.size()));
-    publish(published, state, prediction, measured, cv::Mat1f(1, width, 0.1f),
+    publish(published, unfilled, prediction, measured, cv::Mat1f(1, width, 0.1f),
             cv::Mat1b(1, width, uchar{51}), row_offset_px, kRange, params_, certain_px,
             variance_px2);
     for (int i = 0; i < picked.cols; ++i) picked(i) = variance_px2(i * kApart);
@@ -213,8 +212,7 @@ TEST_F(PublishedVarianceTest, FallsWithDisparity) {
 struct RandomFrame {
   RandomFrame(cv::Size size, const DisparityRange& range, cv::RNG& rng)
       : measured_variance_px2(size) {
-    for (cv::Mat1f* map :
-         {&disparity_px, &state.disparity_px, &prediction.disparity_px, &measured_px}) {
+    for (cv::Mat1f* map : {&disparity_px, &unfilled_px, &prediction.disparity_px, &measured_px}) {
       map->create(size);
       const auto smallest = static_cast<float>(range.min_disparity);
       rng.fill(*map, cv::RNG::UNIFORM, smallest - 2.0f, smallest + 8.0f);
@@ -226,7 +224,7 @@ struct RandomFrame {
   }
   cv::Mat1f disparity_px, measured_px, measured_variance_px2;
   cv::Mat1b ambiguity;
-  DisparityState state;
+  cv::Mat1f unfilled_px;
   Prediction prediction;
 };
 
@@ -243,7 +241,7 @@ float varianceNaively(const RandomFrame& frame, double row_offset_px, const Disp
                        disagreementNaively(frame.disparity_px, range, x, y) * doubt;
   const double share = rectificationShare(row_offset_px);
   float variance_px2;
-  if (!range.isValid(frame.state.disparity_px(y, x))) {
+  if (!range.isValid(frame.unfilled_px(y, x))) {
     variance_px2 = squared(params.sigma_filled_px);
   } else if (!range.isValid(measured)) {
     variance_px2 = squared(params.sigma_kept_px);
@@ -279,7 +277,7 @@ TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
             VarianceParams params;
             params.max_sigma_px = max_sigma_px;
             cv::Mat1f published_px, variance_px2;
-            publish(frame.disparity_px, frame.state, frame.prediction, frame.measured_px,
+            publish(frame.disparity_px, frame.unfilled_px, frame.prediction, frame.measured_px,
                     frame.measured_variance_px2, frame.ambiguity, kRowOffset_px, range, params,
                     published_px, variance_px2);
             for (int y = 0; y < size.height; ++y)
@@ -300,7 +298,7 @@ TEST(Variance, PublishesNothingInPlace) {
   cv::RNG rng(9);
   RandomFrame frame({20, 5}, kRange, rng);
   cv::Mat1f variance_px2;
-  EXPECT_THROW(publish(frame.disparity_px, frame.state, frame.prediction, frame.measured_px,
+  EXPECT_THROW(publish(frame.disparity_px, frame.unfilled_px, frame.prediction, frame.measured_px,
                        frame.measured_variance_px2, frame.ambiguity, 0, kRange, VarianceParams(),
                        frame.disparity_px, variance_px2),
                std::invalid_argument);
