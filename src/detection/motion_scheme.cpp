@@ -8,6 +8,12 @@
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
+namespace {
+
+// Share of a part's box that is within an object's box.
+constexpr double kMostOfPart = 0.8;
+
+}  // namespace
 
 const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& input,
                                                          const ObjectTracker& known) {
@@ -57,23 +63,31 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   findKnown(since_last, known);
 }
 
-// What free space and motion have both found gets the pixels of both. What motion alone has found
-// is completed.
+// What free space and motion have both found gets the pixels of both; free space may show several
+// parts of what moves as one. What motion alone has found is completed.
 void MotionScheme::addMoving(const DetectionInput& input,
                              const std::vector<ObservedObject>& moving) {
-  for (ObservedObject object : moving) {
-    const auto whole =
-        std::find_if(objects_.begin(), objects_.end(), [&](const ObservedObject& found) {
-          return overlaps(params_, object.observation, found.observation);
-        });
-    if (whole == objects_.end()) {
-      free_space_.complete(input, range_, params_, object);
-      objects_.push_back(std::move(object));
-      continue;
+  for (const ObservedObject& object : moving) {
+    const cv::Rect2d box = object.observation.box_px;
+    ObservedObject whole = object;
+    bool is_found = false;
+    for (auto part = objects_.begin(); part != objects_.end();) {
+      const cv::Rect2d of_part = part->observation.box_px;
+      const bool is_within = (box & of_part).area() > kMostOfPart * of_part.area();
+      if (overlaps(params_, object.observation, part->observation) && (is_within || !is_found)) {
+        ObservedObject both = joined(whole, *part);
+        if (measureShape(input.rig, range_, input.measured_disparity_px, both))
+          whole = std::move(both);
+        else if (!is_found)
+          whole = std::move(*part);
+        is_found = true;
+        part = objects_.erase(part);
+      } else {
+        ++part;
+      }
     }
-    ObservedObject both = joined(object, *whole);
-    if (measureShape(input.rig, range_, input.measured_disparity_px, both))
-      *whole = std::move(both);
+    if (!is_found) free_space_.complete(input, range_, params_, whole);
+    objects_.push_back(std::move(whole));
   }
 }
 
