@@ -30,6 +30,8 @@ struct DisparityParams {
   int min_support = 10;     ///< pixels of 5x5 within 1 px of the centre; with fewer unknown; 0: off
   int min_region_px = 100;  ///< smaller regions of the match (at full and half resolution) and
                             ///< of what is published become invalid, see RegionFilter; 0: none
+  double max_ambiguity = 0.9;  ///< matches of a larger ambiguity (as Match::ambiguity, 0..1) are
+                               ///< not published, except as filled holes; 1: all are
   int max_hole_px = 40;     ///< holes of rows and columns up to this length are filled in the
                             ///< published disparity, if both sides belong to one surface or if they
                             ///< are occlusions, see fillHoles; 0: none
@@ -51,6 +53,7 @@ struct DisparityParams {
     v("variance", variance);
     v("min_support", min_support, 0, 25);
     v("min_region_px", min_region_px, 0, 100000);
+    v("max_ambiguity", max_ambiguity, 0.0, 1.0);
     v("max_hole_px", max_hole_px, 0, 1000);
     v("use_moving_mask", use_moving_mask);
     v("correct_columns", correct_columns);

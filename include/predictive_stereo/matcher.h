@@ -63,7 +63,8 @@ struct Match {
   cv::Mat1f disparity_px;  ///< sub-pixel; range.invalid() where nothing was found
   /// 255 * lowest aggregated cost / second lowest one, which must not be at a neighbouring
   /// disparity: 0 is certain, 255 is a tie. Of all that a matcher observes, this predicts its
-  /// errors best. 255 where there is no second one.
+  /// errors best. 255 where there is no disparity or no second one, and where left and right
+  /// differ by more than 1 px (unless the left-right check is off).
   cv::Mat1b ambiguity;
   /// Number of disparities that were searched: `count` after a full search, 0: not searched.
   cv::Mat1w search_width;

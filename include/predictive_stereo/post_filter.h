@@ -16,6 +16,16 @@ namespace predictive_stereo {
 void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat1f& disparity_px,
                      cv::Mat1f& filtered_px);
 
+/// Leaves out what this frame's match does not know well: a pixel becomes range.invalid() if it has
+/// a measured disparity of an ambiguity above `most`. Not in place.
+/// @param ambiguity  see Match.
+/// @param most  0..1; 1: all pixels are kept.
+/// @param certain_px  output of the inputs' size.
+/// @throws std::invalid_argument if input and output share memory.
+void leaveOutAmbiguous(const DisparityRange& range, const cv::Mat1f& measured_px,
+                       const cv::Mat1b& ambiguity, double most, const cv::Mat1f& disparity_px,
+                       cv::Mat1f& certain_px);
+
 /// Fills holes: runs of at most `max_length` invalid pixels in a row, then in a column of what the
 /// rows gave; 0: none. Not in place.
 ///
@@ -31,8 +41,8 @@ void fillHoles(const DisparityRange& range, int max_length, float tolerance_px,
 
 /// The 3x3 median (section 2.3): a valid pixel gets the median of itself and its valid neighbours
 /// (the lower one of an even number). An invalid pixel gets the median of its valid neighbours if
-/// there are at least five, as the paper fills "possibly invalidated disparities"; otherwise it is
-/// range.invalid(). Not in place.
+/// there are at least three, as along the straight border of a hole: the paper fills "possibly
+/// invalidated disparities". Otherwise it is range.invalid(). Not in place.
 /// @param filtered_px  output of the input's size.
 /// @throws std::invalid_argument if input and output share memory.
 void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);

@@ -20,6 +20,16 @@ namespace predictive_stereo {
 
 /// Key of unknown pixels, and of pixels outside the image: it is never between two others.
 constexpr int32_t kNoSupportKey = INT32_MIN;
+/// Valid neighbours with which median3x3 fills an invalid pixel.
+constexpr float kFewestKnown = 3.0f;
+
+/// Rows of leaveOutAmbiguous.
+struct AmbiguousRow {
+  const float* measured_px;
+  const uint8_t* ambiguity;
+  const float* disparity_px;
+  float* certain_px;
+};
 
 }  // namespace predictive_stereo
 #endif
@@ -104,6 +114,32 @@ void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5],
                         invalid, min_support, x, filtered);
 }
 
+// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
+template <class D>
+HWY_INLINE int leaveOutPixels(D d, const AmbiguousRow& row, int width, float smallest_valid,
+                              float invalid, int most, int x) {
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<uint8_t, D> d8;
+  const auto smallest = hn::Set(d, smallest_valid), none = hn::Set(d, invalid);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (; x + lanes <= width; x += lanes) {
+    const auto ambiguity = hn::PromoteTo(di, hn::LoadU(d8, row.ambiguity + x));
+    const auto ambiguous = hn::RebindMask(d, hn::Gt(ambiguity, hn::Set(di, most)));
+    const auto measured = hn::Ge(hn::LoadU(d, row.measured_px + x), smallest);
+    const auto disparity = hn::LoadU(d, row.disparity_px + x);
+    hn::StoreU(hn::IfThenElse(hn::And(measured, ambiguous), none, disparity), d,
+               row.certain_px + x);
+  }
+  return x;
+}
+
+void leaveOutAmbiguousOfRow(const AmbiguousRow& row, int width, float smallest_valid, float invalid,
+                            int most) {
+  const int x =
+      leaveOutPixels(hn::ScalableTag<float>(), row, width, smallest_valid, invalid, most, 0);
+  leaveOutPixels(hn::FixedTag<float, 1>(), row, width, smallest_valid, invalid, most, x);
+}
+
 template <class V>
 HWY_INLINE void sort2(V& a, V& b) {
   const V smaller = hn::Min(a, b);
@@ -160,7 +196,7 @@ HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float 
         filler = hn::IfThenElse(valid, filler, hn::Neg(filler));
         valid_count = hn::Add(valid_count, hn::IfThenElseZero(valid, hn::Set(d, 1.f)));
       }
-    const auto known = hn::Or(centre_valid, hn::Ge(valid_count, hn::Set(d, 5.f)));
+    const auto known = hn::Or(centre_valid, hn::Ge(valid_count, hn::Set(d, kFewestKnown)));
     hn::StoreU(hn::IfThenElse(known, medianOfNine(v), none), d, filtered + x);
   }
   return x;
@@ -185,6 +221,7 @@ namespace {
 
 HWY_EXPORT(supportKeysOfRow);
 HWY_EXPORT(filterRowBySupport);
+HWY_EXPORT(leaveOutAmbiguousOfRow);
 HWY_EXPORT(medianOfRow);
 
 // Calls prepare(y, row) for every row of an image, then kernel(y, rows) with the prepared rows from
@@ -232,6 +269,19 @@ void filterBySupport(const DisparityRange& range, int min_support, const cv::Mat
         (disparity_px[y], keys, size.width, smallest_valid, range.invalid(), min_support,
          filtered_px[y]);
       });
+}
+
+void leaveOutAmbiguous(const DisparityRange& range, const cv::Mat1f& measured_px,
+                       const cv::Mat1b& ambiguity, double most, const cv::Mat1f& disparity_px,
+                       cv::Mat1f& certain_px) {
+  createApart("leaveOutAmbiguous", measured_px, certain_px);
+  createApart("leaveOutAmbiguous", disparity_px, certain_px);
+  const auto smallest_valid = static_cast<float>(range.min_disparity);
+  parallelForEach(disparity_px.rows, [&](int y) {
+    HWY_DYNAMIC_DISPATCH(leaveOutAmbiguousOfRow)
+    ({measured_px[y], ambiguity[y], disparity_px[y], certain_px[y]}, disparity_px.cols,
+     smallest_valid, range.invalid(), static_cast<int>(255 * most));
+  });
 }
 
 void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {

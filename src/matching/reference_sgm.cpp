@@ -175,13 +175,15 @@ class ReferenceSgm {
     if (windows_.width(y, x) == 0) return;
 
     const Winner winner = findWinner(x, y);
-    if (winner.has_second) match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
-
+    int difference = 0;  // of left and right
     if (params_.left_right_tolerance_px >= 0) {
       const int right_x = x - first_shift_ - winner.index;
       if (right_x < 0 || right_x >= size_.width) return;
-      if (std::abs(right_indices[right_x] - winner.index) > params_.left_right_tolerance_px) return;
+      difference = std::abs(right_indices[right_x] - winner.index);
+      if (difference > params_.left_right_tolerance_px) return;
     }
+    if (winner.has_second && difference <= 1)
+      match.ambiguity(y, x) = ambiguity(winner.cost, winner.runner_up);
     const int lowest_px = params_.range.min_disparity;
     auto disparity_px = static_cast<float>(lowest_px + winner.index);
     if (winner.inside) disparity_px += subpixelOffset(winner.below, winner.cost, winner.above);

@@ -16,7 +16,8 @@ namespace predictive_stereo {
 
 /// What describePixels reads and writes, one entry per column.
 struct RowDescription {
-  const uint8_t *index, *cost, *below, *above, *runner_up, *agrees;
+  const uint8_t *index, *cost, *below, *above, *runner_up;
+  const uint8_t* agreement;  ///< see RowWinners
   const uint8_t* first;   ///< nullptr: windows are the whole range
   const uint16_t* width;  ///< nullptr: windows are the whole range
   float fraction_px;      ///< see PrincipalOffset
@@ -66,13 +67,14 @@ HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRa
     const auto winner = hn::Add(hn::ConvertTo(df, hn::Add(index, hn::Set(di, range.min_disparity))),
                                 hn::IfThenElseZero(hn::RebindMask(df, inside), offset));
     const auto disparity = hn::Max(hn::Sub(winner, fraction), lowest);
-    const auto valid = hn::And(searched, hn::Gt(load(row.agrees), zero));
+    const auto valid = hn::And(searched, hn::Gt(load(row.agreement), zero));
     hn::StoreU(hn::IfThenElse(hn::RebindMask(df, valid), disparity, hn::Set(df, range.invalid())),
                df, row.disparity_px + x);
 
     const auto ratio = hn::ConvertTo(di, hn::Div(hn::ConvertTo(df, hn::Mul(cost, white)),
                                                  hn::ConvertTo(df, hn::Max(runner_up, one))));
-    const auto has_ratio = hn::And(searched, hn::Gt(runner_up, zero));
+    const auto agrees_closely = hn::Gt(load(row.agreement), one);
+    const auto has_ratio = hn::And(hn::And(searched, hn::Gt(runner_up, zero)), agrees_closely);
     hn::StoreU(hn::DemoteTo(d8, hn::IfThenElse(has_ratio, ratio, white)), d8, row.ambiguity + x);
   }
   return x;
@@ -98,7 +100,7 @@ namespace predictive_stereo {
 HWY_EXPORT(DescribePixels);
 
 void RowWinners::resize(int width, const DisparityRange& shifts) {
-  for (auto* values : {&index, &cost, &below, &above, &runner_up, &first, &agrees})
+  for (auto* values : {&index, &cost, &below, &above, &runner_up, &first, &agreement})
     values->resize(width + kPadding);
   // Left columns 0 ... width - 1 match right columns -largest shift ... width - 1 - smallest shift.
   right_margin_ = std::max(shifts.max_disparity(), 0);
@@ -114,13 +116,15 @@ void describeRow(RowWinners& winners, const MatcherParams& params, const Princip
   const int16_t* const right =
       winners.rightIndices() - offset.columnShifts(params.range).min_disparity;
   const uint8_t* const indices = winners.index.data();
-  uint8_t* const agrees = winners.agrees.data();
+  uint8_t* const agreement = winners.agreement.data();
   for (int x = 0; x < columns; ++x) {
     const int index = indices[x], difference = right[x - index] - index;
-    // |difference| <= tolerance, by one comparison
-    agrees[x] = static_cast<unsigned>(difference + tolerance) <= 2U * tolerance;
+    // |difference| <= limit, by one comparison
+    const bool agrees = static_cast<unsigned>(difference + tolerance) <= 2U * tolerance;
+    const bool closely = static_cast<unsigned>(difference + 1) <= 2U;
+    agreement[x] = static_cast<uint8_t>(agrees * (1 + closely));
   }
-  if (tolerance < 0) std::fill_n(agrees, columns, uint8_t{1});
+  if (tolerance < 0) std::fill_n(agreement, columns, uint8_t{2});
 
   RowDescription row;
   row.index = winners.index.data();
@@ -128,7 +132,7 @@ void describeRow(RowWinners& winners, const MatcherParams& params, const Princip
   row.below = winners.below.data();
   row.above = winners.above.data();
   row.runner_up = winners.runner_up.data();
-  row.agrees = winners.agrees.data();
+  row.agreement = winners.agreement.data();
   row.first = first;
   row.width = width;
   row.fraction_px = offset.fraction_px;

@@ -21,7 +21,9 @@ struct RowWinners {
   std::vector<uint8_t> above;      ///< sum at index + 1, if this is in the window
   std::vector<uint8_t> runner_up;  ///< lowest sum with |index difference| > 1; 255: none
   std::vector<uint8_t> first;      ///< first index of the window
-  std::vector<uint8_t> agrees;     ///< scratch memory of describeRow
+  /// Scratch memory of describeRow: 0: left and right disagree, 2: they differ by at most 1 px,
+  /// 1: by more.
+  std::vector<uint8_t> agreement;
 
   /// @param shifts  of columns, see PrincipalOffset::columnShifts.
   void resize(int width, const DisparityRange& shifts);

@@ -116,7 +116,8 @@ void DisparityEstimator::correct(const DisparityOutput& output, DisparityState& 
 void DisparityEstimator::publish(const DisparityState& filters, DisparityOutput& output) {
   const DisparityRange& range = params_.matcher.range;
   Stopwatch watch;
-  filters.disparity_px.copyTo(certain_disparity_px_);
+  leaveOutAmbiguous(range, output.measured_disparity_px, output.ambiguity, params_.max_ambiguity,
+                    filters.disparity_px, certain_disparity_px_);
   region_filter_.filter(range, params_.min_region_px, certain_disparity_px_);
   fillHoles(range, params_.max_hole_px, kHoleTolerancePx, certain_disparity_px_,
             filled_disparity_px_);

@@ -90,6 +90,8 @@ TEST(BorderReads, OfPostFilters) {
     cv::Mat1f filtered;
     filterBySupport(kRange, 5, disparities(size), filtered);
     median3x3(kRange, disparities(size), filtered);
+    leaveOutAmbiguous(kRange, disparities(size), noise<uchar>(size, 0, 256), 0.5, disparities(size),
+                      filtered);
     fillHoles(kRange, 9, 3, disparities(size), filtered);
     RegionFilter().filter(kRange, 5, filtered);
   });

@@ -61,10 +61,19 @@ cv::Mat1f medianNaively(const DisparityRange& range, const cv::Mat1f& map) {
         for (int u = std::max(0, x - 1); u <= std::min(map.cols - 1, x + 1); ++u)
           if (range.isValid(map(v, u))) values.push_back(map(v, u));
       std::sort(values.begin(), values.end());
-      if (range.isValid(map(y, x)) || values.size() >= 5)
+      if (range.isValid(map(y, x)) || values.size() >= 3)
         filtered(y, x) = values[(values.size() - 1) / 2];
     }
   return filtered;
+}
+
+cv::Mat1f certainNaively(const DisparityRange& range, const cv::Mat1f& measured,
+                         const cv::Mat1b& ambiguity, int most, const cv::Mat1f& map) {
+  cv::Mat1f certain = map.clone();
+  for (int y = 0; y < map.rows; ++y)
+    for (int x = 0; x < map.cols; ++x)
+      if (range.isValid(measured(y, x)) && ambiguity(y, x) > most) certain(y, x) = range.invalid();
+  return certain;
 }
 
 // The disparity rises evenly over a hole from `before` to `after`, if these belong to one surface;
@@ -165,6 +174,15 @@ TEST(PostFilter, EqualNaiveReferences) {
           median3x3(range, map, filtered);
           expectEqual(filtered, medianNaively(range, map), "median");
         });
+        const cv::Mat1f measured = makeMap(size, range, invalid_share, size.width + 1);
+        cv::Mat1b ambiguity(size);
+        cv::RNG(size.width).fill(ambiguity, cv::RNG::UNIFORM, 0, 256);
+        ambiguity(0, 0) = 255;
+        for (int most : {0, 128, 254, 255})
+          forEveryTarget([&] {
+            leaveOutAmbiguous(range, measured, ambiguity, (most + 0.5) / 255, map, filtered);
+            expectEqual(filtered, certainNaively(range, measured, ambiguity, most, map), "certain");
+          });
         for (int max_width : {0, 2, 40}) {
           const cv::Mat1f expected = filledNaively(range, max_width, map);
           forEveryTarget([&] {
@@ -243,6 +261,10 @@ TEST(PostFilter, ReuseMemoryAndRefuseToWorkInPlace) {
   EXPECT_THROW(filterBySupport(range, 10, map, map), std::invalid_argument);
   EXPECT_THROW(fillHoles(range, 10, 3, map, map), std::invalid_argument);
   EXPECT_THROW(median3x3(range, map, map), std::invalid_argument);
+  const cv::Mat1b ambiguity(map.size(), uchar{255});
+  EXPECT_THROW(leaveOutAmbiguous(range, map, ambiguity, 1, map, map), std::invalid_argument);
+  leaveOutAmbiguous(range, map, ambiguity, 1, map, filtered);
+  expectEqual(filtered, map, "all are certain enough");
   cv::Mat1f empty, nothing;
   filterBySupport(range, 10, empty, nothing);
   fillHoles(range, 10, 3, empty, nothing);

@@ -124,6 +124,7 @@ Values paper(const std::string& align, const std::string& q_px2, const std::stri
       {"disparity/variance/max_sigma_px", "0"},
       {"disparity/min_support", "0"},
       {"disparity/min_region_px", "0"},
+      {"disparity/max_ambiguity", "1"},
       {"disparity/max_hole_px", "0"},
       {"disparity/use_moving_mask", "false"},
       {"disparity/correct_columns", "false"},
