@@ -32,9 +32,9 @@ struct DisparityParams {
                             ///< of what is published become invalid, see RegionFilter; 0: none
   double max_ambiguity = 0.9;  ///< matches of a larger ambiguity (as Match::ambiguity, 0..1) are
                                ///< not published, except as filled holes; 1: all are
-  int max_hole_px = 40;     ///< holes of rows and columns up to this length are filled in the
-                            ///< published disparity, if both sides belong to one surface or if they
-                            ///< are occlusions, see fillHoles; 0: none
+  int max_hole_px = 40;        ///< holes of rows and columns up to this length are filled in the
+                         ///< published disparity, if both sides belong to one surface or if they
+                         ///< are occlusions, see fillHoles; 0: none
 
   /// Moving objects of the previous frame are used neither for search ranges nor for the filters,
   /// see Pipeline.

@@ -64,6 +64,7 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
   }
   if (!T_odom_cam) return;
   const double dt = located_s_ ? stamp_s - *located_s_ : 0;
+  interval_s_ = dt;
   located_s_ = stamp_s;
   Matrix6 transition = Matrix6::Identity();
   transition.topRightCorner<3, 3>() = dt * Eigen::Matrix3d::Identity();
@@ -157,9 +158,17 @@ void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) 
   kalmanUpdate(positionOf(), Eigen::Vector3d(*T_odom_cam_ * observation.centre_m),
                Eigen::Matrix3d(R * observation.centre_covariance * R.transpose()), track.state,
                track.covariance);
-  if (observation.has_velocity)
-    kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
-                 track.state, track.covariance);
+  correctVelocity(observation, track);
+}
+
+// White-noise acceleration: by such a variance the velocity has changed since it was the mean.
+void ObjectTracker::correctVelocity(const Observation& observation, ObjectTrack& track) const {
+  if (!observation.has_velocity) return;
+  const double q = params_.acceleration_mps2 * params_.acceleration_mps2;
+  const double changed = q * interval_s_ * observation.velocity_span_s / 3;
+  kalmanUpdate(velocityOf(), observation.velocity_mps,
+               observation.velocity_covariance + changed * Eigen::Matrix3d::Identity(), track.state,
+               track.covariance);
 }
 
 // Its first position and velocity in the odom frame.
@@ -171,9 +180,7 @@ void ObjectTracker::locate(const Observation& observation, ObjectTrack& track) c
   track.covariance.setZero();
   track.covariance.topLeftCorner<3, 3>() = R * observation.centre_covariance * R.transpose();
   track.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(speed * speed / 9);
-  if (observation.has_velocity)
-    kalmanUpdate(velocityOf(), observation.velocity_mps, observation.velocity_covariance,
-                 track.state, track.covariance);
+  correctVelocity(observation, track);
 }
 
 ObjectTrack ObjectTracker::start(const Observation& observation) {

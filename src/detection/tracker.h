@@ -15,8 +15,9 @@ struct Observation {
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   double distance_m = 0;
   Eigen::Matrix3d centre_covariance = Eigen::Matrix3d::Zero();  ///< [m^2], in that frame
-  /// Velocity measured in this frame alone, in the odom frame.
+  /// Velocity measured in this frame alone, in the odom frame: the mean over `velocity_span_s`.
   bool has_velocity = false;
+  double velocity_span_s = 0;
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();
   double score = 0;
@@ -80,6 +81,7 @@ class ObjectTracker {
   double agreementOf(const Observation& seen, const cv::Rect& box_px, double distance_m) const;
   bool goesOn(ObjectTrack& track, bool sought) const;
   void correct(const Observation& observation, ObjectTrack& track) const;
+  void correctVelocity(const Observation& observation, ObjectTrack& track) const;
   void locate(const Observation& observation, ObjectTrack& track) const;
   ObjectTrack start(const Observation& observation);
 
@@ -88,7 +90,8 @@ class ObjectTracker {
   std::vector<ObjectTrack> tracks_;
   int next_id_ = 1;
   double now_s_ = 0;
-  std::optional<double> located_s_;  // the last stamp with a pose
+  std::optional<double> located_s_;  // the last stamp with a pose ...
+  double interval_s_ = 0;            // ... and the time from the one before
   StereoRig rig_;
   std::optional<Eigen::Isometry3d> T_odom_cam_;
 };

@@ -101,6 +101,7 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   if (hypothesis.source != Source::kKnown) {
     const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
     seen.has_velocity = true;
+    seen.velocity_span_s = past.seconds;
     seen.velocity_mps = R * hypothesis.moved_m / past.seconds;
     seen.velocity_covariance =
         R * hypothesis.covariance * R.transpose() / (past.seconds * past.seconds);

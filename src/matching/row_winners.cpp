@@ -18,9 +18,9 @@ namespace predictive_stereo {
 struct RowDescription {
   const uint8_t *index, *cost, *below, *above, *runner_up;
   const uint8_t* agreement;  ///< see RowWinners
-  const uint8_t* first;   ///< nullptr: windows are the whole range
-  const uint16_t* width;  ///< nullptr: windows are the whole range
-  float fraction_px;      ///< see PrincipalOffset
+  const uint8_t* first;      ///< nullptr: windows are the whole range
+  const uint16_t* width;     ///< nullptr: windows are the whole range
+  float fraction_px;         ///< see PrincipalOffset
   float* disparity_px;
   uint8_t* ambiguity;
 };

@@ -59,6 +59,30 @@ TEST(ObjectTracker, FollowsThroughTheCamerasMotion) {
   EXPECT_LT(error.dot(object.velocity_covariance.inverse() * error), 16);
 }
 
+// A car ahead brakes. Its velocities are measured well, but as means over 0.8 s: they lag.
+TEST(ObjectTracker, KnowsThatMeanVelocitiesLag) {
+  const StereoRig rig = testRig();
+  const double braking_mps2 = 2, span_s = 0.8;
+  const auto ahead_m = [&](double t) { return 10 + 15 * t - 0.5 * braking_mps2 * t * t; };
+  ObjectTracker tracker{TrackingParams(), 40};
+  tracker.predict(-0.1, rig, Eigen::Isometry3d::Identity());
+  for (int k = 0; k < 20; ++k) {
+    const double t = 0.1 * k;
+    tracker.predict(t, rig, Eigen::Isometry3d::Identity());
+    Observation seen = at(rig, {0, 0, ahead_m(t)});
+    seen.has_velocity = true;
+    seen.velocity_span_s = span_s;
+    seen.velocity_mps.z() = (ahead_m(t) - ahead_m(t - span_s)) / span_s;
+    seen.velocity_covariance.diagonal().setConstant(0.05 * 0.05);
+    tracker.update({seen});
+    const DetectedObject object = tracker.describe(tracker.tracks()[0]);
+    const double error_mps = object.velocity_mps.z() - (15 - braking_mps2 * t);
+    EXPECT_GT(error_mps, 0.1) << k;
+    EXPECT_LT(error_mps, 3 * std::sqrt(object.velocity_covariance(2, 2))) << k;
+    EXPECT_LT(std::sqrt(object.velocity_covariance(2, 2)), 1) << k;
+  }
+}
+
 TEST(ObjectTracker, ConfirmsTwoOfThreeAndForgets) {
   const StereoRig rig = testRig();
   ObjectTracker tracker{TrackingParams(), 40};

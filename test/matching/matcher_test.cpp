@@ -231,6 +231,27 @@ TEST(Matcher, AWinnerWithoutASecondCandidateIsAmbiguous) {
   }
 }
 
+TEST(Matcher, WinnersThatLeftAndRightDisputeAreAmbiguous) {
+  const TestPair pair = makeTestPair({300, 120}, 0, 60, 5);
+  MatcherParams params = smallParams(0, 64);
+  params.left_right_tolerance_px = 1;
+  Match strict, tolerant;
+  StereoMatcher(params).match(pair.left, pair.right, strict);
+  params.left_right_tolerance_px = 20;
+  StereoMatcher(params).match(pair.left, pair.right, tolerant);
+  int disputed = 0;
+  for (int y = 0; y < pair.left.rows; ++y)
+    for (int x = 0; x < pair.left.cols; ++x) {
+      ASSERT_EQ(tolerant.ambiguity(y, x), strict.ambiguity(y, x)) << x << " " << y;
+      if (!params.range.isValid(tolerant.disparity_px(y, x)) ||
+          params.range.isValid(strict.disparity_px(y, x)))
+        continue;
+      ++disputed;
+      EXPECT_EQ(tolerant.ambiguity(y, x), 255) << x << " " << y;
+    }
+  EXPECT_GT(disputed, 50);
+}
+
 TEST(Matcher, ResultsAreNotChangedByLaterMatches) {
   const TestPair pair = makeTestPair({120, 60}, 2, 40, 5);
   MatcherParams params = smallParams(0, 48);
