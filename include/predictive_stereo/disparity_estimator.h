@@ -27,14 +27,16 @@ struct DisparityParams {
   SearchRangeParams search;
   CorrectionParams correction;
   VarianceParams variance;
-  int min_support = 10;     ///< pixels of 5x5 within 1 px of the centre; with fewer unknown; 0: off
-  int min_region_px = 100;  ///< smaller regions of the match (at full and half resolution) and
-                            ///< of what is published become invalid, see RegionFilter; 0: none
-  double max_ambiguity = 0.9;  ///< matches of a larger ambiguity (as Match::ambiguity, 0..1) are
-                               ///< not published, except as filled holes; 1: all are
-  int max_hole_px = 40;        ///< holes of rows and columns up to this length are filled in the
-                         ///< published disparity, if both sides belong to one surface or if they
-                         ///< are occlusions, see fillHoles; 0: none
+  int min_support = 10;  ///< pixels of 5x5 within 1 px of the centre; with fewer unknown; 0: off
+  /// Smaller regions of the match (at full and half resolution) and of what is published become
+  /// invalid, see RegionFilter; 0: none.
+  int min_region_px = 100;
+  /// Matches of a larger ambiguity (Match::ambiguity, 0..1) are not published; holes around them may
+  /// be filled; 1: all are published.
+  double max_ambiguity = 0.9;
+  /// Holes of rows and columns up to this length are filled in the published disparity, if both
+  /// sides belong to one surface or if they are occlusions, see fillHoles; 0: none.
+  int max_hole_px = 40;
 
   /// Moving objects of the previous frame are used neither for search ranges nor for the filters,
   /// see Pipeline.
@@ -65,7 +67,7 @@ struct DisparityParams {
 /// size and type are written in place. Unknown disparities are DisparityRange::invalid(), and their
 /// variances 0.
 struct DisparityOutput {
-  cv::Mat1f disparity_px;  ///< filtered, narrow holes filled, 3x3 median
+  cv::Mat1f disparity_px;  ///< filtered, no ambiguous matches, narrow holes filled, 3x3 median
   cv::Mat1f disparity_variance_px2;
   cv::Mat1f measured_disparity_px;  ///< this frame's match alone
   cv::Mat1f measured_variance_px2;
