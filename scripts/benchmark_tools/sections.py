@@ -266,6 +266,16 @@ def variance(run):
     return table
 
 
+@section('tool:evaluate_kitti', KITTI_2015)
+def certainty(run):
+    """How well ours and OpenCV's left-right difference know which disparities are wrong."""
+    table = Table('certainty', 'KITTI 2015', ['mean error, px', 'AUSE, px', 'AUSE of a random order, px', 'AUSE / random'])
+    rows = running.columns(_kitti2015_text(run), 'Certainty')
+    for method in run.few(['opencv_hh', 'ours'], ['ours']):
+        table.add(METHODS[method], [number(cell) for cell in rows[method]], [2, 3, 3, 2])
+    return table
+
+
 # Scenes and their numbers of frames.
 EGO_MOTION = [('street', 40), ('crowded', 40), ('near_half_moves', 30), ('highway', 40), ('robot', 60),
               ('handheld', 60), ('drone', 60), ('standstill', 200)]

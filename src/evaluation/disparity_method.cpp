@@ -1,5 +1,6 @@
 #include "evaluation/disparity_method.h"
 
+#include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <utility>
 
@@ -29,6 +30,9 @@ class PredictiveMethod : public DisparityMethod {
     output.times = pipeline_.times().disparity;
     output.ms = sum(output.times);
   }
+  cv::Mat1f doubt(const MethodInput&, const MethodOutput& output) override {
+    return output.maps.disparity_variance_px2;
+  }
 
  private:
   Pipeline pipeline_;
@@ -53,6 +57,29 @@ class OpencvMethod : public DisparityMethod {
                     frame.rig.principalOffset());
     watch.lap("OpenCV", times);
     output.ms = sum(times);
+  }
+
+  cv::Mat1f doubt(const MethodInput& input, const MethodOutput& output) override {
+    const StereoFrame& frame = input.frame;
+    const cv::Mat1f& left_px = output.maps.disparity_px;
+    const DisparityRange& range = params_.matcher.range;
+    const double offset_px = frame.rig.principalOffset();
+    // Of the mirrored pair the right image is the left one.
+    cv::Mat1b left, right;
+    cv::flip(aligned_ ? aligner_.alignedRight() : frame.right, left, 1);
+    cv::flip(frame.left, right, 1);
+    cv::Mat1f right_px;
+    opencvDisparity(left, right, range, mode_, right_px, offset_px);
+    cv::flip(right_px, right_px, 1);
+    cv::Mat1f difference_px(left_px.size(), static_cast<float>(range.count));
+    for (int y = 0; y < left_px.rows; ++y)
+      for (int x = 0; x < left_px.cols; ++x) {
+        const int other = cvRound(x - left_px(y, x) - offset_px);
+        if (range.isValid(left_px(y, x)) && other >= 0 && other < left_px.cols &&
+            range.isValid(right_px(y, other)))
+          difference_px(y, x) = std::abs(left_px(y, x) - right_px(y, other));
+      }
+    return difference_px;
   }
 
  private:

@@ -29,6 +29,13 @@ class DisparityMethod {
  public:
   virtual ~DisparityMethod() = default;
   virtual void run(const MethodInput& input, MethodOutput& output) = 0;
+  /// Orders the pixels of run()'s result by their certainty: the larger, the less certain. Ours:
+  /// the variance. OpenCV: the difference between left and right disparities [px], from a second
+  /// match of the right image; the number of disparities where the right image has none.
+  /// Empty: not known.
+  virtual cv::Mat1f doubt(const MethodInput& /*input*/, const MethodOutput& /*output*/) {
+    return {};
+  }
 };
 
 /// This package with a given ego-motion; moving objects are detected and fed back.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace predictive_stereo {
 namespace {
@@ -104,7 +105,13 @@ KittiSceneResult2015 evaluateKittiScene2015(
     if (!scene.truth_noc_px.empty())
       result.score_noc = scoreAsKitti(disparity_px, range, scene.truth_noc_px, scene.vehicles);
     addVariances(scene, range, outputs[m].maps, result);
-    results.methods.push_back(result);
+    const cv::Mat1f doubt = running[m]->doubt(input, outputs[m]);
+    if (!doubt.empty())
+      forEachError(
+          disparity_px, range, scene.truth_px,
+          [&](int x, int y, double error_px) { result.sparsification.add(error_px, doubt(y, x)); },
+          2);
+    results.methods.push_back(std::move(result));
   }
   return results;
 }
@@ -180,6 +187,20 @@ Table KittiEvaluation2015::calibrationTable() const {
   for (const auto& [name, c] : {std::pair("all", &all), std::pair("background", &background),
                                 std::pair("vehicles", &vehicles)})
     if (c->count() > 0) table.add(name, percentWithin(*c), fixed(c->meanSigma_px(), 3), c->count());
+  return table;
+}
+
+Table KittiEvaluation2015::certaintyTable() const {
+  Table table{"Certainty: area under the sparsification error (AUSE) of the mean absolute error",
+              {"method", "mean error px", "AUSE px", "of a random order px", "AUSE / random"},
+              {}};
+  for (size_t m = 0; m < methods.size(); ++m) {
+    const Sparsification all = total(m, &KittiMethodResult2015::sparsification);
+    if (all.empty()) continue;
+    const double ause_px = all.ause_px(), random_px = all.auseOfNothing_px();
+    table.add(methods[m], fixed(all.meanError_px(), 3), fixed(ause_px, 3), fixed(random_px, 3),
+              fixed(ratio(ause_px, random_px), 3));
+  }
   return table;
 }
 

@@ -8,6 +8,7 @@
 #include "evaluation/disparity_evaluation.h"
 #include "evaluation/disparity_report.h"
 #include "evaluation/kitti_scenes.h"
+#include "evaluation/sparsification.h"
 
 namespace predictive_stereo {
 
@@ -43,6 +44,7 @@ struct KittiMethodResult2015 {
   KittiScore score;      ///< against all truth, occluded pixels included
   KittiScore score_noc;  ///< without occluded pixels; empty if this truth is missing
   VarianceCalibration background_variance, vehicle_variance;  ///< of ours only
+  Sparsification sparsification;                              ///< every second row and column
   double ms = 0;
 };
 
@@ -75,6 +77,8 @@ struct KittiEvaluation2015 {
   Table worstTable() const;
   /// Shares of errors within 1, 2, 3 sigma: background, vehicles, all. No rows without variances.
   Table calibrationTable() const;
+  /// Sparsification error of each method, pooled over scenes.
+  Table certaintyTable() const;
   /// Indices of the scenes of worstTable.
   std::vector<size_t> worst() const;
   /// All counts, one line per scene and method, with a header.

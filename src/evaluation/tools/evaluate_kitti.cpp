@@ -157,7 +157,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
     }
   }
   const std::vector<Table> tables = {evaluation.table(), evaluation.calibrationTable(),
-                                     evaluation.worstTable()};
+                                     evaluation.certaintyTable(), evaluation.worstTable()};
   for (const Table& table : tables)
     if (!table.rows.empty()) std::cout << table.text();
   if (command_line.has("csv")) {
