@@ -35,7 +35,8 @@ struct DisparityParams {
   /// may be filled; 1: all are published.
   double max_ambiguity = 0.9;
   /// Holes of rows and columns up to this length are filled in the published disparity, if both
-  /// sides belong to one surface or if they are occlusions, see fillHoles; 0: none.
+  /// sides belong to one surface or if they are occlusions, see fillHoles, and their borders by the
+  /// median; 0: none (the median fills pixels with five known neighbours, as in the paper).
   int max_hole_px = 40;
 
   /// Moving objects of the previous frame are used neither for search ranges nor for the filters,

@@ -41,10 +41,12 @@ void fillHoles(const DisparityRange& range, int max_length, float tolerance_px,
 
 /// The 3x3 median (section 2.3): a valid pixel gets the median of itself and its valid neighbours
 /// (the lower one of an even number). An invalid pixel gets the median of its valid neighbours if
-/// there are at least three, as along the straight border of a hole: the paper fills "possibly
-/// invalidated disparities". Otherwise it is range.invalid(). Not in place.
+/// there are at least `fewest`, as the paper fills "possibly invalidated disparities"; otherwise it
+/// is range.invalid(). Not in place.
+/// @param fewest  5: most of the pixels; 3: also along the straight border of a hole.
 /// @param filtered_px  output of the input's size.
 /// @throws std::invalid_argument if input and output share memory.
-void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px);
+void median3x3(const DisparityRange& range, int fewest, const cv::Mat1f& disparity_px,
+               cv::Mat1f& filtered_px);
 
 }  // namespace predictive_stereo

@@ -20,8 +20,6 @@ namespace predictive_stereo {
 
 /// Key of unknown pixels, and of pixels outside the image: it is never between two others.
 constexpr int32_t kNoSupportKey = INT32_MIN;
-/// Valid neighbours with which median3x3 fills an invalid pixel.
-constexpr float kFewestKnown = 3.0f;
 
 /// Rows of leaveOutAmbiguous.
 struct AmbiguousRow {
@@ -168,7 +166,7 @@ HWY_INLINE V medianOfNine(V (&v)[3][3]) {
 // Processes pixels from x on in whole vectors; returns the first pixel that is left over.
 template <class D>
 HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float smallest_valid,
-                              float invalid, int x, float* filtered) {
+                              float invalid, int fewest, int x, float* filtered) {
   using V = hn::Vec<D>;
   const V smallest = hn::Set(d, smallest_valid), none = hn::Set(d, invalid);
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -196,7 +194,8 @@ HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float 
         filler = hn::IfThenElse(valid, filler, hn::Neg(filler));
         valid_count = hn::Add(valid_count, hn::IfThenElseZero(valid, hn::Set(d, 1.f)));
       }
-    const auto known = hn::Or(centre_valid, hn::Ge(valid_count, hn::Set(d, kFewestKnown)));
+    const auto known =
+        hn::Or(centre_valid, hn::Ge(valid_count, hn::Set(d, static_cast<float>(fewest))));
     hn::StoreU(hn::IfThenElse(known, medianOfNine(v), none), d, filtered + x);
   }
   return x;
@@ -205,10 +204,11 @@ HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float 
 // One output row of the 3x3 median. `rows` are the input rows from one above to one below, with one
 // more pixel on both sides; pixels outside the image are invalid.
 void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
-                 float* filtered) {
-  const int x =
-      medianOfPixels(hn::ScalableTag<float>(), rows, width, smallest_valid, invalid, 0, filtered);
-  medianOfPixels(hn::FixedTag<float, 1>(), rows, width, smallest_valid, invalid, x, filtered);
+                 int fewest, float* filtered) {
+  const int x = medianOfPixels(hn::ScalableTag<float>(), rows, width, smallest_valid, invalid,
+                               fewest, 0, filtered);
+  medianOfPixels(hn::FixedTag<float, 1>(), rows, width, smallest_valid, invalid, fewest, x,
+                 filtered);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -284,7 +284,8 @@ void leaveOutAmbiguous(const DisparityRange& range, const cv::Mat1f& measured_px
   });
 }
 
-void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::Mat1f& filtered_px) {
+void median3x3(const DisparityRange& range, int fewest, const cv::Mat1f& disparity_px,
+               cv::Mat1f& filtered_px) {
   createApart("median3x3", disparity_px, filtered_px);
   const cv::Size size = disparity_px.size();
   const auto smallest_valid = static_cast<float>(range.min_disparity);
@@ -293,7 +294,7 @@ void median3x3(const DisparityRange& range, const cv::Mat1f& disparity_px, cv::M
       [&](int y, float* row) { std::copy_n(disparity_px[y], size.width, row); },
       [&](int y, const float* const* rows) {
         HWY_DYNAMIC_DISPATCH(medianOfRow)
-        (rows, size.width, smallest_valid, range.invalid(), filtered_px[y]);
+        (rows, size.width, smallest_valid, range.invalid(), fewest, filtered_px[y]);
       });
 }
 

@@ -8,6 +8,8 @@ namespace predictive_stereo {
 namespace {
 
 constexpr float kHoleTolerancePx = 3.0f;
+// Known neighbours with which the median fills a pixel.
+constexpr int kBorderOfHole = 3, kMajority = 5;
 
 void requirePartners(const DisparityRange& range, const StereoRig& rig) {
   if (leavesPartners(range, rig.principalOffset(), rig.size.width)) return;
@@ -121,7 +123,8 @@ void DisparityEstimator::publish(const DisparityState& filters, DisparityOutput&
   region_filter_.filter(range, params_.min_region_px, certain_disparity_px_);
   fillHoles(range, params_.max_hole_px, kHoleTolerancePx, certain_disparity_px_,
             filled_disparity_px_);
-  median3x3(range, filled_disparity_px_, median_disparity_px_);
+  median3x3(range, params_.max_hole_px > 0 ? kBorderOfHole : kMajority, filled_disparity_px_,
+            median_disparity_px_);
   predictive_stereo::publish(median_disparity_px_, certain_disparity_px_, prediction_,
                              output.measured_disparity_px, output.measured_variance_px2,
                              output.ambiguity, row_alignment_.rms_offset_px, range,

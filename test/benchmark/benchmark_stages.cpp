@@ -192,7 +192,7 @@ void holesAndMedian(benchmark::State& state) {
   cv::Mat1f filled_px, filtered_px;
   measure(state, [&] {
     fillHoles(in.params.disparity.matcher.range, 40, 3, in.measured_px, filled_px);
-    median3x3(in.params.disparity.matcher.range, filled_px, filtered_px);
+    median3x3(in.params.disparity.matcher.range, 3, filled_px, filtered_px);
   });
 }
 

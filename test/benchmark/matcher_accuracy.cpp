@@ -67,7 +67,7 @@ void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityP
       cv::Mat1f supported_px, filled_px;
       filterBySupport(range, params.min_support, match.disparity_px, supported_px);
       fillHoles(range, params.max_hole_px, kHoleTolerancePx, supported_px, filled_px);
-      median3x3(range, filled_px, result.disparity_px);
+      median3x3(range, 3, filled_px, result.disparity_px);
       return result;
     };
   };

@@ -80,7 +80,7 @@ MatcherTimes::MatcherTimes(const StereoRig& rig, const DisparityParams& params)
   });
   add("support filter and median", [this](const MatchingJob&) {
     filterBySupport(params_.matcher.range, params_.min_support, match_.disparity_px, supported_px_);
-    median3x3(params_.matcher.range, supported_px_, filtered_px_);
+    median3x3(params_.matcher.range, 5, supported_px_, filtered_px_);
   });
 }
 

@@ -89,7 +89,7 @@ TEST(BorderReads, OfPostFilters) {
   forEverySize([](cv::Size size) {
     cv::Mat1f filtered;
     filterBySupport(kRange, 5, disparities(size), filtered);
-    median3x3(kRange, disparities(size), filtered);
+    median3x3(kRange, 3, disparities(size), filtered);
     leaveOutAmbiguous(kRange, disparities(size), noise<uchar>(size, 0, 256), 0.5, disparities(size),
                       filtered);
     fillHoles(kRange, 9, 3, disparities(size), filtered);

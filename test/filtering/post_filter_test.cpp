@@ -52,7 +52,7 @@ cv::Mat1f supportNaively(const DisparityRange& range, int min_support, const cv:
   return filtered;
 }
 
-cv::Mat1f medianNaively(const DisparityRange& range, const cv::Mat1f& map) {
+cv::Mat1f medianNaively(const DisparityRange& range, size_t fewest, const cv::Mat1f& map) {
   cv::Mat1f filtered(map.size(), range.invalid());
   for (int y = 0; y < map.rows; ++y)
     for (int x = 0; x < map.cols; ++x) {
@@ -61,7 +61,7 @@ cv::Mat1f medianNaively(const DisparityRange& range, const cv::Mat1f& map) {
         for (int u = std::max(0, x - 1); u <= std::min(map.cols - 1, x + 1); ++u)
           if (range.isValid(map(v, u))) values.push_back(map(v, u));
       std::sort(values.begin(), values.end());
-      if (range.isValid(map(y, x)) || values.size() >= 3)
+      if (range.isValid(map(y, x)) || values.size() >= fewest)
         filtered(y, x) = values[(values.size() - 1) / 2];
     }
   return filtered;
@@ -170,10 +170,11 @@ TEST(PostFilter, EqualNaiveReferences) {
             expectEqual(filtered, expected, "support");
           });
         }
-        forEveryTarget([&] {
-          median3x3(range, map, filtered);
-          expectEqual(filtered, medianNaively(range, map), "median");
-        });
+        for (const int fewest : {3, 5})
+          forEveryTarget([&] {
+            median3x3(range, fewest, map, filtered);
+            expectEqual(filtered, medianNaively(range, fewest, map), "median");
+          });
         const cv::Mat1f measured = makeMap(size, range, invalid_share, size.width + 1);
         cv::Mat1b ambiguity(size);
         cv::RNG(size.width).fill(ambiguity, cv::RNG::UNIFORM, 0, 256);
@@ -243,8 +244,8 @@ TEST(PostFilter, ViewsAreReadAndWrittenInPlace) {
   expectEqual(frame(cv::Rect(20, 10, 53, 41)), supportNaively(range, 10, copy), "support");
   fillHoles(range, 5, 3, view, target);
   expectEqual(frame(cv::Rect(20, 10, 53, 41)), filledNaively(range, 5, copy), "holes", 1e-4);
-  median3x3(range, view, target);
-  expectEqual(frame(cv::Rect(20, 10, 53, 41)), medianNaively(range, copy), "median");
+  median3x3(range, 3, view, target);
+  expectEqual(frame(cv::Rect(20, 10, 53, 41)), medianNaively(range, 3, copy), "median");
   // The memory around the view is unchanged.
   frame(cv::Rect(20, 10, 53, 41)) = 77.f;
   EXPECT_EQ(cv::countNonZero(frame != 77.f), 0);
@@ -256,11 +257,11 @@ TEST(PostFilter, ReuseMemoryAndRefuseToWorkInPlace) {
   const uchar* memory = filtered.data;
   filterBySupport(range, 10, map, filtered);
   fillHoles(range, 10, 3, map, filtered);
-  median3x3(range, map, filtered);
+  median3x3(range, 3, map, filtered);
   EXPECT_EQ(filtered.data, memory);
   EXPECT_THROW(filterBySupport(range, 10, map, map), std::invalid_argument);
   EXPECT_THROW(fillHoles(range, 10, 3, map, map), std::invalid_argument);
-  EXPECT_THROW(median3x3(range, map, map), std::invalid_argument);
+  EXPECT_THROW(median3x3(range, 3, map, map), std::invalid_argument);
   const cv::Mat1b ambiguity(map.size(), uchar{255});
   EXPECT_THROW(leaveOutAmbiguous(range, map, ambiguity, 1, map, map), std::invalid_argument);
   leaveOutAmbiguous(range, map, ambiguity, 1, map, filtered);
@@ -268,7 +269,7 @@ TEST(PostFilter, ReuseMemoryAndRefuseToWorkInPlace) {
   cv::Mat1f empty, nothing;
   filterBySupport(range, 10, empty, nothing);
   fillHoles(range, 10, 3, empty, nothing);
-  median3x3(range, empty, nothing);
+  median3x3(range, 3, empty, nothing);
   EXPECT_TRUE(nothing.empty());
 }
 
@@ -283,8 +284,8 @@ TEST(PostFilter, SameForEveryNumberOfThreads) {
     expectEqual(filtered, supportNaively(range, 10, map), "support");
     fillHoles(range, 20, 3, map, filtered);
     expectEqual(filtered, filledNaively(range, 20, map), "holes", 1e-4);
-    median3x3(range, map, filtered);
-    expectEqual(filtered, medianNaively(range, map), "median");
+    median3x3(range, 3, map, filtered);
+    expectEqual(filtered, medianNaively(range, 3, map), "median");
   }
   cv::setNumThreads(before);
 }

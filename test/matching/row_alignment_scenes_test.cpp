@@ -90,7 +90,7 @@ TEST(RowAlignmentOfScenes, CostsAPerfectRigNoAccuracy) {
       cv::Mat1f supported_px, filtered_px;
       matcher.match(frame.left, right, match);
       filterBySupport(matcher_params.range, 10, match.disparity_px, supported_px);
-      median3x3(matcher_params.range, supported_px, filtered_px);
+      median3x3(matcher_params.range, 5, supported_px, filtered_px);
       return scoreDisparity(filtered_px, matcher_params.range, frame.truth_px);
     };
     cv::Mat1f coarse_px;
