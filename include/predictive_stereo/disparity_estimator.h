@@ -31,8 +31,8 @@ struct DisparityParams {
   /// Smaller regions of the match (at full and half resolution) and of what is published become
   /// invalid, see RegionFilter; 0: none.
   int min_region_px = 100;
-  /// Matches of a larger ambiguity (Match::ambiguity, 0..1) are not published; holes around them
-  /// may be filled; 1: all are published.
+  /// Matches of a larger ambiguity (Match::ambiguity, 0..1) are not published; their pixels may
+  /// be filled as holes; 1: all are published.
   double max_ambiguity = 0.9;
   /// Holes of rows and columns up to this length are filled in the published disparity, if both
   /// sides belong to one surface or if they are occlusions, see fillHoles, and their borders by the
