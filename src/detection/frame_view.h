@@ -1,5 +1,6 @@
 #pragma once
 
+#include "detection/depth_cells.h"
 #include "detection/frame_comparison.h"
 #include "detection/frame_history.h"
 #include "detection/ground_plane.h"
@@ -16,7 +17,8 @@ struct FrameView {
   const DisparityRange& range;
   const MotionDetectionParams& params;
   const RememberedFrame& current;
-  const GroundPlane* ground = nullptr;  ///< none: this frame shows none
+  const DepthCells& cells;
+  const std::optional<GroundPlane>& ground;  ///< none: this frame shows none
 
   cv::Size lattice() const { return current.pyramid.level(1).size(); }
   /// @param past  must outlive the view, as this frame must.

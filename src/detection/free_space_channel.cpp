@@ -13,8 +13,7 @@ namespace {
 
 constexpr int kFewestCells = 15;
 constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
-constexpr int kBelow = 3;            // rows of cells in which something nearer hides the lower end
-constexpr float kNearer_px = 2;
+constexpr float kNearer_px = 2;      // of what can hide the lower end
 
 struct CellCounts {
   int moved = 0, fixed = 0;
@@ -68,7 +67,7 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
     ObservedObject object = objectOf(obstacle, area, cells_, range, input.measured_disparity_px);
     Observation& seen = object.observation;
     if (!measureShape(input.rig, range, input.measured_disparity_px, object) ||
-        !isPlausible(input, params, obstacle, area, seen.distance_m))
+        !isPossible(input.rig, params, obstacle, area, seen.distance_m))
       continue;
     seen.centre_covariance =
         centreCovariance(input.rig, input.rig.disparityTimesDepth() / seen.centre_m.z());
@@ -87,7 +86,7 @@ void FreeSpaceChannel::complete(const DetectionInput& input, const DisparityRang
   ObservedObject whole =
       joined(part, objectOf(obstacle, area, cells_, range, input.measured_disparity_px));
   if (measureShape(input.rig, range, input.measured_disparity_px, whole) &&
-      isPlausible(input, params, obstacle, area, whole.observation.distance_m))
+      isPossible(input.rig, params, obstacle, area, whole.observation.distance_m))
     part = std::move(whole);
 }
 
@@ -96,46 +95,27 @@ void FreeSpaceChannel::reset() {
   ground_.reset();
 }
 
-// Whether size and height above the ground are plausible for an object.
-bool FreeSpaceChannel::isPlausible(const DetectionInput& input, const MotionDetectionParams& params,
-                                   const Obstacles::Cells& obstacle, const cv::Rect& area,
-                                   double distance_m) const {
-  const StereoRig& rig = input.rig;
+// Whether an obstacle's size and height above the ground are those of an object.
+bool FreeSpaceChannel::isPossible(const StereoRig& rig, const MotionDetectionParams& params,
+                                  const Obstacles::Cells& obstacle, const cv::Rect& area,
+                                  double distance_m) const {
   const double cell_m = kCellSide_px * distance_m;
-  const double width_m = area.width * cell_m / rig.fx_px;
-  double height_m = area.height * cell_m / rig.fy_px;
-  if (width_m < params.min_width_m || width_m > params.max_width_m ||
-      height_m > params.max_height_m)
-    return false;
-  if (area.br().y >= cells_.disparity_px.rows) return true;  // cut by the image
+  Extent extent{area.width * cell_m / rig.fx_px, area.height * cell_m / rig.fy_px, {}};
   if (ground()) {
-    double foot_m = std::numeric_limits<double>::infinity();
+    Extent::Heights heights{std::numeric_limits<double>::infinity(), 0};
     for (const cv::Point p : obstacle) {
       const double above_m = ground()->heightOf(p, cells_.disparity_px(p));
-      foot_m = std::min(foot_m, above_m);
-      height_m = std::max(height_m, above_m);  // a camera that looks down sees no height
+      heights.foot_m = std::min(heights.foot_m, above_m);
+      heights.top_m = std::max(heights.top_m, above_m);
     }
-    const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
-    const bool is_hidden = isHiddenBelow(area, disparity_px);
-    if (foot_m > highestEnd_m(params, is_hidden, distance_m)) return false;
+    extent.above_ground = heights;
+    // A camera that looks down sees less of the height.
+    extent.height_m = std::max(extent.height_m, std::min(heights.top_m, params.max_height_m));
   }
-  return height_m >= params.min_height_m;
-}
-
-// Whether in most columns a nearer obstacle is below.
-bool FreeSpaceChannel::isHiddenBelow(const cv::Rect& area, float disparity_px) const {
-  const cv::Rect below = cv::Rect(area.x, area.br().y, area.width, kBelow) &
-                         cv::Rect(cv::Point(), cells_.disparity_px.size());
-  int hidden = 0;
-  for (int u = below.x; u < below.br().x; ++u)
-    for (int v = below.y; v < below.br().y; ++v) {
-      const float d = cells_.disparity_px(v, u);
-      if (d <= disparity_px + kNearer_px || ground()->heightOf({u, v}, d) <= kGroundMargin_m)
-        continue;
-      ++hidden;
-      break;
-    }
-  return 2 * hidden > area.width;
+  const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
+  const cv::Rect box_px(kCellSide_px * area.tl(), area.size() * kCellSide_px);
+  return isPlausible(params, extent,
+                     lowerEndOf(cells_, ground(), box_px, disparity_px + kNearer_px), distance_m);
 }
 
 }  // namespace predictive_stereo

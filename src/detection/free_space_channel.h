@@ -19,7 +19,9 @@ class FreeSpaceChannel {
  public:
   /// Measures the surfaces of a frame.
   void setFrame(const DetectionInput& input, const DisparityRange& range);
-  /// Of this frame.
+  /// Of this frame; no ground: it shows none. nearest_px and farthest_px of the cells are only
+  /// known until find().
+  const DepthCells& cells() const { return cells_; }
   const std::optional<GroundPlane>& ground() const { return ground_.plane(); }
   /// Finds the objects of this frame, and remembers it. If most obstacles contradict the past, its
   /// pose is taken for wrong: the past is forgotten, and nothing is found.
@@ -41,9 +43,8 @@ class FreeSpaceChannel {
   void reset();
 
  private:
-  bool isPlausible(const DetectionInput& input, const MotionDetectionParams& params,
-                   const Obstacles::Cells& obstacle, const cv::Rect& area, double distance_m) const;
-  bool isHiddenBelow(const cv::Rect& area, float disparity_px) const;
+  bool isPossible(const StereoRig& rig, const MotionDetectionParams& params,
+                  const Obstacles::Cells& obstacle, const cv::Rect& area, double distance_m) const;
 
   DepthCells cells_;
   FreeSpace free_space_;

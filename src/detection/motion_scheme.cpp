@@ -18,15 +18,14 @@ constexpr double kMostOfPart = 0.8;
 const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& input,
                                                          const ObjectTracker& known) {
   frames_.remember(input, {[&] { free_space_.setFrame(input, range_); },
-                           [&] { verification_.findGround(input, range_); },
-                           [&] { verification_.findRoad(input, range_); }});
+                           [&] { verification_.findGround(input, range_); }});
   verification_.forgetObjects();
   objects_.clear();
   sought_known_ = false;
   if (input.pose_state != PoseState::kKnown) return objects_;
   const std::vector<PastFrame> past = frames_.past();
-  const FrameView frame{input, range_, params_, frames_.current(),
-                        free_space_.ground() ? &*free_space_.ground() : nullptr};
+  const FrameView frame{
+      input, range_, params_, frames_.current(), free_space_.cells(), free_space_.ground()};
   if (!past.empty()) {
     greyDeviation(frames_.current().pyramid.level(1), grey_deviation_);
     since_last_.compare(frame.since(past[0]), grey_deviation_, verification_.ground());
@@ -94,7 +93,6 @@ void MotionScheme::addMoving(const DetectionInput& input,
 void MotionScheme::reset() {
   frames_.reset();
   pose_check_.reset();
-  verification_.reset();
   free_space_.reset();
 }
 

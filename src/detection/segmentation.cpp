@@ -23,7 +23,7 @@ constexpr int kReachOfWindows = 8;
 void dropLowColumns(const PastView& view, cv::Point origin, cv::Mat1b& mask) {
   constexpr double kLowest = 0.35, kTallest = 0.95;  // of the height; of the columns
   constexpr double kEmpty_m = -1e6;
-  const GroundPlane* const ground = view.frame.ground;
+  const std::optional<GroundPlane>& ground = view.frame.ground;
   if (!ground) return;
   std::vector<double> heights_m(static_cast<size_t>(mask.cols), kEmpty_m), sorted;
   for (int u = 0; u < mask.cols; ++u) {

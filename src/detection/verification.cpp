@@ -37,6 +37,19 @@ ObservedObject observedObject(const DetectionInput& input, const Segment& segmen
   return object;
 }
 
+Extent extentOf(const FrameView& frame, const Observation& seen, float disparity_px) {
+  const cv::Rect& box = seen.box_px;
+  const StereoRig& rig = frame.input.rig;
+  Extent extent{
+      box.width * seen.centre_m.z() / rig.fx_px, box.height * seen.centre_m.z() / rig.fy_px, {}};
+  if (!frame.ground) return extent;
+  const auto heightAt = [&](int y) {
+    return frame.ground->heightAt(box.x + box.width / 2, y, disparity_px);
+  };
+  extent.above_ground = {heightAt(box.br().y), heightAt(box.y)};
+  return extent;
+}
+
 // Whether the object's motion explains the images.
 bool explainsImages(const MotionDetectionParams& params, const Segment& segment) {
   return segment.decisive >= kFewestDecisive && segment.explained >= params.min_explained;
@@ -49,10 +62,6 @@ bool showsInResiduals(const Segment& segment) {
 }
 
 }  // namespace
-
-void Verification::findRoad(const DetectionInput& input, const DisparityRange& range) {
-  if (const auto road = fitRoadLine(input.rig, range, input.measured_disparity_px)) road_ = road;
-}
 
 void Verification::findGround(const DetectionInput& input, const DisparityRange& range) {
   ground_.setFrame(input.rig, range, input.measured_disparity_px);
@@ -92,10 +101,9 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   if (!measureShape(input.rig, frame.range, input.measured_disparity_px, object))
     return std::nullopt;
   const LowerEnd lower_end =
-      lowerEndOf(input.rig, frame.range, input.measured_disparity_px, ground_, seen.box_px,
-                 hypothesis.disparity_px, hypothesis.nearest_px);
-  if (!isPlausible(input.rig, frame.params, road_, seen.box_px, seen.centre_m.z(),
-                   hypothesis.disparity_px, lower_end))
+      lowerEndOf(frame.cells, frame.ground, seen.box_px, hypothesis.nearest_px);
+  if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end,
+                   input.rig.disparityTimesDepth() / hypothesis.disparity_px))
     return std::nullopt;
   seen.centre_covariance = centreCovariance(input.rig, hypothesis.disparity_px);
   if (hypothesis.source != Source::kKnown) {

@@ -8,7 +8,6 @@
 #include "detection/frame_view.h"
 #include "detection/ground.h"
 #include "detection/hypothesis.h"
-#include "detection/road_line.h"
 #include "detection/segmentation.h"
 #include "detection/tracker.h"
 #include "parallel/work_pool.h"
@@ -23,15 +22,14 @@ struct VerifiedObject {
 };
 
 /// Verifies the hypotheses of a frame, and collects the objects: of plausible size, with a foot on
-/// the road, each object once.
+/// the ground, each object once.
 class Verification {
  public:
-  /// Find the road, and level ground. The two are independent.
-  void findRoad(const DetectionInput& input, const DisparityRange& range);
+  /// Finds level ground.
   void findGround(const DetectionInput& input, const DisparityRange& range);
   /// Forgets the objects of the last frame.
   void forgetObjects() { objects_.clear(); }
-  /// Starts a frame in which objects are sought. Call after all of these.
+  /// Starts a frame in which objects are sought. Call after both of these.
   /// @param residual_px  see longResidual; shared, not copied.
   void setFrame(const FrameView& frame, const cv::Mat1f& residual_px);
   const LevelGround& ground() const { return ground_; }
@@ -50,13 +48,11 @@ class Verification {
   /// Calls `find` for candidates 0 ... count - 1, in parallel. Then adds the new ones in this
   /// order: earlier ones are preferred.
   void addAll(const FrameView& frame, int count, const Finder& find);
-  void reset() { road_.reset(); }
 
  private:
   void add(const FrameView& frame, VerifiedObject&& verified);
 
   LevelGround ground_;
-  std::optional<RoadLine> road_;  // the last one found
   WorkPool<SegmentationWork> works_;
   std::vector<ObservedObject> objects_;
   cv::Mat1f residual_px_;

@@ -58,7 +58,9 @@ struct Passing {
   PastFrame past;
   DetectionInput input;
   MotionDetectionParams params;
-  const FrameView frame{input, range, params, current};
+  DepthCells cells;
+  std::optional<GroundPlane> ground;
+  const FrameView frame{input, range, params, current, cells, ground};
 };
 
 inline std::vector<cv::Point> pointsIn(const cv::Rect& part) {

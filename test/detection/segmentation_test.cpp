@@ -24,15 +24,14 @@ struct BehindAPole : Passing {
     previous.disparity_px(kPole + cv::Point(24, 0)).setTo(kPole_px);
   }
   std::optional<Segment> find(const std::vector<cv::Point>& points_px,
-                              const GroundPlane* ground_plane = nullptr) {
-    view();
-    const FrameView with_ground{input, range, params, current, ground_plane};
-    const PastView seen = with_ground.since(past);
+                              const std::optional<GroundPlane>& ground_plane = {}) {
+    ground = ground_plane;
+    const PastView seen = view();
     Comparison static_world;
     seen.compare(seen.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world);
     const cv::Mat1f no_residual(frame.lattice(), -1e6f);
-    LevelGround ground;
-    ground.setFrame(rig, range, disparity);
+    LevelGround level;
+    level.setFrame(rig, range, disparity);
     Hypothesis hypothesis;
     for (cv::Point p : points_px) hypothesis.seeds.push_back(p / 2);
     hypothesis.disparity_px = kMover_px;
@@ -41,7 +40,7 @@ struct BehindAPole : Passing {
     const double depth_m = rig.disparityTimesDepth() / kMover_px;
     hypothesis.moved_m.x() = -kFlow_px * depth_m / rig.fx_px;
     SegmentationWork work;
-    return segment(seen, {&static_world, no_residual, ground}, hypothesis, work);
+    return segment(seen, {&static_world, no_residual, level}, hypothesis, work);
   }
 };
 
@@ -64,7 +63,8 @@ TEST(Segmentation, WhatIsLowBesideItIsNoPart) {
     scene.disparity(strip).setTo(kMover_px);
     scene.shiftInto(strip, staticShift(kMover_px) + kFlow_px);
     scene.previous.disparity_px(strip + cv::Point(26, 0)).setTo(kMover_px);
-    return scene.find(pointsIn({216, 56, 32, 48}), has_ground ? &ground : nullptr);
+    return scene.find(pointsIn({216, 56, 32, 48}),
+                      has_ground ? std::optional(ground) : std::nullopt);
   };
   const cv::Rect shadow(240, 100, 100, 10), arm(240, 60, 100, 10);
   const auto without_shadow = findWith(shadow, true), with_shadow = findWith(shadow, false),
