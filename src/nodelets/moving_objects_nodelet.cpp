@@ -99,11 +99,7 @@ class MovingObjectsNodelet
   void connect(ros::NodeHandle& node) override {
     odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
                                                 params_.transform_timeout, "row_alignment");
-    SyncParams exact;
-    exact.approximate_sync = false;
-    exact.queue_size = params_.queue_size;
-    exact.image_transport = params_.image_transport;
-    makeInput(node, exact);
+    makeInput(node, SyncParams::exact(params_.queue_size, params_.image_transport));
     objects_ = outputs_.advertise<MovingObjectArray>(node, "moving_objects", 10);
     mask_ = outputs_.advertiseImage(node, MaskInput::kTopic, 5);
     residual_ = outputs_.advertise<sensor_msgs::Image>(node, "moving_objects/residual", 5);

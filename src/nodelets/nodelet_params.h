@@ -15,6 +15,11 @@ struct SyncParams {
   /// raw, compressed (JPEG or PNG), or one for which image_transport has a plugin.
   std::string image_transport = "raw";
 
+  /// Messages of equal stamps.
+  static SyncParams exact(int queue_size, const std::string& image_transport) {
+    return {false, queue_size, 0, image_transport};
+  }
+
   template <class Visitor>
   void visit(Visitor&& v) {
     v("approximate_sync", approximate_sync);

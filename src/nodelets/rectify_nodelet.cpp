@@ -45,15 +45,13 @@ class RectifyNodelet : public nodelet::Nodelet {
   }
 
   void makeInput(const ros::NodeHandle& node) {
-    SyncParams exact;
-    exact.approximate_sync = false;
-    exact.queue_size = kQueue;
-    getPrivateNodeHandle().param<std::string>("image_transport", exact.image_transport, "raw");
+    const auto transport =
+        getPrivateNodeHandle().param<std::string>("image_transport", SyncParams().image_transport);
     const std::string images = node.resolveName("image_raw");
     const std::string infos = image_transport::getCameraInfoTopic(images);
     using Type = SyncedTopics::Type;
     input_ = std::make_unique<SyncedTopics>(
-        node, *health_, exact,
+        node, *health_, SyncParams::exact(kQueue, transport),
         std::vector<SyncedTopics::Topic>{{images, Type::kCameraImage}, {infos, Type::kInfo}},
         SyncedTopics::Cures{
             "start the camera driver in this namespace (launch argument camera:=<namespace>)", "",

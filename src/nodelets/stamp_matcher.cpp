@@ -37,12 +37,11 @@ std::vector<StampMatcher::Set> StampMatcher::add(size_t index, ros::Time stamp, 
 
   std::vector<Set> sets;
   ros::Time last;
-  for (const Entry& reference : slots_[0].waiting) {
-    Set set;
-    if (!collectSet(reference.stamp, set)) continue;
-    sets.push_back(std::move(set));
-    last = reference.stamp;
-  }
+  for (const Entry& reference : slots_[0].waiting)
+    if (std::optional<Set> set = setAt(reference.stamp)) {
+      sets.push_back(std::move(*set));
+      last = reference.stamp;
+    }
   if (!sets.empty()) unmatched_ += forgetUpTo(last) - sets.size();
   return sets;
 }
@@ -55,7 +54,8 @@ const StampMatcher::Entry* StampMatcher::nearest(const Slot& slot, ros::Time sta
   return best == slot.waiting.end() ? nullptr : &*best;
 }
 
-bool StampMatcher::collectSet(ros::Time stamp, Set& set) const {
+std::optional<StampMatcher::Set> StampMatcher::setAt(ros::Time stamp) const {
+  Set set;
   for (size_t i = 0; i < used_; ++i) {
     const Slot& slot = slots_[i];
     const Entry* entry = nearest(slot, stamp);
@@ -64,9 +64,9 @@ bool StampMatcher::collectSet(ros::Time stamp, Set& set) const {
     else if (slot.constant)
       set.push_back(slot.constant);
     else
-      return false;
+      return std::nullopt;
   }
-  return true;
+  return set;
 }
 
 // Drops partners that are slightly later than `stamp` as well.
@@ -80,12 +80,8 @@ size_t StampMatcher::forgetUpTo(ros::Time stamp) {
   return references - slots_[0].waiting.size();
 }
 
-void StampMatcher::clear() {
-  for (Slot& slot : slots_) slot.waiting.clear();
-}
-
 void StampMatcher::use(size_t count) {
-  clear();
+  for (Slot& slot : slots_) slot.waiting.clear();
   used_ = count;
 }
 

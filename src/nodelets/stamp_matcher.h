@@ -6,6 +6,7 @@
 #include <boost/shared_ptr.hpp>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,8 @@ class StampMatcher {
   /// @returns the sets that it completes, oldest first: at most one, unless it is constant.
   std::vector<Set> add(size_t slot, ros::Time stamp, Message message, bool constant = false);
 
-  void clear();
-  /// From now on the first `count` slots make a set; all, until this is called. Clears.
+  /// From now on the first `count` slots make a set; all, until this is called. What waits is
+  /// dropped.
   void use(size_t count);
 
   /// Number of messages of slot 0 that were dropped because a partner was missing.
@@ -56,7 +57,7 @@ class StampMatcher {
 
   double tolerance() const { return params_.approximate_sync ? params_.sync_tolerance : 0.0; }
   const Entry* nearest(const Slot& slot, ros::Time stamp) const;
-  bool collectSet(ros::Time stamp, Set& set) const;
+  std::optional<Set> setAt(ros::Time stamp) const;
   size_t forgetUpTo(ros::Time stamp);  // returns the number of messages of slot 0
 
   SyncParams params_;

@@ -43,32 +43,22 @@ SyncedTopics::SyncedTopics(const ros::NodeHandle& node, Health& health, const Sy
 }
 
 void SyncedTopics::start(size_t count) {
+  std::vector<Subscriber> before, now;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (subscribers_.size() == count) return;
+    std::swap(before, subscribers_);
   }
-  stop();
+  // Without the lock: shutdown() waits for callbacks, and these take the lock.
+  for (Subscriber& subscriber : before)
+    std::visit([](auto& topic) { topic.shutdown(); }, subscriber);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     matcher_.use(count);
   }
-  std::vector<Subscriber> subscribers;
-  for (size_t slot = 0; slot < count; ++slot) subscribers.push_back(subscriberOf(slot));
+  for (size_t slot = 0; slot < count; ++slot) now.push_back(subscriberOf(slot));
   const std::lock_guard<std::mutex> lock(mutex_);
-  subscribers_ = std::move(subscribers);
-}
-
-void SyncedTopics::stop() {
-  std::vector<Subscriber> subscribers;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::swap(subscribers, subscribers_);
-  }
-  // Without the lock: shutdown() waits for callbacks, and these take the lock.
-  for (Subscriber& subscriber : subscribers)
-    std::visit([](auto& topic) { topic.shutdown(); }, subscriber);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  matcher_.clear();
+  subscribers_ = std::move(now);
 }
 
 SyncedTopics::Subscriber SyncedTopics::subscriberOf(size_t slot) {

@@ -55,7 +55,7 @@ class SyncedTopics {
   /// @throws std::runtime_error if the plugin of the image transport is missing.
   void start(size_t count);
   /// After this has returned, `on_set` is not called.
-  void stop();
+  void stop() { start(0); }
 
   /// Why there are no frames, and the cure; empty: they arrive, or it is stopped.
   std::string describeMissingInput() const;

@@ -147,7 +147,7 @@ TEST_F(StampMatcherTest, time_that_goes_back_starts_anew) {
 TEST_F(StampMatcherTest, cleared_it_waits_for_nothing_but_keeps_latched_ones) {
   add(matcher_, kInfo, 0, 7, true);
   add(matcher_, kLeft, 1.0);
-  matcher_.clear();
+  matcher_.use(3);
   EXPECT_TRUE(add(matcher_, kRight, 1.0).empty());
   EXPECT_EQ(add(matcher_, kLeft, 1.0).size(), 1u);
 }
