@@ -133,18 +133,18 @@ class DisparityNodelet
   }
 
   void reportSimdTarget() {
-    health_->problem("SIMD target", Health::Severity::kDegraded, processor_->slowTargetWarning());
+    health_->problem("SIMD target", processor_->slowTargetWarning());
     health_->figure("SIMD target", processor_->simdTarget());
   }
 
   void report(const DisparityMessages& messages) {
     constexpr double kMostContradicted = 0.3;
     if (messages.contradicted_fraction > kMostContradicted)
-      health_->problem(
-          "prediction", Health::Severity::kDegraded,
-          "many measured disparities contradict the prediction by the motion of odom_frame '" +
-              params_.odom_frame +
-              "': does this odometry jump? Use another one, or the EgoMotion nodelet");
+      health_->problem("prediction",
+                       "many measured disparities contradict the prediction by the motion of "
+                       "odom_frame '" +
+                           params_.odom_frame +
+                           "': does this odometry jump? Use another one, or the EgoMotion nodelet");
     else
       health_->solved("prediction");
     health_->figure("prediction contradicted [%]", 100 * messages.contradicted_fraction, "%.1f");

@@ -102,11 +102,12 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     if (T_base_cam)
       health_->solved("extrinsic");
     else
-      health_->problem("extrinsic", Health::Severity::kBroken,
+      health_->problem("extrinsic",
                        "no transform from base_frame '" + base + "' to the left camera '" + camera +
                            "': publish it (e.g. by tf2_ros static_transform_publisher), or set "
                            "base_frame to '" +
-                           camera + "' to take the camera itself as the base");
+                           camera + "' to take the camera itself as the base",
+                       Health::Severity::kBroken);
     return T_base_cam;
   }
 
@@ -121,7 +122,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
   void report(const EgoMotionProcessor::Output& output) {
     const EgoMotionEstimate& estimate = output.estimate;
     const std::string why = describeLoss(output);
-    health_->problem("tracking", Health::Severity::kDegraded, why.empty() ? "" : "lost: " + why);
+    health_->problem("tracking", why.empty() ? "" : "lost: " + why);
     health_->figure("pose", std::string(nameOf(output.pose_state)));
     health_->figure("features", estimate.features, "%.0f");
     health_->figure("inliers", estimate.inliers, "%.0f");
@@ -161,7 +162,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
         "all disparities are too small by as much: calibrate the cameras again, or add %.1f to "
         "P[2] of right/camera_info",
         columns.offset_px, columns.sigma_px, columns.offset_px);
-    health_->problem("calibration", Health::Severity::kDegraded, text);
+    health_->problem("calibration", text);
   }
 
   static constexpr double kLargestColumnOffsetPx = 0.5;

@@ -56,7 +56,7 @@ Health::Health(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
 void Health::failed(const std::string& source, Severity severity, const std::string& what) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++refused_[source];
-  Problem& problem = tell(source, severity, source + ": " + what);
+  Problem& problem = tell(source, source + ": " + what, severity);
   problem.shown_until = Clock::now() + kShown;
   problem.works_again = false;
 }
@@ -78,14 +78,14 @@ void Health::endOldProblems() {
   }
 }
 
-void Health::problem(const std::string& cause, Severity severity, const std::string& text) {
+void Health::problem(const std::string& cause, const std::string& text, Severity severity) {
   if (text.empty()) return solved(cause);
   const std::lock_guard<std::mutex> lock(mutex_);
-  tell(cause, severity, text);
+  tell(cause, text, severity);
 }
 
-Health::Problem& Health::tell(const std::string& cause, Severity severity,
-                              const std::string& text) {
+Health::Problem& Health::tell(const std::string& cause, const std::string& text,
+                              Severity severity) {
   Problem& known = problems_[cause];
   const bool is_known = withoutNumbers(known.text) == withoutNumbers(text);
   known.severity = severity;

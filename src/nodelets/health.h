@@ -59,7 +59,8 @@ class Health {
 
   /// Reports a problem. It is logged if `text` differs from the last text of this cause by more
   /// than its numbers. An empty text: it is solved.
-  void problem(const std::string& cause, Severity severity, const std::string& text);
+  void problem(const std::string& cause, const std::string& text,
+               Severity severity = Severity::kDegraded);
   /// Ends the problem of this cause.
   void solved(const std::string& cause);
   /// Logs one line.
@@ -97,7 +98,7 @@ class Health {
 
   void failed(const std::string& source, Severity severity, const std::string& what);
   void worked(const std::string& source);
-  Problem& tell(const std::string& cause, Severity severity, const std::string& text);
+  Problem& tell(const std::string& cause, const std::string& text, Severity severity);
   void endOldProblems();
   void onTimer();
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);

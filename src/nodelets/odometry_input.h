@@ -128,7 +128,7 @@ class OdometryInput {
           << " s" << effect
           << ". Run the EgoMotion nodelet with publish_tf, or set odom_frame to the fixed frame "
              "of your odometry";
-    health_.problem(what, Health::Severity::kDegraded, missing.str());
+    health_.problem(what, missing.str());
     return {};
   }
 

@@ -122,7 +122,7 @@ std::optional<Eigen::Matrix3d> RotationPrior::fromImu(ros::Time previous,
                                                       const std_msgs::Header& now) {
   const std::string alone = "; ego-motion uses the images only";
   const auto fail = [&](const std::string& text) {
-    health_.problem("imu", Health::Severity::kDegraded, text + alone);
+    health_.problem("imu", text + alone);
     is_late_ = true;
     return std::nullopt;
   };
@@ -157,7 +157,7 @@ std::optional<Eigen::Matrix3d> RotationPrior::fromTf(ros::Time previous,
   is_late_ = !T_cam_prev;
   if (!T_cam_prev) {
     // Not the text of tf, which contains stamps: a text that changes is logged every time.
-    health_.problem("guess_frame", Health::Severity::kDegraded,
+    health_.problem("guess_frame",
                     "tf has no motion of '" + now.frame_id + "' relative to guess_frame '" +
                         params_.guess_frame +
                         "' at the image's stamp: set guess_frame to the fixed frame of another "

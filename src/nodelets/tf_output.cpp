@@ -105,7 +105,7 @@ bool TfOutput::mayPublish(const std::string& frame, Health& health, Arrivals& ar
   const std::string objection = rivals_.reasonNotToMove(frame);
   if (objection.empty()) return true;
   yielded_ = true;
-  health.problem("tf", Health::Severity::kDegraded, objection);
+  health.problem("tf", objection);
   return false;
 }
 

@@ -97,7 +97,7 @@ class ViewOutput {
     missing_masks_ = missing ? missing_masks_ + 1 : 0;
     if (!missing) health_.solved("points2_static");
     if (missing_masks_ == kTellMissingMasks)
-      health_.problem("points2_static", Health::Severity::kDegraded,
+      health_.problem("points2_static",
                       "points2_static is not published, as the mask of moving objects is missing: "
                       "run the MovingObjects nodelet (launch argument moving_objects:=true)");
   }
