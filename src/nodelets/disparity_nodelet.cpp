@@ -29,7 +29,7 @@ class DisparityNodelet
                           DisparityEstimator, DisparityParams> {
  public:
   DisparityNodelet()
-      : FrameNodelet("Disparity", "disparity", &DisparityProcessorParams::disparity,
+      : FrameNodelet("Disparity", "disparity", &DisparityNodeletParams::disparity,
                      {"use_moving_mask"}) {}
   ~DisparityNodelet() override { shutDown(); }
 
@@ -62,8 +62,7 @@ class DisparityNodelet
   // If the inputs of MovingObjects are the only outputs with subscribers, this nodelet must not
   // keep MovingObjects awake: so it uses the passive topic.
   void followDemand() override {
-    const bool needed =
-        wanted() && (params_.processor.disparity.use_moving_mask || views_->needsMask());
+    const bool needed = wanted() && (params_.disparity.use_moving_mask || views_->needsMask());
     masks_->listenTo(!needed             ? ""
                      : outputs_.wanted() ? MaskInput::kTopic
                                          : MaskInput::kPassiveTopic);
@@ -93,15 +92,16 @@ class DisparityNodelet
     StageTimes waiting;
     sensor_msgs::ImageConstPtr mask;  // owns the memory of the view below
     DisparityProcessor::Sources sources;
-    sources.motion = [&](std::optional<ros::Time> past) {
+    sources.motion = [&](const Past& past) {
+      std::optional<CameraMotion> motion;
       Stopwatch watch;
-      const auto motion = past ? odometry_->motion(*past, job.frame.left->header) : std::nullopt;
+      if (past.stamp()) motion = odometry_->motion(rosTime(*past.stamp()), job.frame.left->header);
       watch.lap("waiting for motion", waiting);
       return motion;
     };
-    sources.moved = [&](ros::Time before) {
+    sources.moved = [&](Stamp before) {
       Stopwatch watch;
-      mask = masks_->waitForMask(before, params_.transform_timeout);
+      mask = masks_->waitForMask(rosTime(before), params_.transform_timeout);
       watch.lap("waiting for moving objects", waiting);
       return masks_->usable(mask, *job.frame.left);
     };

@@ -35,7 +35,7 @@ double contradictedFraction(const cv::Mat1f& predicted_px, const cv::Mat1f& meas
 
 }  // namespace
 
-DisparityProcessor::DisparityProcessor(const DisparityProcessorParams& params)
+DisparityProcessor::DisparityProcessor(const DisparityNodeletParams& params)
     : params_(params), loop_(params.disparity, params.max_gap) {
   validate(params);
 }
@@ -61,13 +61,8 @@ SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {
 DisparityMessages DisparityProcessor::process(const Sources& sources) {
   DisparityMessages result = allocate();
   loop_.setColumnOffset(sources.column_offset);
-  const auto motion = [&](const Past& past) -> std::optional<CameraMotion> {
-    if (!sources.motion) return {};
-    return sources.motion(past.stamp() ? std::optional(rosTime(*past.stamp())) : std::nullopt);
-  };
-  DisparityLoop::Moved moved;
-  if (sources.moved) moved = [&](Stamp before) { return sources.moved(rosTime(before)); };
-  loop_.measure(motion, moved, maps_);
+  const auto unknown = [](const Past&) { return std::nullopt; };
+  loop_.measure(sources.motion ? sources.motion : unknown, sources.moved, maps_);
   result.row_alignment =
       rowAlignmentMsg(maps_.row_alignment, loop_.columnOffset(), pair_.left->header);
   if (sources.measured) sources.measured(result);

@@ -5,7 +5,6 @@
 #include <stereo_msgs/DisparityImage.h>
 
 #include <functional>
-#include <optional>
 
 #include "nodelets/message_pool.h"
 #include "nodelets/nodelet_params.h"
@@ -32,16 +31,16 @@ struct DisparityMessages {
 /// directly into the memory of the messages.
 class DisparityProcessor {
  public:
-  /// Inputs of a frame from other nodelets: see DisparityLoop.
+  /// Inputs of a frame from other nodelets. Without `motion` it is not known.
   struct Sources {
-    std::function<std::optional<CameraMotion>(std::optional<ros::Time> past)> motion;
-    std::function<cv::Mat1b(ros::Time before)> moved;
+    DisparityLoop::Motion motion;
+    DisparityLoop::Moved moved;
     /// `disparity` and `disparity_variance` have no values yet.
     std::function<void(const DisparityMessages&)> measured;
     ColumnOffset column_offset;
   };
 
-  explicit DisparityProcessor(const DisparityProcessorParams& params);
+  explicit DisparityProcessor(const DisparityNodeletParams& params);
 
   /// See Pipeline::begin.
   /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
@@ -64,7 +63,7 @@ class DisparityProcessor {
   sensor_msgs::ImagePtr image(const std::string& encoding);
   stereo_msgs::DisparityImagePtr disparityImage();
 
-  DisparityProcessorParams params_;
+  DisparityNodeletParams params_;
   DisparityLoop loop_;
   cv::Mat1b left_buffer_, right_buffer_;
   MessagePool<sensor_msgs::Image> images_;

@@ -30,7 +30,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
                                              EgoMotionProcessor, EgoMotion, EgoMotionParams> {
  public:
   EgoMotionNodelet()
-      : FrameNodelet("EgoMotion", "ego_motion", &EgoMotionProcessorParams::ego_motion, {}) {}
+      : FrameNodelet("EgoMotion", "ego_motion", &EgoMotionNodeletParams::ego_motion, {}) {}
   ~EgoMotionNodelet() override { shutDown(); }
 
  private:
@@ -134,7 +134,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
   std::string describeLoss(const EgoMotionProcessor::Output& output) const {
     if (output.frozen) {
       std::ostringstream text;
-      text << "both images have been the same for more than max_gap = " << params_.processor.max_gap
+      text << "both images have been the same for more than max_gap = " << params_.max_gap
            << " s. Does the camera driver hang? (A simulator needs image noise.)";
       return text.str();
     }

@@ -20,7 +20,7 @@ Eigen::Isometry3d bodyFromOptical() {
 
 }  // namespace
 
-EgoMotionProcessor::EgoMotionProcessor(const EgoMotionProcessorParams& params)
+EgoMotionProcessor::EgoMotionProcessor(const EgoMotionNodeletParams& params)
     : params_(params), odometry_(params.ego_motion, params.max_gap) {
   validate(params);
 }

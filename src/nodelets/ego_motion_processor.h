@@ -38,7 +38,7 @@ class EgoMotionProcessor {
     bool frozen = false;    ///< they have been the same for more than max_gap
   };
 
-  explicit EgoMotionProcessor(const EgoMotionProcessorParams& params);
+  explicit EgoMotionProcessor(const EgoMotionNodeletParams& params);
 
   /// @param T_base_cam  of the left camera's optical frame at the pair's stamp.
   /// @param moving_mask  255 on moving objects of the previous frame; empty: unknown.
@@ -62,7 +62,7 @@ class EgoMotionProcessor {
   bool repeatsLast(const StereoPair& pair);
   EgoMotionMessages messages(const StereoPair& pair) const;
 
-  EgoMotionProcessorParams params_;
+  EgoMotionNodeletParams params_;
   VisualOdometry odometry_;
   OdometryOutput output_;
   cv::Mat1b left_buffer_, right_buffer_;

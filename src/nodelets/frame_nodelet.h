@@ -40,7 +40,6 @@ template <class Params, class Input, class Processor, class Core, class Live>
 class FrameNodelet : public nodelet::Nodelet {
  protected:
   using Frame = typename Input::Frame;
-  using ProcessorParams = decltype(Params::processor);
   struct Job {
     Frame frame;
     std::chrono::steady_clock::time_point arrival = std::chrono::steady_clock::now();
@@ -49,7 +48,7 @@ class FrameNodelet : public nodelet::Nodelet {
   /// @param title  in the diagnostics. @param section  of config/predictive_stereo.yaml.
   /// @param live  the parameters that can change at run time. @param fixed  prefixes of those that
   ///   cannot.
-  FrameNodelet(const std::string& title, const std::string& section, Live ProcessorParams::*live,
+  FrameNodelet(const std::string& title, const std::string& section, Live Params::*live,
                const std::vector<std::string>& fixed)
       : title_(title), section_(section), live_(live), fixed_(fixed) {}
 
@@ -145,12 +144,12 @@ class FrameNodelet : public nodelet::Nodelet {
     for (const std::string& warning : setFromRosParams(private_node, table))
       health_->event(warning);
     limitThreads(params_.threads);
-    processor_ = std::make_unique<Processor>(params_.processor);
+    processor_ = std::make_unique<Processor>(params_);
     tf_ = std::make_unique<TfInput>(node, *health_, arrivals_, tfListener());
     health_->setAsleep(true);
     live_params_ = std::make_unique<LiveParams<Live>>(
-        private_node, *health_, params_.processor.*live_, section_,
-        [](const Live& params) { Core{params}; }, fixed_);
+        private_node, *health_, params_.*live_, section_, [](const Live& params) { Core{params}; },
+        fixed_);
     reset_service_ = advertiseService<std_srvs::EmptyRequest, std_srvs::EmptyResponse>(
         private_node, *health_, "reset", [this](std_srvs::EmptyRequest&, std_srvs::EmptyResponse&) {
           reset_requested_ = true;
@@ -200,7 +199,7 @@ class FrameNodelet : public nodelet::Nodelet {
   }
 
   const std::string title_, section_;
-  Live ProcessorParams::*const live_;
+  Live Params::*const live_;
   const std::vector<std::string> fixed_;
   std::unique_ptr<SyncedTopics> input_;
   ros::Time last_received_;

@@ -91,7 +91,7 @@ class MovingObjectsNodelet
                           MovingObjectDetector, DetectionParams> {
  public:
   MovingObjectsNodelet()
-      : FrameNodelet("MovingObjects", "moving_objects", &MovingObjectsProcessorParams::detection,
+      : FrameNodelet("MovingObjects", "moving_objects", &MovingObjectsNodeletParams::detection,
                      {"range/", "scheme"}) {}
   ~MovingObjectsNodelet() override { shutDown(); }
 
@@ -118,7 +118,7 @@ class MovingObjectsNodelet
     if (odometry_) odometry_->stop();
   }
   size_t neededTopics() const override {
-    const bool by_paper = params_.processor.detection.scheme == DetectionScheme::kPaper;
+    const bool by_paper = params_.detection.scheme == DetectionScheme::kPaper;
     return by_paper || residual_.getNumSubscribers() > 0 ? DisparityInput::topics().size()
                                                          : DisparityInput::kWithoutPredicted;
   }

@@ -52,7 +52,7 @@ MovingObject message(const DetectedObject& object) {
 
 }  // namespace
 
-MovingObjectsProcessor::MovingObjectsProcessor(const MovingObjectsProcessorParams& params)
+MovingObjectsProcessor::MovingObjectsProcessor(const MovingObjectsNodeletParams& params)
     : params_(params), guard_(params.max_gap), detector_(params.detection) {
   validate(params);
 }

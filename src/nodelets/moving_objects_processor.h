@@ -40,7 +40,7 @@ class MovingObjectsProcessor {
     SequenceGuard::Result sequence;
   };
 
-  explicit MovingObjectsProcessor(const MovingObjectsProcessorParams& params);
+  explicit MovingObjectsProcessor(const MovingObjectsNodeletParams& params);
 
   /// @param pose  none: unknown in this frame.
   /// @throws std::invalid_argument for messages that cannot be used; the state stays as it was.
@@ -59,7 +59,7 @@ class MovingObjectsProcessor {
   SequenceGuard::Result begin(const StereoFrame& frame);
   void detect(const StereoFrame& frame, const std::optional<CameraPose>& pose);
 
-  MovingObjectsProcessorParams params_;
+  MovingObjectsNodeletParams params_;
   SequenceGuard guard_;
   MovingObjectDetector detector_;
   StereoRig rig_;               // of the last frame, as calibrated

@@ -29,43 +29,6 @@ struct SyncParams {
   }
 };
 
-struct EgoMotionProcessorParams {
-  std::string odom_frame = "odom";       ///< fixed frame of the pose
-  std::string base_frame = "base_link";  ///< frame of the robot; empty: the left camera
-  double max_gap = 1.0;                  ///< [s] frames further apart do not belong together
-  EgoMotionParams ego_motion;
-
-  template <class Visitor>
-  void visit(Visitor&& v) {
-    v("odom_frame", odom_frame);
-    v("base_frame", base_frame);
-    v("max_gap", max_gap, 0.01, 3600.0);
-    ego_motion.visit(v);
-  }
-};
-
-struct DisparityProcessorParams {
-  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
-  DisparityParams disparity;
-
-  template <class Visitor>
-  void visit(Visitor&& v) {
-    v("max_gap", max_gap, 0.01, 3600.0);
-    disparity.visit(v);
-  }
-};
-
-struct MovingObjectsProcessorParams {
-  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
-  DetectionParams detection;
-
-  template <class Visitor>
-  void visit(Visitor&& v) {
-    v("max_gap", max_gap, 0.01, 3600.0);
-    detection.visit(v);
-  }
-};
-
 struct EgoMotionNodeletParams {
   bool publish_tf = true;
   /// Runs only while a node subscribes to the odometry; the pose starts at the origin each time. If
@@ -83,7 +46,10 @@ struct EgoMotionNodeletParams {
   /// rotation. Empty: no prior.
   std::string guess_frame;
   SyncParams sync;
-  EgoMotionProcessorParams processor;
+  std::string odom_frame = "odom";       ///< fixed frame of the pose
+  std::string base_frame = "base_link";  ///< frame of the robot; empty: the left camera
+  double max_gap = 1.0;                  ///< [s] frames further apart do not belong together
+  EgoMotionParams ego_motion;
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -95,7 +61,10 @@ struct EgoMotionNodeletParams {
     v("use_imu", use_imu);
     v("guess_frame", guess_frame);
     sync.visit(v);
-    processor.visit(v);
+    v("odom_frame", odom_frame);
+    v("base_frame", base_frame);
+    v("max_gap", max_gap, 0.01, 3600.0);
+    ego_motion.visit(v);
   }
 };
 
@@ -117,7 +86,8 @@ struct DisparityNodeletParams {
   int threads = 0;                 ///< of parallel loops, 0: all cores; see limitThreads
   SyncParams sync;
   PointsParams points;
-  DisparityProcessorParams processor;
+  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
+  DisparityParams disparity;
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -126,7 +96,8 @@ struct DisparityNodeletParams {
     v("threads", threads, 0, 1024);
     sync.visit(v);
     v("points", points);
-    processor.visit(v);
+    v("max_gap", max_gap, 0.01, 3600.0);
+    disparity.visit(v);
   }
 };
 
@@ -136,7 +107,8 @@ struct MovingObjectsNodeletParams {
   int threads = 0;                      ///< of parallel loops, 0: all cores; see limitThreads
   int queue_size = 20;                  ///< left images that wait for their disparity
   std::string image_transport = "raw";  ///< of the left image, see SyncParams
-  MovingObjectsProcessorParams processor;
+  double max_gap = 1.0;                 ///< [s] frames further apart do not belong together
+  DetectionParams detection;
 
   template <class Visitor>
   void visit(Visitor&& v) {
@@ -145,7 +117,8 @@ struct MovingObjectsNodeletParams {
     v("threads", threads, 0, 1024);
     v("queue_size", queue_size, 1, 1000);
     v("image_transport", image_transport);
-    processor.visit(v);
+    v("max_gap", max_gap, 0.01, 3600.0);
+    detection.visit(v);
   }
 };
 

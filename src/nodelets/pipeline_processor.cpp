@@ -13,9 +13,9 @@ const ros::Duration kTfMemory(24 * 3600.0);
 PipelineProcessor::PipelineProcessor(const AllNodeletParams& params)
     : params_(params),
       tf_(kTfMemory),
-      ego_motion_(params.ego_motion.processor),
-      disparity_(params.disparity.processor),
-      moving_objects_(params.moving_objects.processor) {
+      ego_motion_(params.ego_motion),
+      disparity_(params.disparity),
+      moving_objects_(params.moving_objects) {
   validate(params);
 }
 
@@ -48,8 +48,8 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
   if (sequence.startsAnew()) output.event = sequence.reason;
 
   output.disparity = disparity_.process(
-      {[&](std::optional<ros::Time> past) { return followCamera(pair, past, output); },
-       [&](ros::Time) { return movedMask(*moving_mask_, *pair.left); },
+      {[&](const Past& past) { return followCamera(pair, past.stamp(), output); },
+       [&](Stamp) { return movedMask(*moving_mask_, *pair.left); },
        {},
        column_offset_});
   column_offset_ = output.estimate.column_offset;
@@ -65,7 +65,7 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
   input.left_info = pair.left_info;
   input.measured_disparity = output.disparity.measured_disparity;
   input.measured_variance = output.disparity.measured_variance;
-  if (params_.moving_objects.processor.detection.scheme == DetectionScheme::kPaper) {
+  if (params_.moving_objects.detection.scheme == DetectionScheme::kPaper) {
     input.predicted_disparity = output.disparity.predicted_disparity;
     input.predicted_variance = output.disparity.predicted_variance;
   }
@@ -79,7 +79,7 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
 
 // Runs the ego-motion, and gets the motion since the past frame from tf and the odometry.
 std::optional<CameraMotion> PipelineProcessor::followCamera(const StereoPair& pair,
-                                                            std::optional<ros::Time> past,
+                                                            std::optional<Stamp> past,
                                                             Output& output) {
   const std_msgs::Header& header = pair.left->header;
   Stopwatch watch;
@@ -91,8 +91,8 @@ std::optional<CameraMotion> PipelineProcessor::followCamera(const StereoPair& pa
   if (params_.ego_motion.publish_tf) tf_.setTransform(output.ego_motion.transform, "ego_motion");
   odometry_.add(output.ego_motion.odometry);
   if (!past) return std::nullopt;
-  const MotionAnswer answer = cameraMotion(tf_, &odometry_, header.frame_id, *past, header.stamp,
-                                           params_.disparity.odom_frame);
+  const MotionAnswer answer = cameraMotion(tf_, &odometry_, header.frame_id, rosTime(*past),
+                                           header.stamp, params_.disparity.odom_frame);
   if (!answer.value) output.event = answer.reason + ": matched without prediction";
   return answer.value;
 }

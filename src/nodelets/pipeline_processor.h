@@ -47,7 +47,7 @@ class PipelineProcessor {
   Output processBegun(const StereoPair& pair, const SequenceGuard::Result& sequence);
   void reset();
   Eigen::Isometry3d extrinsic(const StereoPair& pair) const;
-  std::optional<CameraMotion> followCamera(const StereoPair& pair, std::optional<ros::Time> past,
+  std::optional<CameraMotion> followCamera(const StereoPair& pair, std::optional<Stamp> past,
                                            Output& output);
 
   AllNodeletParams params_;

@@ -112,7 +112,7 @@ void RotationPrior::start() {
 std::optional<Eigen::Matrix3d> RotationPrior::since(ros::Time previous,
                                                     const std_msgs::Header& now) {
   const double gap_s = (now.stamp - previous).toSec();
-  if (previous.isZero() || gap_s <= 0 || gap_s > params_.processor.max_gap) return {};
+  if (previous.isZero() || gap_s <= 0 || gap_s > params_.max_gap) return {};
   if (params_.use_imu) return fromImu(previous, now);
   if (!params_.guess_frame.empty()) return fromTf(previous, now);
   return {};

@@ -222,7 +222,7 @@ class Checker {
       result_.good("tf: " + camera_.launch_file + " has the transforms of this layout");
       return;
     }
-    const std::string base = EgoMotionProcessorParams().base_frame;
+    const std::string base = EgoMotionNodeletParams().base_frame;
     if (!tf_.canTransform(base, frame, ros::Time(0))) {
       const std::string root = rootOf(frame);
       if (root != frame) {

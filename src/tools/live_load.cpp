@@ -229,10 +229,9 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
   // A new namespace, so that late messages of another run are not received.
   const std::string ns = "/live_load_" + std::to_string(getpid()) + "_" + std::to_string(runs_++);
   AllNodeletParams params = given;
-  params.ego_motion.processor.base_frame = "";  // the camera, so no extrinsic is needed
-  params.ego_motion.processor.odom_frame = ns.substr(1) + "_odom";
-  params.disparity.odom_frame = params.moving_objects.odom_frame =
-      params.ego_motion.processor.odom_frame;
+  params.ego_motion.base_frame = "";  // the camera, so no extrinsic is needed
+  params.ego_motion.odom_frame = ns.substr(1) + "_odom";
+  params.disparity.odom_frame = params.moving_objects.odom_frame = params.ego_motion.odom_frame;
   const ParamTable table(params);
   for (const auto& entry : table.entries()) ros::param::set(ns + "/" + entry.name, entry.get());
 

@@ -148,13 +148,13 @@ class Replay {
 
   bool isOurs(const geometry_msgs::TransformStamped& transform) const {
     return params_.ego_motion.publish_tf &&
-           transform.child_frame_id == params_.ego_motion.processor.base_frame;
+           transform.child_frame_id == params_.ego_motion.base_frame;
   }
 
   // Needs the first pair, which has the camera's frame.
   void startPipeline(const StereoPair& pair) {
     const std::string& camera = pair.left->header.frame_id;
-    std::string& base = params_.ego_motion.processor.base_frame;
+    std::string& base = params_.ego_motion.base_frame;
     tf2::BufferCore extrinsics(ros::Duration(24 * 3600.0));
     for (const auto& [transform, is_static] : transforms_)
       if (!isOurs(transform)) extrinsics.setTransform(transform, "bag", is_static);

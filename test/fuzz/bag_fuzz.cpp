@@ -249,14 +249,14 @@ void lookAt(const PipelineProcessor::Output& frame, const StereoPair& pair) {
 
 AllNodeletParams params() {
   AllNodeletParams params;
-  params.disparity.processor.disparity.matcher.range.count = 16;
-  params.moving_objects.processor.detection.range.count = 16;
+  params.disparity.disparity.matcher.range.count = 16;
+  params.moving_objects.detection.range.count = 16;
   return params;
 }
 
 void processPairs(Bytes& bytes) {
   PipelineProcessor processor(params());
-  MovingObjectsProcessor moving(params().moving_objects.processor);
+  MovingObjectsProcessor moving(params().moving_objects);
   Rectifier rectifiers[2];
   geometry_msgs::TransformStamped transform = extrinsic(1000);
   if (bytes.byte() % 4 == 0) changeTransform(bytes, transform);

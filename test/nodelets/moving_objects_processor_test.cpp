@@ -16,7 +16,7 @@ const StreetCamera& street() {
 }
 
 MovingObjectsInput inputAt(int index) {
-  DisparityProcessor disparity{DisparityProcessorParams()};
+  DisparityProcessor disparity{DisparityNodeletParams()};
   const StereoPair pair = street().pair(index);
   disparity.begin(pair);
   const DisparityMessages maps = disparity.process({});
@@ -40,7 +40,7 @@ MovingObjectsInput withLargestDisparity(MovingObjectsInput input, float max_px) 
 }
 
 TEST(MovingObjectsProcessor, a_range_that_is_refused_is_refused_each_time_and_changes_nothing) {
-  MovingObjectsProcessor processor{MovingObjectsProcessorParams()};
+  MovingObjectsProcessor processor{MovingObjectsNodeletParams()};
   ASSERT_TRUE(processor.process(inputAt(0), {}).messages);
   const MovingObjectsInput next = inputAt(1), refused = withLargestDisparity(next, 299);
   EXPECT_THROW(processor.process(refused, {}), std::invalid_argument);

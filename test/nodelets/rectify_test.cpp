@@ -82,7 +82,7 @@ StereoPair rawPair(int index) {
 }
 
 cv::Mat1f disparityOf(const StereoPair& pair) {
-  DisparityProcessor processor{DisparityProcessorParams()};
+  DisparityProcessor processor{DisparityNodeletParams()};
   processor.begin(pair);
   const DisparityMessages messages = processor.process({});
   return floatView(messages.disparity->image, "disparity").clone();

@@ -92,10 +92,10 @@ PipelineParams readParams(const CommandLine& command_line) {
   if (command_line.has("scheme"))
     ParamTable(params).setAssignment("moving_objects/scheme=" + command_line.get("scheme"));
   PipelineParams pipeline;
-  pipeline.max_gap = params.disparity.processor.max_gap;
-  pipeline.ego_motion = params.ego_motion.processor.ego_motion;
-  pipeline.disparity = params.disparity.processor.disparity;
-  pipeline.detection = params.moving_objects.processor.detection;
+  pipeline.max_gap = params.disparity.max_gap;
+  pipeline.ego_motion = params.ego_motion.ego_motion;
+  pipeline.disparity = params.disparity.disparity;
+  pipeline.detection = params.moving_objects.detection;
   return pipeline;
 }
 
