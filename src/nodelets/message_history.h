@@ -7,6 +7,7 @@
 #include <deque>
 #include <iterator>
 #include <mutex>
+#include <vector>
 
 namespace predictive_stereo {
 
@@ -36,6 +37,11 @@ class MessageHistory {
     const std::lock_guard<std::mutex> lock(mutex_);
     messages_.clear();
   }
+  /// nullptr: none yet.
+  ConstPtr last() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return messages_.empty() ? nullptr : messages_.back();
+  }
   /// The first message that is not older than `stamp`; nullptr: none yet.
   ConstPtr at(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -47,6 +53,16 @@ class MessageHistory {
     const ConstPtr found = at(stamp);
     return found && found->header.stamp == stamp ? found : nullptr;
   }
+  /// Those of an interval, and its neighbours: from the last that is not newer than `begin`, to the
+  /// first that is not older than `end`; as far as there are any.
+  std::vector<ConstPtr> around(ros::Time begin, ros::Time end) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    auto first = firstFrom(begin), last = firstFrom(end);
+    if (first != messages_.begin() && (first == messages_.end() || (*first)->header.stamp != begin))
+      --first;
+    if (last != messages_.end()) ++last;
+    return {first, last};
+  }
   /// The last message that is older than `stamp`; nullptr: none.
   ConstPtr before(ros::Time stamp) const {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -56,7 +72,7 @@ class MessageHistory {
 
  private:
   static constexpr double kKept_s = 3.0, kLeastJump_s = 0.5;
-  static constexpr size_t kMostKept = 2000;
+  static constexpr size_t kMostKept = 10000;
 
   // add() keeps the stamps in order.
   auto firstFrom(ros::Time stamp) const {

@@ -7,13 +7,13 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <deque>
-#include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
+#include "nodelets/message_history.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/tf_input.h"
 #include "nodelets/transforms.h"
@@ -22,14 +22,11 @@
 namespace predictive_stereo {
 
 /// Rotation of an IMU between two instants: integrates the angular velocities of its gyroscope,
-/// interpolated linearly.
-///
-/// Thread-safe.
+/// interpolated linearly. Another thread may add measurements.
 class ImuRotation {
  public:
-  /// Adds a measurement. If its stamp went back, earlier ones are dropped. Measurements that are
-  /// not finite are ignored.
-  void add(const sensor_msgs::ImuConstPtr& imu);
+  /// Adds a measurement, see requireImu. If its stamp went back, earlier ones are dropped.
+  void add(const sensor_msgs::ImuConstPtr& imu) { history_.add(imu); }
 
   /// R_now_previous, which maps directions from the IMU's axes at the first instant to those at the
   /// second one.
@@ -38,31 +35,29 @@ class ImuRotation {
   /// Updates the bias with the mean angular velocity of an interval in which the camera did not
   /// move.
   void learnBias(ros::Time previous, ros::Time now);
+  const Eigen::Vector3d& bias_radps() const { return bias_radps_; }
 
   /// Frame of the measurements; empty: no measurements.
-  std::string frame() const;
-  Eigen::Vector3d bias_radps() const;
+  std::string frame() const {
+    const auto last = history_.last();
+    return last ? last->header.frame_id : "";
+  }
 
  private:
-  static constexpr double kKept_s = 3;
   static constexpr double kLargestGap_s = 0.1;  // between two measurements
   static constexpr double kBiasWeight = 0.1;    // of the newest interval; 1 for the first one
 
-  struct Sample {
-    ros::Time stamp;
-    Eigen::Vector3d rate_radps;
+  // Between two measurements, or a part of it at both ends of an interval.
+  struct Step {
+    Eigen::Vector3d mean_rate_radps;
+    double duration_s;
   };
+  using Steps = std::vector<Step>;
+  Answer<Steps> stepsBetween(ros::Time previous, ros::Time now) const;
 
-  // Calls `use` with the mean angular velocity and the duration of each step between two samples,
-  // clipped to the interval.
-  template <class Use>
-  std::string forEachStep(ros::Time previous, ros::Time now, bool& complete, const Use& use) const;
-
-  mutable std::mutex mutex_;
-  std::string frame_;
-  bool has_gyro_ = true;
-  std::deque<Sample> samples_;
-  std::optional<Eigen::Vector3d> bias_radps_;
+  MessageHistory<sensor_msgs::Imu> history_;
+  Eigen::Vector3d bias_radps_ = Eigen::Vector3d::Zero();
+  bool knows_bias_ = false;
 };
 
 /// The camera's rotation since the previous frame from another sensor: an IMU (use_imu) or another
