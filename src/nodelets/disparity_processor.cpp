@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "predictive_stereo/simd_target.h"
 
@@ -79,38 +80,37 @@ DisparityMessages DisparityProcessor::process(const Sources& sources) {
   return result;
 }
 
+// The messages, and `maps_` as views of their memory.
 DisparityMessages DisparityProcessor::allocate() {
   DisparityMessages messages;
-  messages.disparity = disparityImage();
-  messages.measured_disparity = disparityImage();
-  messages.predicted_disparity = disparityImage();
-  messages.disparity_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
-  messages.measured_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
-  messages.predicted_variance = image(sensor_msgs::image_encodings::TYPE_32FC1);
-  messages.search_range = image(sensor_msgs::image_encodings::TYPE_16UC1);
-
-  maps_.disparity_px = writableView<float>(messages.disparity->image);
-  maps_.measured_disparity_px = writableView<float>(messages.measured_disparity->image);
-  maps_.predicted_disparity_px = writableView<float>(messages.predicted_disparity->image);
-  maps_.disparity_variance_px2 = writableView<float>(*messages.disparity_variance);
-  maps_.measured_variance_px2 = writableView<float>(*messages.measured_variance);
-  maps_.predicted_variance_px2 = writableView<float>(*messages.predicted_variance);
-  maps_.search_width_px = writableView<uint16_t>(*messages.search_range);
+  messages.disparity = disparityImage(maps_.disparity_px);
+  messages.measured_disparity = disparityImage(maps_.measured_disparity_px);
+  messages.predicted_disparity = disparityImage(maps_.predicted_disparity_px);
+  messages.disparity_variance = image(maps_.disparity_variance_px2);
+  messages.measured_variance = image(maps_.measured_variance_px2);
+  messages.predicted_variance = image(maps_.predicted_variance_px2);
+  messages.search_range = image(maps_.search_width_px);
   return messages;
 }
 
-sensor_msgs::ImagePtr DisparityProcessor::image(const std::string& encoding) {
+template <class Pixel>
+sensor_msgs::ImagePtr DisparityProcessor::image(cv::Mat_<Pixel>& map) {
+  namespace encodings = sensor_msgs::image_encodings;
   sensor_msgs::ImagePtr message = images_.take();
-  allocateImage(pair_.left->header, rig_.size, encoding, *message);
+  allocateImage(pair_.left->header, rig_.size,
+                std::is_same_v<Pixel, float> ? encodings::TYPE_32FC1 : encodings::TYPE_16UC1,
+                *message);
+  map = writableView<Pixel>(*message);
   return message;
 }
 
-stereo_msgs::DisparityImagePtr DisparityProcessor::disparityImage() {
+stereo_msgs::DisparityImagePtr DisparityProcessor::disparityImage(cv::Mat1f& map) {
   const DisparityRange& range = params_.disparity.matcher.range;
   stereo_msgs::DisparityImagePtr message = disparities_.take();
   message->header = pair_.left->header;
   allocateImage(pair_.left->header, rig_.size, sensor_msgs::image_encodings::TYPE_32FC1,
                 message->image);
+  map = writableView<float>(message->image);
   // Depth is f T / disparity: the offset of the principal points is taken off, as in
   // stereo_image_proc. The fields have no room for it.
   message->f = static_cast<float>(rig_.fx_px);

@@ -60,8 +60,9 @@ class DisparityProcessor {
 
  private:
   DisparityMessages allocate();
-  sensor_msgs::ImagePtr image(const std::string& encoding);
-  stereo_msgs::DisparityImagePtr disparityImage();
+  template <class Pixel>
+  sensor_msgs::ImagePtr image(cv::Mat_<Pixel>& map);
+  stereo_msgs::DisparityImagePtr disparityImage(cv::Mat1f& map);
 
   DisparityNodeletParams params_;
   DisparityLoop loop_;

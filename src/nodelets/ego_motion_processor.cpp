@@ -25,14 +25,6 @@ EgoMotionProcessor::EgoMotionProcessor(const EgoMotionNodeletParams& params)
   validate(params);
 }
 
-bool EgoMotionProcessor::cameraIsBase(const StereoPair& pair) const {
-  return params_.base_frame.empty() || params_.base_frame == pair.left->header.frame_id;
-}
-
-std::string EgoMotionProcessor::baseFrame(const StereoPair& pair) const {
-  return params_.base_frame.empty() ? pair.left->header.frame_id : params_.base_frame;
-}
-
 EgoMotionProcessor::Output EgoMotionProcessor::process(
     const StereoPair& pair, const Eigen::Isometry3d& T_base_cam, const cv::Mat1b& moving_mask,
     const std::optional<Eigen::Matrix3d>& R_cam_prev) {

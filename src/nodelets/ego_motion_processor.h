@@ -55,8 +55,12 @@ class EgoMotionProcessor {
   void reset() { odometry_.reset(); }
 
   /// The frame whose pose is published, for pairs of this camera.
-  std::string baseFrame(const StereoPair& pair) const;
-  bool cameraIsBase(const StereoPair& pair) const;
+  std::string baseFrame(const StereoPair& pair) const {
+    return params_.base_frame.empty() ? pair.left->header.frame_id : params_.base_frame;
+  }
+  bool cameraIsBase(const StereoPair& pair) const {
+    return baseFrame(pair) == pair.left->header.frame_id;
+  }
 
  private:
   bool repeatsLast(const StereoPair& pair);

@@ -57,10 +57,6 @@ MovingObjectsProcessor::MovingObjectsProcessor(const MovingObjectsNodeletParams&
   validate(params);
 }
 
-void MovingObjectsProcessor::setParams(const DetectionParams& params) {
-  setParams(params, params_.detection.range);
-}
-
 void MovingObjectsProcessor::setParams(DetectionParams params, const DisparityRange& range) {
   params.range = range;
   detector_.setParams(params);
@@ -111,21 +107,16 @@ SequenceGuard::Result MovingObjectsProcessor::begin(const StereoFrame& frame) {
 
 void MovingObjectsProcessor::detect(const StereoFrame& frame,
                                     const std::optional<CameraPose>& pose) {
-  DetectionInput input{toSeconds(frame.stamp),
-                       corrected(frame.rig, column_offset_),
-                       frame.left,
-                       maps_.measured_disparity_px,
-                       maps_.measured_variance_px2,
-                       maps_.predicted_disparity_px,
-                       maps_.predicted_variance_px2,
-                       PoseState::kLost,
-                       Eigen::Isometry3d::Identity(),
-                       Matrix6d::Zero()};
-  if (pose) {
-    input.pose_state = PoseState::kKnown;
-    input.T_odom_cam = pose->T_odom_cam;
-    input.motion_covariance = pose->motion_covariance;
-  }
+  const DetectionInput input{toSeconds(frame.stamp),
+                             corrected(frame.rig, column_offset_),
+                             frame.left,
+                             maps_.measured_disparity_px,
+                             maps_.measured_variance_px2,
+                             maps_.predicted_disparity_px,
+                             maps_.predicted_variance_px2,
+                             pose ? PoseState::kKnown : PoseState::kLost,
+                             pose ? pose->T_odom_cam : Eigen::Isometry3d::Identity(),
+                             pose ? pose->motion_covariance : Matrix6d::Zero()};
   detector_.detect(input, detections_);
 }
 

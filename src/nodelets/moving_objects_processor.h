@@ -49,7 +49,7 @@ class MovingObjectsProcessor {
   std::optional<ros::Time> lastWithPose() const { return last_with_pose_; }
 
   /// See MovingObjectDetector::setParams. The disparity range is always that of the messages.
-  void setParams(const DetectionParams& params);
+  void setParams(const DetectionParams& params) { setParams(params, params_.detection.range); }
 
   void reset();
 
