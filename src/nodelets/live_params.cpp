@@ -26,24 +26,23 @@ const std::map<Type, const char*> kTypeNames = {{Type::kInt, "int"},
                                                 {Type::kChoice, "str"},
                                                 {Type::kText, "str"}};
 
-template <class Value>
-void append(const Entry& entry, const std::string& text, Config& config) {
-  Value value{};
-  parseParam(entry.name, text, value);
-  ConfigTools::appendParameter(config, entry.name, value);
-}
-
-void append(const Entry& entry, const std::string& text, Config& config) {
+// Calls use(value) with the value of its type that `text` means.
+template <class Use>
+void useAs(const Entry& entry, const std::string& text, const Use& use) {
+  const auto parsed = [&](auto value) {
+    parseParam(entry.name, text, value);
+    use(value);
+  };
   switch (entry.type) {
     case Type::kInt:
-      return append<int>(entry, text, config);
+      return parsed(int());
     case Type::kDouble:
-      return append<double>(entry, text, config);
+      return parsed(double());
     case Type::kBool:
-      return append<bool>(entry, text, config);
+      return parsed(bool());
     case Type::kChoice:
     case Type::kText:
-      return ConfigTools::appendParameter(config, entry.name, text);
+      return use(text);
   }
 }
 
@@ -84,7 +83,9 @@ std::vector<Group> groupsOf(const ParamTable& table, const std::string& section 
 
 Config configOf(const ParamTable& table) {
   Config config;
-  for (const Entry& entry : table.entries()) append(entry, entry.get(), config);
+  for (const Entry& entry : table.entries())
+    useAs(entry, entry.get(),
+          [&](const auto& value) { ConfigTools::appendParameter(config, entry.name, value); });
   for (const Group& group : groupsOf(table)) {
     config.groups.emplace_back();
     config.groups.back().name = group.name;
@@ -207,14 +208,10 @@ bool ReconfigureServer::onRequest(const Config& request, Config& response) {
 
 // So a restarted nodelet keeps the changed values.
 void ReconfigureServer::storeAsRosParams(const Assignments& changes) const {
-  Config config;
   for (const auto& [name, text] : changes)
     for (const Entry& entry : values_.entries())
-      if (entry.name == name) append(entry, text, config);
-  for (const auto& item : config.ints) node_.setParam(item.name, item.value);
-  for (const auto& item : config.doubles) node_.setParam(item.name, item.value);
-  for (const auto& item : config.bools) node_.setParam(item.name, static_cast<bool>(item.value));
-  for (const auto& item : config.strs) node_.setParam(item.name, item.value);
+      if (entry.name == name)
+        useAs(entry, text, [&](const auto& value) { node_.setParam(entry.name, value); });
 }
 
 }  // namespace predictive_stereo
