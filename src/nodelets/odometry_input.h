@@ -9,7 +9,6 @@
 #include <optional>
 #include <sstream>
 #include <string>
-#include <type_traits>
 
 #include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
@@ -72,7 +71,7 @@ class OdometryInput {
     const auto ask = [&](const OdometryHistory* odometry) {
       return cameraMotion(tf_.buffer, odometry, now.frame_id, previous, now.stamp, fixed_frame_);
     };
-    return told(waitFor(now, ask), now, "motion", ": matched without prediction");
+    return waitFor<CameraMotion>(now, ask, "motion", ": matched without prediction");
   }
 
   /// See cameraPose; none: unknown.
@@ -80,7 +79,7 @@ class OdometryInput {
     const auto ask = [&](const OdometryHistory* odometry) {
       return cameraPose(tf_.buffer, odometry, now.frame_id, previous, now.stamp, fixed_frame_);
     };
-    return told(waitFor(now, ask), now, "pose", ": no velocities");
+    return waitFor<CameraPose>(now, ask, "pose", ": no velocities");
   }
 
   const MessageHistory<RowAlignment>& columns() const { return columns_; }
@@ -91,10 +90,11 @@ class OdometryInput {
   /// without an answer, not while tf still has no pose for the frame that was waited for.
   /// @param ask  gives an Answer from an OdometryHistory; from nullptr if there is nothing to wait
   ///   for.
-  template <class Ask>
-  std::invoke_result_t<Ask, const OdometryHistory*> waitFor(const std_msgs::Header& now,
-                                                            const Ask& ask) {
-    std::invoke_result_t<Ask, const OdometryHistory*> answer;
+  /// @param what, effect  for the report if there is no value.
+  template <class Value, class Ask>
+  std::optional<Value> waitFor(const std_msgs::Header& now, const Ask& ask, const std::string& what,
+                               const std::string& effect) {
+    Answer<Value> answer;
     const double timeout_s = isAbsent(now.frame_id) ? 0 : timeout_s_;
     const bool complete = arrivals_.waitFor(timeout_s, [&] {
       const bool listen = odometry_subscription_.isPublished() && !silent_;
@@ -104,32 +104,24 @@ class OdometryInput {
     if (answer.value && !complete) silent_ = true;
     in_vain_.reset();
     if (!answer.value && !complete) in_vain_ = now.stamp;
-    return answer;
+    if (answer.value)
+      health_.solved(what);
+    else
+      health_.problem(what, complete ? answer.reason + effect : notInTf(now, what, effect));
+    return answer.value;
   }
 
-  /// The value; without one, reports why, and the effect on the frame. The text is not that of tf,
-  /// which contains stamps: a text that changes is logged every time.
-  template <class Value>
-  std::optional<Value> told(const Answer<Value>& answer, const std_msgs::Header& now,
-                            const std::string& what, const std::string& effect) {
-    if (answer.value) {
-      health_.solved(what);
-      return answer.value;
-    }
-    std::ostringstream missing;
-    if (now.frame_id.empty())
-      missing << kNoFrame << effect;
-    else if (answer.complete)
-      missing << answer.reason << effect;
-    else
-      missing
-          << "tf has no " << what << " of '" << now.frame_id << "' relative to odom_frame '"
-          << fixed_frame_ << "' at the image's stamp within transform_timeout = " << timeout_s_
-          << " s" << effect
-          << ". Run the EgoMotion nodelet with publish_tf, or set odom_frame to the fixed frame "
-             "of your odometry";
-    health_.problem(what, missing.str());
-    return {};
+  // The text is not that of tf, which contains stamps: a text that changes is logged every time.
+  std::string notInTf(const std_msgs::Header& now, const std::string& what,
+                      const std::string& effect) const {
+    if (now.frame_id.empty()) return kNoFrame + effect;
+    std::ostringstream text;
+    text << "tf has no " << what << " of '" << now.frame_id << "' relative to odom_frame '"
+         << fixed_frame_ << "' at the image's stamp within transform_timeout = " << timeout_s_
+         << " s" << effect << ". "
+         << "Run the EgoMotion nodelet with publish_tf, or set odom_frame to the fixed frame of "
+            "your odometry";
+    return text.str();
   }
 
   // Then the motion is not late: nobody publishes it.

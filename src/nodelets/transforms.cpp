@@ -146,11 +146,7 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
                                                fixed_frame, answer.reason);
     seen = T_now_prev && explains(*odometry_now, T_now_prev->inverse(), dt_s);
   }
-  if (!seen) {
-    answer.value.reset();
-    answer.reason = kLost;
-    return answer;
-  }
+  if (!seen) return {std::nullopt, true, kLost};
   if (const auto T_cam_child =
           lookUpTransform(tf, camera, odometry_now->child_frame_id, now, answer.reason))
     answer.value->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
@@ -166,15 +162,8 @@ PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry
   if (!T_odom_cam) return answer;
   answer.value = CameraPose{*T_odom_cam, Matrix6d::Zero()};
   const auto odometry_now = odometryOf(now, odometry, answer.complete);
-  if (!odometry_now) return answer;
-  if (twistIsUnknown(*odometry_now)) {
-    // The first pose of a path has no twist.
-    if (!previous) return answer;
-    answer.value.reset();
-    answer.reason = kLost;
-    return answer;
-  }
-  if (!previous) return answer;
+  if (!odometry_now || !previous) return answer;  // the first pose of a path has no twist
+  if (twistIsUnknown(*odometry_now)) return {std::nullopt, true, kLost};
   const MotionAnswer since = cameraMotion(tf, odometry, camera, *previous, now, fixed_frame);
   answer.value->motion_covariance = since.value ? since.value->covariance : unseenCovariance();
   return answer;
