@@ -82,10 +82,10 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
         job.frame, *T_base_cam, masks_->usable(mask, *job.frame.left), R_cam_prev);
     watch.lap("ego-motion", times);
     tell(output.sequence);
-    if (!output.messages) return;
+    if (output.sequence.isIgnored()) return;
     // Images that repeat show no motion, whatever the gyroscope measures.
     if (!output.repeated) rotation_->learnBias(last_stamp_, header.stamp, output.estimate);
-    publish(*output.messages);
+    publish(output);
     report(output);
     last_stamp_ = header.stamp;
     finish(job, times, "pairs", "left images");
@@ -112,11 +112,11 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
   }
 
   // The alignment is first: a node that waits for the motion then has it for its next frame.
-  void publish(const EgoMotionMessages& messages) {
-    alignment_.publish(messages.row_alignment);
-    if (params_.publish_tf) tf_output_.publish(messages.transform, *health_, arrivals_);
-    odometry_.publish(messages.odometry);
-    pose_.publish(messages.pose);
+  void publish(const EgoMotionProcessor::Output& output) {
+    alignment_.publish(output.row_alignment);
+    if (params_.publish_tf) tf_output_.publish(output.transform, *health_, arrivals_);
+    odometry_.publish(output.odometry);
+    pose_.publish(output.pose);
   }
 
   void report(const EgoMotionProcessor::Output& output) {

@@ -34,15 +34,14 @@ EgoMotionProcessor::Output EgoMotionProcessor::process(
   if (output.sequence.isIgnored()) return output;
   if (odometry_.isOrigin())
     odometry_.setOrigin(cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity());
-  output_ = odometry_.follow({moving_mask, R_cam_prev, T_base_cam});
-  output.estimate = output_.ego_motion;
+  const OdometryOutput& followed = odometry_.follow({moving_mask, R_cam_prev, T_base_cam});
+  output.estimate = followed.ego_motion;
   output.repeated = repeatsLast(pair);
   const ros::Time stamp = pair.left->header.stamp;
   if (!output.repeated || stamp < last_change_) last_change_ = stamp;
-  frozen_ = (stamp - last_change_).toSec() > params_.max_gap;
-  output.frozen = frozen_;
-  output.pose_state = frozen_ ? PoseState::kLost : output_.pose.state;
-  output.messages = messages(pair);
+  output.frozen = (stamp - last_change_).toSec() > params_.max_gap;
+  output.pose_state = output.frozen ? PoseState::kLost : followed.pose.state;
+  makeMessages(pair, followed.pose, output);
   return output;
 }
 
@@ -55,40 +54,38 @@ bool EgoMotionProcessor::repeatsLast(const StereoPair& pair) {
   return repeats;
 }
 
-EgoMotionMessages EgoMotionProcessor::messages(const StereoPair& pair) const {
-  EgoMotionMessages result;
+void EgoMotionProcessor::makeMessages(const StereoPair& pair, const PoseEstimate& pose,
+                                      Output& output) const {
   std_msgs::Header header;
   header.stamp = pair.left->header.stamp;
   header.frame_id = params_.odom_frame;
 
-  const PoseEstimate& pose = output_.pose;
   const Velocity twist =
-      !pose.velocity || frozen_ ? Velocity{Vector6d::Zero(), kUnknown} : *pose.velocity;
+      !pose.velocity || output.frozen ? Velocity{Vector6d::Zero(), kUnknown} : *pose.velocity;
   // ROS has pose covariances in the axes of the header's frame, about the base's origin.
   Matrix6d R = Matrix6d::Zero();
   R.topLeftCorner<3, 3>() = pose.T_odom_body.linear();
   R.bottomRightCorner<3, 3>() = pose.T_odom_body.linear();
 
-  result.odometry = boost::make_shared<nav_msgs::Odometry>();
-  result.odometry->header = header;
-  result.odometry->child_frame_id = baseFrame(pair);
-  result.odometry->pose.pose = tf2::toMsg(pose.T_odom_body);
-  result.odometry->pose.covariance =
-      covarianceMsg(frozen_ ? kUnknown : Matrix6d(R * pose.covariance * R.transpose()));
-  result.odometry->twist.twist = tf2::toMsg(twist.twist);
-  result.odometry->twist.covariance = covarianceMsg(twist.covariance);
+  output.odometry = boost::make_shared<nav_msgs::Odometry>();
+  output.odometry->header = header;
+  output.odometry->child_frame_id = baseFrame(pair);
+  output.odometry->pose.pose = tf2::toMsg(pose.T_odom_body);
+  output.odometry->pose.covariance =
+      covarianceMsg(output.frozen ? kUnknown : Matrix6d(R * pose.covariance * R.transpose()));
+  output.odometry->twist.twist = tf2::toMsg(twist.twist);
+  output.odometry->twist.covariance = covarianceMsg(twist.covariance);
 
-  result.pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
-  result.pose->header = header;
-  result.pose->pose = result.odometry->pose;
+  output.pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
+  output.pose->header = header;
+  output.pose->pose = output.odometry->pose;
 
-  result.transform.header = header;
-  result.transform.child_frame_id = baseFrame(pair);
-  result.transform.transform = transformMsg(pose.T_odom_body);
+  output.transform.header = header;
+  output.transform.child_frame_id = baseFrame(pair);
+  output.transform.transform = transformMsg(pose.T_odom_body);
 
-  result.row_alignment = rowAlignmentMsg(output_.ego_motion.row_alignment,
-                                         output_.ego_motion.column_offset, pair.left->header);
-  return result;
+  output.row_alignment = rowAlignmentMsg(output.estimate.row_alignment,
+                                         output.estimate.column_offset, pair.left->header);
 }
 
 }  // namespace predictive_stereo

@@ -14,13 +14,6 @@
 
 namespace predictive_stereo {
 
-struct EgoMotionMessages {
-  nav_msgs::OdometryPtr odometry;
-  geometry_msgs::PoseWithCovarianceStampedPtr pose;
-  geometry_msgs::TransformStamped transform;  ///< odom_frame -> base frame
-  RowAlignment::Ptr row_alignment;            ///< its column offset is for the following frames
-};
-
 /// Odometry messages from pairs; used by the EgoMotion nodelet and by `replay`.
 ///
 /// The pose starts at the origin, with the axes of the base frame. If the camera is the base, these
@@ -30,10 +23,15 @@ struct EgoMotionMessages {
 class EgoMotionProcessor {
  public:
   struct Output {
-    std::optional<EgoMotionMessages> messages;  ///< none for a pair that is ignored
-    PoseState pose_state = PoseState::kLost;    ///< kLost if frozen
-    EgoMotionEstimate estimate;
     SequenceGuard::Result sequence;
+    // nullptr for a pair that is ignored.
+    nav_msgs::OdometryPtr odometry;
+    geometry_msgs::PoseWithCovarianceStampedPtr pose;
+    geometry_msgs::TransformStamped transform;  ///< odom_frame -> base frame
+    RowAlignment::Ptr row_alignment;            ///< its column offset is for the following frames
+
+    PoseState pose_state = PoseState::kLost;  ///< kLost if frozen
+    EgoMotionEstimate estimate;
     bool repeated = false;  ///< both images are those of the pair before
     bool frozen = false;    ///< they have been the same for more than max_gap
   };
@@ -64,16 +62,14 @@ class EgoMotionProcessor {
 
  private:
   bool repeatsLast(const StereoPair& pair);
-  EgoMotionMessages messages(const StereoPair& pair) const;
+  void makeMessages(const StereoPair& pair, const PoseEstimate& pose, Output& output) const;
 
   EgoMotionNodeletParams params_;
   VisualOdometry odometry_;
-  OdometryOutput output_;
   cv::Mat1b left_buffer_, right_buffer_;
 
   sensor_msgs::ImageConstPtr last_left_, last_right_;
   ros::Time last_change_;  // of the images
-  bool frozen_ = false;
 };
 
 }  // namespace predictive_stereo

@@ -136,28 +136,27 @@ class MovingObjectsNodelet
     const MovingObjectsProcessor::Output output = processor_->process(input, pose);
     watch.lap("detection", times);
     tell(output.sequence);
-    if (!output.messages) return;
-    publish(job.frame, *output.messages, pose);
-    health_->figure("objects", static_cast<double>(output.messages->objects->objects.size()),
-                    "%.0f");
+    if (output.sequence.isIgnored()) return;
+    publish(job.frame, output, pose);
+    health_->figure("objects", static_cast<double>(output.objects->objects.size()), "%.0f");
     finish(job, times, "frames", "frames");
   }
 
-  void publish(const MovingObjectsInput& frame, const MovingObjectsMessages& messages,
+  void publish(const MovingObjectsInput& frame, const MovingObjectsProcessor::Output& output,
                const std::optional<CameraPose>& pose) {
-    objects_.publish(messages.objects);
+    objects_.publish(output.objects);
 #ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
     if (detections_.getNumSubscribers() > 0)
-      detections_.publish(detections3d<vision_msgs::Detection3DArray>(*messages.objects));
+      detections_.publish(detections3d<vision_msgs::Detection3DArray>(*output.objects));
 #endif
-    mask_.publish(messages.mask);
-    passive_mask_.publish(messages.mask);
+    mask_.publish(output.mask);
+    passive_mask_.publish(output.mask);
     if (residual_.getNumSubscribers() > 0 && frame.predicted_disparity)
       residual_.publish(residualImage(*frame.measured_disparity, *frame.measured_variance,
                                       *frame.predicted_disparity, *frame.predicted_variance));
-    if (markers_.getNumSubscribers() > 0) markers_.publish(markers(*messages.objects, pose));
+    if (markers_.getNumSubscribers() > 0) markers_.publish(markers(*output.objects, pose));
     if (image_.getNumSubscribers() > 0)
-      image_.publish(overlay(*frame.left, *messages.objects, *messages.mask));
+      image_.publish(overlay(*frame.left, *output.objects, *output.mask));
   }
 
   ros::Publisher objects_, detections_, residual_, markers_, passive_mask_;

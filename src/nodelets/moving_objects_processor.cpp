@@ -7,7 +7,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "nodelets/message_checks.h"
 #include "nodelets/stereo_messages.h"
@@ -130,21 +129,19 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
   output.sequence = begin(frame);
   if (output.sequence.isIgnored()) return output;
 
-  MovingObjectsMessages result;
-  result.mask = images_.take();
+  output.mask = images_.take();
   const std_msgs::Header& header = input.left->header;
-  allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::MONO8, *result.mask);
-  detections_.mask = writableView<uint8_t>(*result.mask);
+  allocateImage(header, frame.left.size(), sensor_msgs::image_encodings::MONO8, *output.mask);
+  detections_.mask = writableView<uint8_t>(*output.mask);
   if (input.row_alignment) column_offset_ = columnOffset(*input.row_alignment);
   detect(frame, pose);
   last_ = input;
   if (pose) last_with_pose_ = input.left->header.stamp;
 
-  result.objects = boost::make_shared<MovingObjectArray>();
-  result.objects->header = header;
+  output.objects = boost::make_shared<MovingObjectArray>();
+  output.objects->header = header;
   for (const DetectedObject& object : detections_.objects)
-    result.objects->objects.push_back(message(object));
-  output.messages = std::move(result);
+    output.objects->objects.push_back(message(object));
   return output;
 }
 

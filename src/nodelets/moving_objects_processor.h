@@ -27,17 +27,14 @@ struct MovingObjectsInput {
   RowAlignmentConstPtr row_alignment;  ///< has the column offset; nullptr: keep the last one
 };
 
-struct MovingObjectsMessages {
-  MovingObjectArrayPtr objects;
-  sensor_msgs::ImagePtr mask;  ///< mono8, 255 on moving objects
-};
-
 /// Moving objects from disparity messages; used by the MovingObjects nodelet and by `replay`.
 class MovingObjectsProcessor {
  public:
   struct Output {
-    std::optional<MovingObjectsMessages> messages;  ///< none for a duplicate
     SequenceGuard::Result sequence;
+    // nullptr for a frame that is ignored.
+    MovingObjectArrayPtr objects;
+    sensor_msgs::ImagePtr mask;  ///< mono8, 255 on moving objects
   };
 
   explicit MovingObjectsProcessor(const MovingObjectsNodeletParams& params);

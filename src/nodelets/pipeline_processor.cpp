@@ -52,7 +52,7 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
        [&](Stamp) { return movedMask(*moving_mask_, *pair.left); },
        {},
        column_offset_});
-  column_offset_ = output.estimate.column_offset;
+  column_offset_ = output.ego_motion.estimate.column_offset;
   output.times.insert(output.times.end(), disparity_.times().begin(), disparity_.times().end());
 
   Stopwatch watch;
@@ -70,7 +70,7 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
     input.predicted_variance = output.disparity.predicted_variance;
   }
   input.row_alignment = output.disparity.row_alignment;
-  output.moving_objects = *moving_objects_.process(input, output.pose).messages;
+  output.moving_objects = moving_objects_.process(input, output.pose);
   moving_mask_ = output.moving_objects.mask;
   watch.lap("detection", output.times);
   total.lap("whole frame", output.times);
@@ -83,11 +83,8 @@ std::optional<CameraMotion> PipelineProcessor::followCamera(const StereoPair& pa
                                                             Output& output) {
   const std_msgs::Header& header = pair.left->header;
   Stopwatch watch;
-  const EgoMotionProcessor::Output ego_motion = ego_motion_.process(pair, extrinsic(pair));
+  output.ego_motion = ego_motion_.process(pair, extrinsic(pair));
   watch.lap("ego-motion", output.times);
-  output.ego_motion = *ego_motion.messages;
-  output.pose_state = ego_motion.pose_state;
-  output.estimate = ego_motion.estimate;
   if (params_.ego_motion.publish_tf) tf_.setTransform(output.ego_motion.transform, "ego_motion");
   odometry_.add(output.ego_motion.odometry);
   if (!past) return std::nullopt;

@@ -19,11 +19,9 @@ namespace predictive_stereo {
 class PipelineProcessor {
  public:
   struct Output {
-    EgoMotionMessages ego_motion;
-    PoseState pose_state = PoseState::kLost;
-    EgoMotionEstimate estimate;
+    EgoMotionProcessor::Output ego_motion;
     DisparityMessages disparity;
-    MovingObjectsMessages moving_objects;
+    MovingObjectsProcessor::Output moving_objects;
     std::optional<CameraPose> pose;  ///< see cameraPose
     std::string event;  ///< why this frame starts a new sequence or has no prediction; else empty
     StageTimes times;

@@ -112,7 +112,7 @@ class ReplayFigures {
  public:
   void add(const PipelineProcessor::Output& frame) {
     ++pairs_;
-    lost_ += frame.pose_state != PoseState::kKnown;
+    lost_ += frame.ego_motion.pose_state != PoseState::kKnown;
     unpredicted_ += !frame.disparity.predicted;
     objects_ += frame.moving_objects.objects->objects.size();
     const stereo_msgs::DisparityImage& disparity = *frame.disparity.disparity;

@@ -41,13 +41,13 @@ MovingObjectsInput withLargestDisparity(MovingObjectsInput input, float max_px) 
 
 TEST(MovingObjectsProcessor, a_range_that_is_refused_is_refused_each_time_and_changes_nothing) {
   MovingObjectsProcessor processor{MovingObjectsNodeletParams()};
-  ASSERT_TRUE(processor.process(inputAt(0), {}).messages);
+  ASSERT_TRUE(processor.process(inputAt(0), {}).objects);
   const MovingObjectsInput next = inputAt(1), refused = withLargestDisparity(next, 299);
   EXPECT_THROW(processor.process(refused, {}), std::invalid_argument);
   EXPECT_THROW(processor.process(refused, {}), std::invalid_argument);
   const MovingObjectsProcessor::Output output = processor.process(next, {});
   EXPECT_EQ(output.sequence.verdict, SequenceGuard::Verdict::kContinues);
-  EXPECT_TRUE(output.messages);
+  EXPECT_TRUE(output.objects);
 }
 
 }  // namespace
