@@ -17,6 +17,7 @@ file(GLOB loops CONFIGURE_DEPENDS src/*/*_rows.cpp)
 foreach(file long_residual residual residual_groups suspicion)
   list(APPEND loops src/detection/${file}.cpp)
 endforeach()
+list(APPEND loops src/filtering/near_edges.cpp src/filtering/search_ranges.cpp)
 set_source_files_properties(${loops}
   PROPERTIES COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math"
 )

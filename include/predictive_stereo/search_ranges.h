@@ -11,8 +11,6 @@
 
 namespace predictive_stereo {
 
-struct ConstRangeRow;
-
 enum class SearchScheme {
   kFull,   ///< every disparity, every frame: the reference
   kPaper,  ///< section 2.4: d +- p of the prediction; the whole range near discontinuities and
@@ -62,15 +60,15 @@ class SearchRangeBuilder {
   void aroundPrediction(const Prediction& prediction, SearchRanges& ranges) const;
   void unite(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
              SearchRanges& ranges);
-  void addToTiles(int y, int rows, const ConstRangeRow& ranges);
+  void addToTiles(int y, const SearchRanges& ranges);
   std::pair<short, short> aroundTile(int tile_x, int tile_y) const;
   void clipAndFillEmpty(SearchRanges& ranges);
 
   DisparityRange range_;
   SearchRangeParams params_;
-  SearchRanges predicted_, coarse_;  // buffers of some rows for each band of the image
-  SearchRanges tiles_;               // hull of each tile
-  SearchRanges columns_;             // hull of each column of a row of tiles
+  SearchRanges coarse_;   // hulls of the half-resolution match
+  SearchRanges tiles_;    // hull of each tile
+  SearchRanges columns_;  // hull of each column of a row of tiles
 };
 
 }  // namespace predictive_stereo

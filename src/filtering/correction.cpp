@@ -11,6 +11,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "simd/pixel_loop-inl.h"
+
 #ifndef PREDICTIVE_STEREO_CORRECTION_ROW
 #define PREDICTIVE_STEREO_CORRECTION_ROW
 namespace predictive_stereo {
@@ -45,18 +47,14 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
-template <class D>
-HWY_INLINE int correctPixels(D d, const CorrectionRow& row, int width,
-                             const CorrectionLimits& limits, int x) {
-  const hn::RebindToSigned<D> di;
-  const hn::Rebind<uint8_t, D> d8;
-  const auto one = hn::Set(d, 1.0f), r = hn::Set(d, limits.r_px2), gate = hn::Set(d, limits.gate);
-  const auto smallest = hn::Set(d, limits.smallest_valid), invalid = hn::Set(d, limits.invalid);
-  const auto most_missed = hn::Set(di, limits.max_missed_frames);
-  const auto moving = hn::Set(di, limits.moving);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= width; x += lanes) {
+void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits) {
+  forPixels<float>(0, width, [row, limits](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const auto one = hn::Set(d, 1.0f), r = hn::Set(d, limits.r_px2), gate = hn::Set(d, limits.gate);
+    const auto smallest = hn::Set(d, limits.smallest_valid), invalid = hn::Set(d, limits.invalid);
+    const auto most_missed = hn::Set(di, limits.max_missed_frames);
+    const auto moving = hn::Set(di, limits.moving);
     const auto z = hn::LoadU(d, row.measured_px + x);
     const auto predicted = hn::LoadU(d, row.predicted_px + x);
     const auto p = hn::LoadU(d, row.predicted_variance_px2 + x);
@@ -91,13 +89,7 @@ HWY_INLINE int correctPixels(D d, const CorrectionRow& row, int width,
     const auto missed_again = hn::IfThenElseZero(kept_on, hn::Add(missed, hn::Set(di, 1)));
     const auto missed_now = hn::IfThenElse(unconfirmed, most_missed, missed_again);
     hn::StoreU(hn::DemoteTo(d8, missed_now), d8, row.missed_frames + x);
-  }
-  return x;
-}
-
-void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits) {
-  const int x = correctPixels(hn::ScalableTag<float>(), row, width, limits, 0);
-  correctPixels(hn::FixedTag<float, 1>(), row, width, limits, x);
+  });
 }
 
 // Right image columns of the pixels from x on with these disparities.
@@ -110,53 +102,44 @@ HWY_INLINE hn::Vec<hn::RebindToSigned<D>> rightColumns(D d, int x, float princip
   return hn::ConvertTo(hn::RebindToSigned<D>(), hn::Floor(hn::Add(position, hn::Set(d, 0.5f))));
 }
 
-// The disparities as the right camera sees them. Processes pixels from x on in whole vectors;
-// returns the first pixel that is left over. Of two pixels in one right column, the one with the
-// larger x is nearer and overwrites the other.
-template <class D>
-HWY_INLINE int rightView(D d, const float* measured, int width, const CorrectionLimits& limits,
-                         int x, float* nearest) {
-  const hn::RebindToSigned<D> di;
-  const auto smallest = hn::Set(d, limits.smallest_valid);
-  const auto outside = hn::Set(di, width);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  HWY_ALIGN int32_t columns[hn::MaxLanes(D())];
-  for (; x + lanes <= width; x += lanes) {
+// The disparities as the right camera sees them. Of two pixels in one right column, the one with
+// the larger x is nearer and overwrites the other.
+HWY_INLINE void rightView(const float* measured, int width, const CorrectionLimits& limits,
+                          float* nearest) {
+  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const auto smallest = hn::Set(d, limits.smallest_valid);
+    const auto outside = hn::Set(di, width);
     const auto disparity = hn::LoadU(d, measured + x);
     const auto column = rightColumns(d, x, limits.principal_offset_px, disparity);
     const auto in_row = hn::And(hn::Gt(column, hn::Set(di, -1)), hn::Lt(column, outside));
     const auto valid = hn::RebindMask(di, hn::Ge(disparity, smallest));
+    HWY_ALIGN int32_t columns[hn::MaxLanes(di)];
     hn::Store(hn::IfThenElse(hn::And(valid, in_row), column, outside), di, columns);
-    for (int i = 0; i < lanes; ++i) nearest[static_cast<uint32_t>(columns[i])] = measured[x + i];
-  }
-  return x;
+    for (size_t i = 0; i < hn::Lanes(d); ++i)
+      nearest[static_cast<uint32_t>(columns[i])] = measured[x + i];
+  });
 }
 
 // In place: the maximum of each entry and the two after it.
-template <class D>
-HWY_INLINE int largestOfThree(D d, int width, int x, float* nearest) {
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= width; x += lanes) {
+HWY_INLINE void largestOfThree(int width, float* nearest) {
+  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
     const auto two = hn::Max(hn::LoadU(d, nearest + x), hn::LoadU(d, nearest + x + 1));
     hn::StoreU(hn::Max(two, hn::LoadU(d, nearest + x + 2)), d, nearest + x);
-  }
-  return x;
+  });
 }
 
 // @param nearest  largest disparity in each right column and its two neighbours.
-template <class D>
-HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width,
-                                 const CorrectionLimits& limits, int x, const float* nearest) {
-  const hn::RebindToSigned<D> di;
-  const auto smallest = hn::Set(d, limits.smallest_valid), step = hn::Set(d, kRefutingStep_px);
-  const auto one = hn::Set(di, 1), last = hn::Set(di, width - 1);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  HWY_ALIGN int32_t is_refuted[hn::MaxLanes(D())];
-  for (; x + lanes <= width; x += lanes) {
+HWY_INLINE void dropRefutedPixels(const CorrectionRow& row, int width,
+                                  const CorrectionLimits& limits, const float* nearest) {
+  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const auto smallest = hn::Set(d, limits.smallest_valid), step = hn::Set(d, kRefutingStep_px);
+    const auto one = hn::Set(di, 1), last = hn::Set(di, width - 1);
     const auto kept = hn::LoadU(d, row.disparity_px + x);
     const auto unmeasured = hn::Lt(hn::LoadU(d, row.measured_px + x), smallest);
     const auto unfounded = hn::And(unmeasured, hn::Ge(kept, smallest));
-    if (hn::AllFalse(d, unfounded)) continue;
+    if (hn::AllFalse(d, unfounded)) return;
     const auto column = rightColumns(d, x, limits.principal_offset_px, kept);
     const auto in_row = hn::And(hn::Gt(column, hn::Zero(di)), hn::Lt(column, last));
     const auto doubted = hn::And(unfounded, hn::RebindMask(d, in_row));
@@ -164,15 +147,15 @@ HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width,
     const auto seen = hn::GatherIndex(d, nearest, at);
     const auto farther = hn::And(hn::Ge(seen, smallest), hn::Lt(seen, hn::Sub(kept, step)));
     const auto refuted = hn::And(doubted, farther);
-    if (hn::AllFalse(d, refuted)) continue;
+    if (hn::AllFalse(d, refuted)) return;
     const auto variance = hn::LoadU(d, row.variance_px2 + x);
     hn::StoreU(hn::IfThenElse(refuted, hn::Set(d, limits.invalid), kept), d, row.disparity_px + x);
     hn::StoreU(hn::IfThenZeroElse(refuted, variance), d, row.variance_px2 + x);
+    HWY_ALIGN int32_t is_refuted[hn::MaxLanes(di)];
     hn::Store(hn::VecFromMask(di, hn::RebindMask(di, refuted)), di, is_refuted);
-    for (int i = 0; i < lanes; ++i)
+    for (size_t i = 0; i < hn::Lanes(d); ++i)
       if (is_refuted[i] != 0) row.missed_frames[x + i] = 0;
-  }
-  return x;
+  });
 }
 
 // Drops a prediction that correctRow() kept without a measurement, if the right image's row matches
@@ -180,15 +163,10 @@ HWY_INLINE int dropRefutedPixels(D d, const CorrectionRow& row, int width,
 // @param nearest  scratch memory of width + kBesideNearest entries.
 void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& limits,
                  float* nearest) {
-  const hn::ScalableTag<float> vectors;
-  const hn::FixedTag<float, 1> pixels;
   std::fill_n(nearest, width + kBesideNearest, limits.invalid);
-  int x = rightView(vectors, row.measured_px, width, limits, 0, nearest);
-  rightView(pixels, row.measured_px, width, limits, x, nearest);
-  x = largestOfThree(vectors, width, 0, nearest);
-  largestOfThree(pixels, width, x, nearest);
-  x = dropRefutedPixels(vectors, row, width, limits, 0, nearest);
-  dropRefutedPixels(pixels, row, width, limits, x, nearest);
+  rightView(row.measured_px, width, limits, nearest);
+  largestOfThree(width, nearest);
+  dropRefutedPixels(row, width, limits, nearest);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -11,6 +11,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "simd/pixel_loop-inl.h"
+
 #ifndef PREDICTIVE_STEREO_HOLE_LIMITS
 #define PREDICTIVE_STEREO_HOLE_LIMITS
 namespace predictive_stereo {
@@ -82,14 +84,11 @@ HWY_INLINE int find(const float* row, int x, int width, float smallest_valid) {
   return x;
 }
 
-template <class D>
-HWY_INLINE int fillRun(D d, float before, float rise, int first, int x, int end, float* row) {
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= end; x += lanes) {
+HWY_INLINE void fillRun(float before, float rise, int first, int end, float* row) {
+  forPixels<float>(first, end, [=](auto d, int x) HWY_ATTR {
     const auto steps = hn::Iota(d, static_cast<float>(x - first + 1));
     hn::StoreU(hn::Add(hn::Set(d, before), hn::Mul(hn::Set(d, rise), steps)), d, row + x);
-  }
-  return x;
+  });
 }
 
 /// Whether a surface that begins here is wide enough to hide what is beside it: at least half as
@@ -115,8 +114,7 @@ void fillHolesOfRow(int width, float smallest_valid, const HoleLimits& limits, f
                         static_cast<float>(length) <= difference + limits.hidden_slack_px &&
                         isWide(row + end, width - end, difference, before + limits.tolerance_px);
     if (!over.found && !hidden) continue;
-    const int x = fillRun(hn::ScalableTag<float>(), before, over.rise, first, first, end, row);
-    fillRun(hn::FixedTag<float, 1>(), before, over.rise, first, x, end, row);
+    fillRun(before, over.rise, first, end, row);
   }
 }
 

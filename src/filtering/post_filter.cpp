@@ -14,6 +14,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "simd/pixel_loop-inl.h"
+
 #ifndef PREDICTIVE_STEREO_POST_FILTER_KEY
 #define PREDICTIVE_STEREO_POST_FILTER_KEY
 namespace predictive_stereo {
@@ -48,40 +50,26 @@ HWY_INLINE hn::Vec<hn::RebindToSigned<D>> orderedKeys(D, hn::Vec<D> value) {
   return hn::Xor(bits, hn::BitCast(di, hn::ShiftRight<1>(sign)));
 }
 
-// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
-template <class D>
-HWY_INLINE int keyPixels(D d, const float* disparity_px, int width, float smallest_valid, int x,
-                         int32_t* keys) {
-  const hn::RebindToSigned<D> di;
-  const auto smallest = hn::Set(d, smallest_valid), zero = hn::Zero(d);
-  const auto none = hn::Set(di, kNoSupportKey);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= width; x += lanes) {
-    const auto value = hn::LoadU(d, disparity_px + x);
-    const auto valid = hn::RebindMask(di, hn::Ge(value, smallest));
-    const auto key = orderedKeys(d, hn::Add(value, zero));  // -0 becomes 0
-    hn::StoreU(hn::IfThenElse(valid, key, none), di, keys + x);
-  }
-  return x;
-}
-
 // Keys for the support test: integers in the order of the disparities. One subtraction and one
 // comparison then decide whether a disparity is between two others.
 void supportKeysOfRow(const float* disparity_px, int width, float smallest_valid, int32_t* keys) {
-  const int x = keyPixels(hn::ScalableTag<float>(), disparity_px, width, smallest_valid, 0, keys);
-  keyPixels(hn::FixedTag<float, 1>(), disparity_px, width, smallest_valid, x, keys);
+  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const auto value = hn::LoadU(d, disparity_px + x);
+    const auto valid = hn::RebindMask(di, hn::Ge(value, hn::Set(d, smallest_valid)));
+    const auto key = orderedKeys(d, hn::Add(value, hn::Zero(d)));  // -0 becomes 0
+    hn::StoreU(hn::IfThenElse(valid, key, hn::Set(di, kNoSupportKey)), di, keys + x);
+  });
 }
 
-// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
-template <class D>
-HWY_INLINE int filterPixelsBySupport(D d, const float* disparity_px, const int32_t* const keys[5],
-                                     int width, float smallest_valid, float invalid,
-                                     int min_support, int x, float* filtered) {
-  const hn::RebindToSigned<D> di;
-  const auto smallest = hn::Set(d, smallest_valid), one = hn::Set(d, 1.f);
-  const auto sign = hn::Set(di, INT32_MIN), too_many = hn::Set(di, min_support - 26);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= width; x += lanes) {
+// One output row of filterBySupport. `keys` are those of the rows from two above to two below, with
+// two more entries on both sides.
+void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5], int width,
+                        float smallest_valid, float invalid, int min_support, float* filtered) {
+  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const auto smallest = hn::Set(d, smallest_valid), one = hn::Set(d, 1.f);
+    const auto sign = hn::Set(di, INT32_MIN), too_many = hn::Set(di, min_support - 26);
     const auto centre = hn::LoadU(d, disparity_px + x);
     const auto valid = hn::Ge(centre, smallest);
     // lowest <= key <= highest is highest - key <= highest - lowest for unsigned numbers. Vectors
@@ -98,44 +86,22 @@ HWY_INLINE int filterPixelsBySupport(D d, const float* disparity_px, const int32
       }
     const auto kept = hn::And(valid, hn::RebindMask(d, hn::Gt(strangers, too_many)));
     hn::StoreU(hn::IfThenElse(kept, centre, hn::Set(d, invalid)), d, filtered + x);
-  }
-  return x;
+  });
 }
 
-// One output row of filterBySupport. `keys` are those of the rows from two above to two below, with
-// two more entries on both sides.
-void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5], int width,
-                        float smallest_valid, float invalid, int min_support, float* filtered) {
-  const int x = filterPixelsBySupport(hn::ScalableTag<float>(), disparity_px, keys, width,
-                                      smallest_valid, invalid, min_support, 0, filtered);
-  filterPixelsBySupport(hn::FixedTag<float, 1>(), disparity_px, keys, width, smallest_valid,
-                        invalid, min_support, x, filtered);
-}
-
-// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
-template <class D>
-HWY_INLINE int leaveOutPixels(D d, const AmbiguousRow& row, int width, float smallest_valid,
-                              float invalid, int most, int x) {
-  const hn::RebindToSigned<D> di;
-  const hn::Rebind<uint8_t, D> d8;
-  const auto smallest = hn::Set(d, smallest_valid), none = hn::Set(d, invalid);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= width; x += lanes) {
+void leaveOutAmbiguousOfRow(const AmbiguousRow& row, int width, float smallest_valid, float invalid,
+                            int most) {
+  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const auto smallest = hn::Set(d, smallest_valid), none = hn::Set(d, invalid);
     const auto ambiguity = hn::PromoteTo(di, hn::LoadU(d8, row.ambiguity + x));
     const auto ambiguous = hn::RebindMask(d, hn::Gt(ambiguity, hn::Set(di, most)));
     const auto measured = hn::Ge(hn::LoadU(d, row.measured_px + x), smallest);
     const auto disparity = hn::LoadU(d, row.disparity_px + x);
     hn::StoreU(hn::IfThenElse(hn::And(measured, ambiguous), none, disparity), d,
                row.certain_px + x);
-  }
-  return x;
-}
-
-void leaveOutAmbiguousOfRow(const AmbiguousRow& row, int width, float smallest_valid, float invalid,
-                            int most) {
-  const int x =
-      leaveOutPixels(hn::ScalableTag<float>(), row, width, smallest_valid, invalid, most, 0);
-  leaveOutPixels(hn::FixedTag<float, 1>(), row, width, smallest_valid, invalid, most, x);
+  });
 }
 
 template <class V>
@@ -163,14 +129,13 @@ HWY_INLINE V medianOfNine(V (&v)[3][3]) {
   return median(low, median(v[1][0], v[1][1], v[1][2]), high);
 }
 
-// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
-template <class D>
-HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float smallest_valid,
-                              float invalid, int fewest, int x, float* filtered) {
-  using V = hn::Vec<D>;
-  const V smallest = hn::Set(d, smallest_valid), none = hn::Set(d, invalid);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= width; x += lanes) {
+// One output row of the 3x3 median. `rows` are the input rows from one above to one below, with one
+// more pixel on both sides; pixels outside the image are invalid.
+void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
+                 int fewest, float* filtered) {
+  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
+    using V = hn::Vec<decltype(d)>;
+    const V smallest = hn::Set(d, smallest_valid);
     V v[3][3];
     V lowest = hn::LoadU(d, rows[1] + x);
     const auto centre_valid = hn::Ge(lowest, smallest);
@@ -181,7 +146,7 @@ HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float 
       }
     if (HWY_LIKELY(hn::AllTrue(d, hn::Ge(lowest, smallest)))) {
       hn::StoreU(medianOfNine(v), d, filtered + x);
-      continue;
+      return;
     }
     // Invalid neighbours are replaced alternately by the smallest and the largest value: the median
     // of the nine is then the (lower) median of the valid ones.
@@ -196,19 +161,8 @@ HWY_INLINE int medianOfPixels(D d, const float* const rows[3], int width, float 
       }
     const auto known =
         hn::Or(centre_valid, hn::Ge(valid_count, hn::Set(d, static_cast<float>(fewest))));
-    hn::StoreU(hn::IfThenElse(known, medianOfNine(v), none), d, filtered + x);
-  }
-  return x;
-}
-
-// One output row of the 3x3 median. `rows` are the input rows from one above to one below, with one
-// more pixel on both sides; pixels outside the image are invalid.
-void medianOfRow(const float* const rows[3], int width, float smallest_valid, float invalid,
-                 int fewest, float* filtered) {
-  const int x = medianOfPixels(hn::ScalableTag<float>(), rows, width, smallest_valid, invalid,
-                               fewest, 0, filtered);
-  medianOfPixels(hn::FixedTag<float, 1>(), rows, width, smallest_valid, invalid, fewest, x,
-                 filtered);
+    hn::StoreU(hn::IfThenElse(known, medianOfNine(v), hn::Set(d, invalid)), d, filtered + x);
+  });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -2,11 +2,183 @@
 
 #include <algorithm>
 
-#include "filtering/prediction_rows.h"
 #include "parallel/tasks.h"
+#include "simd/simd_dispatch.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "filtering/prediction.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/pixel_loop-inl.h"
+
+#ifndef PREDICTIVE_STEREO_PREDICTION_ROWS
+#define PREDICTIVE_STEREO_PREDICTION_ROWS
+namespace predictive_stereo {
+
+/// H of eq. 2 for the pixels of one row: component i of H (x, y, d, 1) is by_x[i] x + by_d[i] d +
+/// constant[i].
+struct RowMotion {
+  float by_x[4], by_d[4], constant[4];
+};
+
+struct WarpLimits {
+  int columns, rows;        ///< size of the image [px]
+  float smallest, largest;  ///< disparities that are kept [px]
+};
+
+/// Where the pixels of a row are warped to.
+struct WarpedRow {
+  int32_t* target;          ///< index of the pixel in the current frame; -1: outside
+  float* disparity_px;      ///< in the current frame
+  float* variance_px2;      ///< in the current frame: Phi^2 p
+  int first_row, last_row;  ///< of the targets; first_row > last_row: none
+};
+/// One row of a prediction.
+struct PredictionRow {
+  float* disparity_px;
+  float* variance_px2;
+  uint8_t* missed_frames;
+};
+
+}  // namespace predictive_stereo
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Warps the pixels of a row, as many at a time as D has lanes.
+template <class D>
+class RowWarp {
+  using DI = hn::RebindToSigned<D>;
+  using DU = hn::RebindToUnsigned<D>;
+  using V = hn::Vec<D>;
+
+ public:
+  HWY_INLINE RowWarp(const RowMotion& motion, const WarpLimits& limits)
+      : smallest_(hn::Set(d_, limits.smallest)),
+        largest_(hn::Set(d_, limits.largest)),
+        columns_(hn::Set(d_, static_cast<float>(limits.columns))),
+        rows_(hn::Set(d_, static_cast<float>(limits.rows))),
+        row_pixels_(hn::Set(di_, limits.columns)) {
+    for (int i = 0; i < 4; ++i) {
+      by_x_[i] = hn::Set(d_, motion.by_x[i]);
+      by_d_[i] = hn::Set(d_, motion.by_d[i]);
+      constant_[i] = hn::Set(d_, motion.constant[i]);
+    }
+  }
+
+  // Processes pixels from x on in whole vectors; returns the first pixel that is left over.
+  HWY_INLINE int run(const float* disparity_px, const float* variance_px2, int width, int x,
+                     const WarpedRow& warped) {
+    const int lanes = static_cast<int>(hn::Lanes(d_));
+    for (; x + lanes <= width; x += lanes) {
+      const V disparity = hn::LoadU(d_, disparity_px + x);
+      const V position = hn::Iota(d_, static_cast<float>(x));
+      const auto component = [&](int i) HWY_ATTR {
+        return hn::Add(hn::Add(hn::Mul(by_x_[i], position), hn::Mul(by_d_[i], disparity)),
+                       constant_[i]);
+      };
+      const V depth_ratio = component(3);  // Z / Z_prev: positive in front of the camera
+      const V scale = hn::Div(hn::Set(d_, 1.0f), depth_ratio);
+      const V half = hn::Set(d_, 0.5f), zero = hn::Zero(d_);
+      const V column = hn::Add(hn::Mul(component(0), scale), half);
+      const V row = hn::Add(hn::Mul(component(1), scale), half);
+      const V moved = hn::Mul(component(2), scale);
+      const auto in_front = hn::And(hn::Gt(depth_ratio, zero), hn::Ge(disparity, smallest_));
+      const auto in_range = hn::And(hn::Ge(moved, smallest_), hn::Le(moved, largest_));
+      const auto in_columns = hn::And(hn::Ge(column, zero), hn::Lt(column, columns_));
+      const auto in_rows = hn::And(hn::Ge(row, zero), hn::Lt(row, rows_));
+      const auto visible = hn::And(hn::And(in_front, in_range), hn::And(in_columns, in_rows));
+
+      // For pixels outside the image the conversion is undefined; they are discarded below.
+      const auto inside =
+          hn::Add(hn::Mul(hn::ConvertTo(di_, row), row_pixels_), hn::ConvertTo(di_, column));
+      const auto index = hn::IfThenElse(hn::RebindMask(di_, visible), inside, none_);
+      hn::StoreU(index, di_, warped.target + x);
+      // Phi = d_pred / d (eq. 3) is the ratio of depths, which is also defined for d = 0.
+      hn::StoreU(moved, d_, warped.disparity_px + x);
+      hn::StoreU(hn::Mul(hn::Mul(scale, scale), hn::LoadU(d_, variance_px2 + x)), d_,
+                 warped.variance_px2 + x);
+      // -1 (none) is the smallest index as a signed number, and the largest as an unsigned one.
+      last_ = hn::Max(last_, index);
+      first_ = hn::Min(first_, hn::BitCast(du_, index));
+    }
+    return x;
+  }
+
+  // First and last of all targets so far; -1: none.
+  int firstTarget() const { return static_cast<int>(hn::GetLane(hn::MinOfLanes(du_, first_))); }
+  int lastTarget() const { return hn::GetLane(hn::MaxOfLanes(di_, last_)); }
+
+ private:
+  const D d_{};
+  const DI di_{};
+  const DU du_{};
+  V by_x_[4], by_d_[4], constant_[4];
+  V smallest_, largest_, columns_, rows_;
+  hn::Vec<DI> row_pixels_;
+  hn::Vec<DI> none_ = hn::Set(di_, -1), last_ = none_;
+  hn::Vec<DU> first_ = hn::BitCast(du_, none_);
+};
+
+void warpRow(const RowMotion& motion, const float* disparity_px, const float* variance_px2,
+             const WarpLimits& limits, WarpedRow& warped) {
+  RowWarp<hn::ScalableTag<float>> vectors(motion, limits);
+  RowWarp<hn::FixedTag<float, 1>> pixels(motion, limits);
+  const int x = vectors.run(disparity_px, variance_px2, limits.columns, 0, warped);
+  pixels.run(disparity_px, variance_px2, limits.columns, x, warped);
+  const int last = std::max(vectors.lastTarget(), pixels.lastTarget());
+  const auto first = std::min(static_cast<unsigned>(vectors.firstTarget()),
+                              static_cast<unsigned>(pixels.firstTarget()));
+  warped.first_row = last < 0 ? limits.rows : static_cast<int>(first) / limits.columns;
+  warped.last_row = last < 0 ? -1 : last / limits.columns;
+}
+
+// Fills an invalid pixel with the average of `before` and `after` if both are valid; missed_frames
+// is the larger of the two. The neighbours of a filled hole are known, so a filled value is never
+// used again: all three may be parts of one row, one pixel apart.
+void fillBetween(const PredictionRow& before, const PredictionRow& after, int width,
+                 float smallest_valid, const PredictionRow& filled) {
+  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const auto smallest = hn::Set(d, smallest_valid), half = hn::Set(d, 0.5f);
+    const auto d0 = hn::LoadU(d, before.disparity_px + x);
+    const auto d1 = hn::LoadU(d, filled.disparity_px + x);
+    const auto d2 = hn::LoadU(d, after.disparity_px + x);
+    const auto fillable = hn::And(hn::Ge(d0, smallest), hn::Ge(d2, smallest));
+    const auto hole = hn::And(hn::Lt(d1, smallest), fillable);
+    if (hn::AllFalse(d, hole)) return;
+
+    const auto mean = [&](auto a, auto b) HWY_ATTR { return hn::Mul(half, hn::Add(a, b)); };
+    const auto v0 = hn::LoadU(d, before.variance_px2 + x);
+    const auto v1 = hn::LoadU(d, filled.variance_px2 + x);
+    const auto v2 = hn::LoadU(d, after.variance_px2 + x);
+    hn::StoreU(hn::IfThenElse(hole, mean(d0, d2), d1), d, filled.disparity_px + x);
+    hn::StoreU(hn::IfThenElse(hole, mean(v0, v2), v1), d, filled.variance_px2 + x);
+    const auto m0 = hn::LoadU(d8, before.missed_frames + x);
+    const auto m1 = hn::LoadU(d8, filled.missed_frames + x);
+    const auto m2 = hn::LoadU(d8, after.missed_frames + x);
+    const auto hole_mask = hn::VecFromMask(di, hn::RebindMask(di, hole));
+    const auto hole8 = hn::MaskFromVec(hn::DemoteTo(d8, hn::And(hole_mask, hn::Set(di, 255))));
+    hn::StoreU(hn::IfThenElse(hole8, hn::Max(m0, m2), m1), d8, filled.missed_frames + x);
+  });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace predictive_stereo {
 namespace {
+
+HWY_EXPORT(warpRow);
+HWY_EXPORT(fillBetween);
 
 RowMotion rowMotion(const Eigen::Matrix4d& H, int y) {
   RowMotion motion;
@@ -16,25 +188,6 @@ RowMotion rowMotion(const Eigen::Matrix4d& H, int y) {
     motion.constant[i] = static_cast<float>(H(i, 1) * y + H(i, 3));
   }
   return motion;
-}
-
-// J Sigma J^T of the ego-motion for the pixels of one row, where J is the derivative of a disparity
-// d by the perturbation of T_cam_prev. d = fB / Z, and the perturbation changes Z by t_z + (r x
-// X)_z = t_z + r_x Y - r_y X: only three of the six components change a disparity.
-RowNoise rowNoise(const StereoRig& rig, const Eigen::Matrix3d& sigma, double floor_px2, int y) {
-  const double y_n = (y - rig.cy_px) / rig.fy_px;
-  RowNoise noise;
-  noise.floor_px2 = static_cast<float>(floor_px2);
-  noise.zz = static_cast<float>(sigma(0, 0));
-  noise.yy = static_cast<float>(sigma(1, 1) * y_n * y_n);
-  noise.xx = static_cast<float>(sigma(2, 2));
-  noise.zy = static_cast<float>(2 * sigma(0, 1) * y_n);
-  noise.zx = static_cast<float>(2 * sigma(0, 2));
-  noise.yx = static_cast<float>(2 * sigma(1, 2) * y_n);
-  noise.per_fb = static_cast<float>(1.0 / rig.disparityTimesDepth());
-  noise.per_fx = static_cast<float>(1.0 / rig.fx_px);
-  noise.centre_column = static_cast<float>(rig.cx_left_px);
-  return noise;
 }
 
 // Work is distributed by bands of rows.
@@ -50,27 +203,22 @@ void createWithoutGaps(cv::Size size, Map& map) {
   map.create(size);
 }
 
-ConstPredictionRow row(const Prediction& maps, int y, int x = 0) {
-  return {maps.disparity_px[y] + x, maps.variance_px2[y] + x, maps.missed_frames[y] + x};
-}
-
-MutablePredictionRow mutableRow(Prediction& maps, int y, int x = 0) {
+PredictionRow row(Prediction& maps, int y, int x = 0) {
   return {maps.disparity_px[y] + x, maps.variance_px2[y] + x, maps.missed_frames[y] + x};
 }
 
 // The first and the last pixel have only one neighbour.
 void fillWithinRow(float smallest_valid, int y, Prediction& maps) {
-  const int width = maps.disparity_px.cols;
-  if (width > 2)
-    fillBetween(row(maps, y, 0), row(maps, y, 2), width - 2, smallest_valid,
-                mutableRow(maps, y, 1));
+  const int inner = maps.disparity_px.cols - 2;
+  HWY_DYNAMIC_DISPATCH(fillBetween)
+  (row(maps, y, 0), row(maps, y, 2), inner, smallest_valid, row(maps, y, 1));
 }
 
 void fillFromRowsAround(float smallest_valid, int y, Prediction& maps) {
   const cv::Size size = maps.disparity_px.size();
-  if (y > 0 && y + 1 < size.height)
-    fillBetween(row(maps, y - 1), row(maps, y + 1), size.width, smallest_valid,
-                mutableRow(maps, y));
+  if (y == 0 || y + 1 == size.height) return;
+  HWY_DYNAMIC_DISPATCH(fillBetween)
+  (row(maps, y - 1), row(maps, y + 1), size.width, smallest_valid, row(maps, y));
 }
 
 }  // namespace
@@ -123,7 +271,8 @@ void Predictor::warp(const DisparityState& previous, const StereoRig& rig,
                           static_cast<float>(range_.max_disparity())};
   parallelForEach(size.height, [&](int y) {
     WarpedRow warped{target_[y], target_disparity_px_[y], target_variance_px2_[y], 0, 0};
-    warpRow(rowMotion(H, y), previous.disparity_px[y], previous.variance_px2[y], limits, warped);
+    HWY_DYNAMIC_DISPATCH(warpRow)
+    (rowMotion(H, y), previous.disparity_px[y], previous.variance_px2[y], limits, warped);
     target_rows_[y] = cv::Range(warped.first_row, warped.last_row + 1);
   });
 }
@@ -185,53 +334,5 @@ void Predictor::scatterInto(const cv::Range& rows, const DisparityState& previou
   }
 }
 
-// After all edges are found: bands read rows of their neighbours.
-void Predictor::rejectNearEdges(Prediction& prediction) const {
-  prediction.disparity_px.setTo(range_.invalid(), prediction.near_edge);
-  prediction.variance_px2.setTo(0, prediction.near_edge);
-  prediction.missed_frames.setTo(0, prediction.near_edge);
-}
-
-// A pixel is near an edge if an edge pixel is within the margin, in columns and in rows.
-void Predictor::markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotion& motion,
-                                         Prediction& prediction) {
-  const cv::Size size = prediction.disparity_px.size();
-  const int margin = params_.edge_margin_px, padded_width = size.width + 2 * margin;
-  const float smallest = static_cast<float>(range_.min_disparity);
-  const double any_disparity_px2 = static_cast<double>(range_.count) * range_.count / 12.0;
-  Eigen::Matrix3d sigma = Eigen::Matrix3d::Zero();
-  if (params_.use_motion_covariance) sigma = motion.covariance.block<3, 3>(2, 2);
-  prediction.near_edge.create(size);
-
-  const int bands = bandCount(size);
-  const int band_marks = kBandRows + 2 * margin + 1;
-  marks_.create(bands * band_marks, padded_width);
-  parallelForEach(bands, [&](int band) {
-    const cv::Range rows = bandRows(band, size);
-    const cv::Range edge_rows(std::max(rows.start - margin, 0),
-                              std::min(rows.end + margin, size.height));
-    const int first_mark = band * band_marks;
-    const auto edges = [&](int y) { return marks_[first_mark + 1 + y - edge_rows.start]; };
-    for (int y = edge_rows.start; y < edge_rows.end; ++y) {
-      std::fill_n(edges(y), margin, uchar{0});
-      std::fill_n(edges(y) + margin + size.width, margin, uchar{0});
-      markEdges(prediction.disparity_px[y],
-                prediction.disparity_px[std::min(y + 1, size.height - 1)], size.width,
-                static_cast<float>(params_.edge_jump_px), smallest, edges(y) + margin);
-    }
-    uchar* const column_marks = marks_[first_mark];
-    for (int y = rows.start; y < rows.end; ++y) {
-      std::fill_n(column_marks, padded_width, uchar{0});
-      for (int i = std::max(y - margin, 0); i <= std::min(y + margin, size.height - 1); ++i)
-        uniteMarks(edges(i), padded_width, column_marks);
-      uchar* const near_edge = prediction.near_edge[y];
-      std::fill_n(near_edge, size.width, uchar{0});
-      for (int i = 0; i <= 2 * margin; ++i) uniteMarks(column_marks + i, size.width, near_edge);
-      addNoiseOrReset(rowNoise(rig, sigma, params_.process_noise_px2, y),
-                      prediction.disparity_px[y], near_edge, size.width, smallest,
-                      static_cast<float>(any_disparity_px2), prediction.variance_px2[y]);
-    }
-  });
-}
-
 }  // namespace predictive_stereo
+#endif

@@ -11,35 +11,26 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "simd/pixel_loop-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Processes pixels from x on in whole vectors; returns the first pixel that is left over.
-template <class D>
-HWY_INLINE int connectPixels(D d, const float* pixels, const float* neighbours, int count,
-                             float smallest_valid, int x, uint8_t* connected) {
-  const hn::RebindToSigned<D> di;
-  const hn::Rebind<uint8_t, D> d8;
-  const auto smallest = hn::Set(d, smallest_valid), one = hn::Set(d, 1.0f);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= count; x += lanes) {
+// connected[x]: 1 if both pixels are valid and differ by at most 1 px, else 0.
+void connectionsOfRow(const float* pixels, const float* neighbours, int count, float smallest_valid,
+                      uint8_t* connected) {
+  forPixels<float>(0, count, [=](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const auto smallest = hn::Set(d, smallest_valid), one = hn::Set(d, 1.0f);
     const auto a = hn::LoadU(d, pixels + x), b = hn::LoadU(d, neighbours + x);
     const auto same = hn::And(hn::Ge(hn::Min(a, b), smallest), hn::Le(hn::Abs(hn::Sub(a, b)), one));
     const auto flags = hn::IfThenElseZero(hn::RebindMask(di, same), hn::Set(di, 1));
     hn::StoreU(hn::DemoteTo(d8, flags), d8, connected + x);
-  }
-  return x;
-}
-
-// connected[x]: 1 if both pixels are valid and differ by at most 1 px, else 0.
-void connectionsOfRow(const float* pixels, const float* neighbours, int count, float smallest_valid,
-                      uint8_t* connected) {
-  const int x = connectPixels(hn::ScalableTag<float>(), pixels, neighbours, count, smallest_valid,
-                              0, connected);
-  connectPixels(hn::FixedTag<float, 1>(), pixels, neighbours, count, smallest_valid, x, connected);
+  });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -12,6 +12,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "simd/pixel_loop-inl.h"
+
 #ifndef PREDICTIVE_STEREO_VARIANCE_ROW
 #define PREDICTIVE_STEREO_VARIANCE_ROW
 namespace predictive_stereo {
@@ -62,29 +64,16 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-template <class D>
-HWY_INLINE int measurementVariancePixels(D d, const float* measured, const uint8_t* ambiguity,
-                                         int width, const MeasurementTerms& terms, int x,
-                                         float* variance) {
-  const hn::RebindToSigned<D> di;
-  const hn::Rebind<uint8_t, D> d8;
-  const auto smallest = hn::Set(d, terms.smallest_valid);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (; x + lanes <= width; x += lanes) {
-    const auto valid = hn::Ge(hn::LoadU(d, measured + x), smallest);
-    const auto ambiguous = hn::PromoteTo(di, hn::LoadU(d8, ambiguity + x));
-    const auto of_match = hn::GatherIndex(d, terms.variance_by_ambiguity_px2, ambiguous);
-    hn::StoreU(hn::IfThenElseZero(valid, of_match), d, variance + x);
-  }
-  return x;
-}
-
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
                             const MeasurementTerms& terms, float* variance_px2) {
-  const int x = measurementVariancePixels(hn::ScalableTag<float>(), measured_px, ambiguity, width,
-                                          terms, 0, variance_px2);
-  measurementVariancePixels(hn::FixedTag<float, 1>(), measured_px, ambiguity, width, terms, x,
-                            variance_px2);
+  forPixels<float>(0, width, [&](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const auto valid = hn::Ge(hn::LoadU(d, measured_px + x), hn::Set(d, terms.smallest_valid));
+    const auto ambiguous = hn::PromoteTo(di, hn::LoadU(d8, ambiguity + x));
+    const auto of_match = hn::GatherIndex(d, terms.variance_by_ambiguity_px2, ambiguous);
+    hn::StoreU(hn::IfThenElseZero(valid, of_match), d, variance_px2 + x);
+  });
 }
 
 // Unknown neighbours become NaN, for which every comparison is false.

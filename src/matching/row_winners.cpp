@@ -10,6 +10,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "simd/pixel_loop-inl.h"
+
 #ifndef PREDICTIVE_STEREO_ROW_DESCRIPTION
 #define PREDICTIVE_STEREO_ROW_DESCRIPTION
 namespace predictive_stereo {
@@ -36,22 +38,17 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Processes columns from x on in whole vectors of type D; returns the first column that is left
-/// over. See winner.h for the formulas.
-template <class D>
-HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRange& range,
-                              int columns, int x) {
-  const hn::RebindToSigned<D> di;
-  const hn::Rebind<uint8_t, D> d8;
-  const hn::Rebind<uint16_t, D> d16;
-  const auto load = [&](const uint8_t* values) {
-    return hn::PromoteTo(di, hn::LoadU(d8, values + x));
-  };
-  const auto zero = hn::Zero(di), one = hn::Set(di, 1), white = hn::Set(di, 255);
-  const auto fraction = hn::Set(df, row.fraction_px);
-  const auto lowest = hn::Set(df, static_cast<float>(range.min_disparity));
-  const int lanes = static_cast<int>(hn::Lanes(df));
-  for (; x + lanes <= columns; x += lanes) {
+/// See winner.h for the formulas.
+void DescribePixels(const RowDescription& row, const DisparityRange& range, int columns) {
+  forPixels<float>(0, columns, [row, range](auto df, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(df)> di;
+    const hn::Rebind<uint8_t, decltype(df)> d8;
+    const hn::Rebind<uint16_t, decltype(df)> d16;
+    const auto load = [&](const uint8_t* values)
+                          HWY_ATTR { return hn::PromoteTo(di, hn::LoadU(d8, values + x)); };
+    const auto zero = hn::Zero(di), one = hn::Set(di, 1), white = hn::Set(di, 255);
+    const auto fraction = hn::Set(df, row.fraction_px);
+    const auto lowest = hn::Set(df, static_cast<float>(range.min_disparity));
     const auto index = load(row.index), cost = load(row.cost);
     const auto below = load(row.below), above = load(row.above), runner_up = load(row.runner_up);
     const auto begin = row.first ? load(row.first) : zero;
@@ -76,13 +73,7 @@ HWY_INLINE int describePixels(D df, const RowDescription& row, const DisparityRa
     const auto agrees_closely = hn::Gt(load(row.agreement), one);
     const auto has_ratio = hn::And(hn::And(searched, hn::Gt(runner_up, zero)), agrees_closely);
     hn::StoreU(hn::DemoteTo(d8, hn::IfThenElse(has_ratio, ratio, white)), d8, row.ambiguity + x);
-  }
-  return x;
-}
-
-void DescribePixels(const RowDescription& row, const DisparityRange& range, int columns) {
-  const int x = describePixels(hn::ScalableTag<float>(), row, range, columns, 0);
-  describePixels(hn::FixedTag<float, 1>(), row, range, columns, x);
+  });
 }
 
 #else
