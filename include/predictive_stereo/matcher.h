@@ -51,6 +51,10 @@ struct MatcherParams {
   }
 };
 
+/// @throws std::invalid_argument if a parameter is outside its limits, range.count is not a
+///   multiple of 16, or p2 <= p1.
+void validateMatcher(const MatcherParams& params);
+
 /// Per pixel of the left image, the disparities to search: first, ..., last [px], both included.
 /// last < first: this pixel is not searched and gets no disparity.
 struct SearchRanges {
@@ -80,8 +84,7 @@ struct Match {
 /// are unknown.
 class StereoMatcher {
  public:
-  /// @throws std::invalid_argument if a parameter is outside its limits, range.count is not a
-  ///   multiple of 16, p2 <= p1, or this CPU cannot run simd_target.
+  /// @throws std::invalid_argument as validateMatcher does, or if this CPU cannot run simd_target.
   explicit StereoMatcher(const MatcherParams& params);
   ~StereoMatcher();
   StereoMatcher(StereoMatcher&&) noexcept;

@@ -3,7 +3,67 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "parallel/tasks.h"
+#include "simd/simd_dispatch.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "matching/census.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+#if PREDICTIVE_STEREO_HAS_VECTORS
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Bytes = hn::ScalableTag<uint8_t>;
+using SignedBytes = hn::RebindToSigned<Bytes>;
+using BytesV = hn::Vec<Bytes>;
+
+/// Eight comparisons of the pixels from x on: one byte per pixel.
+HWY_INLINE BytesV compareEight(const int8_t* const* first, const int8_t* const* second, size_t x) {
+  const Bytes d;
+  const SignedBytes ds;
+  BytesV bits = hn::Zero(d);
+  for (int i = 0; i < 8; ++i) {
+    const auto darker = hn::Lt(hn::LoadU(ds, first[i] + x), hn::LoadU(ds, second[i] + x));
+    const auto bit = hn::Set(d, static_cast<uint8_t>(1 << i));
+    bits = hn::Or(bits, hn::And(hn::BitCast(d, hn::VecFromMask(ds, darker)), bit));
+  }
+  return bits;
+}
+
+/// first[i] and second[i] point to the pixels that bit i of the row's first word compares.
+void CensusRow(const int8_t* const* first, const int8_t* const* second, int width, int* words) {
+  const Bytes d;
+  const int step = static_cast<int>(hn::Lanes(d));
+  HWY_ALIGN int last[hn::MaxLanes(d)];
+  for (int x = 0; x < width; x += step) {
+    const BytesV byte0 = compareEight(first, second, x);
+    const BytesV byte1 = compareEight(first + 8, second + 8, x);
+    const BytesV byte2 = compareEight(first + 16, second + 16, x);
+    const bool fits = x + step <= width;
+    int* const target = fits ? words + x : last;
+    hn::StoreInterleaved4(byte0, byte1, byte2, hn::Zero(d), d, reinterpret_cast<uint8_t*>(target));
+    if (!fits) std::copy_n(last, width - x, words + x);
+  }
+}
+
+#else
+void CensusRow(const int8_t* const*, const int8_t* const*, int, int*) {}
+#endif
+
+// NOLINTNEXTLINE(google-readability-namespace-comments)
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+
+HWY_EXPORT(CensusRow);
 
 CensusPattern censusPattern(CensusForm form) {
   constexpr int kNear = 2;  // within 5x5
@@ -43,4 +103,45 @@ void censusReference(const cv::Mat1b& image, CensusForm form, cv::Mat1i& words) 
     }
 }
 
+void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
+  constexpr int kMargin = kCensusMargin;
+  constexpr int kLargestVector = 64;
+  padded_.create(image.rows, image.cols + 2 * kMargin + kLargestVector);
+  words.create(image.size());
+  const auto rows = cv::Range(0, image.rows);
+
+  parallelFor(rows, [&](const cv::Range& part) {
+    for (int y = part.start; y < part.end; ++y) {
+      const uint8_t* source = image[y];
+      uint8_t* target = padded_[y];
+      const int columns = image.cols;  // a copy: writes to bytes cannot alias it
+      // Flipping the highest bit gives signed numbers of the same order, which x86 compares faster.
+      for (int x = 0; x < columns; ++x) target[kMargin + x] = source[x] ^ 0x80;
+      std::fill_n(target, kMargin, target[kMargin]);
+      uint8_t* const end = target + kMargin + columns;
+      std::fill_n(end, kMargin + kLargestVector, end[-1]);
+    }
+  });
+
+  const CensusPattern pattern = censusPattern(form_);
+  const auto censusRow = PREDICTIVE_STEREO_DISPATCH(CensusRow, simd_target_);
+  parallelFor(rows, [&](const cv::Range& part) {
+    const int8_t* first[kCensusBits];
+    const int8_t* second[kCensusBits];
+    for (int y = part.start; y < part.end; ++y) {
+      const auto pixel = [&](int dx, int dy) {
+        const uint8_t* row = padded_[std::clamp(y + dy, 0, image.rows - 1)];
+        return reinterpret_cast<const int8_t*>(row + kMargin + dx);
+      };
+      int i = 0;
+      for (const CensusComparison& c : pattern) {
+        first[i] = pixel(c.first_x, c.first_y);
+        second[i++] = pixel(c.second_x, c.second_y);
+      }
+      censusRow(first, second, image.cols, words[y]);
+    }
+  });
+}
+
 }  // namespace predictive_stereo
+#endif

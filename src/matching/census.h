@@ -27,4 +27,17 @@ CensusPattern censusPattern(CensusForm form);
 /// The reference in plain C++: one census word per pixel; the image's borders are replicated.
 void censusReference(const cv::Mat1b& image, CensusForm form, cv::Mat1i& words);
 
+/// The census transform in SIMD; equals censusReference. Rows run in parallel.
+class CensusKernel {
+ public:
+  CensusKernel(CensusForm form, int64_t simd_target) : form_(form), simd_target_(simd_target) {}
+
+  void transform(const cv::Mat1b& image, cv::Mat1i& words);
+
+ private:
+  CensusForm form_;
+  int64_t simd_target_;
+  cv::Mat1b padded_;  ///< the image with replicated columns, as signed values
+};
+
 }  // namespace predictive_stereo

@@ -6,7 +6,6 @@
 
 #include "imaging/half_image.h"
 #include "imaging/size_check.h"
-#include "matching/matcher_limits.h"
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
 

@@ -12,7 +12,6 @@
 #include <hwy/highway.h>
 
 #include "matching/path_step-inl.h"
-#include "matching/striped_layout-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {

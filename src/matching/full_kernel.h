@@ -5,10 +5,10 @@
 /// except for the first and the last vector. Indices from `count` on are dead: they cost 255.
 #pragma once
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 
-#include "matching/cost_tables.h"
 #include "matching/row_visits.h"
 #include "predictive_stereo/matcher.h"
 
@@ -22,6 +22,24 @@ struct StripedLayout {
 };
 /// The smallest layout of this target that holds `count` disparities.
 StripedLayout stripedLayout(int64_t simd_target, int count);
+
+/// Hamming distances of census words. Each value of four bits of the left word has a row of 16
+/// distances, one for each value of the four bits of the right word. A byte shuffle with this row
+/// gives the distances of 16 or more right pixels at once, without a population count.
+struct CostTables {
+  explicit CostTables(int p2) {
+    for (unsigned left = 0; left < 16; ++left)
+      for (unsigned right = 0; right < 16; ++right) {
+        const unsigned at = 16 * left + right;
+        distance[at] = static_cast<uint8_t>(std::bitset<4>(left ^ right).count());
+        distance_and_p2[at] = static_cast<uint8_t>(distance[at] + p2);
+      }
+  }
+
+  // Row after row. The planes of the left image hold the positions where rows begin.
+  alignas(64) uint8_t distance[16 * 16];
+  alignas(64) uint8_t distance_and_p2[16 * 16];  ///< P2 included, for the first four bits of a word
+};
 
 /// State of a path at the pixels of a row: its costs L, [x][StripedLayout::size()], and P2 + the
 /// lowest cost of each pixel, [x].

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "matching/row_visits.h"
-#include "matching/striped_winners_kernel.h"
+#include "matching/row_winners.h"
 
 namespace predictive_stereo {
 

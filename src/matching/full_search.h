@@ -4,8 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "matching/aligned_buffer.h"
-#include "matching/census_planes.h"
-#include "matching/cost_tables.h"
+#include "matching/census_layouts.h"
 #include "matching/full_kernel.h"
 #include "matching/jump_floors.h"
 #include "matching/principal_offset.h"

@@ -23,14 +23,6 @@ void floorsBetween(const uint8_t* near_before, const uint8_t* near_after, const 
   }
 }
 
-uint8_t floorBetween(const uint8_t* row, int width, int x, int least_step, uint8_t floor) {
-  const auto step = [&](int before, int after) {
-    return std::abs(row[std::clamp(before, 0, width - 1)] - row[std::clamp(after, 0, width - 1)]);
-  };
-  return std::min(step(x - 1, x), step(x - 1 - kReach, x + kReach)) >= least_step ? floor
-                                                                                  : uint8_t{0};
-}
-
 }  // namespace
 
 void JumpFloors::build(const cv::Mat1b& left, const MatcherParams& params) {
@@ -50,18 +42,19 @@ void JumpFloors::build(const cv::Mat1b& left, const MatcherParams& params) {
   const auto least_step = static_cast<uint8_t>(params.edge_step);
   const auto row = [&](int y) { return left[std::clamp(y, 0, height - 1)]; };
   parallelFor(cv::Range(0, height + 1), [&](const cv::Range& rows) {
+    cv::AutoBuffer<uint8_t, 4096> padded(static_cast<size_t>(width + 2 * (kReach + 1)));
     for (int y = rows.start; y < rows.end; ++y) {
       floorsBetween(row(y - 1), row(y), row(y - 1 - kReach), row(y + kReach), width, least_step,
                     floor, down_.data() + offsetOf(y));
       if (y == height) break;
-      const uint8_t* const here = left[y];
-      uint8_t* const floors = across_.data() + offsetOf(y);
-      const int first = std::min(kReach + 1, width + 1);
-      const int last = std::max(width - kReach, first);
-      for (int x = 0; x <= width; x = x + 1 == first ? last : x + 1)
-        floors[x] = floorBetween(here, width, x, least_step, floor);
-      floorsBetween(here + first - 1, here + first, here + first - 1 - kReach,
-                    here + first + kReach, last - first, least_step, floor, floors + first);
+      // The row with replicated borders.
+      constexpr int kBeside = kReach + 1;
+      uint8_t* const here = padded.data() + kBeside;
+      std::fill_n(padded.data(), kBeside, left(y, 0));
+      std::copy_n(left[y], width, here);
+      std::fill_n(here + width, kBeside, left(y, width - 1));
+      floorsBetween(here - 1, here, here - 1 - kReach, here + kReach, width + 1, least_step, floor,
+                    across_.data() + offsetOf(y));
     }
   });
 }

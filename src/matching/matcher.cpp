@@ -5,10 +5,9 @@
 #include <stdexcept>
 
 #include "imaging/size_check.h"
-#include "matching/census_kernel.h"
+#include "matching/census.h"
 #include "matching/full_search.h"
 #include "matching/jump_floors.h"
-#include "matching/matcher_limits.h"
 #include "matching/principal_offset.h"
 #include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
@@ -25,6 +24,16 @@ void requireEqualSizes(const cv::Mat1b& left, const cv::Mat1b& right) {
 }
 
 }  // namespace
+
+void validateMatcher(const MatcherParams& params) {
+  validate(params);
+  std::ostringstream text;
+  if (params.range.count % 16 != 0)
+    text << "range/count = " << params.range.count << ": must be a multiple of 16";
+  else if (params.p2 <= params.p1)
+    text << "p2 = " << params.p2 << ": must be larger than p1 = " << params.p1;
+  if (!text.str().empty()) throw std::invalid_argument(text.str());
+}
 
 struct StereoMatcher::Workspace {
   explicit Workspace(const MatcherParams& matcher_params)

@@ -1,4 +1,5 @@
-/// One step of a path (eq. 1) in vectors of 8-bit costs. Included once per SIMD target.
+/// Vectors of 8-bit costs: their layout in the full search (full_kernel.h), their minimum, and one
+/// step of a path (eq. 1). Included once per SIMD target.
 
 #if defined(PREDICTIVE_STEREO_PATH_STEP_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef PREDICTIVE_STEREO_PATH_STEP_INL_H_
@@ -9,6 +10,10 @@
 
 #include <hwy/highway.h>
 
+#include <type_traits>
+
+#include "matching/full_kernel.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
@@ -17,21 +22,51 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The minimum of all lanes, in lane 0 of the result.
+using StripedBytes = hn::CappedTag<uint8_t, 64>;
+
+/// Kernels are compiled for 1 to 8 vectors per pixel, and for even numbers above.
+constexpr int moreVectors(int vectors) { return vectors < 8 ? vectors + 1 : vectors + 2; }
+
+inline StripedLayout layOutStripes(int count) {
+  StripedLayout layout{static_cast<int>(hn::MaxLanes(StripedBytes())), 1};
+  while (layout.size() < count) layout.vectors = moreVectors(layout.vectors);
+  return layout;
+}
+
+/// Calls function(std::integral_constant<int, vectors>()).
+template <int kVectors = 1, class Function>
+HWY_INLINE void callWithVectors(int vectors, const Function& function) {
+  constexpr int kMostDisparities = 256;
+  if constexpr (kVectors * hn::MaxLanes(StripedBytes()) < kMostDisparities) {
+    if (vectors > kVectors) return callWithVectors<moreVectors(kVectors)>(vectors, function);
+  }
+  function(std::integral_constant<int, kVectors>());
+}
+
+/// The minimum of all lanes of 16 bits, in lane 0 of the result.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE hn::Vec<hn::FixedTag<uint8_t, 16>> lowestToFront(D d, V v) {
-  if constexpr (hn::MaxLanes(D()) == 16) {
+HWY_INLINE hn::Vec<hn::FixedTag<uint16_t, 8>> lowestWordToFront(D d, V v) {
+  if constexpr (hn::MaxLanes(D()) == 8) {
 #if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
-    // The minimum of each pair in 16 bits, then x86's minimum of eight 16-bit lanes.
-    const hn::Repartition<uint16_t, D> d16;
-    const auto pairs = hn::Min(v, hn::BitCast(d, hn::ShiftRight<8>(hn::BitCast(d16, v))));
-    return V{_mm_minpos_epu16(pairs.raw)};
+    return V{_mm_minpos_epu16(v.raw)};
 #else
     v = hn::Min(v, hn::CombineShiftRightBytes<8>(d, v, v));
     v = hn::Min(v, hn::CombineShiftRightBytes<4>(d, v, v));
-    v = hn::Min(v, hn::CombineShiftRightBytes<2>(d, v, v));
-    return hn::Min(v, hn::CombineShiftRightBytes<1>(d, v, v));
+    return hn::Min(v, hn::CombineShiftRightBytes<2>(d, v, v));
 #endif
+  } else {
+    const hn::Half<D> half;
+    return lowestWordToFront(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
+  }
+}
+
+/// The minimum of all lanes of 8 bits, in lane 0 of the result.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE hn::Vec<hn::FixedTag<uint8_t, 16>> lowestToFront(D d, V v) {
+  if constexpr (hn::MaxLanes(D()) == 16) {
+    const hn::Repartition<uint16_t, D> d16;
+    const V pairs = hn::Min(v, hn::BitCast(d, hn::ShiftRight<8>(hn::BitCast(d16, v))));
+    return hn::BitCast(d, lowestWordToFront(d16, hn::BitCast(d16, pairs)));
   } else {
     const hn::Half<D> half;
     return lowestToFront(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));

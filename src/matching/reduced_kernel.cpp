@@ -44,19 +44,6 @@ struct Visit {
   uint8_t* sums;
 };
 
-/// Inputs and outputs of a step of the vertical path, for windows of 16.
-struct VerticalStep {
-  const uint8_t *costs, *sums_before;
-  uint8_t *goodness, *sums;
-
-  template <class D, class V = hn::Vec<D>>
-  HWY_INLINE void take(D d, int at, const Carried<V>& carried, V p1, V p2, V floor) const {
-    const V path = pathCost(hn::LoadU(d, costs + at), carried, p1, floor);
-    hn::StoreU(goodnessOf(d, path, p2), d, goodness + at);
-    hn::StoreU(hn::SaturatedAdd(hn::LoadU(d, sums_before + at), path), d, sums + at);
-  }
-};
-
 template <bool kStraight, bool kDiagonal>
 class RowAggregation {
  public:
@@ -139,8 +126,8 @@ class RowAggregation {
         matchNarrow(row, a, one, counter);
         matchNarrow(row, b, other, counter);
       } else if constexpr (kDown) {
-        followVertical(row, a, one, row.half_sums);
-        followVertical(row, b, other, row.half_sums);
+        followVertical(row, a, row.half_sums);
+        followVertical(row, b, row.half_sums);
       }
       const PairShift shift(one.first - forward_first, other.first - backward_first);
       const auto pixels = [&](auto number) HWY_ATTR {
@@ -181,13 +168,7 @@ class RowAggregation {
   /// The vertical path alone.
   HWY_INLINE void followVerticals(int begin_run, int end_run) {
     const ReducedSearchRow row = row_;
-    const Visit vertical{false, nullptr, true, row.sums_before, row.sums};
-    for (int i = begin_run; i < end_run; ++i) {
-      if (isNarrow(row, i))
-        followVertical(row, i, row.windows[i], row.sums_before);
-      else
-        visit(i, vertical);
-    }
+    for (int i = begin_run; i < end_run; ++i) followVertical(row, i, row.sums_before);
   }
 
   static HWY_INLINE void matchNarrow(const ReducedSearchRow& row, int run, const WindowRun& window,
@@ -206,29 +187,25 @@ class RowAggregation {
     }
   }
 
-  /// The vertical path of a whole narrow run. Its pixels do not depend on each other, and fill
-  /// registers of any width.
-  HWY_INLINE void followVertical(const ReducedSearchRow& row, int run, const WindowRun& window,
-                                 const uint8_t* sums_before) {
-    const VerticalStep step{row.costs + window.position, sums_before + window.position,
-                            row.next.straight + window.position, row.sums + window.position};
+  /// The vertical path of a run. The pixels of a whole narrow run do not depend on each other, and
+  /// fill registers of any width.
+  HWY_INLINE void followVertical(const ReducedSearchRow& row, int run, const uint8_t* sums_before) {
     const WindowRun* const above = row.previous_windows;
-    if (HWY_LIKELY(above && above[run].width == kLanes)) {
-      const uint8_t* const goodness = row.previous.straight + above[run].position;
-      const Shift shift(run_d_, window.first - above[run].first);
-      const auto floors = hn::LoadDup128(run_d_, row.floors_down + run * kWindowRun);
-      for (int at = 0; at < kWindowRun * kLanes; at += kPixelsOfVector * kLanes)
-        step.take(run_d_, at, shift(hn::LoadU(run_d_, goodness + at)), p1_, p2_,
-                  hn::TableLookupBytes(floors, hn::Load(run_d_, kPixel.pixel + at)));
-    } else {
-      const WindowPaths<Bytes16, 1> paths(window, row.p1, row.p2);
-      const V16 p1 = lowLanes(d_, run_d_, p1_), p2 = lowLanes(d_, run_d_, p2_);
-      for (int k = 0; k < kWindowRun; ++k) {
-        WindowPaths<Bytes16, 1>::Passed carried;
-        paths.carry(inPreviousRow(row, run * kWindowRun + k, row.previous.straight), carried);
-        step.take(d_, k * kLanes, carried[0], p1, p2,
-                  hn::Set(d_, row.floors_down[run * kWindowRun + k]));
-      }
+    if (HWY_UNLIKELY(!isNarrow(row, run) || !above || above[run].width != kLanes))
+      return visit(run, {false, nullptr, true, sums_before, row.sums});
+    const RunBytes d;
+    const auto p1 = p1_, p2 = p2_;
+    const WindowRun window = row.windows[run];
+    const uint8_t* const goodness = row.previous.straight + above[run].position;
+    const Shift shift(d, window.first - above[run].first);
+    const auto floors = hn::LoadDup128(d, row.floors_down + run * kWindowRun);
+    for (int i = 0; i < kWindowRun * kLanes; i += kPixelsOfVector * kLanes) {
+      const int at = window.position + i;
+      const auto floor = hn::TableLookupBytes(floors, hn::Load(d, kPixel.pixel + i));
+      const auto path =
+          pathCost(hn::LoadU(d, row.costs + at), shift(hn::LoadU(d, goodness + i)), p1, floor);
+      hn::StoreU(goodnessOf(d, path, p2), d, row.next.straight + at);
+      hn::StoreU(hn::SaturatedAdd(hn::LoadU(d, sums_before + at), path), d, row.sums + at);
     }
   }
 

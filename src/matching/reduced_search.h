@@ -5,13 +5,12 @@
 #include <vector>
 
 #include "matching/aligned_buffer.h"
-#include "matching/census_bytes.h"
+#include "matching/census_layouts.h"
 #include "matching/jump_floors.h"
 #include "matching/principal_offset.h"
 #include "matching/reduced_kernel.h"
 #include "matching/row_winners.h"
 #include "matching/search_windows.h"
-#include "matching/window_winners_kernel.h"
 #include "parallel/work_pool.h"
 #include "predictive_stereo/matcher.h"
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "matching/winner.h"
 #include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -38,7 +37,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// See winner.h for the formulas.
+/// The formulas are those of reference_sgm.cpp.
 void DescribePixels(const RowDescription& row, const DisparityRange& range, int columns) {
   forPixels<float>(0, columns, [row, range](auto df, int x) HWY_ATTR {
     const hn::RebindToSigned<decltype(df)> di;

@@ -1,7 +1,6 @@
-#include "matching/striped_winners_kernel.h"
-
 #include <algorithm>
 
+#include "matching/row_winners.h"
 #include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -10,7 +9,6 @@
 #include <hwy/highway.h>
 
 #include "matching/path_step-inl.h"
-#include "matching/striped_layout-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {

@@ -1,8 +1,7 @@
-#include "matching/window_winners_kernel.h"
-
 #include <algorithm>
 #include <cstring>
 
+#include "matching/row_winners.h"
 #include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -43,23 +42,6 @@ using Bytes16 = hn::FixedTag<uint8_t, kLanes>;
 using Words = hn::CappedTag<uint16_t, kLanes>;
 constexpr int kWords = hn::MaxLanes(Words());
 
-/// The minimum of all lanes.
-template <class D>
-HWY_INLINE uint16_t lowestWord(D d, hn::Vec<D> v) {
-  if constexpr (hn::MaxLanes(D()) > 8) {
-    const hn::Half<D> half;
-    return lowestWord(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
-  } else {
-#if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
-    return hn::GetLane(hn::Vec<D>{_mm_minpos_epu16(v.raw)});
-#else
-    v = hn::Min(v, hn::CombineShiftRightBytes<8>(d, v, v));
-    v = hn::Min(v, hn::CombineShiftRightBytes<4>(d, v, v));
-    return hn::GetLane(hn::Min(v, hn::CombineShiftRightBytes<2>(d, v, v)));
-#endif
-  }
-}
-
 /// Results of each pixel, as pointers to types that byte writes cannot alias.
 struct PixelArrays {
   uint16_t* lowest;
@@ -88,7 +70,7 @@ HWY_INLINE void describePixel(int x, const uint8_t* sums, int first, int window_
     hn::StoreU(hn::Min(hn::LoadU(words, entries + k), candidate), words, entries + k);
     index = hn::Add(index, hn::Set(words, kWords));
   }
-  const uint16_t winner = lowestWord(words, lowest);
+  const uint16_t winner = hn::GetLane(lowestWordToFront(words, lowest));
   const intptr_t best = winner & 255;
   arrays.lowest[x] = winner;
   std::memcpy(arrays.beside + x, (sums - first - 1) + best, sizeof arrays.beside[x]);

@@ -9,7 +9,7 @@
 #include "imaging/half_image.h"
 #include "matching/matching_scenes.h"
 #include "matching/row_offset_sample.h"
-#include "matching/search_windows_kernel.h"
+#include "matching/search_windows.h"
 #include "predictive_stereo/coarse_matcher.h"
 #include "predictive_stereo/matcher.h"
 #include "predictive_stereo/row_alignment.h"

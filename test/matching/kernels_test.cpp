@@ -10,7 +10,6 @@
 
 #include "imaging/half_image.h"
 #include "matching/census.h"
-#include "matching/census_kernel.h"
 #include "matching/matching_scenes.h"
 #include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"

@@ -1,13 +1,14 @@
-#include "matching/census_planes.h"
+#include "matching/census_layouts.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "matching/census.h"
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "matching/census_planes.cpp"
+#define HWY_TARGET_INCLUDE "matching/census_layouts.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -54,9 +55,41 @@ void SplitIntoIndices(const int* words, int size, size_t stride, uint8_t* target
   splitWords<false>(words, size, stride, target);
 }
 
+using Bytes = hn::ScalableTag<uint8_t>;
+
+HWY_INLINE hn::Vec<Bytes> reversed(hn::Vec<Bytes> v) {
+  const Bytes d;
+  const hn::Repartition<uint16_t, Bytes> d16;
+  const auto pairs = hn::Reverse(d16, hn::BitCast(d16, v));
+  return hn::BitCast(d, hn::Or(hn::ShiftLeft<8>(pairs), hn::ShiftRight<8>(pairs)));
+}
+
+/// Entry e of plane b, at target + b * stride, becomes byte b of words[size - 1 - e].
+void SplitReversed(const int* words, int size, size_t stride, uint8_t* target) {
+  const Bytes d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto* const source = reinterpret_cast<const uint8_t*>(words);
+  const auto split = [&](int e) HWY_ATTR {
+    hn::Vec<Bytes> byte0, byte1, byte2, byte3;
+    hn::LoadInterleaved4(d, source + 4 * (size - e - lanes), byte0, byte1, byte2, byte3);
+    hn::StoreU(reversed(byte0), d, target + e);
+    hn::StoreU(reversed(byte1), d, target + e + stride);
+    hn::StoreU(reversed(byte2), d, target + e + 2 * stride);
+  };
+  if (size < lanes) {
+    for (int e = 0; e < size; ++e)
+      for (int b = 0; b < kCensusBytes; ++b)
+        target[e + b * stride] = source[4 * (size - 1 - e) + b];
+    return;
+  }
+  for (int e = 0; e + lanes <= size; e += lanes) split(e);
+  split(size - lanes);  // the rest; overlaps the last vector
+}
+
 #else
 void SplitIntoTableRows(const int*, int, size_t, uint8_t*) {}
 void SplitIntoIndices(const int*, int, size_t, uint8_t*) {}
+void SplitReversed(const int*, int, size_t, uint8_t*) {}
 #endif
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -70,12 +103,12 @@ namespace {
 
 HWY_EXPORT(SplitIntoTableRows);
 HWY_EXPORT(SplitIntoIndices);
+HWY_EXPORT(SplitReversed);
+
+constexpr int kLargestVector = 64;
 
 /// Whole cache lines, with room to read and write whole vectors.
-size_t paddedStride(int entries) {
-  constexpr int kLargestVector = 64;
-  return (entries + kLargestVector + 63) / 64 * 64;
-}
+size_t paddedStride(int entries) { return (entries + kLargestVector + 63) / 64 * 64; }
 
 /// ordered[i] = source[x - i step] for `count` entries; columns outside the image repeat its
 /// border.
@@ -121,6 +154,25 @@ void CensusPlanes::buildRight(const cv::Mat1i& words, const DisparityRange& shif
       orderPhase(source, width, width - 1 - shifts.min_disparity - phase, phases, per_phase,
                  ordered_[y] + phase * phase_stride);
     split(ordered_[y], static_cast<int>(plane_stride_) - 64, plane_stride_, planes_[y]);
+  });
+}
+
+void CensusBytes::build(const cv::Mat1i& right_words, const DisparityRange& shifts) {
+  const auto split = PREDICTIVE_STEREO_DISPATCH(SplitReversed, simd_target_);
+  const int width = right_words.cols;
+  // The last image column is entry -shifts.min_disparity.
+  const int before = std::max(-shifts.min_disparity, 0);
+  const int behind = std::max(shifts.max_disparity(), 0) + kLargestVector;
+  plane_stride_ = before + width + behind;
+  row_offset_ = before + shifts.min_disparity;
+  planes_.create(right_words.rows, static_cast<int>(plane_stride_) * kCensusBytes);
+  parallelForEach(right_words.rows, [&](int y) {
+    split(right_words[y], width, plane_stride_, planes_[y] + before);
+    for (int b = 0; b < kCensusBytes; ++b) {
+      uint8_t* const plane = planes_[y] + b * plane_stride_;
+      std::memset(plane, plane[before], before);
+      std::memset(plane + before + width, plane[before + width - 1], behind);
+    }
   });
 }
 
