@@ -1,6 +1,7 @@
 #include "predictive_stereo/prediction.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
@@ -50,91 +51,56 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Warps the pixels of a row, as many at a time as D has lanes.
-template <class D>
-class RowWarp {
-  using DI = hn::RebindToSigned<D>;
-  using DU = hn::RebindToUnsigned<D>;
-  using V = hn::Vec<D>;
-
- public:
-  HWY_INLINE RowWarp(const RowMotion& motion, const WarpLimits& limits)
-      : smallest_(hn::Set(d_, limits.smallest)),
-        largest_(hn::Set(d_, limits.largest)),
-        columns_(hn::Set(d_, static_cast<float>(limits.columns))),
-        rows_(hn::Set(d_, static_cast<float>(limits.rows))),
-        row_pixels_(hn::Set(di_, limits.columns)) {
-    for (int i = 0; i < 4; ++i) {
-      by_x_[i] = hn::Set(d_, motion.by_x[i]);
-      by_d_[i] = hn::Set(d_, motion.by_d[i]);
-      constant_[i] = hn::Set(d_, motion.constant[i]);
-    }
-  }
-
-  // Processes pixels from x on in whole vectors; returns the first pixel that is left over.
-  HWY_INLINE int run(const float* disparity_px, const float* variance_px2, int width, int x,
-                     const WarpedRow& warped) {
-    const int lanes = static_cast<int>(hn::Lanes(d_));
-    for (; x + lanes <= width; x += lanes) {
-      const V disparity = hn::LoadU(d_, disparity_px + x);
-      const V position = hn::Iota(d_, static_cast<float>(x));
-      const auto component = [&](int i) HWY_ATTR {
-        return hn::Add(hn::Add(hn::Mul(by_x_[i], position), hn::Mul(by_d_[i], disparity)),
-                       constant_[i]);
-      };
-      const V depth_ratio = component(3);  // Z / Z_prev: positive in front of the camera
-      const V scale = hn::Div(hn::Set(d_, 1.0f), depth_ratio);
-      const V half = hn::Set(d_, 0.5f), zero = hn::Zero(d_);
-      const V column = hn::Add(hn::Mul(component(0), scale), half);
-      const V row = hn::Add(hn::Mul(component(1), scale), half);
-      const V moved = hn::Mul(component(2), scale);
-      const auto in_front = hn::And(hn::Gt(depth_ratio, zero), hn::Ge(disparity, smallest_));
-      const auto in_range = hn::And(hn::Ge(moved, smallest_), hn::Le(moved, largest_));
-      const auto in_columns = hn::And(hn::Ge(column, zero), hn::Lt(column, columns_));
-      const auto in_rows = hn::And(hn::Ge(row, zero), hn::Lt(row, rows_));
-      const auto visible = hn::And(hn::And(in_front, in_range), hn::And(in_columns, in_rows));
-
-      // For pixels outside the image the conversion is undefined; they are discarded below.
-      const auto inside =
-          hn::Add(hn::Mul(hn::ConvertTo(di_, row), row_pixels_), hn::ConvertTo(di_, column));
-      const auto index = hn::IfThenElse(hn::RebindMask(di_, visible), inside, none_);
-      hn::StoreU(index, di_, warped.target + x);
-      // Phi = d_pred / d (eq. 3) is the ratio of depths, which is also defined for d = 0.
-      hn::StoreU(moved, d_, warped.disparity_px + x);
-      hn::StoreU(hn::Mul(hn::Mul(scale, scale), hn::LoadU(d_, variance_px2 + x)), d_,
-                 warped.variance_px2 + x);
-      // -1 (none) is the smallest index as a signed number, and the largest as an unsigned one.
-      last_ = hn::Max(last_, index);
-      first_ = hn::Min(first_, hn::BitCast(du_, index));
-    }
-    return x;
-  }
-
-  // First and last of all targets so far; -1: none.
-  int firstTarget() const { return static_cast<int>(hn::GetLane(hn::MinOfLanes(du_, first_))); }
-  int lastTarget() const { return hn::GetLane(hn::MaxOfLanes(di_, last_)); }
-
- private:
-  const D d_{};
-  const DI di_{};
-  const DU du_{};
-  V by_x_[4], by_d_[4], constant_[4];
-  V smallest_, largest_, columns_, rows_;
-  hn::Vec<DI> row_pixels_;
-  hn::Vec<DI> none_ = hn::Set(di_, -1), last_ = none_;
-  hn::Vec<DU> first_ = hn::BitCast(du_, none_);
-};
-
 void warpRow(const RowMotion& motion, const float* disparity_px, const float* variance_px2,
              const WarpLimits& limits, WarpedRow& warped) {
-  RowWarp<hn::ScalableTag<float>> vectors(motion, limits);
-  RowWarp<hn::FixedTag<float, 1>> pixels(motion, limits);
-  const int x = vectors.run(disparity_px, variance_px2, limits.columns, 0, warped);
-  pixels.run(disparity_px, variance_px2, limits.columns, x, warped);
-  const int last = std::max(vectors.lastTarget(), pixels.lastTarget());
-  const auto first = std::min(static_cast<unsigned>(vectors.firstTarget()),
-                              static_cast<unsigned>(pixels.firstTarget()));
-  warped.first_row = last < 0 ? limits.rows : static_cast<int>(first) / limits.columns;
+  // First and last target of each lane. -1 (none) is the smallest index as a signed number, and the
+  // largest as an unsigned one.
+  HWY_ALIGN uint32_t firsts[hn::MaxLanes(hn::ScalableTag<uint32_t>())];
+  HWY_ALIGN int32_t lasts[hn::MaxLanes(hn::ScalableTag<int32_t>())];
+  std::fill(std::begin(firsts), std::end(firsts), UINT32_MAX);
+  std::fill(std::begin(lasts), std::end(lasts), -1);
+  uint32_t* const first_targets = firsts;
+  int32_t* const last_targets = lasts;
+  forPixels<float>(0, limits.columns, [=](auto d, int x) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::RebindToUnsigned<decltype(d)> du;
+    const auto disparity = hn::LoadU(d, disparity_px + x);
+    const auto position = hn::Iota(d, static_cast<float>(x));
+    const auto component = [&](int i) HWY_ATTR {
+      return hn::Add(hn::Add(hn::Mul(hn::Set(d, motion.by_x[i]), position),
+                             hn::Mul(hn::Set(d, motion.by_d[i]), disparity)),
+                     hn::Set(d, motion.constant[i]));
+    };
+    const auto depth_ratio = component(3);  // Z / Z_prev: positive in front of the camera
+    const auto scale = hn::Div(hn::Set(d, 1.0f), depth_ratio);
+    const auto half = hn::Set(d, 0.5f), zero = hn::Zero(d), smallest = hn::Set(d, limits.smallest);
+    const auto column = hn::Add(hn::Mul(component(0), scale), half);
+    const auto row = hn::Add(hn::Mul(component(1), scale), half);
+    const auto moved = hn::Mul(component(2), scale);
+    const auto within = [&](auto value, auto end) HWY_ATTR {
+      return hn::And(hn::Ge(value, zero), hn::Lt(value, hn::Set(d, static_cast<float>(end))));
+    };
+    const auto in_front = hn::And(hn::Gt(depth_ratio, zero), hn::Ge(disparity, smallest));
+    const auto in_range =
+        hn::And(hn::Ge(moved, smallest), hn::Le(moved, hn::Set(d, limits.largest)));
+    const auto in_image = hn::And(within(column, limits.columns), within(row, limits.rows));
+    const auto visible = hn::And(hn::And(in_front, in_range), in_image);
+
+    // For pixels outside the image the conversion is undefined; they are discarded below.
+    const auto inside = hn::Add(hn::Mul(hn::ConvertTo(di, row), hn::Set(di, limits.columns)),
+                                hn::ConvertTo(di, column));
+    const auto index = hn::IfThenElse(hn::RebindMask(di, visible), inside, hn::Set(di, -1));
+    hn::StoreU(index, di, warped.target + x);
+    // Phi = d_pred / d (eq. 3) is the ratio of depths, which is also defined for d = 0.
+    hn::StoreU(moved, d, warped.disparity_px + x);
+    hn::StoreU(hn::Mul(hn::Mul(scale, scale), hn::LoadU(d, variance_px2 + x)), d,
+               warped.variance_px2 + x);
+    hn::Store(hn::Min(hn::Load(du, first_targets), hn::BitCast(du, index)), du, first_targets);
+    hn::Store(hn::Max(hn::Load(di, last_targets), index), di, last_targets);
+  });
+  const int last = *std::max_element(std::begin(lasts), std::end(lasts));
+  const auto first = static_cast<int>(*std::min_element(std::begin(firsts), std::end(firsts)));
+  warped.first_row = last < 0 ? limits.rows : first / limits.columns;
   warped.last_row = last < 0 ? -1 : last / limits.columns;
 }
 
@@ -297,12 +263,10 @@ void Predictor::scatterAndFill(const DisparityState& previous, Prediction& predi
     for (int y = rows.start; y < rows.end; ++y) fillWithinRow(smallest, y, prediction);
     for (int y = rows.start + 1; y < rows.end - 1; ++y) fillFromRowsAround(smallest, y, prediction);
   });
-  parallelFor(cv::Range(1, bands), [&](const cv::Range& part) {
-    for (int band = part.start; band < part.end; ++band) {
-      const int first = bandRows(band, size).start;
-      fillFromRowsAround(smallest, first - 1, prediction);
-      fillFromRowsAround(smallest, first, prediction);
-    }
+  parallelForEach(bands - 1, [&](int band) {
+    const int last = bandRows(band, size).end - 1;
+    fillFromRowsAround(smallest, last, prediction);
+    fillFromRowsAround(smallest, last + 1, prediction);
   });
 }
 

@@ -173,10 +173,6 @@ void create(cv::Size size, SearchRanges& ranges) {
 
 RangeRow row(SearchRanges& ranges, int y) { return {ranges.first[y], ranges.last[y]}; }
 
-cv::Size tilesOf(cv::Size size) {
-  return {(size.width + kTilePx - 1) / kTilePx, (size.height + kTilePx - 1) / kTilePx};
-}
-
 // The 3x3 hulls of the ranges that widen(y, ranges) makes of row y. After each row of hulls it
 // calls finish(y), in order within bands of kBandRows.
 template <class Widen, class Finish>
@@ -284,12 +280,15 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
 
   create(coarse_size, coarse_);
   hullOf3x3(widenCoarse, coarse_, [](int) {});
-  create(tilesOf(size), tiles_);
-  create({size.width, tiles_.first.rows}, columns_);
+  const cv::Size tiles((size.width + kTilePx - 1) / kTilePx, (size.height + kTilePx - 1) / kTilePx);
+  create(tiles, tiles_);
+  create({size.width, tiles.height}, columns_);
   hullOf3x3(widen, ranges, [&](int y) {
-    if (!coarse_size.empty()) HWY_DYNAMIC_DISPATCH(uniteWithCoarse)
-    (row(coarse_, std::min(y / 2, coarse_size.height - 1)), coarse_size.width, size.width,
-     row(ranges, y));
+    if (!coarse_size.empty()) {
+      const RangeRow coarse = row(coarse_, std::min(y / 2, coarse_size.height - 1));
+      HWY_DYNAMIC_DISPATCH(uniteWithCoarse)
+      (coarse, coarse_size.width, size.width, row(ranges, y));
+    }
     addToTiles(y, ranges);
   });
   clipAndFillEmpty(ranges);

@@ -108,38 +108,31 @@ void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
   constexpr int kLargestVector = 64;
   padded_.create(image.rows, image.cols + 2 * kMargin + kLargestVector);
   words.create(image.size());
-  const auto rows = cv::Range(0, image.rows);
-
-  parallelFor(rows, [&](const cv::Range& part) {
-    for (int y = part.start; y < part.end; ++y) {
-      const uint8_t* source = image[y];
-      uint8_t* target = padded_[y];
-      const int columns = image.cols;  // a copy: writes to bytes cannot alias it
-      // Flipping the highest bit gives signed numbers of the same order, which x86 compares faster.
-      for (int x = 0; x < columns; ++x) target[kMargin + x] = source[x] ^ 0x80;
-      std::fill_n(target, kMargin, target[kMargin]);
-      uint8_t* const end = target + kMargin + columns;
-      std::fill_n(end, kMargin + kLargestVector, end[-1]);
-    }
+  parallelForEach(image.rows, [&](int y) {
+    const uint8_t* source = image[y];
+    uint8_t* target = padded_[y];
+    const int columns = image.cols;  // a copy: writes to bytes cannot alias it
+    // Flipping the highest bit gives signed numbers of the same order, which x86 compares faster.
+    for (int x = 0; x < columns; ++x) target[kMargin + x] = source[x] ^ 0x80;
+    std::fill_n(target, kMargin, target[kMargin]);
+    uint8_t* const end = target + kMargin + columns;
+    std::fill_n(end, kMargin + kLargestVector, end[-1]);
   });
 
   const CensusPattern pattern = censusPattern(form_);
   const auto censusRow = PREDICTIVE_STEREO_DISPATCH(CensusRow, simd_target_);
-  parallelFor(rows, [&](const cv::Range& part) {
-    const int8_t* first[kCensusBits];
-    const int8_t* second[kCensusBits];
-    for (int y = part.start; y < part.end; ++y) {
-      const auto pixel = [&](int dx, int dy) {
-        const uint8_t* row = padded_[std::clamp(y + dy, 0, image.rows - 1)];
-        return reinterpret_cast<const int8_t*>(row + kMargin + dx);
-      };
-      int i = 0;
-      for (const CensusComparison& c : pattern) {
-        first[i] = pixel(c.first_x, c.first_y);
-        second[i++] = pixel(c.second_x, c.second_y);
-      }
-      censusRow(first, second, image.cols, words[y]);
+  parallelForEach(image.rows, [&](int y) {
+    const auto pixel = [&](int dx, int dy) {
+      const uint8_t* row = padded_[std::clamp(y + dy, 0, image.rows - 1)];
+      return reinterpret_cast<const int8_t*>(row + kMargin + dx);
+    };
+    const int8_t *first[kCensusBits], *second[kCensusBits];
+    int i = 0;
+    for (const CensusComparison& c : pattern) {
+      first[i] = pixel(c.first_x, c.first_y);
+      second[i++] = pixel(c.second_x, c.second_y);
     }
+    censusRow(first, second, image.cols, words[y]);
   });
 }
 

@@ -1,6 +1,5 @@
 #include "predictive_stereo/coarse_matcher.h"
 
-#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 

@@ -99,48 +99,32 @@ class RowAggregation {
   }
 
  private:
-  /// Both horizontal paths at the same time, as each one waits for its own lowest cost. The first
-  /// one at a pixel computes the matching costs, the second one completes the sum.
+  /// Both horizontal paths at the same time, as each one waits for its own lowest cost.
   HWY_INLINE void walkFromBothEnds() const {
-    const int width = row_.width;
     Path forward, backward;
     start(forward);
     start(backward);
-    int x = 0;
-    for (; x < width / 2; ++x) {
-      Pixel costs, mirrored_costs;
-      matchingCosts(x, costs);
-      matchingCosts(width - 1 - x, mirrored_costs);
-      keep(costs, row_.costs, x);
-      keep(mirrored_costs, row_.costs, width - 1 - x);
-      walk(costs, row_.floors_across[x], forward);
-      walk(mirrored_costs, row_.floors_across[width - x], backward);
-      keep(forward.costs, row_.sums, x);
-      keep(backward.costs, row_.sums, width - 1 - x);
+    for (int x = 0, mirrored = row_.width - 1; mirrored >= 0; ++x, --mirrored) {
+      walkAt(x, row_.floors_across[x], x <= mirrored, forward);
+      walkAt(mirrored, row_.floors_across[mirrored + 1], x < mirrored, backward);
     }
-    if (width % 2 == 1) {
-      Pixel costs;
+  }
+
+  /// The first of both paths at a pixel computes the matching costs, the other one completes the
+  /// sum.
+  HWY_INLINE void walkAt(int x, uint8_t floor, bool is_first, Path& path) const {
+    Pixel costs, sums;
+    if (is_first) {
       matchingCosts(x, costs);
       keep(costs, row_.costs, x);
-      walk(costs, row_.floors_across[x], forward);
-      walk(costs, row_.floors_across[x + 1], backward);
-      Pixel sum = forward.costs;
-      add(backward.costs, sum);
-      keep(sum, row_.sums, x);
-      ++x;
-    }
-    for (; x < width; ++x) {
-      Pixel costs, mirrored_costs, sums, mirrored_sums;
+      walk(costs, floor, path);
+      keep(path.costs, row_.sums, x);
+    } else {
       recall(row_.costs, x, costs);
-      recall(row_.costs, width - 1 - x, mirrored_costs);
       recall(row_.sums, x, sums);
-      recall(row_.sums, width - 1 - x, mirrored_sums);
-      walk(costs, row_.floors_across[x], forward);
-      walk(mirrored_costs, row_.floors_across[width - x], backward);
-      add(forward.costs, sums);
-      add(backward.costs, mirrored_sums);
+      walk(costs, floor, path);
+      add(path.costs, sums);
       keep(sums, row_.sums, x);
-      keep(mirrored_sums, row_.sums, width - 1 - x);
     }
   }
 
@@ -179,13 +163,11 @@ class RowAggregation {
     path.most = p2_;
   }
   HWY_INLINE void load(const PathRow& source, int x, Path& path) const {
-    for (int k = 0; k < kK; ++k)
-      path.costs.v[k] = hn::Load(d_, source.costs + byteOf(x) + k * kLanes);
+    recall(source.costs, x, path.costs);
     path.most = hn::Set(d_, source.most[x]);
   }
   HWY_INLINE void store(const Path& path, const PathRow& target, int x) const {
-    for (int k = 0; k < kK; ++k)
-      hn::Store(path.costs.v[k], d_, target.costs + byteOf(x) + k * kLanes);
+    keep(path.costs, target.costs, x);
     target.most[x] = static_cast<uint8_t>(lowestOfLanes(d_, lowest<0, kK>(path.costs)) + row_.p2);
   }
   HWY_INLINE void add(const Pixel& costs, Pixel& sums) const {

@@ -16,14 +16,6 @@
 #include "simd/simd_dispatch.h"
 
 namespace predictive_stereo {
-namespace {
-
-void requireEqualSizes(const cv::Mat1b& left, const cv::Mat1b& right) {
-  if (left.empty()) throw std::invalid_argument("the left image is empty: nothing to match");
-  requireSize("the right image", right.size(), left.size(), "but the left one is");
-}
-
-}  // namespace
 
 void validateMatcher(const MatcherParams& params) {
   validate(params);
@@ -44,6 +36,32 @@ struct StereoMatcher::Workspace {
         full_search(params, target_bit),
         reduced_search(params, target_bit) {}
 
+  // @param ranges  nullptr: full search.
+  void match(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges* ranges,
+             double principal_offset_px, Match& match) {
+    if (left.empty()) throw std::invalid_argument("the left image is empty: nothing to match");
+    requireSize("the right image", right.size(), left.size(), "but the left one is");
+    prepare(left.size(), match);
+    if (!leavesPartners(params.range, principal_offset_px, left.cols)) return matchNothing(match);
+    const PrincipalOffset offset(principal_offset_px);
+    const bool is_full = !ranges || coverEverything(*ranges, offset, left.size());
+    if (target_bit == kScalarTarget || (params.exact_ranges && !is_full)) {
+      if (is_full) planFullSearch(params.range, left.size(), windows);
+      matchReference(left, right, params, offset, windows, match);
+    } else {
+      census.transform(left, left_words);
+      census.transform(right, right_words);
+      floors.build(left, params);
+      if (is_full)
+        full_search.match(left_words, right_words, offset, floors, volume, match);
+      else
+        reduced_search.match(left_words, right_words, offset, floors, windows, volume, match);
+    }
+    if (!is_full) return;
+    for (int y = 0; y < left.rows; ++y)  // cv::Mat::setTo would allocate
+      std::fill_n(match.search_width[y], left.cols, static_cast<uint16_t>(params.range.count));
+  }
+
   // The windows use the memory of this match: what was returned before must not change.
   void prepare(cv::Size size, Match& match) {
     match.disparity_px.create(size);
@@ -52,46 +70,21 @@ struct StereoMatcher::Workspace {
     windows.width = match.search_width;
   }
 
-  void matchNothing(cv::Size size, Match& match) {
-    prepare(size, match);
+  void matchNothing(Match& match) const {
     match.disparity_px.setTo(params.range.invalid());
     match.ambiguity.setTo(255);
     match.search_width.setTo(0);
   }
 
-  void matchFully(const cv::Mat1b& left, const cv::Mat1b& right, const PrincipalOffset& offset,
-                  Match& match) {
-    prepare(left.size(), match);
-    if (target_bit == kScalarTarget) {
-      planFullSearch(params.range, left.size(), windows);
-      matchReference(left, right, params, offset, windows, match);
-    } else {
-      census.transform(left, left_words);
-      census.transform(right, right_words);
-      floors.build(left, params);
-      full_search.match(left_words, right_words, offset, floors, volume, match);
-    }
-    for (int y = 0; y < left.rows; ++y)  // cv::Mat::setTo would allocate
-      std::fill_n(match.search_width[y], left.cols, static_cast<uint16_t>(params.range.count));
-  }
-
-  void matchReduced(const cv::Mat1b& left, const cv::Mat1b& right, const PrincipalOffset& offset,
-                    const SearchRanges& ranges, Match& match) {
-    prepare(left.size(), match);
+  // Plans the windows of these ranges. Returns whether all of them are the whole range: the full
+  // search is faster then.
+  bool coverEverything(const SearchRanges& ranges, const PrincipalOffset& offset, cv::Size size) {
     const bool between = offset.fraction_px > 0;
     if (params.exact_ranges)
-      planExactWindows(ranges, params.range, between, left.size(), windows);
+      planExactWindows(ranges, params.range, between, size, windows);
     else
-      planSearchWindows(ranges, params.range, between, left.size(), target_bit, windows);
-    if (isFullSearch(windows, params.range)) return matchFully(left, right, offset, match);
-    if (params.exact_ranges || target_bit == kScalarTarget) {
-      matchReference(left, right, params, offset, windows, match);
-    } else {
-      census.transform(left, left_words);
-      census.transform(right, right_words);
-      floors.build(left, params);
-      reduced_search.match(left_words, right_words, offset, floors, windows, volume, match);
-    }
+      planSearchWindows(ranges, params.range, between, size, target_bit, windows);
+    return isFullSearch(windows, params.range);
   }
 
   const MatcherParams params;
@@ -120,18 +113,12 @@ const std::string& StereoMatcher::simdTarget() const { return workspace_->simd_t
 
 void StereoMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, Match& match,
                           double principal_offset_px) {
-  requireEqualSizes(left, right);
-  if (!leavesPartners(params().range, principal_offset_px, left.cols))
-    return workspace_->matchNothing(left.size(), match);
-  workspace_->matchFully(left, right, PrincipalOffset(principal_offset_px), match);
+  workspace_->match(left, right, nullptr, principal_offset_px, match);
 }
 
 void StereoMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, const SearchRanges& ranges,
                           Match& match, double principal_offset_px) {
-  requireEqualSizes(left, right);
-  if (!leavesPartners(params().range, principal_offset_px, left.cols))
-    return workspace_->matchNothing(left.size(), match);
-  workspace_->matchReduced(left, right, PrincipalOffset(principal_offset_px), ranges, match);
+  workspace_->match(left, right, &ranges, principal_offset_px, match);
 }
 
 }  // namespace predictive_stereo

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "imaging/size_check.h"
 #include "matching/row_offset_sample.h"

@@ -34,13 +34,11 @@ constexpr int kChunkSlots = 2 * kChunkRows;
 template <class VisitRow>
 void visitRowsTwice(int height, int middle, const VisitRow& visit_row) {
   for (const bool is_first : {true, false})
-    parallelFor(cv::Range(0, 2), [&](const cv::Range& halves) {
-      for (int half = halves.start; half < halves.end; ++half) {
-        const bool is_top = half == 0, upward = is_top != is_first;
-        const int begin = is_top ? 0 : middle, end = is_top ? middle : height;
-        for (int i = begin; i < end; ++i)
-          visit_row(RowVisit{upward ? begin + end - 1 - i : i, upward, is_first});
-      }
+    parallelForEach(2, [&](int half) {
+      const bool is_top = half == 0, upward = is_top != is_first;
+      const int begin = is_top ? 0 : middle, end = is_top ? middle : height;
+      for (int i = begin; i < end; ++i)
+        visit_row(RowVisit{upward ? begin + end - 1 - i : i, upward, is_first});
     });
 }
 
@@ -64,15 +62,13 @@ void visitRowsByStrips(int height, int middle, int strips, const Across& across,
         return std::clamp(ends[half] - begins[half] - chunk, 0, kChunkRows);
       };
       const auto forEachRow = [&](const auto& visit_row) {
-        parallelFor(cv::Range(0, kChunkSlots), [&](const cv::Range& rows) {
-          for (int row = rows.start; row < rows.end; ++row)
-            if (row / 2 < rowsLeft(row % 2)) visit_row(visitOf(row % 2, chunk + row / 2));
+        parallelForEach(kChunkSlots, [&](int row) {
+          if (row / 2 < rowsLeft(row % 2)) visit_row(visitOf(row % 2, chunk + row / 2));
         });
       };
       if (is_first) forEachRow(across);
-      parallelFor(cv::Range(0, 2 * strips), [&](const cv::Range& parts) {
-        for (int part = parts.start; part < parts.end; ++part)
-          for (int i = 0; i < rowsLeft(part % 2); ++i) down(visitOf(part % 2, chunk + i), part / 2);
+      parallelForEach(2 * strips, [&](int part) {
+        for (int i = 0; i < rowsLeft(part % 2); ++i) down(visitOf(part % 2, chunk + i), part / 2);
       });
       if (!is_first) forEachRow(finish);
     }

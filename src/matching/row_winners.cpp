@@ -11,24 +11,6 @@
 
 #include "simd/pixel_loop-inl.h"
 
-#ifndef PREDICTIVE_STEREO_ROW_DESCRIPTION
-#define PREDICTIVE_STEREO_ROW_DESCRIPTION
-namespace predictive_stereo {
-
-/// What describePixels reads and writes, one entry per column.
-struct RowDescription {
-  const uint8_t *index, *cost, *below, *above, *runner_up;
-  const uint8_t* agreement;  ///< see RowWinners
-  const uint8_t* first;      ///< nullptr: windows are the whole range
-  const uint16_t* width;     ///< nullptr: windows are the whole range
-  float fraction_px;         ///< see PrincipalOffset
-  float* disparity_px;
-  uint8_t* ambiguity;
-};
-
-}  // namespace predictive_stereo
-#endif
-
 HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
@@ -37,22 +19,27 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The formulas are those of reference_sgm.cpp.
-void DescribePixels(const RowDescription& row, const DisparityRange& range, int columns) {
-  forPixels<float>(0, columns, [row, range](auto df, int x) HWY_ATTR {
+/// The formulas are those of reference_sgm.cpp. See describeRow.
+void DescribePixels(const RowWinners& winners, const DisparityRange& range, float fraction_px,
+                    const uint8_t* first, const uint16_t* widths, int columns, float* disparity_px,
+                    uint8_t* ambiguity) {
+  const uint8_t *indices = winners.index.data(), *costs = winners.cost.data(),
+                *belows = winners.below.data(), *aboves = winners.above.data(),
+                *runners_up = winners.runner_up.data(), *agreement = winners.agreement.data();
+  forPixels<float>(0, columns, [=](auto df, int x) HWY_ATTR {
     const hn::RebindToSigned<decltype(df)> di;
     const hn::Rebind<uint8_t, decltype(df)> d8;
     const hn::Rebind<uint16_t, decltype(df)> d16;
     const auto load = [&](const uint8_t* values)
                           HWY_ATTR { return hn::PromoteTo(di, hn::LoadU(d8, values + x)); };
     const auto zero = hn::Zero(di), one = hn::Set(di, 1), white = hn::Set(di, 255);
-    const auto fraction = hn::Set(df, row.fraction_px);
+    const auto fraction = hn::Set(df, fraction_px);
     const auto lowest = hn::Set(df, static_cast<float>(range.min_disparity));
-    const auto index = load(row.index), cost = load(row.cost);
-    const auto below = load(row.below), above = load(row.above), runner_up = load(row.runner_up);
-    const auto begin = row.first ? load(row.first) : zero;
+    const auto index = load(indices), cost = load(costs);
+    const auto below = load(belows), above = load(aboves), runner_up = load(runners_up);
+    const auto begin = first ? load(first) : zero;
     const auto width =
-        row.width ? hn::PromoteTo(di, hn::LoadU(d16, row.width + x)) : hn::Set(di, range.count);
+        widths ? hn::PromoteTo(di, hn::LoadU(d16, widths + x)) : hn::Set(di, range.count);
     const auto searched = hn::Gt(width, zero);
     const auto last = hn::Sub(hn::Add(begin, width), one);
     const auto inside = hn::And(hn::Gt(index, begin), hn::Lt(index, last));
@@ -63,20 +50,21 @@ void DescribePixels(const RowDescription& row, const DisparityRange& range, int 
     const auto winner = hn::Add(hn::ConvertTo(df, hn::Add(index, hn::Set(di, range.min_disparity))),
                                 hn::IfThenElseZero(hn::RebindMask(df, inside), offset));
     const auto disparity = hn::Max(hn::Sub(winner, fraction), lowest);
-    const auto valid = hn::And(searched, hn::Gt(load(row.agreement), zero));
+    const auto valid = hn::And(searched, hn::Gt(load(agreement), zero));
     hn::StoreU(hn::IfThenElse(hn::RebindMask(df, valid), disparity, hn::Set(df, range.invalid())),
-               df, row.disparity_px + x);
+               df, disparity_px + x);
 
     const auto ratio = hn::ConvertTo(di, hn::Div(hn::ConvertTo(df, hn::Mul(cost, white)),
                                                  hn::ConvertTo(df, hn::Max(runner_up, one))));
-    const auto agrees_closely = hn::Gt(load(row.agreement), one);
+    const auto agrees_closely = hn::Gt(load(agreement), one);
     const auto has_ratio = hn::And(hn::And(searched, hn::Gt(runner_up, zero)), agrees_closely);
-    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElse(has_ratio, ratio, white)), d8, row.ambiguity + x);
+    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElse(has_ratio, ratio, white)), d8, ambiguity + x);
   });
 }
 
 #else
-void DescribePixels(const RowDescription&, const DisparityRange&, int) {}
+void DescribePixels(const RowWinners&, const DisparityRange&, float, const uint8_t*,
+                    const uint16_t*, int, float*, uint8_t*) {}
 #endif
 
 // NOLINTNEXTLINE(google-readability-namespace-comments)
@@ -116,20 +104,9 @@ void describeRow(RowWinners& winners, const MatcherParams& params, const Princip
   }
   if (tolerance < 0) std::fill_n(agreement, columns, uint8_t{2});
 
-  RowDescription row;
-  row.index = winners.index.data();
-  row.cost = winners.cost.data();
-  row.below = winners.below.data();
-  row.above = winners.above.data();
-  row.runner_up = winners.runner_up.data();
-  row.agreement = winners.agreement.data();
-  row.first = first;
-  row.width = width;
-  row.fraction_px = offset.fraction_px;
-  row.disparity_px = match.disparity_px[y];
-  row.ambiguity = match.ambiguity[y];
   PREDICTIVE_STEREO_DISPATCH(DescribePixels, simd_target)
-  (row, params.range, columns);
+  (winners, params.range, offset.fraction_px, first, width, columns, match.disparity_px[y],
+   match.ambiguity[y]);
 }
 
 }  // namespace predictive_stereo

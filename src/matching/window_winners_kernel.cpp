@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #include "matching/path_step-inl.h"
+#include "simd/pixel_loop-inl.h"
 
 #ifndef PREDICTIVE_STEREO_BESIDE_TABLE
 #define PREDICTIVE_STEREO_BESIDE_TABLE
@@ -124,28 +125,17 @@ void splitWinners(const WindowWinnersScratch& scratch, int columns, RowWinners& 
 /// Entry e stands for right pixel last_entry - e: entries begin ... end - 1 become indices.
 void chooseRightWinners(const WindowWinnersScratch& scratch, int begin, int end, int last_entry,
                         int16_t* right_indices) {
-  const hn::ScalableTag<uint16_t> d;
-  const hn::RebindToSigned<decltype(d)> d_index;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto lowest = [&](auto tag, int e) HWY_ATTR {
-    auto value = hn::LoadU(tag, &scratch.right[0][e]);
+  forPixels<uint16_t>(begin, end, [&](auto d, int e) HWY_ATTR {
+    const hn::RebindToSigned<decltype(d)> d_index;
+    auto winner = hn::LoadU(d, &scratch.right[0][e]);
     for (int k = 1; k < kWindowRun; ++k)
-      value = hn::Min(value, hn::LoadU(tag, &scratch.right[k][e]));
-    return value;
-  };
-  int e = begin;
-  for (; e + lanes <= end; e += lanes) {
-    const auto winner = lowest(d, e);
+      winner = hn::Min(winner, hn::LoadU(d, &scratch.right[k][e]));
     const auto exists = hn::RebindMask(d_index, hn::Lt(winner, hn::Set(d, 255 << 8)));
     const auto index = hn::BitCast(d_index, hn::And(winner, hn::Set(d, 255)));
     const auto known = hn::IfThenElse(exists, index, hn::Set(d_index, RowWinners::kNoIndex));
-    hn::StoreU(hn::Reverse(d_index, known), d_index, right_indices + last_entry - e - lanes + 1);
-  }
-  for (; e < end; ++e) {
-    const int winner = hn::GetLane(lowest(hn::FixedTag<uint16_t, 1>(), e));
-    right_indices[last_entry - e] =
-        static_cast<int16_t>(winner < 255 << 8 ? winner & 255 : RowWinners::kNoIndex);
-  }
+    const int last = e + static_cast<int>(hn::Lanes(d)) - 1;
+    hn::StoreU(hn::Reverse(d_index, known), d_index, right_indices + last_entry - last);
+  });
 }
 
 void WindowRowWinners(const WindowSums& window_sums, WindowWinnersScratch& scratch,
