@@ -34,7 +34,6 @@ target_link_libraries(predictive_stereo_params PUBLIC predictive_stereo PRIVATE 
 # Common code of the tools; drives of KITTI's raw recordings.
 predictive_stereo_library(predictive_stereo_tools FILES
   src/tools/command_line.cpp
-  src/tools/kitti_calibration.cpp
   src/tools/kitti_drive.cpp
   src/tools/output_file.cpp
   src/tools/progress.cpp

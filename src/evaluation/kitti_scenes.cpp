@@ -8,7 +8,7 @@
 
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/sequence.h"
-#include "tools/kitti_calibration.h"
+#include "tools/kitti_drive.h"
 
 namespace predictive_stereo {
 namespace {

@@ -60,25 +60,21 @@ CameraLayout remapped(const std::string& name, const std::string& camera,
 std::vector<CameraLayout> kittiLayouts() {
   std::vector<CameraLayout> layouts;
   for (const std::string cameras : {"gray", "color"}) {
+    const auto add = [&](const std::string& name, const std::string& profile,
+                         const std::string& left, const std::string& right, const char* image) {
+      layouts.push_back({name + ", " + cameras,
+                         topicsOf(left, right, image),
+                         kKitti,
+                         {"profile:=" + profile, "cameras:=" + cameras},
+                         true});
+    };
     const std::string left = "/kitti/camera_" + cameras + "_left",
                       right = "/kitti/camera_" + cameras + "_right";
-    layouts.push_back({"kitti2bag raw_synced, " + cameras,
-                       topicsOf(left, right, "image_raw"),
-                       kKitti,
-                       {"profile:=raw", "cameras:=" + cameras},
-                       true});
-    layouts.push_back({"kitti2bag odom, " + cameras,
-                       topicsOf(left, right, "image_rect"),
-                       kKitti,
-                       {"profile:=odom", "cameras:=" + cameras},
-                       true});
     const bool gray = cameras == "gray";
-    layouts.push_back(
-        {"kitti_to_rosbag (ETH), " + cameras,
-         topicsOf(gray ? "/cam00" : "/cam02", gray ? "/cam01" : "/cam03", "image_raw"),
-         kKitti,
-         {"profile:=eth", "cameras:=" + cameras},
-         true});
+    add("kitti2bag raw_synced", "raw", left, right, "image_raw");
+    add("kitti2bag odom", "odom", left, right, "image_rect");
+    add("kitti_to_rosbag (ETH)", "eth", gray ? "/cam00" : "/cam02", gray ? "/cam01" : "/cam03",
+        "image_raw");
   }
   return layouts;
 }

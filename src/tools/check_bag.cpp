@@ -1,7 +1,6 @@
 /// Reports whether a bag can be used and, if not, what to change.
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
@@ -25,16 +24,7 @@ with its cure: topics, encodings, sizes, calibrations, stamps, tf. Needs no ROS 
 Exit status: 0: the bag can be used; 1: it cannot be used; 2: wrong command line.
 )";
 
-const char* mark(BagFinding::Level level) {
-  switch (level) {
-    case BagFinding::Level::kGood:
-      return "ok    ";
-    case BagFinding::Level::kAdvice:
-      return "note  ";
-    default:
-      return "FAULT ";
-  }
-}
+constexpr const char* kMarks[] = {"ok    ", "note  ", "FAULT "};  // of each BagFinding::Level
 
 // Quotes a word for a shell: names of files and topics may contain any character.
 std::string quoted(const std::string& word) {
@@ -63,22 +53,19 @@ int check(const CommandLine& command_line) {
   openBag(path, bag);
   const BagCheck result = checkBag(bag, choice);
 
-  if (command_line.has("launch")) {
-    for (const BagFinding& finding : result.findings)
-      if (finding.level != BagFinding::Level::kGood)
-        std::cerr << mark(finding.level) << finding.text << "\n";
-    if (result.isUsable()) std::cout << launchLine(result) << "\n";
-    return result.isUsable() ? 0 : 1;
-  }
-  for (const BagFinding& finding : result.findings)
-    std::cout << mark(finding.level) << finding.text << "\n";
-  if (result.isUsable())
+  const bool launch_only = command_line.has("launch"), usable = result.isUsable();
+  for (const auto& [level, text] : result.findings)
+    if (!launch_only || level != BagFinding::Level::kGood)
+      (launch_only ? std::cerr : std::cout) << kMarks[static_cast<int>(level)] << text << "\n";
+  if (usable && launch_only)
+    std::cout << launchLine(result) << "\n";
+  else if (usable)
     std::cout << "\nThis bag can be used:\n  roslaunch predictive_stereo " << launchLine(result)
               << " " << quoted("bag:=" + std::filesystem::absolute(path).string())
               << " rviz:=true\n";
-  else
+  else if (!launch_only)
     std::cout << "\nThis bag cannot be used like this.\n";
-  return result.isUsable() ? 0 : 1;
+  return usable ? 0 : 1;
 }
 
 }  // namespace

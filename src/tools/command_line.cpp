@@ -7,6 +7,19 @@
 #include "params/param_table.h"
 
 namespace predictive_stereo {
+namespace {
+
+template <class Number>
+Number parsed(const CommandLine& line, const std::string& name, Number value) {
+  try {
+    if (line.has(name)) parseParam("--" + name, line.get(name), value);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+  return value;
+}
+
+}  // namespace
 
 CommandLine::CommandLine(int argc, const char* const* argv, const std::set<std::string>& options,
                          const std::set<std::string>& flags) {
@@ -40,37 +53,23 @@ CommandLine::CommandLine(int argc, const char* const* argv, const std::set<std::
 }
 
 std::string CommandLine::get(const std::string& name, const std::string& otherwise) const {
-  const auto found = values_.find(name);
-  return found == values_.end() ? otherwise : found->second.back();
+  return has(name) ? values_.at(name).back() : otherwise;
 }
 
 std::vector<std::string> CommandLine::all(const std::string& name) const {
-  const auto found = values_.find(name);
-  return found == values_.end() ? std::vector<std::string>() : found->second;
+  return has(name) ? values_.at(name) : std::vector<std::string>();
 }
 
 int CommandLine::getInt(const std::string& name, int otherwise, int smallest) const {
-  if (!has(name)) return otherwise;
-  int value = 0;
-  try {
-    parseParam("--" + name, get(name), value);
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
-  }
-  if (value < smallest)
+  const int value = parsed(*this, name, otherwise);
+  if (has(name) && value < smallest)
     throw UsageError("--" + name + " = " + get(name) + ": must be at least " +
                      std::to_string(smallest));
   return value;
 }
 
 double CommandLine::getDouble(const std::string& name, double otherwise) const {
-  double value = otherwise;
-  try {
-    if (has(name)) parseParam("--" + name, get(name), value);
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
-  }
-  return value;
+  return parsed(*this, name, otherwise);
 }
 
 int runTool(int argc, char** argv, const char* help, const std::set<std::string>& options,

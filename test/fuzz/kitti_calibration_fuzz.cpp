@@ -1,6 +1,6 @@
 /// KITTI's calibration files: any text.
 #include "bytes.h"
-#include "tools/kitti_calibration.h"
+#include "tools/kitti_drive.h"
 
 using namespace predictive_stereo;
 
