@@ -92,7 +92,6 @@ class PerturbedSequence : public Sequence {
   int frames() const override { return static_cast<int>(kept_.size()); }
   double stamp_s(int index) const override { return from_->stamp_s(source(index)); }
   int fileNumber(int index) const override { return from_->fileNumber(source(index)); }
-  bool hasExactPoses() const override { return from_->hasExactPoses(); }
   std::optional<std::vector<Eigen::Isometry3d>> poses() const override {
     const auto all = change_.mirrored ? std::nullopt : from_->poses();
     if (!all) return std::nullopt;

@@ -93,7 +93,6 @@ class StreetSequence : public Sequence {
     previous_ = std::move(current);
     return frame;
   }
-  bool hasExactPoses() const override { return true; }
   std::optional<std::vector<Eigen::Isometry3d>> poses() const override {
     std::vector<Eigen::Isometry3d> poses;
     for (int index = 0; index < street_.frames(); ++index) poses.push_back(street_.poseOf(index));

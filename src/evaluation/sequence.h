@@ -47,8 +47,6 @@ class Sequence {
   }
   /// True poses T_world_cam of the left camera's optical frame, if they are known.
   virtual std::optional<std::vector<Eigen::Isometry3d>> poses() const { return std::nullopt; }
-  /// Whether they are those of a simulation; others have errors and jitter of their own.
-  virtual bool hasExactPoses() const { return false; }
 };
 
 /// Its number of frames, or `max_frames` if this is less; 0: no limit.

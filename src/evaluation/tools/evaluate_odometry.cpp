@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <optional>
 
-#include "evaluation/loss_evaluation.h"
 #include "evaluation/odometry_evaluation.h"
 #include "evaluation/report.h"
 #include "evaluation/tools/tool_input.h"
@@ -34,11 +33,6 @@ GPS is poor).
   --every N           use every Nth frame only
   --rotation-prior KIND  rotation between frames from a simulated sensor: none (default), gyro, or a
                       faulty one: opposite, axes, scaled, biased, stale, zero, random, nan
-  --losses            blackens, swaps (left and right) and leaves out 1 to 25 frames in the middle of
-                      each sequence, and 2 seconds, also several times, and prints how far the pose
-                      is off and its standard deviation: in the last frame of the loss, and in the
-                      first one that is tracked again. Streets are compared with their true poses,
-                      drives with their own odometry without a loss
   --threads N         (default: all cores)
 
 Printed: mean error of the motion per frame; KITTI's relative errors over 5 to 100 m; the mean
@@ -67,40 +61,6 @@ void print(const OdometryEvaluation& e) {
   std::printf("  ms per frame        mean %.2f, median %.2f, 95 %% %.2f\n", e.mean_ms, e.median_ms,
               e.p95_ms);
   std::fflush(stdout);
-}
-
-std::string text(const PoseCheckpoint& pose) {
-  if (pose.sigma_m == 0) return "       -      -    -        -     -    -";
-  char line[100];
-  std::snprintf(line, sizeof line, "%8.2f %6.2f %4.1f   %6.2f %5.2f %4.1f", pose.error_m,
-                pose.sigma_m, pose.translationRatio(), pose.error_rad * 180 / M_PI,
-                pose.sigma_rad * 180 / M_PI, pose.rotationRatio());
-  return line;
-}
-
-void print(const std::string& name, const std::vector<LossResult>& results) {
-  std::printf("%s\n%-16s %14s   %37s   %37s   %9s\n", name.c_str(), "", "unseen way",
-              "at the end: error sigma [m], [deg]", "tracked again: error sigma [m], [deg]",
-              "worst");
-  for (const LossResult& r : results)
-    std::printf("%-16s %6.2f m %4.1f deg  %s   %s   %4.1f %4.1f\n", r.name.c_str(), r.unseen_m,
-                r.unseen_rad * 180 / M_PI, text(r.end).c_str(), text(r.after).c_str(),
-                r.worst_translation_ratio, r.worst_rotation_ratio);
-  std::fflush(stdout);
-}
-
-int evaluateLosses(const CommandLine& command_line) {
-  const PipelineParams params = readParams(command_line);
-  OdometryInput input;
-  input.max_frames = command_line.getInt("frames", 0, 2);
-  useThreads(command_line);
-  for (const SequenceGroup& group : openSequences(command_line))
-    for (const auto& sequence : group.sequences) {
-      const int frames = input.frames(*sequence);
-      const auto losses = usualLosses(frames, sequence->stamp_s(1) - sequence->stamp_s(0));
-      print(sequence->name(), evaluateLosses(*sequence, params.ego_motion, losses, frames));
-    }
-  return 0;
 }
 
 std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
@@ -137,7 +97,6 @@ std::string framesCsv(const std::vector<OdometryEvaluation>& evaluations) {
 }
 
 int evaluate(const CommandLine& command_line) {
-  if (command_line.has("losses")) return evaluateLosses(command_line);
   const PipelineParams params = readParams(command_line);
   OdometryInput input;
   input.max_frames = command_line.getInt("frames", 0, 2);
@@ -170,5 +129,5 @@ int main(int argc, char** argv) {
       argc, argv, predictive_stereo::kHelp,
       {"street", "street-frames", "shift-right", "csv", "report", "config", "set", "frames",
        "every", "street-rate", "rotation-prior", "threads"},
-      {"losses"}, predictive_stereo::evaluate);
+      {}, predictive_stereo::evaluate);
 }
