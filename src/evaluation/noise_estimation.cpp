@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_scenes.h"
 #include "evaluation/lidar_truth.h"
 #include "evaluation/report.h"
 #include "tools/progress.h"
@@ -64,31 +63,6 @@ class PointGrid {
   cv::Mat1i index_;
   const std::vector<Eigen::Vector3d>& points_;
 };
-
-void addSamples(const DisparityOutput& maps, const DisparityRange& range, const cv::Mat1f& truth_px,
-                int step, std::vector<VarianceSample>& samples) {
-  cv::Mat1f disagreements;
-  measureDisagreement(maps.disparity_px, range, disagreements);
-  const auto addSample = [&](int x, int y, double) {
-    VarianceSample sample;
-    sample.error_px = maps.disparity_px(y, x) - truth_px(y, x);
-    sample.disparity_px = maps.disparity_px(y, x);
-    sample.measured = range.isValid(maps.measured_disparity_px(y, x));
-    sample.predicted = range.isValid(maps.predicted_disparity_px(y, x));
-    sample.ambiguity = static_cast<float>(maps.ambiguity(y, x)) / 255.0f;
-    sample.innovation_px =
-        std::abs(maps.measured_disparity_px(y, x) - maps.predicted_disparity_px(y, x));
-    sample.disagreement = disagreements(y, x);
-    sample.row_offset_px = static_cast<float>(maps.row_alignment.rms_offset_px);
-    samples.push_back(sample);
-  };
-  forEachError(maps.disparity_px, range, truth_px, addSample, step);
-}
-
-PipelineParams withAllPublished(PipelineParams params) {
-  params.disparity.variance.max_sigma_px = 0;
-  return params;
-}
 
 std::optional<CameraMotion> unknownMotion(const Past&) { return {}; }
 
@@ -183,16 +157,14 @@ void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
 
 NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<ObjectLabel>& labels,
                                const PipelineParams& params, int max_frames) {
-  NoiseObservations seen;
-  seen.process_image = ErrorImage(drive.rig().size);
-  seen.measurement_image = ErrorImage(drive.rig().size);
+  NoiseObservations seen(drive.rig().size);
   const DisparityRange range = params.disparity.matcher.range;
   DisparityParams full = params.disparity;
   full.search.scheme = SearchScheme::kFull;
   DisparityLoop each_by_itself(full, params.max_gap);
-  Pipeline closed_loop(withAllPublished(params));
+  Pipeline closed_loop(params);
   DisparityOutput measured;
-  PipelineOutput published;
+  PipelineOutput output;
   const std::vector<int64_t> stamps_ns = drive.stamps(KittiDrive::imageFolder(drive.leftCamera()));
   std::vector<Eigen::Vector3d> points_prev;
   std::optional<Stamp> stamp_prev;
@@ -201,7 +173,7 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
   for (int index = 0; index < frames; ++index) {
     const StereoFrame frame{drive.left(index), drive.right(index), drive.rig(),
                             Stamp(stamps_ns.at(static_cast<size_t>(index)))};
-    closed_loop.process(frame, published);
+    closed_loop.process(frame, output);
 
     std::vector<Eigen::Vector3d> points;
     if (drive.hasLidar(index)) {
@@ -216,9 +188,8 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
                      seen.measurement.add(error_px);
                      seen.measurement_image.add(x, y, error_px);
                    });
-      if (index > 0) addSamples(published.disparity, range, truth_px, 1, seen.published);
-      if (!points_prev.empty() && published.motion_start == stamp_prev)
-        addProcessErrors(points_prev, points, drive.rig(), published.ego_motion.motion.T_cam_prev,
+      if (!points_prev.empty() && output.motion_start == stamp_prev)
+        addProcessErrors(points_prev, points, drive.rig(), output.ego_motion.motion.T_cam_prev,
                          moving, seen.process, seen.process_image);
       ++seen.frames;
     }
@@ -230,41 +201,6 @@ NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<Object
     throw std::runtime_error(drive.name() +
                              ": has no laser scans (velodyne_points); choose another drive");
   return seen;
-}
-
-std::vector<VarianceSample> observePublished(const Sequence& sequence, const PipelineParams& params,
-                                             int step) {
-  std::vector<VarianceSample> samples;
-  Pipeline closed_loop(withAllPublished(params));
-  PipelineOutput published;
-  Progress progress(sequence.name(), sequence.frames());
-  for (int index = 0; index < sequence.frames(); ++index) {
-    const SequenceFrame frame = sequence.frame(index);
-    closed_loop.process(stereoFrame(sequence, index, frame), published);
-    if (index > 0 && !frame.truth_px.empty())
-      addSamples(published.disparity, params.disparity.matcher.range, frame.truth_px, step,
-                 samples);
-    progress.update(index);
-  }
-  return samples;
-}
-
-std::vector<VarianceSample> observePublished2015(const std::string& training_dir,
-                                                 const PipelineParams& params, int step) {
-  std::vector<VarianceSample> samples;
-  const PipelineParams all = withAllPublished(params);
-  const std::vector<std::string> names = listKittiScenes2015(training_dir);
-  Progress progress("KITTI 2015", static_cast<int>(names.size()));
-  int pair = 0;
-  for (const std::string& name : names) {
-    const KittiScene2015 scene = readKittiScene2015(training_dir, name);
-    DisparityLoop loop(all.disparity, all.max_gap);
-    DisparityOutput published;
-    loop.process({scene.left, scene.right, scene.rig, {}}, unknownMotion, published);
-    addSamples(published, params.disparity.matcher.range, scene.truth_px, step, samples);
-    progress.update(pair++);
-  }
-  return samples;
 }
 
 }  // namespace predictive_stereo

@@ -8,9 +8,7 @@
 #include <vector>
 
 #include "evaluation/object_labels.h"
-#include "evaluation/sequence.h"
 #include "evaluation/statistics.h"
-#include "evaluation/variance_fit.h"
 #include "predictive_stereo/pipeline.h"
 #include "tools/kitti_drive.h"
 
@@ -54,8 +52,6 @@ class ErrorImage {
  public:
   static constexpr int kCell_px = 4;  ///< rows and columns of a cell; laser points are sparse
 
-  /// An empty image, which drops everything that is added.
-  ErrorImage() = default;
   explicit ErrorImage(cv::Size size);
 
   void add(double x_px, double y_px, double error_px);
@@ -70,12 +66,13 @@ class ErrorImage {
   cv::Mat1d sums_px_;  ///< one per cell
 };
 
-/// Samples of one drive, without the moving objects in `labels`.
+/// Errors of one drive, without the moving objects in `labels`.
 struct NoiseObservations {
+  explicit NoiseObservations(cv::Size size) : process_image(size), measurement_image(size) {}
+
   ErrorHistogram process;      ///< warped truth of the previous frame minus truth
   ErrorHistogram measurement;  ///< full search without a past minus truth
   ErrorImage process_image, measurement_image;
-  std::vector<VarianceSample> published;  ///< of the whole pipeline in closed loop
   int frames = 0;
 };
 
@@ -84,16 +81,6 @@ struct NoiseObservations {
 /// @throws std::runtime_error if the drive has no laser scans.
 NoiseObservations observeNoise(const KittiDrive& drive, const std::vector<ObjectLabel>& labels,
                                const PipelineParams& params, int max_frames);
-
-/// The published disparities of a sequence, in closed loop, against its truth: every `step`-th
-/// pixel of a row and of a column.
-std::vector<VarianceSample> observePublished(const Sequence& sequence, const PipelineParams& params,
-                                             int step);
-
-/// The same for the pairs of a KITTI 2015 "training" folder, each without a past.
-/// @throws std::runtime_error with the file that cannot be read.
-std::vector<VarianceSample> observePublished2015(const std::string& training_dir,
-                                                 const PipelineParams& params, int step);
 
 /// Errors of laser points of one frame, moved by the ego-motion, against those of the next frame. A
 /// point is compared with the plane in disparity space through its neighbours in the next frame, if

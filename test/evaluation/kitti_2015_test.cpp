@@ -6,7 +6,6 @@
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/kitti_evaluation_2015.h"
 #include "evaluation/kitti_scenes.h"
-#include "evaluation/noise_estimation.h"
 #include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {
@@ -129,23 +128,6 @@ TEST(KittiScene2015, IsReadFromItsFolder) {
   EXPECT_EQ(0, scene.vehicles(2, 5));
   EXPECT_NE(0, scene.vehicles(2, 40));
   EXPECT_NEAR(0.5, scene.rig.baseline_m, 1e-9);
-}
-
-// Both images are the same one, so that all disparities are 0.
-TEST(ObservePublished2015, TellsOfPairsWithoutAPast) {
-  const Scene2015 folder;
-  const auto samples = observePublished2015(folder.path(), PipelineParams(), 2);
-  constexpr size_t kWithTruth = (Scene2015::kHeight / 2 - 1) * Scene2015::kWidth / 2;
-  EXPECT_LE(samples.size(), kWithTruth);
-  EXPECT_GT(samples.size(), kWithTruth / 2);
-  int background = 0, vehicles = 0;
-  for (const VarianceSample& sample : samples) {
-    EXPECT_FALSE(sample.predicted);
-    background += std::abs(sample.error_px + 8) < 0.3f;
-    vehicles += std::abs(sample.error_px + 4) < 0.3f;
-  }
-  EXPECT_GT(background, 100);
-  EXPECT_GT(vehicles, 100);
 }
 
 TEST(KittiScene2015, NamesWhatIsMissing) {

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "evaluation/disparity_evaluation.h"
-#include "evaluation/noise_estimation.h"
 
 namespace predictive_stereo {
 namespace {
@@ -90,27 +89,6 @@ TEST(ShippedLoop, ParametersOfTheDetectionReachWhatIsMeasured) {
   const std::vector<cv::Mat1f> measured = evaluated(blind);
   EXPECT_EQ(differences(measured, shipped.disparities_px), 0);
   EXPECT_GT(differences(measured, evaluated(PipelineParams())), 0);
-}
-
-TEST(ShippedLoop, IsWhatTheVarianceIsFittedOn) {
-  PipelineParams params;
-  params.disparity.variance.max_sigma_px = 0;  // all disparities are samples
-  const Shipped shipped(params);
-  constexpr int kStep = 5;
-  size_t sample = 0;
-  const std::vector<VarianceSample> samples = observePublished(street(), PipelineParams(), kStep);
-  for (int index = 1; index < kFrames; ++index) {
-    const cv::Mat1f truth_px = street().frame(index).truth_px;
-    const cv::Mat1f& disparity_px = shipped.disparities_px[static_cast<size_t>(index)];
-    for (int y = 0; y < truth_px.rows; y += kStep)
-      for (int x = 0; x < truth_px.cols; x += kStep) {
-        if (!hasTruth(truth_px(y, x)) || disparity_px(y, x) < 0) continue;
-        ASSERT_LT(sample, samples.size());
-        ASSERT_EQ(samples[sample++].disparity_px, disparity_px(y, x))
-            << index << " " << y << " " << x;
-      }
-  }
-  EXPECT_EQ(sample, samples.size());
 }
 
 }  // namespace

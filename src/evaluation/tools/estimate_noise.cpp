@@ -8,7 +8,6 @@
 #include <tuple>
 #include <utility>
 
-#include "evaluation/kitti_scenes.h"
 #include "evaluation/noise_estimation.h"
 #include "evaluation/report.h"
 #include "evaluation/tools/tool_input.h"
@@ -26,8 +25,6 @@ constexpr char kHelp[] =
 Estimates from laser scans of the static scene (the paper's section 3):
   process noise q      scans, moved by the estimated ego-motion, against the next frame's scans
   measurement noise r  full search of each pair by itself, against the scan
-and, beyond the paper, the parameters of the published variance: in closed loop, such that sigma and
-2 sigma are as close as possible to the 68.3 and 95.4 % quantiles of the absolute error.
 
 Writes to DIR: noise.yaml (parameters in the format of config/*.yaml, with provenance),
 process_noise.csv, measurement_noise.csv, and for each drive DRIVE_process_error.png and
@@ -38,14 +35,9 @@ figure 3.
   DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
   --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
                       they are left out. Without labels the whole scene counts as static.
-  --street SCENE      adds a scene of the synthetic street, whose ground truth has no noise, to the
-                      data for the published variance; may be given several times
-  --street-frames N   its number of frames (default 20)
-  --kitti2015 DIR     adds the pairs of a KITTI 2015 "training" folder, each without a past;
-                      together they have the weight of one drive or scene
   --all-errors        q and r are the variances of all errors, as in the paper; without this option
                       gross errors (> 3 px) do not count, as they are not noise
-  --config YAML       parameters to start from, as in evaluate_kitti
+  --config YAML       parameters, as in evaluate_kitti
   --set NAME=VALUE    one parameter; may be given several times
   --frames N          use at most N frames of each drive
   --threads N         (default: all cores)
@@ -73,7 +65,6 @@ std::string today() {
 // All that was observed.
 struct Observations {
   ErrorHistogram process, measurement;
-  std::vector<std::vector<VarianceSample>> published;
   std::string provenance;  // comments of the yaml
 };
 
@@ -84,7 +75,8 @@ void addDrive(const DriveArgument& argument, const CommandLine& command_line,
   if (command_line.has("labels"))
     labels =
         readObjectLabels((fs::path(command_line.get("labels")) / (drive.name() + ".csv")).string());
-  NoiseObservations seen = observeNoise(drive, labels, params, command_line.getInt("frames", 0, 2));
+  const NoiseObservations seen =
+      observeNoise(drive, labels, params, command_line.getInt("frames", 0, 2));
   const std::string process = textOf("process", seen.process),
                     measurement = textOf("measurement", seen.measurement);
   std::cout << drive.name() << "\n" << process << measurement;
@@ -101,32 +93,9 @@ void addDrive(const DriveArgument& argument, const CommandLine& command_line,
   }
   all.process += seen.process;
   all.measurement += seen.measurement;
-  all.published.push_back(std::move(seen.published));
 }
 
-// Data for the published variance only.
-void addStreetsAndPairs(const CommandLine& command_line, const PipelineParams& params,
-                        Observations& all) {
-  for (const std::string& scene : command_line.all("street")) {
-    StreetParams street;
-    street.scene = scene;
-    street.frames = command_line.getInt("street-frames", 20, 2);
-    const auto sequence = streetSequence(street);
-    constexpr int kStep = 3;  // errors of neighbouring pixels are correlated
-    all.published.push_back(observePublished(*sequence, params, kStep));
-    all.provenance += "# " + sequence->name() + ", " + std::to_string(street.frames) +
-                      " frames with exact truth, for the published variance\n";
-  }
-  if (!command_line.has("kitti2015")) return;
-  const std::string training_dir = command_line.get("kitti2015");
-  const int pairs = static_cast<int>(listKittiScenes2015(training_dir).size());
-  constexpr int kStep = 2;
-  all.published.push_back(observePublished2015(training_dir, params, kStep));
-  all.provenance +=
-      "# KITTI 2015, " + std::to_string(pairs) + " single pairs, for the published variance\n";
-}
-
-std::string yamlOf(const Observations& all, VarianceParams variance, bool all_errors) {
+std::string yamlOf(const Observations& all, bool all_errors) {
   const char* const errors_used = all_errors ? "all errors" : "errors that are not gross";
   const auto varianceOf = [&](const ErrorHistogram& errors) {
     return all_errors ? errors.varianceOfAll_px2() : errors.variance_px2();
@@ -139,12 +108,7 @@ std::string yamlOf(const Observations& all, VarianceParams variance, bool all_er
        << "disparity:\n  prediction:\n    process_noise_px2: " << varianceOf(all.process)
        << "  # variance of " << errors_used << "; includes the scan noise twice\n"
        << "  correction:\n    measurement_noise_px2: " << varianceOf(all.measurement)
-       << "  # variance of " << errors_used << "; includes the scan noise\n"
-       << "  variance:  # sigma, 2 sigma: 68.3, 95.4 % quantiles of the published error\n";
-  variance.visit([&](const std::string& name, double value, double, double) {
-    if (name.rfind("max_", 0) != 0)  // these limits are not fitted
-      yaml << "    " << name << ": " << value << "\n";
-  });
+       << "  # variance of " << errors_used << "; includes the scan noise\n";
   return yaml.str();
 }
 
@@ -157,9 +121,7 @@ int estimate(const CommandLine& command_line) {
   Report report(command_line.get("output"), "Noise, estimated from LiDAR", command_line.command());
   Observations all;
   for (const DriveArgument& drive : drives) addDrive(drive, command_line, params, all, report);
-  addStreetsAndPairs(command_line, params, all);
-  const std::string yaml = yamlOf(all, fitVariance(all.published, params.disparity.variance),
-                                  command_line.has("all-errors"));
+  const std::string yaml = yamlOf(all, command_line.has("all-errors"));
   for (const auto& [title, file, errors] :
        {std::tuple("Process noise", "process_noise.csv", &all.process),
         std::tuple("Measurement noise", "measurement_noise.csv", &all.measurement)}) {
@@ -177,7 +139,6 @@ int estimate(const CommandLine& command_line) {
 
 int main(int argc, char** argv) {
   return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
-                                    {"output", "labels", "street", "street-frames", "kitti2015",
-                                     "config", "set", "frames", "threads"},
+                                    {"output", "labels", "config", "set", "frames", "threads"},
                                     {"all-errors"}, predictive_stereo::estimate);
 }
