@@ -6,11 +6,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "evaluation/simulation/camera.h"
 #include "evaluation/simulation/indoor.h"
-#include "evaluation/simulation/path.h"
-#include "evaluation/simulation/town.h"
-#include "evaluation/simulation/traffic.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
@@ -79,127 +75,104 @@ void setHiddenShares(const RayGrid& grid, const std::vector<int>& parts, const c
   mover.truncated = all > 0 ? 1.0 - static_cast<double>(inside) / all : 0.0;
 }
 
+// The view for which the town is built.
+View viewFrom(const Isometry3d& T_world_cam, const StereoRig& rig) {
+  View view;
+  view.position_m = T_world_cam.translation();
+  view.forward = T_world_cam.linear().col(2).head<2>().normalized();
+  const double reach = std::max(rig.cx_left_px, rig.size.width - rig.cx_left_px) + 40;
+  view.tan_half_angle = reach / rig.fx_px;
+  // Seen from above, the view of a pitched or rolled camera is wider, up to all directions.
+  for (const double x : {0, rig.size.width})
+    for (const double y : {0, rig.size.height}) {
+      const Vector3d ray((x - rig.cx_left_px) / rig.fx_px, (y - rig.cy_px) / rig.fy_px, 1);
+      const Eigen::Vector2d seen = (T_world_cam.linear() * ray).head<2>();
+      const double ahead = std::max(view.forward.dot(seen), 1e-3);
+      const double aside = view.forward.x() * seen.y() - view.forward.y() * seen.x();
+      view.tan_half_angle = std::max(view.tan_half_angle, std::abs(aside) / ahead);
+    }
+  return view;
+}
+
 }  // namespace
 
-struct Street::World {
-  StreetParams params;
-  Scene scene;
-  StereoRig rig;
-  Isometry3d T_body_cam;
-  double duration_s;
-  std::unique_ptr<const Path> path;
-  std::vector<Mover> movers;
+Street::Street(const StreetParams& params) : Street(params, sceneByName(params.scene)) {}
 
-  World(const StreetParams& p, const Scene& s)
-      : params(withSceneDefaults(p, s.camera)),
-        scene(s),
-        rig(rigOf(params, scene.camera)),
-        T_body_cam(mountOf(scene.camera)),
-        duration_s(exposureTime(params.frames) + 1),
-        path(makePath(scene, duration_s, hashOf(seed(), 1))),
-        movers(makeTraffic(scene.traffic, *path, scene.camera.body_m, duration_s,
-                           hashOf(seed(), 2))) {}
+Street::Street(const StreetParams& params, const Scene& scene)
+    : params_(withSceneDefaults(params, scene.camera)),
+      scene_(scene),
+      rig_(rigOf(params_, scene.camera)),
+      T_body_cam_(mountOf(scene.camera)) {
+  const double duration_s = exposureTimeOf(frames()) + 1;
+  path_ = makePath(scene, duration_s, seed(1));
+  movers_ = makeTraffic(scene.traffic, *path_, scene.camera.body_m, duration_s, seed(2));
+}
 
-  uint32_t seed() const { return static_cast<uint32_t>(params.seed); }
+uint32_t Street::seed(uint32_t use) const {
+  return hashOf(static_cast<uint32_t>(params_.seed), use);
+}
 
-  Isometry3d cameraAt(double time_s) const { return path->bodyAt(time_s) * T_body_cam; }
+double Street::stampOf(int index) const {
+  const int every = scene_.sensor.drop_every;
+  const int lost = every > 1 ? index / (every - 1) : 0;
+  return (index + lost) / params_.rate_hz;
+}
 
-  double stamp(int index) const {
-    const int every = scene.sensor.drop_every;
-    const int lost = every > 1 ? index / (every - 1) : 0;
-    return (index + lost) / params.rate_hz;
+double Street::exposureTimeOf(int index) const {
+  const int every = scene_.sensor.duplicate_every;
+  return stampOf(every > 1 && index % every == every - 1 ? index - 1 : index);
+}
+
+double Street::rightRowOffset(double x, double y) const {
+  const double u = 2 * x / rig_.size.width - 1, v = 2 * y / rig_.size.height - 1;
+  // Largest in the lower left corner (u = -1, v = 1): 1.
+  const double shape = 0.1 - 0.15 * u + 0.15 * v + 0.05 * u * u - 0.55 * u * v;
+  return scene_.sensor.row_offset_px * shape;
+}
+
+float Street::alignedRow(int x, int y) const {
+  double row = y;
+  for (int i = 0; i < 6; ++i) row = y - rightRowOffset(x, row);
+  return static_cast<float>(row);
+}
+
+Primitives Street::primitivesAt(double time_s) const {
+  View view = viewFrom(poseAt(time_s), rig_);
+  view.all_around = scene_.look.glossy_cars;
+  Primitives primitives;
+  if (scene_.site == Site::kTown)
+    addTown(scene_, seed(4), view, primitives);
+  else if (scene_.site == Site::kHall)
+    addHall(seed(4), primitives);
+  else
+    addCorridor(seed(4), primitives);
+  for (const Mover& mover : movers_) {
+    if (time_s < mover.from_s || time_s > mover.until_s) continue;
+    const Place place = mover.placeAt(time_s, *path_);
+    const Eigen::Vector2d at = place.position_m.head<2>();
+    if (scene_.site == Site::kTown && (view.distance(at) > 200 || !view.reaches(at, 8))) continue;
+    addThing(mover.kind, mover.seed, place, mover.strideAt(time_s), mover.id, primitives);
   }
-  // A frame that repeats the previous image was exposed before its stamp.
-  double exposureTime(int index) const {
-    const int every = scene.sensor.duplicate_every;
-    return stamp(every > 1 && index % every == every - 1 ? index - 1 : index);
-  }
-  uint32_t exposureSeed(int index) const {
-    return hashOf(seed(), 3, static_cast<uint32_t>(std::lround(exposureTime(index) * 1e4)));
-  }
+  if (scene_.look.glossy_cars) makeGlossy(primitives);
+  return primitives;
+}
 
-  double rowOffset(double x, double y) const {
-    const double u = 2 * x / rig.size.width - 1, v = 2 * y / rig.size.height - 1;
-    // Largest in the lower left corner (u = -1, v = 1): 1.
-    const double shape = 0.1 - 0.15 * u + 0.15 * v + 0.05 * u * u - 0.55 * u * v;
-    return scene.sensor.row_offset_px * shape;
-  }
-  // Inverse of rowOffset: row of the aligned image that corresponds to a pixel of the right image.
-  float idealRow(int x, int y) const {
-    double row = y;
-    for (int i = 0; i < 6; ++i) row = y - rowOffset(x, row);
-    return static_cast<float>(row);
-  }
-
-  // The view for which the town is built.
-  View viewFrom(const Isometry3d& T_world_cam) const {
-    View view;
-    view.position_m = T_world_cam.translation();
-    view.forward = T_world_cam.linear().col(2).head<2>().normalized();
-    const double reach = std::max(rig.cx_left_px, rig.size.width - rig.cx_left_px) + 40;
-    view.tan_half_angle = reach / rig.fx_px;
-    view.all_around = scene.look.glossy_cars;
-    // Seen from above, the view of a pitched or rolled camera is wider, up to all directions.
-    for (const double x : {0, rig.size.width})
-      for (const double y : {0, rig.size.height}) {
-        const Vector3d ray((x - rig.cx_left_px) / rig.fx_px, (y - rig.cy_px) / rig.fy_px, 1);
-        const Eigen::Vector2d seen = (T_world_cam.linear() * ray).head<2>();
-        const double ahead = std::max(view.forward.dot(seen), 1e-3);
-        const double aside = view.forward.x() * seen.y() - view.forward.y() * seen.x();
-        view.tan_half_angle = std::max(view.tan_half_angle, std::abs(aside) / ahead);
-      }
-    return view;
-  }
-
-  Primitives primitivesAt(double time_s) const {
-    const Isometry3d pose = cameraAt(time_s);
-    const View view = viewFrom(pose);
-    const uint32_t site_seed = hashOf(seed(), 4);
-    Primitives primitives;
-    if (scene.site == Site::kTown)
-      addTown(scene, site_seed, view, primitives);
-    else if (scene.site == Site::kHall)
-      addHall(site_seed, primitives);
-    else
-      addCorridor(site_seed, primitives);
-    for (const Mover& mover : movers) {
-      if (time_s < mover.from_s || time_s > mover.until_s) continue;
-      const Place place = mover.placeAt(time_s, *path);
-      const Eigen::Vector2d at = place.position_m.head<2>();
-      if (scene.site == Site::kTown && (view.distance(at) > 200 || !view.reaches(at, 8))) continue;
-      addThing(mover.kind, mover.seed, place, mover.strideAt(time_s), mover.id, primitives);
-    }
-    if (scene.look.glossy_cars) makeGlossy(primitives);
-    return primitives;
-  }
-
-  Isometry3d rightPose(const Isometry3d& T_world_cam) const {
-    return T_world_cam * Eigen::Translation3d(rig.baseline_m, 0, 0);
-  }
-
-  void renderImages(int index, StreetFrame& frame) const;
-  void fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid& right,
-                 StreetFrame& frame) const;
-  void fillMovers(const RayGrid& left, const HitImage& hits, double time_s,
-                  StreetFrame& frame) const;
-};
-
-void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid& right,
-                              StreetFrame& frame) const {
-  frame.disparity_px.create(rig.size);
-  frame.occluded.create(rig.size);
-  frame.moving_id.create(rig.size);
+void Street::fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid& right,
+                       StreetFrame& frame) const {
+  frame.disparity_px.create(rig_.size);
+  frame.occluded.create(rig_.size);
+  frame.moving_id.create(rig_.size);
   std::vector<bool> moves(1, false);
-  for (const Mover& mover : movers) {
+  for (const Mover& mover : movers_) {
     moves.resize(static_cast<size_t>(mover.id) + 1, false);
     moves[static_cast<size_t>(mover.id)] =
-        mover.velocityAt(exposureTime(frame.index), *path).norm() > kMovingSpeed_mps;
+        mover.velocityAt(exposureTimeOf(frame.index), *path_).norm() > kMovingSpeed_mps;
   }
-  const auto columns_apart = static_cast<float>(rig.cx_left_px - rig.cx_right_px);
-  const auto scale = static_cast<float>(rig.disparityTimesDepth());
-  parallelFor(cv::Range(0, rig.size.height), [&](const cv::Range& rows) {
+  const auto columns_apart = static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);
+  const auto scale = static_cast<float>(rig_.disparityTimesDepth());
+  parallelFor(cv::Range(0, rig_.size.height), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < rig.size.width; ++x) {
+      for (int x = 0; x < rig_.size.width; ++x) {
         const Hit& hit = hits.at(x, y);
         const float disparity = hit.sky() ? 0.0f : scale / hit.t;
         frame.disparity_px(y, x) = disparity;
@@ -207,7 +180,7 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
         const auto row = static_cast<float>(y);
         // The limit is slightly nearer than the point, which must not occlude itself.
         const bool hidden = x_right < -0.5f ||
-                            x_right > static_cast<float>(rig.size.width) - 0.5f ||
+                            x_right > static_cast<float>(rig_.size.width) - 0.5f ||
                             !right.cast(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f).sky();
         frame.occluded(y, x) = hidden ? 255 : 0;
         const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
@@ -218,12 +191,12 @@ void Street::World::fillTruth(const RayGrid& left, const HitImage& hits, const R
   });
 }
 
-void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double time_s,
-                               StreetFrame& frame) const {
+void Street::fillMovers(const RayGrid& left, const HitImage& hits, StreetFrame& frame) const {
+  const double time_s = exposureTimeOf(frame.index);
   std::map<int, StreetMover> seen;
   std::map<int, std::vector<int>> primitives_of;
-  for (int y = 0; y < rig.size.height; ++y) {
-    for (int x = 0; x < rig.size.width; ++x) {
+  for (int y = 0; y < rig_.size.height; ++y) {
+    for (int x = 0; x < rig_.size.width; ++x) {
       const int id = frame.moving_id(y, x);
       if (id == 0) continue;
       StreetMover& mover = seen[id];
@@ -233,15 +206,15 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
   }
   for (int i = 0; i < left.count(); ++i) primitives_of[left.primitive(i).object].push_back(i);
   const Isometry3d T_cam_world = frame.T_world_cam.inverse();
-  for (const Mover& mover : movers) {
+  for (const Mover& mover : movers_) {
     const auto found = seen.find(mover.id);
     if (found == seen.end()) continue;
     StreetMover& out = found->second;
     out.id = mover.id;
     out.kind = kKindNames[static_cast<size_t>(mover.kind)];
-    const Place place = mover.placeAt(time_s, *path);
+    const Place place = mover.placeAt(time_s, *path_);
     const Vector3d size_m = sizeOf(mover.kind, mover.seed);
-    out.velocity_mps = mover.velocityAt(time_s, *path);
+    out.velocity_mps = mover.velocityAt(time_s, *path_);
     const Eigen::Matrix3d axes =
         T_cam_world.linear() *
         Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
@@ -252,61 +225,48 @@ void Street::World::fillMovers(const RayGrid& left, const HitImage& hits, double
   }
 }
 
-void Street::World::renderImages(int index, StreetFrame& frame) const {
-  const double time_s = exposureTime(index);
-  const Sensor& sensor = scene.sensor;
-  const RowOfPixel same_row = [](int, int y) { return static_cast<float>(y); };
-  const RowOfPixel right_row =
-      sensor.row_offset_px == 0 ? same_row : [this](int x, int y) { return idealRow(x, y); };
-  // The shutter is open around the stamp.
-  const int samples = sensor.exposure_time_s > 0 ? 5 : 1;
-  cv::Mat1f left_radiance = cv::Mat1f::zeros(rig.size), right_radiance = left_radiance.clone();
-  for (int i = 0; i < samples; ++i) {
-    // The middle sample, which has the ground truth, is the last one.
-    const int step = (i + samples / 2 + 1) % samples - samples / 2;
-    const double at_s = time_s + sensor.exposure_time_s * step / samples;
-    const Primitives primitives = primitivesAt(at_s);
-    const Isometry3d pose = cameraAt(at_s);
-    const RayGrid left(primitives, pose, rig, rig.cx_left_px);
-    const RayGrid right(primitives, rightPose(pose), rig, rig.cx_right_px);
-    const RayMap around(primitives, scene.look.to_sun, pose.translation());
-    const Light light{scene.look, around, hashOf(seed(), 5)};
-    const HitImage left_hits = addRadiance(left, light, same_row, left_radiance);
-    addRadiance(right, light, right_row, right_radiance);
-    if (step != 0) continue;
-    frame.T_world_cam = pose;
-    fillTruth(left, left_hits, right, frame);
-    fillMovers(left, left_hits, time_s, frame);
-  }
-  const double gain =
-      255 * sensor.exposure / samples *
-      (1 + sensor.exposure_swing * std::sin(2 * kPi * time_s / sensor.exposure_period_s));
-  expose(left_radiance, sensor, gain, 0, hashOf(exposureSeed(index), 1), frame.left);
-  expose(right_radiance, sensor, gain * sensor.right_gain, sensor.right_offset,
-         hashOf(exposureSeed(index), 2), frame.right);
-}
-
-Street::Street(const StreetParams& params) : Street(params, sceneByName(params.scene)) {}
-Street::Street(const StreetParams& params, const Scene& scene)
-    : world_(std::make_shared<const World>(params, scene)) {}
-
-const StereoRig& Street::rig() const { return world_->rig; }
-int Street::frames() const { return world_->params.frames; }
-double Street::stampOf(int index) const { return world_->stamp(index); }
-double Street::exposureTimeOf(int index) const { return world_->exposureTime(index); }
-Isometry3d Street::poseAt(double time_s) const { return world_->cameraAt(time_s); }
-Isometry3d Street::cameraMount() const { return world_->T_body_cam; }
-double Street::rightRowOffset(double x, double y) const { return world_->rowOffset(x, y); }
-
 StreetFrame Street::render(int index) const {
   if (index < 0 || index >= frames())
     throw std::invalid_argument("index = " + std::to_string(index) +
                                 ": must be a frame of this street, 0 to " +
                                 std::to_string(frames() - 1));
+  const double time_s = exposureTimeOf(index);
   StreetFrame frame;
   frame.index = index;
-  frame.stamp_s = world_->stamp(index);
-  world_->renderImages(index, frame);
+  frame.stamp_s = stampOf(index);
+  const Sensor& sensor = scene_.sensor;
+  const RowOfPixel same_row = [](int, int y) { return static_cast<float>(y); };
+  const RowOfPixel right_row =
+      sensor.row_offset_px == 0 ? same_row : [this](int x, int y) { return alignedRow(x, y); };
+  // The shutter is open around the stamp.
+  const int samples = sensor.exposure_time_s > 0 ? 5 : 1;
+  cv::Mat1f left_radiance = cv::Mat1f::zeros(rig_.size), right_radiance = left_radiance.clone();
+  for (int i = 0; i < samples; ++i) {
+    // The middle sample, which has the ground truth, is the last one.
+    const int step = (i + samples / 2 + 1) % samples - samples / 2;
+    const double at_s = time_s + sensor.exposure_time_s * step / samples;
+    const Primitives primitives = primitivesAt(at_s);
+    const Isometry3d pose = poseAt(at_s);
+    const RayGrid left(primitives, pose, rig_, rig_.cx_left_px);
+    const RayGrid right(primitives, pose * Eigen::Translation3d(rig_.baseline_m, 0, 0), rig_,
+                        rig_.cx_right_px);
+    const RayMap around(primitives, scene_.look.to_sun, pose.translation());
+    const Light light{scene_.look, around, seed(5)};
+    const HitImage left_hits = addRadiance(left, light, same_row, left_radiance);
+    addRadiance(right, light, right_row, right_radiance);
+    if (step != 0) continue;
+    frame.T_world_cam = pose;
+    fillTruth(left, left_hits, right, frame);
+    fillMovers(left, left_hits, frame);
+  }
+  const double gain =
+      255 * sensor.exposure / samples *
+      (1 + sensor.exposure_swing * std::sin(2 * kPi * time_s / sensor.exposure_period_s));
+  const uint32_t noise_seed = hashOf(static_cast<uint32_t>(params_.seed), 3,
+                                     static_cast<uint32_t>(std::lround(time_s * 1e4)));
+  expose(left_radiance, sensor, gain, 0, hashOf(noise_seed, 1), frame.left);
+  expose(right_radiance, sensor, gain * sensor.right_gain, sensor.right_offset,
+         hashOf(noise_seed, 2), frame.right);
   return frame;
 }
 

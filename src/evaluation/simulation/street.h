@@ -12,6 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "evaluation/simulation/camera.h"
+#include "evaluation/simulation/town.h"
+#include "evaluation/simulation/traffic.h"
 #include "predictive_stereo/params.h"
 #include "predictive_stereo/stereo_rig.h"
 
@@ -70,10 +73,6 @@ struct StreetFrame {
   std::vector<StreetMover> movers;
 };
 
-namespace simulation {
-struct Scene;
-}
-
 class Street {
  public:
   static constexpr double kMovingSpeed_mps = 0.3;
@@ -84,8 +83,8 @@ class Street {
   /// Renders the given scene; params.scene is not used.
   Street(const StreetParams& params, const simulation::Scene& scene);
 
-  const StereoRig& rig() const;
-  int frames() const;
+  const StereoRig& rig() const { return rig_; }
+  int frames() const { return params_.frames; }
 
   /// Images and ground truth of one frame.
   /// @param index  0 .. frames() - 1.
@@ -97,11 +96,11 @@ class Street {
   double exposureTimeOf(int index) const;
   Eigen::Isometry3d poseOf(int index) const { return poseAt(exposureTimeOf(index)); }
   /// Pose of the left camera's optical frame in the world, from time 0 to that of the last frame.
-  Eigen::Isometry3d poseAt(double time_s) const;
+  Eigen::Isometry3d poseAt(double time_s) const { return path_->bodyAt(time_s) * T_body_cam_; }
   /// Pose of that frame in the frame of the body that carries the camera (x ahead, z up). A
   /// vehicle's origin is on the road below the camera. The pose is constant: a vehicle that sways
   /// tilts as a whole.
-  Eigen::Isometry3d cameraMount() const;
+  const Eigen::Isometry3d& cameraMount() const { return T_body_cam_; }
 
   /// Vertical misalignment of the right camera [px]: a point that an ideal right camera sees at
   /// (x, y) appears at (x, y + rightRowOffset(x, y)) in the right image. It is quadratic in x and y
@@ -109,8 +108,25 @@ class Street {
   double rightRowOffset(double x_right_px, double y_px) const;
 
  private:
-  struct World;
-  std::shared_ptr<const World> world_;
+  using HitImage = simulation::HitImage;
+  using RayGrid = simulation::RayGrid;
+
+  /// Each use of random numbers has its own seed.
+  uint32_t seed(uint32_t use) const;
+  /// Inverse of rightRowOffset: row of an aligned image that corresponds to a pixel of the right
+  /// image.
+  float alignedRow(int x, int y) const;
+  simulation::Primitives primitivesAt(double time_s) const;
+  void fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid& right,
+                 StreetFrame& frame) const;
+  void fillMovers(const RayGrid& left, const HitImage& hits, StreetFrame& frame) const;
+
+  StreetParams params_;
+  simulation::Scene scene_;
+  StereoRig rig_;
+  Eigen::Isometry3d T_body_cam_;
+  std::shared_ptr<const simulation::Path> path_;
+  std::vector<simulation::Mover> movers_;
 };
 
 }  // namespace predictive_stereo
