@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <functional>
 #include <map>
 #include <string>
@@ -11,28 +10,9 @@
 
 namespace predictive_stereo {
 
-/// Variance calibration as a function of a key, e.g. the ambiguity: in fine steps, which can be
-/// merged to bins of equal population.
-class BinnedCalibration {
- public:
-  explicit BinnedCalibration(double step, int steps)
-      : step_(step), steps_(static_cast<size_t>(steps)) {}
-  void add(double key, double error_px, double variance_px2);
-
-  struct Bin {
-    double first, last;  ///< of the key
-    VarianceCalibration calibration;
-  };
-  /// At most `count` bins of about equal population, in ascending order of the key.
-  std::vector<Bin> bins(int count) const;
-
- private:
-  double step_;
-  std::vector<VarianceCalibration> steps_;
-};
-
 /// Results of one method on one sequence, or on several together.
 struct DisparityEvaluation {
+  std::string method;
   int images = 0;
   double mean_ms = 0;
   MeanDisparityScore score;
@@ -45,10 +25,6 @@ struct DisparityEvaluation {
   double mean_width_px = 0;
   double full_search_percent = 0;  ///< share of pixels searched over the whole range
   VarianceCalibration variance;
-  BinnedCalibration variance_by_ambiguity{1.0 / 256, 256};
-  BinnedCalibration variance_by_disparity{0.5, 512};
-  int64_t without_variance = 0;  ///< valid pixels with truth whose variance is not positive
-  std::vector<std::pair<std::string, double>> stage_ms;  ///< mean per image, in order
 
   struct Frame {
     int index;
@@ -69,7 +45,7 @@ std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<Nam
 /// Called with each frame, its index, a method's index and its output.
 using FrameCallback = std::function<void(const SequenceFrame&, int, size_t, const MethodOutput&)>;
 
-/// Adds a sequence to the evaluation of each method (by the method's name). All methods process a
+/// Adds a sequence to the evaluation of each method. All methods process a
 /// frame before the next one is read; ego-motion is estimated once for all of them.
 /// @param params  of the ego-motion; its disparity range is that of the scores.
 /// @param max_frames  0: all.

@@ -7,12 +7,6 @@
 namespace predictive_stereo {
 namespace {
 
-double sum(const StageTimes& times) {
-  double ms = 0;
-  for (const StageTime& time : times) ms += time.ms;
-  return ms;
-}
-
 DisparityParams withRowAlignment(DisparityParams params) {
   params.row_alignment.enabled = true;
   return params;
@@ -27,8 +21,8 @@ class PredictiveMethod : public DisparityMethod {
         input.frame, [&] { return input.camera; }, output_);
     std::swap(output_.disparity, output.maps);
     output.objects = output_.detections.objects;
-    output.times = pipeline_.times().disparity;
-    output.ms = sum(output.times);
+    output.ms = 0;
+    for (const StageTime& time : pipeline_.times().disparity) output.ms += time.ms;
   }
   cv::Mat1f doubt(const MethodInput&, const MethodOutput& output) override {
     return output.maps.disparity_variance_px2;
@@ -56,7 +50,7 @@ class OpencvMethod : public DisparityMethod {
     opencvDisparity(frame.left, right, params_.matcher.range, mode_, output.maps.disparity_px,
                     frame.rig.principalOffset());
     watch.lap("OpenCV", times);
-    output.ms = sum(times);
+    output.ms = times.front().ms;
   }
 
   cv::Mat1f doubt(const MethodInput& input, const MethodOutput& output) override {

@@ -20,7 +20,6 @@ struct MethodOutput {
   /// OpenCV fills only `disparity_px`, and finds no objects.
   DisparityOutput maps;
   std::vector<DetectedObject> objects;  ///< moving objects
-  StageTimes times;
   double ms = 0;  ///< for the disparities, without images, ego-motion and scoring
 };
 

@@ -93,13 +93,11 @@ void VarianceCalibration::add(double error_px, double variance_px2) {
   const double bin = std::abs(error_px) / sigma_px / kBinWidth;
   ++histogram_[static_cast<size_t>(std::min(bin, kBins - 1.0))];
   sigmas_px_.add(sigma_px);
-  errors_px_.add(error_px);
   sum_nll_ += 0.5 * (std::log(2 * M_PI * variance_px2) + error_px * error_px / variance_px2);
 }
 
 VarianceCalibration& VarianceCalibration::operator+=(const VarianceCalibration& other) {
   sigmas_px_ += other.sigmas_px_;
-  errors_px_ += other.errors_px_;
   sum_nll_ += other.sum_nll_;
   for (size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
   return *this;

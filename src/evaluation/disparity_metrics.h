@@ -89,18 +89,16 @@ class VarianceCalibration {
   void add(double error_px, double variance_px2);
   VarianceCalibration& operator+=(const VarianceCalibration& other);
 
-  int64_t count() const { return errors_px_.count(); }
+  int64_t count() const { return sigmas_px_.count(); }
   /// Share of errors within `sigmas` standard deviations (rounded up to kBinWidth).
   double shareWithin(double sigmas) const;
   /// Mean negative log-likelihood of the normal density [nats]: smaller is better. It also rewards
   /// small variances.
   double negativeLogLikelihood() const { return ratio(sum_nll_, count()); }
-  /// Mean standard deviation, and root mean square error [px].
   double meanSigma_px() const { return sigmas_px_.mean(); }
-  double rms_px() const { return std::sqrt(errors_px_.meanSquare()); }
 
  private:
-  Moments sigmas_px_, errors_px_;
+  Moments sigmas_px_;
   double sum_nll_ = 0;
   std::array<int64_t, kBins> histogram_{};
 };

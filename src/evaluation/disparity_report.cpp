@@ -35,62 +35,12 @@ Row ratios(const SequenceReport& report, const DisparityEvaluation& e, const Sco
   return row;
 }
 
-// Cells of methods; "-" for one that was not run.
-Row cellsOf(const SequenceReport& report, std::initializer_list<const char*> methods,
-            std::string (*cell)(const DisparityEvaluation&)) {
-  Row row;
-  for (const char* method : methods) {
-    const auto* found = report.find(method);
-    row.push_back(found ? cell(*found) : "-");
-  }
-  return row;
-}
-
-// The time, and outliers; "-" without truth.
-std::string msOf(const DisparityEvaluation& e) { return fixed(e.mean_ms, 1); }
-std::string outliersOf(const DisparityEvaluation& e) {
-  return e.score.frames ? fixed(e.score.d1_percent, 2) : "-";
-}
-
-void addCalibration(const std::string& name, const VarianceCalibration& c, Table& table) {
-  table.add(name, percentWithin(c), fixed(c.negativeLogLikelihood(), 2), fixed(c.meanSigma_px(), 3),
-            fixed(c.rms_px(), 3), c.count());
-}
-
 }  // namespace
 
-Row percentWithin(const VarianceCalibration& calibration) {
-  Row row;
-  for (const int sigmas : {1, 2, 3}) row.push_back(fixed(100 * calibration.shareWithin(sigmas), 1));
-  return row;
-}
-
 const DisparityEvaluation* SequenceReport::find(const std::string& method) const {
-  const auto found = std::find(methods.begin(), methods.end(), method);
-  return found == methods.end() ? nullptr
-                                : &evaluations[static_cast<size_t>(found - methods.begin())];
-}
-
-Table paperTable(const std::vector<SequenceReport>& reports) {
-  Table table{"The paper's Table 2: time per image [ms] and outliers among valid pixels [%]",
-              {"sequence", "ms OpenCV 8", "ms ours 4", "ms ours 8", "% OpenCV 8", "% ours nondiag",
-               "% ours diag", "% ours 8-path", "images"},
-              {}};
-  const bool widened = std::any_of(reports.begin(), reports.end(), [](const SequenceReport& r) {
-    return r.find(kOursWidened) || r.find(kOurs8Widened);
-  });
-  if (widened)
-    table.header = row(table.header, "ms widened 4", "ms widened 8", "% widened 4", "% widened 8");
-  for (const SequenceReport& report : reports) {
-    table.add(report.name, cellsOf(report, {kOpencvHh, kOurs, kOurs8}, msOf),
-              cellsOf(report, {kOpencvHh, kOurs, kOursDiagonal, kOurs8}, outliersOf),
-              report.evaluations.front().images);
-    if (widened)
-      table.rows.back() =
-          row(table.rows.back(), cellsOf(report, {kOursWidened, kOurs8Widened}, msOf),
-              cellsOf(report, {kOursWidened, kOurs8Widened}, outliersOf));
-  }
-  return table;
+  const auto found = std::find_if(evaluations.begin(), evaluations.end(),
+                                  [&](const auto& known) { return known.method == method; });
+  return found == evaluations.end() ? nullptr : &*found;
 }
 
 Table accuracyTable(const SequenceReport& report) {
@@ -98,9 +48,8 @@ Table accuracyTable(const SequenceReport& report) {
               {"method", "ms", "D1 %", "D1f %", "density %", "rms px", "bias", "D1 / hh",
                "D1f / hh", "D1 / full", "D1f / full"},
               {}};
-  for (size_t m = 0; m < report.methods.size(); ++m) {
-    const DisparityEvaluation& e = report.evaluations[m];
-    table.add(report.methods[m], fixed(e.mean_ms, 1),
+  for (const DisparityEvaluation& e : report.evaluations) {
+    table.add(e.method, fixed(e.mean_ms, 1),
               e.score.frames ? row(figures(e.score, 2, {kD1, kD1Filled, kDensity}),
                                    figures(e.score, 3, {kRms, kBias}))
                              : Row(5, "-"),
@@ -115,14 +64,12 @@ Table regionTable(const SequenceReport& report) {
                "D1 / full", "D1f / full"},
               {}};
   for (const auto& region : report.evaluations.front().regions)
-    for (size_t m = 0; m < report.methods.size(); ++m) {
-      const DisparityEvaluation& e = report.evaluations[m];
+    for (const DisparityEvaluation& e : report.evaluations) {
       const auto scoreOf = [&](const DisparityEvaluation& other) {
         return other.regions.at(region.first);
       };
-      table.add(region.first + ", " + report.methods[m],
-                figures(scoreOf(e), 2, {kD1, kD1Filled, kDensity}), figures(scoreOf(e), 3, {kRms}),
-                ratios(report, e, scoreOf));
+      table.add(region.first + ", " + e.method, figures(scoreOf(e), 2, {kD1, kD1Filled, kDensity}),
+                figures(scoreOf(e), 3, {kRms}), ratios(report, e, scoreOf));
     }
   return table;
 }
@@ -132,10 +79,9 @@ Table loopTable(const SequenceReport& report) {
               {"method", "mean width px", "full search %", "measured D1 %", "measured D1f %",
                "measured rms", "filtered rms", "ratio", "on the same pixels"},
               {}};
-  for (size_t m = 0; m < report.methods.size(); ++m) {
-    const DisparityEvaluation& e = report.evaluations[m];
+  for (const DisparityEvaluation& e : report.evaluations) {
     if (e.mean_width_px == 0) continue;
-    table.add(report.methods[m], fixed(e.mean_width_px, 1), fixed(e.full_search_percent, 1),
+    table.add(e.method, fixed(e.mean_width_px, 1), fixed(e.full_search_percent, 1),
               figures(e.measured, 2, {kD1, kD1Filled}), figures(e.measured, 3, {kRms}),
               figures(e.score, 3, {kRms}),
               fixed(ratio(e.score.rms_px, e.measured.rms_px, kNotKnown), 3),
@@ -144,49 +90,21 @@ Table loopTable(const SequenceReport& report) {
   return table;
 }
 
-Table calibrationTable(const DisparityEvaluation& evaluation) {
+Table calibrationTable(const std::vector<std::pair<std::string, VarianceCalibration>>& groups) {
   Table table{"Variance of ours: shares of errors within 1, 2, 3 sigma (normal: 68.3, 95.4, 99.7)",
-              {"pixels", "1 sigma %", "2 sigma %", "3 sigma %", "nll", "mean sigma px",
-               "rms error px", "count"},
+              {"pixels", "1 sigma %", "2 sigma %", "3 sigma %", "mean sigma px", "count"},
               {}};
-  addCalibration("all", evaluation.variance, table);
-  for (const auto& bin : evaluation.variance_by_ambiguity.bins(5))
-    addCalibration("ambiguity " + fixed(bin.first, 2) + " to " + fixed(bin.last, 2),
-                   bin.calibration, table);
-  for (const auto& bin : evaluation.variance_by_disparity.bins(5))
-    addCalibration("disparity " + fixed(bin.first, 1) + " to " + fixed(bin.last, 1) + " px",
-                   bin.calibration, table);
-  if (evaluation.without_variance)
-    table.title += "; " + std::to_string(evaluation.without_variance) + " valid pixels have none";
-  return table;
-}
-
-Table stageTable(const SequenceReport& report) {
-  Row stages;  // of all methods
-  for (const DisparityEvaluation& e : report.evaluations)
-    for (const auto& stage : e.stage_ms)
-      if (std::find(stages.begin(), stages.end(), stage.first) == stages.end())
-        stages.push_back(stage.first);
-  Table table{report.name + ": mean ms per stage", row("method", stages, "sum"), {}};
-  for (size_t m = 0; m < report.methods.size(); ++m) {
-    const DisparityEvaluation& e = report.evaluations[m];
-    if (e.stage_ms.empty()) continue;
-    Row cells;
-    for (const std::string& name : stages) {
-      const auto stage = std::find_if(e.stage_ms.begin(), e.stage_ms.end(),
-                                      [&](const auto& known) { return known.first == name; });
-      cells.push_back(stage == e.stage_ms.end() ? "-" : fixed(stage->second, 2));
-    }
-    table.add(report.methods[m], cells, fixed(e.mean_ms, 2));
-  }
+  for (const auto& [name, c] : groups)
+    if (c.count() > 0)
+      table.add(name, fixed(100 * c.shareWithin(1), 1), fixed(100 * c.shareWithin(2), 1),
+                fixed(100 * c.shareWithin(3), 1), fixed(c.meanSigma_px(), 3), c.count());
   return table;
 }
 
 std::vector<Table> tables(const SequenceReport& report) {
   std::vector<Table> result = {accuracyTable(report), regionTable(report), loopTable(report)};
-  const DisparityEvaluation* ours = report.find(kOurs);
-  if (ours && ours->variance.count() > 0) result.push_back(calibrationTable(*ours));
-  result.push_back(stageTable(report));
+  if (const auto* ours = report.find(kOurs))
+    result.push_back(calibrationTable({{"all", ours->variance}}));
   result.erase(std::remove_if(result.begin(), result.end(),
                               [](const Table& table) { return table.rows.empty(); }),
                result.end());
@@ -199,10 +117,9 @@ std::string csv(const std::vector<SequenceReport>& reports) {
       "mean_width_px,full_search_percent,measured_d1_percent,measured_d1f_percent,"
       "measured_rms_px,within_1_sigma,within_2_sigma,within_3_sigma,nll,mean_sigma_px");
   for (const SequenceReport& report : reports)
-    for (size_t m = 0; m < report.methods.size(); ++m) {
-      const DisparityEvaluation& e = report.evaluations[m];
+    for (const DisparityEvaluation& e : report.evaluations) {
       const auto line = [&](const std::string& region, const MeanDisparityScore& s) {
-        return row(report.name, report.methods[m], region, e.images, e.mean_ms, s.d1_percent,
+        return row(report.name, e.method, region, e.images, e.mean_ms, s.d1_percent,
                    s.d1_filled_percent, s.density_percent, s.rms_px, s.bias_px);
       };
       Row own;
@@ -220,10 +137,10 @@ std::string csv(const std::vector<SequenceReport>& reports) {
 std::string framesCsv(const std::vector<SequenceReport>& reports) {
   Table csv = Table::ofCsv("sequence,method,frame,d1_percent,d1f_percent,mean_width_px");
   for (const SequenceReport& report : reports)
-    for (size_t m = 0; m < report.methods.size(); ++m)
-      for (const auto& frame : report.evaluations[m].series)
-        csv.add(report.name, report.methods[m], frame.index, frame.d1_percent,
-                frame.d1_filled_percent, frame.width_px);
+    for (const DisparityEvaluation& e : report.evaluations)
+      for (const auto& frame : e.series)
+        csv.add(report.name, e.method, frame.index, frame.d1_percent, frame.d1_filled_percent,
+                frame.width_px);
   return csv.csv();
 }
 
@@ -276,7 +193,6 @@ void add(const std::vector<SequenceReport>& reports, Report& page) {
             "same with pixels without a disparity counted as outliers. All figures are means over "
             "frames; the first frame is left out. hh: OpenCV StereoSGBM MODE_HH with the paper's "
             "parameters; full: ours, searching all disparities under the same temporal rules."});
-  page.add(paperTable(reports));
   writeText(page.dir() / "frames.csv", framesCsv(reports));
   writeText(page.dir() / "variance.csv", sharesCsv(reports));
   for (const SequenceReport& report : reports) {

@@ -9,21 +9,13 @@
 
 namespace predictive_stereo {
 
-/// Names of methods that reports know. The others are compared with the first one; names of our
-/// methods begin with kOurs.
+/// Names of methods that reports know.
 constexpr char kOpencvHh[] = "opencv_hh";
-constexpr char kOpencv3Way[] = "opencv_3way";
-constexpr char kOpencvHhAligned[] = "opencv_hh_aligned";
 constexpr char kOurs[] = "ours";
-constexpr char kOursDiagonal[] = "ours_diagonal";
-constexpr char kOurs8[] = "ours_8";
 constexpr char kOursFull[] = "ours_full";
-constexpr char kOursWidened[] = "ours_widened";  ///< without matcher/exact_ranges
-constexpr char kOurs8Widened[] = "ours_8_widened";
 
 struct SequenceReport {
   std::string name;
-  std::vector<std::string> methods;
   std::vector<DisparityEvaluation> evaluations;  ///< one per method
   std::vector<ReportItem> frames;                ///< maps of some frames, see frameItem
 
@@ -31,21 +23,15 @@ struct SequenceReport {
   const DisparityEvaluation* find(const std::string& method) const;
 };
 
-/// The paper's Table 2. With exact search ranges it also has columns for widened ones: vector code
-/// searches these, so compare their times.
-Table paperTable(const std::vector<SequenceReport>& reports);
 /// Time and errors of each method, also relative to opencv_hh and to ours_full.
 Table accuracyTable(const SequenceReport& report);
 /// Errors by region; no rows if the sequence has no regions.
 Table regionTable(const SequenceReport& report);
 /// Search widths, and errors of the match alone and after the filters.
 Table loopTable(const SequenceReport& report);
-/// Variance calibration of `ours`: of all pixels, and in five bins each of ambiguity (lowest over
-/// second lowest aggregated cost) and of true disparity.
-Table calibrationTable(const DisparityEvaluation& evaluation);
-/// Shares of errors within 1, 2 and 3 standard deviations [%].
-Row percentWithin(const VarianceCalibration& calibration);
-Table stageTable(const SequenceReport& report);
+/// Variances of `ours`: shares of errors within 1, 2 and 3 standard deviations, for groups of
+/// pixels. Groups without pixels are left out.
+Table calibrationTable(const std::vector<std::pair<std::string, VarianceCalibration>>& groups);
 /// Those of the tables above that this sequence has.
 std::vector<Table> tables(const SequenceReport& report);
 

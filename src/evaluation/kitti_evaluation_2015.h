@@ -3,11 +3,11 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "evaluation/disparity_evaluation.h"
 #include "evaluation/disparity_report.h"
-#include "evaluation/kitti_scenes.h"
 #include "evaluation/sparsification.h"
 
 namespace predictive_stereo {
@@ -40,54 +40,41 @@ struct KittiScore {
 KittiScore scoreAsKitti(const cv::Mat1f& disparity_px, const DisparityRange& range,
                         const cv::Mat1f& truth_px, const cv::Mat1b& vehicles);
 
-struct KittiMethodResult2015 {
-  KittiScore score;      ///< against all truth, occluded pixels included
-  KittiScore score_noc;  ///< without occluded pixels; empty if this truth is missing
-  VarianceCalibration background_variance, vehicle_variance;  ///< of ours only
-  Sparsification sparsification;                              ///< every second row and column
-  double ms = 0;
-};
+/// Results of methods on pairs, pooled over these.
+class KittiEvaluation2015 {
+ public:
+  explicit KittiEvaluation2015(const std::vector<NamedMethod>& methods);
 
-struct KittiSceneResult2015 {
-  std::string scene;
-  std::vector<KittiMethodResult2015> methods;  ///< in the order of the methods given
-};
+  /// Runs the methods on a pair.
+  /// @param frame  the pair: truth, and the region "vehicles".
+  /// @param input  the pair in a sequence, of which it may be the only one.
+  /// @param running  the methods, with the past of that sequence.
+  void add(const std::string& scene, const SequenceFrame& frame, const MethodInput& input,
+           const std::vector<std::unique_ptr<DisparityMethod>>& running,
+           const DisparityRange& range);
 
-/// Runs methods on one scene.
-/// @param running  new instances for each scene: its pair is the first frame of a sequence. Or the
-///   same instances for all scenes: their pairs are the frames of one sequence.
-/// @param input  the pair in that sequence.
-/// @param outputs  of each method.
-KittiSceneResult2015 evaluateKittiScene2015(
-    const KittiScene2015& scene, const MethodInput& input,
-    const std::vector<std::unique_ptr<DisparityMethod>>& running, const DisparityRange& range,
-    std::vector<MethodOutput>& outputs);
-/// A scene's pair as frame `index` of a sequence.
-MethodInput inputOf(const KittiScene2015& scene, int index = 0);
-
-/// Results of all scenes.
-struct KittiEvaluation2015 {
-  std::vector<std::string> methods;
-  std::vector<KittiSceneResult2015> scenes;
-
-  /// D1 of background, vehicles and all pixels, with and without interpolation, pooled over scenes.
+  /// D1 of background, vehicles and all pixels, with and without interpolation.
   Table table() const;
-  /// The following two are of `ours`, or else of the first method.
+  /// Sparsification error of each method, of every second row and column.
+  Table certaintyTable() const;
+  /// The following are of `ours`, or else of the first method.
   /// The ten scenes with the most wrong pixels, and their figures.
   Table worstTable() const;
-  /// Shares of errors within 1, 2, 3 sigma: background, vehicles, all. No rows without variances.
-  Table calibrationTable() const;
-  /// Sparsification error of each method, pooled over scenes.
-  Table certaintyTable() const;
-  /// Indices of the scenes of worstTable.
-  std::vector<size_t> worst() const;
-  /// All counts, one line per scene and method, with a header.
-  std::string csv() const;
+  std::vector<std::pair<std::string, KittiScore>> worst() const;
+  /// See calibrationTable: background, vehicles, all. No rows without variances.
+  Table variances() const;
 
  private:
-  size_t shown() const;
-  template <class Value>
-  Value total(size_t method, Value KittiMethodResult2015::*member) const;
+  struct Method {
+    std::string name;
+    KittiScore score;  ///< against all truth, occluded pixels included
+    VarianceCalibration background_variance, vehicle_variance;
+    Sparsification sparsification;
+    double ms = 0;  ///< of all pairs
+  };
+  std::vector<Method> methods_;
+  size_t shown_;
+  std::vector<std::pair<std::string, KittiScore>> scenes_;  ///< of methods_[shown_]
 };
 
 }  // namespace predictive_stereo

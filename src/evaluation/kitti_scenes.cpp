@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/sequence.h"
 #include "tools/kitti_drive.h"
 
 namespace predictive_stereo {
@@ -56,42 +55,53 @@ cv::Mat1f readTruth(const std::string& path, cv::Size size) {
   return truth_px;
 }
 
-class KittiScene2012 : public Sequence {
+// Where a benchmark has the files of its scenes.
+struct Layout {
+  const char *left, *right, *truth, *calibration, *P_left, *P_right;
+  const char* vehicles;  // map of those that move; nullptr: nothing moves
+};
+constexpr Layout k2012 = {"image_0", "image_1", "disp_occ", "calib", "P0", "P1", nullptr};
+constexpr Layout k2015 = {"image_2",   "image_3",   "disp_occ_0", "calib_cam_to_cam",
+                          "P_rect_02", "P_rect_03", "obj_map"};
+
+class KittiScene : public Sequence {
  public:
-  KittiScene2012(const std::string& training_dir, const std::string& scene)
-      : dir_(training_dir), name_(scene) {
+  KittiScene(const Layout& layout, const std::string& training_dir, const std::string& scene)
+      : layout_(layout), dir_(training_dir), name_(scene) {
     if (!fs::is_directory(dir_)) throw std::runtime_error(dir_ + ": folder not found");
-    const KittiCalibrationFile calibration(dir_ + "/calib/" + scene + ".txt");
+    const KittiCalibrationFile calibration(dir_ + "/" + layout.calibration + "/" + scene + ".txt");
     const auto hasPair = [&](int number) {
-      return fs::is_regular_file(file("image_0", number)) &&
-             fs::is_regular_file(file("image_1", number));
+      return fs::is_regular_file(file(layout.left, number)) &&
+             fs::is_regular_file(file(layout.right, number));
     };
     first_ = kTruthFile + 1;
     while (first_ > 0 && hasPair(first_ - 1)) --first_;
     if (frames() == 0)
-      throw std::runtime_error(
-          file("image_0", kTruthFile) +
-          ": the file, or that in image_1, is missing; unpack the scene again");
-    const cv::Size size = cv::imread(file("image_0", first_), cv::IMREAD_GRAYSCALE).size();
-    rig_ = StereoRig::fromProjections(calibration.projection("P0"), calibration.projection("P1"),
-                                      size);
+      throw std::runtime_error(file(layout.left, kTruthFile) + ": the file, or that in " +
+                               layout.right + ", is missing; unpack the scene again");
+    rig_ = StereoRig::fromProjections(calibration.projection(layout.P_left),
+                                      calibration.projection(layout.P_right),
+                                      readGrey(file(layout.left, first_), {}).size());
   }
   const std::string& name() const override { return name_; }
   const StereoRig& rig() const override { return rig_; }
   int frames() const override { return kTruthFile - first_ + 1; }
   SequenceFrame frame(int index) const override {
     const int number = first_ + index;
-    SequenceFrame frame{readGrey(file("image_0", number), rig_.size),
-                        readGrey(file("image_1", number), rig_.size),
+    SequenceFrame frame{readGrey(file(layout_.left, number), rig_.size),
+                        readGrey(file(layout_.right, number), rig_.size),
                         {},
                         {}};
-    if (number == kTruthFile) {
-      frame.truth_px = readTruth(file("disp_occ", number), rig_.size);
+    if (number != kTruthFile) return frame;
+    frame.truth_px = readTruth(file(layout_.truth, number), rig_.size);
+    if (layout_.vehicles)
+      frame.regions = {{"vehicles", readGrey(file(layout_.vehicles, number), rig_.size) > 0}};
+    else
       frame.regions = {{"near edges", nearTruthEdges(frame.truth_px)}};
-    }
     return frame;
   }
   std::optional<std::vector<ObjectLabel>> objects(int) const override {
+    if (layout_.vehicles) return std::nullopt;
     return std::vector<ObjectLabel>();
   }
 
@@ -104,6 +114,7 @@ class KittiScene2012 : public Sequence {
     return dir_ + "/" + folder + "/" + name_ + suffix;
   }
 
+  const Layout& layout_;
   std::string dir_, name_;
   StereoRig rig_;
   int first_;  // number of the first pair
@@ -112,35 +123,21 @@ class KittiScene2012 : public Sequence {
 }  // namespace
 
 std::vector<std::string> listKittiScenes2012(const std::string& training_dir) {
-  return listScenes(training_dir + "/disp_occ");
+  return listScenes(training_dir + "/" + k2012.truth);
 }
 
 std::vector<std::string> listKittiScenes2015(const std::string& training_dir) {
-  return listScenes(training_dir + "/disp_occ_0");
+  return listScenes(training_dir + "/" + k2015.truth);
 }
 
 std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
                                                  const std::string& scene) {
-  return std::make_unique<KittiScene2012>(training_dir, scene);
+  return std::make_unique<KittiScene>(k2012, training_dir, scene);
 }
 
-KittiScene2015 readKittiScene2015(const std::string& training_dir, const std::string& scene) {
-  const auto file = [&](const char* folder) {
-    return training_dir + "/" + folder + "/" + scene + "_10.png";
-  };
-  KittiScene2015 read;
-  read.name = scene;
-  read.left = readGrey(file("image_2"), {});
-  const cv::Size size = read.left.size();
-  read.right = readGrey(file("image_3"), size);
-  read.truth_px = readTruth(file("disp_occ_0"), size);
-  if (fs::is_regular_file(file("disp_noc_0")))
-    read.truth_noc_px = readTruth(file("disp_noc_0"), size);
-  read.vehicles = readGrey(file("obj_map"), size) > 0;
-  const KittiCalibrationFile calibration(training_dir + "/calib_cam_to_cam/" + scene + ".txt");
-  read.rig = StereoRig::fromProjections(calibration.projection("P_rect_02"),
-                                        calibration.projection("P_rect_03"), size);
-  return read;
+std::unique_ptr<Sequence> kittiScene2015Sequence(const std::string& training_dir,
+                                                 const std::string& scene) {
+  return std::make_unique<KittiScene>(k2015, training_dir, scene);
 }
 
 }  // namespace predictive_stereo

@@ -1,14 +1,13 @@
-/// Training scenes of KITTI's stereo benchmarks. Those of 2012 are sequences, see
-/// kittiScene2012Sequence.
+/// Training scenes of KITTI's stereo benchmarks.
 ///
 /// Every failure is a std::runtime_error with the name of the file or folder.
 #pragma once
 
-#include <opencv2/core.hpp>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "predictive_stereo/stereo_rig.h"
+#include "evaluation/sequence.h"
 
 namespace predictive_stereo {
 
@@ -18,15 +17,13 @@ std::vector<std::string> listKittiScenes2012(const std::string& training_dir);
 /// @param training_dir  the folder with image_2, image_3, disp_occ_0, obj_map, calib_cam_to_cam.
 std::vector<std::string> listKittiScenes2015(const std::string& training_dir);
 
-/// A pair of the KITTI 2015 scene flow benchmark with its disparity truth.
-struct KittiScene2015 {
-  std::string name;  ///< six digits, e.g. "000002"
-  StereoRig rig;
-  cv::Mat1b left, right;
-  cv::Mat1f truth_px;      ///< disp_occ_0; kNoTruth on pixels without truth
-  cv::Mat1f truth_noc_px;  ///< disp_noc_0, without occluded pixels; empty if it is missing
-  cv::Mat1b vehicles;      ///< 255 on moving vehicles (obj_map > 0)
-};
-KittiScene2015 readKittiScene2015(const std::string& training_dir, const std::string& scene);
+/// A scene of KITTI 2012, which is static. Its last frame has truth and a region "near edges":
+/// within 5 px of a jump of more than 3 px.
+std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
+                                                 const std::string& scene);
+/// A scene of KITTI 2015. Its last frame, mostly the only one, has truth and a region "vehicles":
+/// those that move.
+std::unique_ptr<Sequence> kittiScene2015Sequence(const std::string& training_dir,
+                                                 const std::string& scene);
 
 }  // namespace predictive_stereo

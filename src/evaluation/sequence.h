@@ -59,11 +59,6 @@ StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame
 /// one.
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir, const std::string& drive);
 
-/// A scene of KITTI 2012, which is static. Its last frame has truth and a region "near edges":
-/// within 5 px of a jump of more than 3 px.
-std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
-                                                 const std::string& scene);
-
 /// The synthetic street. All frames except the first one have dense truth, except in the sky. Each
 /// pixel belongs to one region: "moving": moving objects; "hidden": not seen by the right camera;
 /// "newly visible": occluded or outside the image in the previous frame; "near edges": within 5 px

@@ -95,7 +95,7 @@ class Scene2015 : public TemporaryDirectory {
  public:
   static constexpr int kWidth = 64, kHeight = 24;
 
-  explicit Scene2015(bool with_noc = false) {
+  Scene2015() {
     write("calib_cam_to_cam/000003.txt",
           "P_rect_02: 100 0 32 0 0 100 12 0 0 0 1 0\nP_rect_03: 100 0 32 -50 0 100 12 0 0 0 1 0\n");
     cv::Mat1b image(kHeight, kWidth), vehicles = cv::Mat1b::zeros(kHeight, kWidth);
@@ -108,8 +108,6 @@ class Scene2015 : public TemporaryDirectory {
     save("image_3", image);
     save("obj_map", vehicles);
     save("disp_occ_0", truth);
-    truth.row(1) = 0;
-    if (with_noc) save("disp_noc_0", truth);
   }
   void save(const std::string& folder, const cv::Mat& image) const {
     std::filesystem::create_directories(path(folder));
@@ -118,28 +116,25 @@ class Scene2015 : public TemporaryDirectory {
 };
 
 TEST(KittiScene2015, IsReadFromItsFolder) {
-  const Scene2015 folder(true);
+  const Scene2015 folder;
   ASSERT_EQ(std::vector<std::string>{"000003"}, listKittiScenes2015(folder.path()));
-  const KittiScene2015 scene = readKittiScene2015(folder.path(), "000003");
-  EXPECT_EQ(kNoTruth, scene.truth_px(0, 5));
-  EXPECT_EQ(8.0f, scene.truth_px(1, 5));
-  EXPECT_EQ(kNoTruth, scene.truth_noc_px(1, 5));
-  EXPECT_EQ(4.0f, scene.truth_noc_px(2, 40));
-  EXPECT_EQ(0, scene.vehicles(2, 5));
-  EXPECT_NE(0, scene.vehicles(2, 40));
-  EXPECT_NEAR(0.5, scene.rig.baseline_m, 1e-9);
+  const auto scene = kittiScene2015Sequence(folder.path(), "000003");
+  ASSERT_EQ(1, scene->frames());
+  const SequenceFrame pair = scene->frame(0);
+  EXPECT_EQ(kNoTruth, pair.truth_px(0, 5));
+  EXPECT_EQ(8.0f, pair.truth_px(1, 5));
+  EXPECT_EQ(4.0f, pair.truth_px(2, 40));
+  EXPECT_EQ(0, pair.regions.at(0).mask(2, 5));
+  EXPECT_NE(0, pair.regions.at(0).mask(2, 40));
+  EXPECT_NEAR(0.5, scene->rig().baseline_m, 1e-9);
 }
 
 TEST(KittiScene2015, NamesWhatIsMissing) {
   const Scene2015 folder;
-  EXPECT_TRUE(readKittiScene2015(folder.path(), "000003").truth_noc_px.empty());
   std::filesystem::remove(folder.path("obj_map/000003_10.png"));
-  try {
-    readKittiScene2015(folder.path(), "000003");
-    FAIL() << "read without obj_map";
-  } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string::npos, std::string(error.what()).find("obj_map/000003_10.png"));
-  }
+  EXPECT_NE(std::string::npos, messageOf([&] {
+                                 kittiScene2015Sequence(folder.path(), "000003")->frame(0);
+                               }).find("obj_map/000003_10.png"));
   EXPECT_THROW(listKittiScenes2015(folder.path("image_2")), std::runtime_error);
 }
 
@@ -154,27 +149,27 @@ class Constant : public DisparityMethod {
 };
 
 TEST(KittiEvaluation2015, PoolsScenes) {
-  const Scene2015 folder(true);
-  const KittiScene2015 scene = readKittiScene2015(folder.path(), "000003");
+  const Scene2015 folder;
+  const auto scene = kittiScene2015Sequence(folder.path(), "000003");
+  const SequenceFrame pair = scene->frame(0);
   const std::vector<NamedMethod> methods = {
       {"constant", [] { return std::make_unique<Constant>(); }}};
-  std::vector<MethodOutput> outputs;
-  const KittiSceneResult2015 result =
-      evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods), kRange, outputs);
-  const KittiScore& score = result.methods[0].score;
+  KittiEvaluation2015 evaluation(methods);
+  for (int i = 0; i < 2; ++i)
+    evaluation.add(scene->name(), pair, {i, stereoFrame(*scene, i, pair), {}},
+                   startMethods(methods), kRange);
+  ASSERT_EQ(2u, evaluation.worst().size());
+  const KittiScore& score = evaluation.worst()[0].second;
   const int half = Scene2015::kWidth / 2 * (Scene2015::kHeight - 1);
   EXPECT_EQ(half, score.background.found.truth_pixels);
   EXPECT_EQ(half - 8 * (Scene2015::kHeight - 1), score.background.found.valid_pixels);
   EXPECT_EQ(0, score.background.interpolated.wrong());
   EXPECT_EQ(half, score.vehicles.interpolated.wrong());  // off by 4 px
-  EXPECT_EQ(Scene2015::kWidth / 2 * (Scene2015::kHeight - 2),
-            result.methods[0].score_noc.vehicles.found.outliers);
 
-  const Table table = KittiEvaluation2015{{"constant"}, {result, result}}.table();
+  const Table table = evaluation.table();
   EXPECT_EQ("50.00 / 0.00 / 100.00", table.rows.at(0).at(2));
   EXPECT_EQ("57.14 / 0.00 / 100.00", table.rows.at(0).at(3));
   EXPECT_EQ("87.50 / 75.00 / 100.00", table.rows.at(0).at(4));
-  EXPECT_EQ(1u, (KittiEvaluation2015{{"constant"}, {result}}).worst().size());
 }
 
 }  // namespace

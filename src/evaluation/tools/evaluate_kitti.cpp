@@ -1,5 +1,4 @@
-/// Evaluates disparity (the paper's Table 2, and more) on KITTI drives, scenes of KITTI 2012 and
-/// 2015, and synthetic streets.
+/// Evaluates disparity on KITTI drives, scenes of KITTI 2012 and 2015, and synthetic streets.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -9,6 +8,7 @@
 
 #include "evaluation/disparity_report.h"
 #include "evaluation/kitti_evaluation_2015.h"
+#include "evaluation/kitti_scenes.h"
 #include "evaluation/tools/tool_input.h"
 #include "params/param_table.h"
 #include "tools/output_file.h"
@@ -30,9 +30,8 @@ KITTI 2012 and synthetic streets against dense ground truth. Outliers have an er
                       2011_09_26 2011_09_26_drive_0009_sync
   --kitti2012 DIR     all scenes of a KITTI 2012 "training" folder, counted as one sequence
   --kitti2015 DIR     all pairs of a KITTI 2015 "training" folder, each by itself: D1 of background,
-                      vehicles and all pixels, counted as the devkit does, pooled over pairs. --csv
-                      writes them into FILE with _kitti2015 added to its name, --report writes
-                      into DIR/kitti2015
+                      vehicles and all pixels, counted as the devkit does, pooled over pairs. --report
+                      writes into DIR/kitti2015
   --kitti2015-as-sequence
                       its pairs as one sequence; only some neighbouring pairs show the same place
   --street SCENE      a scene of the synthetic street; may be given several times
@@ -68,18 +67,18 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
   full.disparity.search.scheme = SearchScheme::kFull;
   std::vector<NamedMethod> known = {
       {kOpencvHh, opencv(OpencvMode::kHh, false)},
-      {kOpencv3Way, opencv(OpencvMode::k3Way, false)},
-      {kOpencvHhAligned, opencv(OpencvMode::kHh, true)},
+      {"opencv_3way", opencv(OpencvMode::k3Way, false)},
+      {"opencv_hh_aligned", opencv(OpencvMode::kHh, true)},
       {kOurs, ours(params)},
-      {kOursDiagonal, ours(diagonal)},
-      {kOurs8, ours(all)},
+      {"ours_diagonal", ours(diagonal)},
+      {"ours_8", ours(all)},
       {kOursFull, ours(full)},
   };
   if (params.disparity.matcher.exact_ranges) {
     PipelineParams widened = params, all_widened = all;
     widened.disparity.matcher.exact_ranges = all_widened.disparity.matcher.exact_ranges = false;
-    known.push_back({kOursWidened, ours(widened)});
-    known.push_back({kOurs8Widened, ours(all_widened)});
+    known.push_back({"ours_widened", ours(widened)});
+    known.push_back({"ours_8_widened", ours(all_widened)});
   }
   const std::string list =
       command_line.get("methods", command_line.has("quick") ? "opencv_hh,ours" : "");
@@ -117,15 +116,24 @@ std::string provenance(const CommandLine& command_line, PipelineParams params) {
   return text.str();
 }
 
-/// The left image of one pair, and disparities and errors of each method.
-void addPictures(const KittiScene2015& scene, const std::vector<NamedMethod>& methods,
+/// One pair, as frame `index` of a sequence.
+MethodInput pairInput(const Sequence& scene, const SequenceFrame& pair, int index) {
+  MethodInput input{index, stereoFrame(scene, index, pair), {}};
+  input.camera.pose.state = PoseState::kKnown;  // the path starts here
+  return input;
+}
+
+/// The left image of one pair, and disparities of each method.
+void addPictures(const Sequence& scene, const std::vector<NamedMethod>& methods,
                  const DisparityRange& range, Report& report) {
-  std::vector<MethodOutput> outputs;
-  evaluateKittiScene2015(scene, inputOf(scene), startMethods(methods), range, outputs);
-  report.add({"heading", "Scene " + scene.name});
-  ReportItem item = frameItem({scene.left, scene.right, scene.truth_px, {}}, scene.name, report);
-  for (size_t m = 0; m < methods.size(); ++m)
-    addMethod(methods[m].name, range, outputs[m], item, report);
+  const SequenceFrame pair = scene.frame(scene.frames() - 1);
+  report.add({"heading", "Scene " + scene.name()});
+  ReportItem item = frameItem(pair, scene.name(), report);
+  for (const NamedMethod& method : methods) {
+    MethodOutput output;
+    method.make()->run(pairInput(scene, pair, 0), output);
+    addMethod(method.name, range, output, item, report);
+  }
   report.add(item);
 }
 
@@ -138,32 +146,28 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   if (command_line.has("report"))
     report.emplace(fs::path(command_line.get("report")) / "kitti2015", "KITTI 2015, single pairs",
                    provenance(command_line, params));
-  KittiEvaluation2015 evaluation;
-  for (const NamedMethod& method : methods) evaluation.methods.push_back(method.name);
-  std::vector<MethodOutput> outputs;
+  KittiEvaluation2015 evaluation(methods);
   {
     Progress progress("KITTI 2015", static_cast<int>(names.size()));
     const bool as_sequence = command_line.has("kitti2015-as-sequence");
     VisualOdometry odometry(params.ego_motion, params.max_gap);
     std::vector<std::unique_ptr<DisparityMethod>> running;
+    int index = 0;
     for (const std::string& name : names) {
-      const int index = static_cast<int>(evaluation.scenes.size());
       progress.update(index);
-      const KittiScene2015 scene = readKittiScene2015(training_dir, name);
-      MethodInput input = inputOf(scene, as_sequence ? index : 0);
+      const auto scene = kittiScene2015Sequence(training_dir, name);
+      const SequenceFrame pair = scene->frame(scene->frames() - 1);
+      MethodInput input = pairInput(*scene, pair, as_sequence ? index : 0);
       if (!as_sequence || index == 0) running = startMethods(methods);
       if (as_sequence) input.camera = odometry.process(input.frame);
-      evaluation.scenes.push_back(evaluateKittiScene2015(scene, input, running, range, outputs));
+      evaluation.add(name, pair, input, running, range);
+      ++index;
     }
   }
-  const std::vector<Table> tables = {evaluation.table(), evaluation.calibrationTable(),
+  const std::vector<Table> tables = {evaluation.table(), evaluation.variances(),
                                      evaluation.certaintyTable(), evaluation.worstTable()};
   for (const Table& table : tables)
     if (!table.rows.empty()) std::cout << table.text();
-  if (command_line.has("csv")) {
-    const fs::path path = command_line.get("csv");
-    writeText(path.parent_path() / (path.stem().string() + "_kitti2015.csv"), evaluation.csv());
-  }
   if (!report) return;
   report->add(
       {"text",
@@ -171,8 +175,8 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
        "filled as the devkit does. Ground truth includes pixels that the right camera does not "
        "see."});
   for (const Table& table : tables) report->add(table);
-  for (const size_t scene : evaluation.worst())
-    addPictures(readKittiScene2015(training_dir, names[scene]), methods, range, *report);
+  for (const auto& [name, score] : evaluation.worst())
+    addPictures(*kittiScene2015Sequence(training_dir, name), methods, range, *report);
   report->finish();
 }
 
@@ -198,7 +202,6 @@ int evaluate(const CommandLine& command_line) {
   for (const SequenceGroup& group : groups) {
     SequenceReport report;
     report.name = group.name;
-    for (const NamedMethod& method : methods) report.methods.push_back(method.name);
     for (const auto& sequence : group.sequences) {
       const int frames = framesOf(*sequence, max_frames);
       const auto addMaps = [&](const SequenceFrame& frame, int index, size_t m,
@@ -215,7 +218,6 @@ int evaluate(const CommandLine& command_line) {
     print(report);
     reports.push_back(std::move(report));
   }
-  std::cout << paperTable(reports).text();
   if (command_line.has("csv")) writeCsv(command_line.get("csv"), csv(reports), framesCsv(reports));
   if (page) {
     add(reports, *page);
