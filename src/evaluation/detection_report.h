@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "evaluation/detection_evaluation.h"
+#include "evaluation/detection_score.h"
 #include "evaluation/report.h"
 
 namespace predictive_stereo {

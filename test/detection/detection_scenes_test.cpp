@@ -7,7 +7,7 @@
 #include <map>
 #include <tuple>
 
-#include "evaluation/detection_evaluation.h"
+#include "evaluation/detection_score.h"
 #include "evaluation/kitti_scenes.h"
 #include "evaluation/statistics.h"
 

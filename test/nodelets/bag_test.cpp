@@ -16,10 +16,10 @@
 #include <fstream>
 
 #include "bag_player.h"
-#include "evaluation/detection_evaluation.h"
+#include "evaluation/detection_score.h"
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/object_labels.h"
-#include "evaluation/pose_metrics.h"
+#include "evaluation/odometry_evaluation.h"
 #include "evaluation/tools/bag_sequence.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "evaluation/detection_evaluation.h"
+#include "evaluation/detection_score.h"
 #include "evaluation/sequence.h"
 #include "predictive_stereo/MovingObject.h"
 #include "tools/stereo_bag.h"
