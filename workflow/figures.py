@@ -71,7 +71,7 @@ def read_row(path):
         return None
     with open(path, newline='', encoding='utf-8') as file:
         for row in csv.DictReader(file):
-            if row.get('group', 'all') == 'all' and row.get('region', 'all') == 'all':
+            if row.get('group', 'all') == 'all':
                 return row
     return None
 

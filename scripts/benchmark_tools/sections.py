@@ -178,21 +178,18 @@ def _short(name):
                                                name.replace('street ', '', 1))
 
 
-def _accuracy_table(name, rows, regions=('all',)):
+def _accuracy_table(name, rows):
     sequences = _sequences(rows)
     table = Table(name, '%', ['%s %s' % (_short(s), column) for s in sequences
                               for column in ('D1', 'D1f', 'density')])
-    for region in regions:
-        for method, label in METHODS.items():
-            values = []
-            for sequence in sequences:
-                found = [row for row in rows if (row['sequence'], row['method'], row['region']) ==
-                         (sequence, method, region)]
-                values += [number(found[0][key]) for key in
-                           ('d1_percent', 'd1f_percent', 'density_percent')] if found else [None] * 3
-            if any(value is not None for value in values):
-                table.add(label if region == 'all' else '%s, %s' % (label, region), values,
-                          [2, 2, 1] * len(sequences))
+    for method, label in METHODS.items():
+        values = []
+        for sequence in sequences:
+            found = [row for row in rows if (row['sequence'], row['method']) == (sequence, method)]
+            values += [number(found[0][key]) for key in
+                       ('d1_percent', 'd1f_percent', 'density_percent')] if found else [None] * 3
+        if any(value is not None for value in values):
+            table.add(label, values, [2, 2, 1] * len(sequences))
     return table
 
 
@@ -250,7 +247,7 @@ def variance(run):
     """Whether errors agree with the published variance."""
     rows, text = _accuracy_rows(run)
     sequences = _sequences(rows)
-    ours = [find(rows, sequence=sequence, method='ours', region='all') for sequence in sequences]
+    ours = [find(rows, sequence=sequence, method='ours') for sequence in sequences]
     table = Table('variance', 'ours', [_short(sequence) for sequence in sequences] + ['KITTI 2015'])
     pixels = running.columns(_kitti2015_text(run), 'Variance of ours').get('all')
     for index, sigmas in enumerate(('1', '2', '3')):

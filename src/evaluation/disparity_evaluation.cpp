@@ -19,24 +19,11 @@ void addScores(const SequenceFrame& frame, int index, const DisparityOutput& map
   const DisparityScore score = scoreDisparity(maps.disparity_px, range, frame.truth_px);
   if (score.truth_pixels == 0) return;
   evaluation.score.add(score);
-  for (const Region& region : frame.regions)
-    evaluation.regions[region.name].add(
-        scoreDisparity(maps.disparity_px, range, frame.truth_px, region.mask));
   const double width_px = maps.search_width_px.empty() ? 0.0 : cv::mean(maps.search_width_px)[0];
   evaluation.series.push_back({index, score.d1_percent(), score.d1_filled_percent(), width_px});
   if (maps.measured_disparity_px.empty()) return;
 
   evaluation.measured.add(scoreDisparity(maps.measured_disparity_px, range, frame.truth_px));
-  cv::Mat1b common = cv::Mat1b::zeros(frame.truth_px.size());
-  forEachError(maps.disparity_px, range, frame.truth_px, [&](int x, int y, double) {
-    const float truth = frame.truth_px(y, x), measured = maps.measured_disparity_px(y, x);
-    if (range.isValid(measured) && !isOutlier(measured, truth) &&
-        !isOutlier(maps.disparity_px(y, x), truth))
-      common(y, x) = 255;
-  });
-  evaluation.common_filtered.add(scoreDisparity(maps.disparity_px, range, frame.truth_px, common));
-  evaluation.common_measured.add(
-      scoreDisparity(maps.measured_disparity_px, range, frame.truth_px, common));
   forEachError(maps.disparity_px, range, frame.truth_px, [&](int x, int y, double error_px) {
     evaluation.variance.add(error_px, maps.disparity_variance_px2(y, x));
   });

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -16,12 +15,9 @@ struct DisparityEvaluation {
   int images = 0;
   double mean_ms = 0;
   MeanDisparityScore score;
-  std::map<std::string, MeanDisparityScore> regions;
 
   // The following only for methods of this package.
   MeanDisparityScore measured;  ///< of this frame's match alone
-  /// Root mean square inlier errors of measured and filtered disparities on the same pixels.
-  MeanDisparityScore common_measured, common_filtered;
   double mean_width_px = 0;
   double full_search_percent = 0;  ///< share of pixels searched over the whole range
   VarianceCalibration variance;

@@ -1,7 +1,6 @@
 #include "evaluation/disparity_metrics.h"
 
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 namespace predictive_stereo {
@@ -63,26 +62,6 @@ void MeanDisparityScore::add(const DisparityScore& score) {
   updateMean(rms_px, score.rms_px(), frames_with_valid_);
   updateMean(bias_px, score.bias_px(), frames_with_valid_);
   ++frames_with_valid_;
-}
-
-cv::Mat1b nearTruthEdges(const cv::Mat1f& truth_px, float jump_px, int radius_px) {
-  // The extremes of the truth in the window give the largest difference. Unknown pixels must not be
-  // part of them.
-  const cv::Mat1b unknown = truth_px < 0.0f;
-  cv::Mat1f low = truth_px.clone(), high = truth_px.clone();
-  low.setTo(1e9f, unknown);
-  high.setTo(-1e9f, unknown);
-  const cv::Mat1b window = cv::Mat1b::ones(2 * radius_px + 1, 2 * radius_px + 1);
-  cv::Mat1f lowest, highest;
-  cv::erode(low, lowest, window);
-  cv::dilate(high, highest, window);
-  cv::Mat1b near_edge = cv::Mat1b::zeros(truth_px.size());
-  for (int y = 0; y < truth_px.rows; ++y)
-    for (int x = 0; x < truth_px.cols; ++x)
-      if (hasTruth(truth_px(y, x)) &&
-          (truth_px(y, x) - lowest(y, x) > jump_px || highest(y, x) - truth_px(y, x) > jump_px))
-        near_edge(y, x) = 255;
-  return near_edge;
 }
 
 void VarianceCalibration::add(double error_px, double variance_px2) {

@@ -74,10 +74,6 @@ struct MeanDisparityScore {
   int frames_with_valid_ = 0;
 };
 
-/// 255 on pixels whose truth differs by more than `jump_px` from that of another pixel at most
-/// `radius_px` columns and rows away, else 0. For dense and nearly dense truth.
-cv::Mat1b nearTruthEdges(const cv::Mat1f& truth_px, float jump_px = 3.0f, int radius_px = 5);
-
 /// Consistency of published variances: shares of errors within multiples of their standard
 /// deviation. A normal distribution has 68.3, 95.4 and 99.7 % within 1, 2 and 3.
 class VarianceCalibration {

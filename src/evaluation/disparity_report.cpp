@@ -24,13 +24,12 @@ Row figures(const MeanDisparityScore& score, int decimals, std::initializer_list
 }
 
 // D1 and D1f relative to opencv_hh and, for our methods, to ours_full.
-template <class ScoreOf>
-Row ratios(const SequenceReport& report, const DisparityEvaluation& e, const ScoreOf& scoreOf) {
+Row ratios(const SequenceReport& report, const DisparityEvaluation& e) {
   Row row;
   for (const auto* other : {report.find(kOpencvHh), isOwn(e) ? report.find(kOursFull) : nullptr})
     for (const Figure d1 : {kD1, kD1Filled})
       row.push_back(other && e.score.frames
-                        ? fixed(ratio(scoreOf(e).*d1, scoreOf(*other).*d1, kNotKnown), 2)
+                        ? fixed(ratio(e.score.*d1, other->score.*d1, kNotKnown), 2)
                         : "-");
   return row;
 }
@@ -53,39 +52,22 @@ Table accuracyTable(const SequenceReport& report) {
               e.score.frames ? row(figures(e.score, 2, {kD1, kD1Filled, kDensity}),
                                    figures(e.score, 3, {kRms, kBias}))
                              : Row(5, "-"),
-              ratios(report, e, [](const DisparityEvaluation& other) { return other.score; }));
+              ratios(report, e));
   }
-  return table;
-}
-
-Table regionTable(const SequenceReport& report) {
-  Table table{report.name + ": by region",
-              {"region, method", "D1 %", "D1f %", "density %", "rms px", "D1 / hh", "D1f / hh",
-               "D1 / full", "D1f / full"},
-              {}};
-  for (const auto& region : report.evaluations.front().regions)
-    for (const DisparityEvaluation& e : report.evaluations) {
-      const auto scoreOf = [&](const DisparityEvaluation& other) {
-        return other.regions.at(region.first);
-      };
-      table.add(region.first + ", " + e.method, figures(scoreOf(e), 2, {kD1, kD1Filled, kDensity}),
-                figures(scoreOf(e), 3, {kRms}), ratios(report, e, scoreOf));
-    }
   return table;
 }
 
 Table loopTable(const SequenceReport& report) {
   Table table{report.name + ": searched disparities; the match alone and after the filters",
               {"method", "mean width px", "full search %", "measured D1 %", "measured D1f %",
-               "measured rms", "filtered rms", "ratio", "on the same pixels"},
+               "measured rms", "filtered rms", "ratio"},
               {}};
   for (const DisparityEvaluation& e : report.evaluations) {
     if (e.mean_width_px == 0) continue;
     table.add(e.method, fixed(e.mean_width_px, 1), fixed(e.full_search_percent, 1),
               figures(e.measured, 2, {kD1, kD1Filled}), figures(e.measured, 3, {kRms}),
               figures(e.score, 3, {kRms}),
-              fixed(ratio(e.score.rms_px, e.measured.rms_px, kNotKnown), 3),
-              fixed(ratio(e.common_filtered.rms_px, e.common_measured.rms_px, kNotKnown), 3));
+              fixed(ratio(e.score.rms_px, e.measured.rms_px, kNotKnown), 3));
   }
   return table;
 }
@@ -102,7 +84,7 @@ Table calibrationTable(const std::vector<std::pair<std::string, VarianceCalibrat
 }
 
 std::vector<Table> tables(const SequenceReport& report) {
-  std::vector<Table> result = {accuracyTable(report), regionTable(report), loopTable(report)};
+  std::vector<Table> result = {accuracyTable(report), loopTable(report)};
   if (const auto* ours = report.find(kOurs))
     result.push_back(calibrationTable({{"all", ours->variance}}));
   result.erase(std::remove_if(result.begin(), result.end(),
@@ -113,23 +95,20 @@ std::vector<Table> tables(const SequenceReport& report) {
 
 std::string csv(const std::vector<SequenceReport>& reports) {
   Table csv = Table::ofCsv(
-      "sequence,method,region,images,ms,d1_percent,d1f_percent,density_percent,rms_px,bias_px,"
+      "sequence,method,images,ms,d1_percent,d1f_percent,density_percent,rms_px,bias_px,"
       "mean_width_px,full_search_percent,measured_d1_percent,measured_d1f_percent,"
       "measured_rms_px,within_1_sigma,within_2_sigma,within_3_sigma,nll,mean_sigma_px");
   for (const SequenceReport& report : reports)
     for (const DisparityEvaluation& e : report.evaluations) {
-      const auto line = [&](const std::string& region, const MeanDisparityScore& s) {
-        return row(report.name, e.method, region, e.images, e.mean_ms, s.d1_percent,
-                   s.d1_filled_percent, s.density_percent, s.rms_px, s.bias_px);
-      };
+      const MeanDisparityScore& s = e.score;
       Row own;
       if (isOwn(e))
         own = row(e.mean_width_px, e.full_search_percent, e.measured.d1_percent,
                   e.measured.d1_filled_percent, e.measured.rms_px, e.variance.shareWithin(1),
                   e.variance.shareWithin(2), e.variance.shareWithin(3),
                   e.variance.negativeLogLikelihood(), e.variance.meanSigma_px());
-      csv.add(line("all", e.score), own);
-      for (const auto& [region, score] : e.regions) csv.add(line(region, score));
+      csv.add(report.name, e.method, e.images, e.mean_ms, s.d1_percent, s.d1_filled_percent,
+              s.density_percent, s.rms_px, s.bias_px, own);
     }
   return csv.csv();
 }

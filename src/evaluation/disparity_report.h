@@ -25,8 +25,6 @@ struct SequenceReport {
 
 /// Time and errors of each method, also relative to opencv_hh and to ours_full.
 Table accuracyTable(const SequenceReport& report);
-/// Errors by region; no rows if the sequence has no regions.
-Table regionTable(const SequenceReport& report);
 /// Search widths, and errors of the match alone and after the filters.
 Table loopTable(const SequenceReport& report);
 /// Variances of `ours`: shares of errors within 1, 2 and 3 standard deviations, for groups of
@@ -35,7 +33,7 @@ Table calibrationTable(const std::vector<std::pair<std::string, VarianceCalibrat
 /// Those of the tables above that this sequence has.
 std::vector<Table> tables(const SequenceReport& report);
 
-/// One line per sequence, method and region, with a header.
+/// One line per sequence and method, with a header.
 std::string csv(const std::vector<SequenceReport>& reports);
 /// One line per sequence, method and frame.
 std::string framesCsv(const std::vector<SequenceReport>& reports);

@@ -85,19 +85,18 @@ void KittiEvaluation2015::add(const std::string& scene, const SequenceFrame& fra
                               const MethodInput& input,
                               const std::vector<std::unique_ptr<DisparityMethod>>& running,
                               const DisparityRange& range) {
-  const cv::Mat1b& vehicles = frame.regions.at(0).mask;
   for (size_t m = 0; m < methods_.size(); ++m) {
     Method& method = methods_[m];
     MethodOutput output;
     running[m]->run(input, output);
     method.ms += output.ms;
     const DisparityOutput& maps = output.maps;
-    const KittiScore score = scoreAsKitti(maps.disparity_px, range, frame.truth_px, vehicles);
+    const KittiScore score = scoreAsKitti(maps.disparity_px, range, frame.truth_px, frame.vehicles);
     method.score += score;
     if (m == shown_) scenes_.emplace_back(scene, score);
     if (!maps.disparity_variance_px2.empty())
       forEachError(maps.disparity_px, range, frame.truth_px, [&](int x, int y, double error_px) {
-        (vehicles(y, x) ? method.vehicle_variance : method.background_variance)
+        (frame.vehicles(y, x) ? method.vehicle_variance : method.background_variance)
             .add(error_px, maps.disparity_variance_px2(y, x));
       });
     const cv::Mat1f doubt = running[m]->doubt(input, output);

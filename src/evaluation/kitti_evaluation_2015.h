@@ -46,7 +46,7 @@ class KittiEvaluation2015 {
   explicit KittiEvaluation2015(const std::vector<NamedMethod>& methods);
 
   /// Runs the methods on a pair.
-  /// @param frame  the pair: truth, and the region "vehicles".
+  /// @param frame  the pair, with truth and vehicles.
   /// @param input  the pair in a sequence, of which it may be the only one.
   /// @param running  the methods, with the past of that sequence.
   void add(const std::string& scene, const SequenceFrame& frame, const MethodInput& input,

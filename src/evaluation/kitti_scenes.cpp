@@ -94,10 +94,7 @@ class KittiScene : public Sequence {
                         {}};
     if (number != kTruthFile) return frame;
     frame.truth_px = readTruth(file(layout_.truth, number), rig_.size);
-    if (layout_.vehicles)
-      frame.regions = {{"vehicles", readGrey(file(layout_.vehicles, number), rig_.size) > 0}};
-    else
-      frame.regions = {{"near edges", nearTruthEdges(frame.truth_px)}};
+    if (layout_.vehicles) frame.vehicles = readGrey(file(layout_.vehicles, number), rig_.size) > 0;
     return frame;
   }
   std::optional<std::vector<ObjectLabel>> objects(int) const override {

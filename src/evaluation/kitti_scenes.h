@@ -17,12 +17,10 @@ std::vector<std::string> listKittiScenes2012(const std::string& training_dir);
 /// @param training_dir  the folder with image_2, image_3, disp_occ_0, obj_map, calib_cam_to_cam.
 std::vector<std::string> listKittiScenes2015(const std::string& training_dir);
 
-/// A scene of KITTI 2012, which is static. Its last frame has truth and a region "near edges":
-/// within 5 px of a jump of more than 3 px.
+/// A scene of KITTI 2012, which is static. Its last frame has truth.
 std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
                                                  const std::string& scene);
-/// A scene of KITTI 2015. Its last frame, mostly the only one, has truth and a region "vehicles":
-/// those that move.
+/// A scene of KITTI 2015. Its last frame, mostly the only one, has truth and vehicles.
 std::unique_ptr<Sequence> kittiScene2015Sequence(const std::string& training_dir,
                                                  const std::string& scene);
 

@@ -36,27 +36,6 @@ class KittiDriveSequence : public Sequence {
   mutable std::vector<int64_t> stamps_ns_;  ///< read on first use
 };
 
-/// 255 where a static surface was occluded or outside the image in the previous frame.
-cv::Mat1b newlyVisible(const StreetFrame& previous, const StreetFrame& current,
-                       const StereoRig& rig) {
-  const Eigen::Isometry3d T_prev_cam = relative(previous.T_world_cam, current.T_world_cam);
-  cv::Mat1b mask = cv::Mat1b::zeros(current.disparity_px.size());
-  for (int y = 0; y < mask.rows; ++y)
-    for (int x = 0; x < mask.cols; ++x) {
-      const float disparity_px = current.disparity_px(y, x);
-      if (disparity_px <= 0) continue;
-      const Eigen::Vector3d point_prev_m = T_prev_cam * rig.pointFromDisparity(x, y, disparity_px);
-      mask(y, x) = 255;
-      if (point_prev_m.z() <= 0) continue;
-      const Eigen::Vector3d omega = rig.disparityFromPoint(point_prev_m);
-      const long column = std::lround(omega.x()), row = std::lround(omega.y());
-      if (column < 0 || row < 0 || column >= mask.cols || row >= mask.rows) continue;
-      const float seen_px = previous.disparity_px(static_cast<int>(row), static_cast<int>(column));
-      if (seen_px <= omega.z() + 1.0) mask(y, x) = 0;
-    }
-  return mask;
-}
-
 class StreetSequence : public Sequence {
  public:
   explicit StreetSequence(const StreetParams& params)
@@ -67,30 +46,14 @@ class StreetSequence : public Sequence {
 
   double stamp_s(int index) const override { return street_.stampOf(index); }
   std::optional<std::vector<ObjectLabel>> objects(int index) const override {
-    return labelsOf(previous_.index == index && !previous_.left.empty() ? previous_
-                                                                        : street_.render(index));
+    return labelsOf(rendered(index));
   }
-
   SequenceFrame frame(int index) const override {
-    if (index == 0 || previous_.index != index - 1 || previous_.left.empty())
-      previous_ = street_.render(std::max(0, index - 1));
-    StreetFrame current = index == 0 ? previous_ : street_.render(index);
-    SequenceFrame frame{current.left, current.right, {}, {}};
-    if (index > 0) {
-      frame.truth_px = current.disparity_px.clone();
-      frame.truth_px.setTo(kNoTruth, current.disparity_px <= 0);
-      const cv::Mat1b moving = current.moving_id > 0;
-      const cv::Mat1b hidden = current.occluded & ~moving;
-      const cv::Mat1b fresh = newlyVisible(previous_, current, rig()) & ~(moving | hidden);
-      const cv::Mat1b edges = nearTruthEdges(frame.truth_px) & ~(moving | hidden | fresh);
-      const cv::Mat1b smooth = ~(moving | hidden | fresh | edges);
-      frame.regions = {{"smooth", smooth},
-                       {"near edges", edges},
-                       {"newly visible", fresh},
-                       {"hidden", hidden},
-                       {"moving", moving}};
-    }
-    previous_ = std::move(current);
+    const StreetFrame& street = rendered(index);
+    SequenceFrame frame{street.left, street.right, {}, {}};
+    if (index == 0) return frame;
+    frame.truth_px = street.disparity_px.clone();
+    frame.truth_px.setTo(kNoTruth, street.disparity_px <= 0);
     return frame;
   }
   std::optional<std::vector<Eigen::Isometry3d>> poses() const override {
@@ -100,9 +63,14 @@ class StreetSequence : public Sequence {
   }
 
  private:
+  const StreetFrame& rendered(int index) const {
+    if (last_.index != index || last_.left.empty()) last_ = street_.render(index);
+    return last_;
+  }
+
   Street street_;
   std::string name_;
-  mutable StreetFrame previous_;  ///< the last rendered frame: callers mostly go in order
+  mutable StreetFrame last_;  ///< callers ask for a frame's images and then for its objects
 };
 
 }  // namespace

@@ -13,17 +13,11 @@
 
 namespace predictive_stereo {
 
-/// A part of the image with separate figures.
-struct Region {
-  std::string name;
-  cv::Mat1b mask;  ///< 255 inside
-};
-
 /// One stereo pair with its disparity truth, if there is one.
 struct SequenceFrame {
   cv::Mat1b left, right;
   cv::Mat1f truth_px;  ///< kNoTruth on pixels without truth; empty: no truth in this frame
-  std::vector<Region> regions;
+  cv::Mat1b vehicles;  ///< KITTI 2015: 255 on vehicles that move; others: empty
 };
 
 /// A stereo sequence for evaluation.
@@ -59,10 +53,7 @@ StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame
 /// one.
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir, const std::string& drive);
 
-/// The synthetic street. All frames except the first one have dense truth, except in the sky. Each
-/// pixel belongs to one region: "moving": moving objects; "hidden": not seen by the right camera;
-/// "newly visible": occluded or outside the image in the previous frame; "near edges": within 5 px
-/// of a jump of more than 3 px; "smooth": the rest.
+/// The synthetic street. All frames except the first one have dense truth, except in the sky.
 std::unique_ptr<Sequence> streetSequence(const StreetParams& params);
 
 }  // namespace predictive_stereo

@@ -44,16 +44,6 @@ TEST(MeanDisparityScore, WeighsFramesNotPixels) {
   EXPECT_NEAR(mean.density_percent, 200.0 / 3, 1e-9);
 }
 
-TEST(NearTruthEdges, FindsJumpsWithinTheRadiusOnly) {
-  cv::Mat1f truth_px(20, 40, 10.0f);
-  truth_px.colRange(20, 40).setTo(14.0f);
-  truth_px(10, 24) = kNoTruth;
-  const cv::Mat1b near_edge = nearTruthEdges(truth_px);
-  for (int x = 0; x < 40; ++x) EXPECT_EQ(near_edge(5, x), x >= 15 && x < 25 ? 255 : 0) << x;
-  EXPECT_EQ(near_edge(10, 24), 0);
-  EXPECT_EQ(cv::countNonZero(nearTruthEdges(truth_px, 4.0f)), 0);
-}
-
 TEST(VarianceCalibration, NormalErrorsGiveTheNormalShares) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;

@@ -33,9 +33,6 @@ class WallSequence : public Sequence {
     if (index > 0) {
       frame.truth_px = cv::Mat1f(rig_.size, 8.0f);
       frame.truth_px.colRange(80, 160).setTo(20.0f);
-      cv::Mat1b right_half = cv::Mat1b::zeros(rig_.size);
-      right_half.colRange(80, 160).setTo(255);
-      frame.regions = {{"right half", right_half}};
     }
     return frame;
   }
@@ -96,13 +93,11 @@ TEST(EvaluateDisparity, CountsAllFramesButTheFirst) {
   EXPECT_EQ(ours.images, 3);
   EXPECT_DOUBLE_EQ(ours.mean_ms, 30);
   EXPECT_DOUBLE_EQ(opencv.score.d1_percent, 50);
-  EXPECT_DOUBLE_EQ(opencv.regions.at("right half").d1_percent, 100);
   EXPECT_DOUBLE_EQ(ours.score.d1_percent, 50);
   EXPECT_DOUBLE_EQ(ours.score.d1_filled_percent, 62.5);
   EXPECT_DOUBLE_EQ(ours.score.density_percent, 75);
   EXPECT_NEAR(ours.score.rms_px, 0.5, 1e-6);
   EXPECT_NEAR(ours.measured.rms_px, 1.0, 1e-6);
-  EXPECT_NEAR(ours.common_measured.rms_px, 1.0, 1e-6);
   EXPECT_DOUBLE_EQ(ours.mean_width_px, 44);
   EXPECT_DOUBLE_EQ(ours.full_search_percent, 25);
   EXPECT_DOUBLE_EQ(ours.variance.shareWithin(1), 0.5);
@@ -117,7 +112,6 @@ TEST(DisparityReport, TablesHoldTheFigures) {
   EXPECT_EQ(accuracy.rows[1],
             (std::vector<std::string>{"ours", "30.0", "50.00", "62.50", "75.00", "0.500", "0.500",
                                       "1.00", "1.25", "-", "-"}));
-  EXPECT_EQ(regionTable(report).rows.size(), 2u);
   EXPECT_EQ(loopTable(report).rows.size(), 1u);
   EXPECT_EQ(tables(report).back().rows[0][0], "all") << "variances";
 }
@@ -132,7 +126,7 @@ TEST(DisparityReport, CsvLinesHaveAsManyFieldsAsTheHeader) {
     int count = 0;
     for (; std::getline(lines, line); ++count)
       EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas) << line;
-    EXPECT_GE(count, 4);
+    EXPECT_GE(count, 2);
   }
 }
 

@@ -124,8 +124,8 @@ TEST(KittiScene2015, IsReadFromItsFolder) {
   EXPECT_EQ(kNoTruth, pair.truth_px(0, 5));
   EXPECT_EQ(8.0f, pair.truth_px(1, 5));
   EXPECT_EQ(4.0f, pair.truth_px(2, 40));
-  EXPECT_EQ(0, pair.regions.at(0).mask(2, 5));
-  EXPECT_NE(0, pair.regions.at(0).mask(2, 40));
+  EXPECT_EQ(0, pair.vehicles(2, 5));
+  EXPECT_NE(0, pair.vehicles(2, 40));
   EXPECT_NEAR(0.5, scene->rig().baseline_m, 1e-9);
 }
 
