@@ -190,7 +190,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   e.name = sequence.name();
   for (int k = 0; k < frames; ++k)
     e.truth.push_back((*poses)[static_cast<size_t>(k * input.every)]);
-  RotationPriorSource prior(input.rotation_prior);
+  RotationPrior prior = input.rotation_prior;
   e.estimated = {e.truth.front()};
   size_t last_good = 0;  // last frame whose pose was known
   VisualOdometry odometry(params, PipelineParams().max_gap);

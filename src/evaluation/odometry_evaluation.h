@@ -82,7 +82,7 @@ struct OdometryEvaluation {
 struct OdometryInput {
   int max_frames = 0;  ///< 0: all
   int every = 1;       ///< only every n-th frame
-  RotationPrior rotation_prior = RotationPrior::kNone;
+  RotationPrior rotation_prior{"none"};
 
   int frames(const Sequence& sequence) const;
 };

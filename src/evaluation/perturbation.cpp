@@ -58,21 +58,6 @@ cv::Mat1b withNoise(const cv::Mat1b& image, double sigma, uint64_t seed) {
   return noisy;
 }
 
-// Moves each pixel to the left by offset_px(u, v); u and v go from -1 to 1 over columns and rows.
-template <class Offset>
-cv::Mat1b withColumnOffsets(const cv::Mat1b& image, const Offset& offset_px) {
-  cv::Mat1f x_px(image.size()), y_px(image.size());
-  for (int y = 0; y < image.rows; ++y)
-    for (int x = 0; x < image.cols; ++x) {
-      const double u = 2.0 * x / image.cols - 1, v = 2.0 * y / image.rows - 1;
-      x_px(y, x) = static_cast<float>(x + offset_px(u, v));
-      y_px(y, x) = static_cast<float>(y);
-    }
-  cv::Mat1b warped;
-  cv::remap(image, warped, x_px, y_px, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  return warped;
-}
-
 class PerturbedSequence : public Sequence {
  public:
   PerturbedSequence(std::shared_ptr<const Sequence> from, const Perturbation& change,
@@ -137,9 +122,18 @@ class PerturbedSequence : public Sequence {
     const double jump_px = 2 * frame >= from_->frames() ? change_.column_jump_px : 0;
     if (corner_px == 0 && bow_px == 0 && jump_px == 0) return right;
     // The quadratic part is corner_px in the lower left corner, -corner_px in the upper right one.
-    return withColumnOffsets(right, [=](double u, double v) {
-      return corner_px * (0.25 * (v - u) - 0.5 * u * v) + bow_px * u * u + jump_px;
-    });
+    cv::Mat1f x_px(right.size()), y_px(right.size());
+    for (int y = 0; y < right.rows; ++y)
+      for (int x = 0; x < right.cols; ++x) {
+        const double u = 2.0 * x / right.cols - 1, v = 2.0 * y / right.rows - 1;  // -1 to 1
+        const double offset_px =
+            corner_px * (0.25 * (v - u) - 0.5 * u * v) + bow_px * u * u + jump_px;
+        x_px(y, x) = static_cast<float>(x + offset_px);
+        y_px(y, x) = static_cast<float>(y);
+      }
+    cv::Mat1b warped;
+    cv::remap(right, warped, x_px, y_px, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    return warped;
   }
   int source(int index) const { return kept_.at(static_cast<size_t>(index)); }
 

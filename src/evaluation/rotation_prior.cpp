@@ -1,8 +1,10 @@
 #include "evaluation/rotation_prior.h"
 
+#include <algorithm>
+#include <boost/algorithm/string/join.hpp>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "predictive_stereo/rigid_motion.h"
 
@@ -16,66 +18,42 @@ constexpr double kRandom_deg = 10;
 
 }  // namespace
 
-const Choices<RotationPrior>& rotationPriors() {
-  static const Choices<RotationPrior> priors = {
-      {"none", RotationPrior::kNone},         {"gyro", RotationPrior::kGyro},
-      {"opposite", RotationPrior::kOpposite}, {"axes", RotationPrior::kAxes},
-      {"scaled", RotationPrior::kScaled},     {"biased", RotationPrior::kBiased},
-      {"stale", RotationPrior::kStale},       {"zero", RotationPrior::kZero},
-      {"random", RotationPrior::kRandom},     {"nan", RotationPrior::kNan}};
-  return priors;
+const std::vector<std::string>& RotationPrior::kinds() {
+  static const std::vector<std::string> kinds = {"none",   "gyro",  "opposite", "axes",   "scaled",
+                                                 "biased", "stale", "zero",     "random", "nan"};
+  return kinds;
 }
 
-RotationPrior rotationPriorByName(const std::string& name) {
-  std::string names;
-  for (const auto& prior : rotationPriors()) {
-    if (name == prior.first) return prior.second;
-    names += (names.empty() ? "" : " | ") + std::string(prior.first);
-  }
-  throw std::invalid_argument("--rotation-prior " + name + ": must be one of " + names);
+RotationPrior::RotationPrior(const std::string& kind)
+    : kind_(kind), bias_axis_(sample().normalized()) {
+  if (std::find(kinds().begin(), kinds().end(), kind) == kinds().end())
+    throw std::invalid_argument("--rotation-prior " + kind + ": must be one of " +
+                                boost::algorithm::join(kinds(), " | "));
 }
 
-RotationPriorSource::RotationPriorSource(RotationPrior kind)
-    : kind_(kind), bias_axis_(sample().normalized()) {}
-
-std::optional<Eigen::Matrix3d> RotationPriorSource::next(const Eigen::Isometry3d& T_cam_prev,
-                                                         double dt_s) {
+std::optional<Eigen::Matrix3d> RotationPrior::next(const Eigen::Isometry3d& T_cam_prev,
+                                                   double dt_s) {
+  if (kind_ == "none") return std::nullopt;
   const Eigen::Matrix3d R = T_cam_prev.linear();
-  const Eigen::Matrix3d R_before = R_before_;
-  R_before_ = R;
+  const Eigen::Matrix3d R_before = std::exchange(R_before_, R);
   const Eigen::Vector3d noise_deg = kNoise_deg * std::sqrt(dt_s) * sample();
   const auto biased = [&](double bias_degps) -> Eigen::Matrix3d {
     return rotationBy(kRadPerDeg * (noise_deg + bias_degps * dt_s * bias_axis_)) * R;
   };
-  switch (kind_) {
-    case RotationPrior::kNone:
-      return std::nullopt;
-    case RotationPrior::kGyro:
-      return biased(kBias_degps);
-    case RotationPrior::kOpposite:
-      return Eigen::Matrix3d(R.transpose());
-    case RotationPrior::kAxes: {
-      const Eigen::AngleAxisd turn(R);
-      const Eigen::Vector3d w_rad = turn.angle() * turn.axis();
-      return rotationBy({w_rad.y(), w_rad.z(), w_rad.x()});
-    }
-    case RotationPrior::kScaled:
-      return Eigen::Matrix3d(R * R);
-    case RotationPrior::kBiased:
-      return biased(kLargeBias_degps);
-    case RotationPrior::kStale:
-      return R_before;
-    case RotationPrior::kZero:
-      return Eigen::Matrix3d(Eigen::Matrix3d::Identity());
-    case RotationPrior::kRandom:
-      return rotationBy(kRadPerDeg * kRandom_deg * sample().normalized());
-    case RotationPrior::kNan:
-      return Eigen::Matrix3d(Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN()));
-  }
-  return std::nullopt;
+  if (kind_ == "gyro") return biased(kBias_degps);
+  if (kind_ == "biased") return biased(kLargeBias_degps);
+  if (kind_ == "opposite") return Eigen::Matrix3d(R.transpose());
+  if (kind_ == "scaled") return Eigen::Matrix3d(R * R);
+  if (kind_ == "stale") return R_before;
+  if (kind_ == "random") return rotationBy(kRadPerDeg * kRandom_deg * sample().normalized());
+  if (kind_ == "zero") return Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  if (kind_ == "nan") return Eigen::Matrix3d(Eigen::Matrix3d::Constant(std::nan("")));
+  const Eigen::AngleAxisd turn(R);  // "axes"
+  const Eigen::Vector3d w_rad = turn.angle() * turn.axis();
+  return rotationBy({w_rad.y(), w_rad.z(), w_rad.x()});
 }
 
-Eigen::Vector3d RotationPriorSource::sample() {
+Eigen::Vector3d RotationPrior::sample() {
   const double x = normal_(random_), y = normal_(random_), z = normal_(random_);
   return {x, y, z};
 }

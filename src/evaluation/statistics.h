@@ -61,8 +61,7 @@ class Moments {
   int64_t count() const { return count_; }
   /// 0 without values, and so are the following.
   double mean() const { return ratio(sum_, count_); }
-  double meanSquare() const { return ratio(sum_squares_, count_); }
-  double variance() const { return meanSquare() - mean() * mean(); }
+  double variance() const { return ratio(sum_squares_, count_) - mean() * mean(); }
 
  private:
   int64_t count_ = 0;

@@ -168,6 +168,10 @@ Surface flat(const Vector3f& normal, const Vector3f& u, const Vector3f& v, const
   return {normal, u, v, point.dot(u), point.dot(v)};
 }
 
+Surface curved(const Vector3f& normal, float u_m, float v_m) {
+  return {normal, Vector3f::Zero(), Vector3f::Zero(), u_m, v_m};
+}
+
 }  // namespace
 
 bool intersect(const Primitive& p, const Vector3f& o, const Vector3f& d, float pixel_per_m,
@@ -235,21 +239,12 @@ Surface surfaceAt(const Primitive& p, int part, const Vector3f& point) {
     }
     case Shape::kCylinder: {
       if (part == 4 || part == 5) return flat(part == 5 ? z : Vector3f(-z), x, y, point);
-      Surface surface;
-      surface.normal = Vector3f(point.x(), point.y(), 0) / p.half_m.x();
-      surface.axis_u = surface.axis_v = Vector3f::Zero();
-      surface.u_m = std::atan2(point.y(), point.x()) * p.half_m.x();
-      surface.v_m = point.z();
-      return surface;
+      const Vector3f normal = Vector3f(point.x(), point.y(), 0) / p.half_m.x();
+      return curved(normal, std::atan2(point.y(), point.x()) * p.half_m.x(), point.z());
     }
-    case Shape::kEllipsoid: {
-      Surface surface;
-      surface.normal = point.cwiseQuotient(p.half_m.cwiseProduct(p.half_m)).normalized();
-      surface.axis_u = surface.axis_v = Vector3f::Zero();
-      surface.u_m = point.x();
-      surface.v_m = point.z();
-      return surface;
-    }
+    case Shape::kEllipsoid:
+      return curved(point.cwiseQuotient(p.half_m.cwiseProduct(p.half_m)).normalized(), point.x(),
+                    point.z());
     case Shape::kLeaves:
     case Shape::kRing:
     case Shape::kBars:

@@ -101,7 +101,7 @@ int evaluate(const CommandLine& command_line) {
   OdometryInput input;
   input.max_frames = command_line.getInt("frames", 0, 2);
   input.every = command_line.getInt("every", 1, 1);
-  input.rotation_prior = rotationPriorByName(command_line.get("rotation-prior", "none"));
+  input.rotation_prior = RotationPrior(command_line.get("rotation-prior", "none"));
   useThreads(command_line);
   std::optional<Report> report;
   if (command_line.has("report"))
