@@ -9,8 +9,8 @@
 
 namespace predictive_stereo {
 
-/// Standard deviations of disparities [px] by their origin. Three defaults were fitted to LiDAR, the
-/// others were set by hand (config/noise_kitti.yaml says which).
+/// Standard deviations of disparities [px] by their origin. Three defaults were fitted to scans,
+/// the others were set by hand (config/noise_kitti.yaml says which).
 ///
 /// A match has sigma_match = sigma_floor + sigma_ambiguous t^2, where t grows from 0 to 1 as its
 /// ambiguity (lowest over second lowest aggregated cost) grows from `ambiguity_onset` to 1.

@@ -47,13 +47,12 @@ Table accuracyTable(const SequenceReport& report) {
               {"method", "ms", "D1 %", "D1f %", "density %", "rms px", "bias", "D1 / hh",
                "D1f / hh", "D1 / full", "D1f / full"},
               {}};
-  for (const DisparityEvaluation& e : report.evaluations) {
+  for (const DisparityEvaluation& e : report.evaluations)
     table.add(e.method, fixed(e.mean_ms, 1),
               e.score.frames ? row(figures(e.score, 2, {kD1, kD1Filled, kDensity}),
                                    figures(e.score, 3, {kRms, kBias}))
                              : Row(5, "-"),
               ratios(report, e));
-  }
   return table;
 }
 
