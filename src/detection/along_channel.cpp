@@ -9,27 +9,7 @@ namespace {
 constexpr size_t kFramesBack[] = {8, 6, 4, 2};
 static_assert(kFramesBack[0] == FrameHistory::kFarthest);
 constexpr double kMostParallax_px = 16;
-// Squared Mahalanobis distance between the motion to the halfway frame and its expected share.
-constexpr double kMostDeviation = 12;
 constexpr float kLeastDisparity_px = 10;  // the relative error of smaller ones is too large
-
-// Whether the motion since the halfway frame is the expected share of the motion since the past.
-bool isSteady(const FrameView& frame, const PastPair& pair, const GroupMotion& motion) {
-  const PastFrame &past = pair.past, &halfway = pair.halfway;
-  const Displacement& fit = motion.fit;
-  const double share = halfway.seconds / past.seconds;
-  const PastView view = frame.since(halfway);
-  const auto tracks =
-      followPoints(view, motion.sample_px, static_cast<float>(share) * motion.shift_px);
-  if (static_cast<int>(tracks.size()) < frame.params.min_tracks) return false;
-  const Displacement half = fitDisplacement(view, tracks);
-  if (static_cast<int>(half.inliers.size()) < frame.params.min_tracks) return false;
-  const Eigen::Matrix3d R = (past.T_past_cam * halfway.T_past_cam.inverse()).linear();
-  const Eigen::Vector3d difference = R * half.moved_m - share * fit.moved_m;
-  const Eigen::Matrix3d covariance =
-      R * half.covariance * R.transpose() + share * share * fit.covariance;
-  return difference.dot(covariance.inverse() * difference) < kMostDeviation;
-}
 
 }  // namespace
 
@@ -68,9 +48,9 @@ std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
   for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
     const PastView view = frame.since(pairs_[k].past);
     const auto motion = motionOf(view, group.points);
-    if (!motion || !isSteady(frame, pairs_[k], *motion)) continue;
-    hypothesis.moved_m = motion->fit.moved_m;
-    hypothesis.covariance = motion->fit.covariance;
+    if (!motion) continue;
+    hypothesis.moved_m = motion->moved_m;
+    hypothesis.covariance = motion->covariance;
     if (auto found = verification.verify(view, nullptr, hypothesis, work)) return found;
   }
   return std::nullopt;

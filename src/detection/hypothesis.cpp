@@ -37,21 +37,16 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
                                     static_cast<float>(frame.range.min_disparity));
 }
 
-std::optional<GroupMotion> motionOf(const PastView& view,
-                                    const std::vector<cv::Point>& lattice_points) {
-  const MotionDetectionParams& params = view.params();
+std::optional<Displacement> motionOf(const PastView& view,
+                                     const std::vector<cv::Point>& lattice_points) {
+  const size_t fewest = static_cast<size_t>(view.params().min_tracks);
   const auto shift = searchShift(view.images(), view.past_images(), view.static_source,
                                  view.disparity_px(), lattice_points);
   if (!shift) return std::nullopt;
-  GroupMotion motion;
-  motion.shift_px = shift->shift_px;
-  motion.sample_px = sampleOf(lattice_points);
-  const std::vector<PointTrack> followed = followPoints(view, motion.sample_px, shift->shift_px);
-  if (static_cast<int>(followed.size()) < params.min_tracks) return std::nullopt;
-  motion.fit = fitDisplacement(view, followed);
-  if (static_cast<int>(motion.fit.inliers.size()) < params.min_tracks ||
-      !motion.fit.isSignificant(params))
-    return std::nullopt;
+  const auto followed = followPoints(view, sampleOf(lattice_points), shift->shift_px);
+  if (followed.size() < fewest) return std::nullopt;
+  const Displacement motion = fitDisplacement(view, followed);
+  if (motion.inliers.size() < fewest || !motion.isSignificant(view.params())) return std::nullopt;
   return motion;
 }
 

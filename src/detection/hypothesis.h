@@ -27,15 +27,10 @@ struct Hypothesis {
 /// Sets the layer: the disparities of the seeds, with a margin.
 void setLayer(const FrameView& frame, Hypothesis& hypothesis);
 
-/// Motion of a group of points since a past frame.
-struct GroupMotion {
-  Displacement fit;
-  std::vector<cv::Point> sample_px;  ///< points that were tracked
-  cv::Point2f shift_px;              ///< of the whole group, relative to a static world
-};
-/// None if too few of its points are found in the past frame.
-std::optional<GroupMotion> motionOf(const PastView& view,
-                                    const std::vector<cv::Point>& lattice_points);
+/// Motion of a group of points since a past frame. None if too few of them are found there, or if
+/// it is not significant.
+std::optional<Displacement> motionOf(const PastView& view,
+                                     const std::vector<cv::Point>& lattice_points);
 
 /// The hypothesis of a known object at its predicted position. None if too few pixels there have
 /// its disparity.
