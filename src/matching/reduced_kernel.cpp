@@ -10,7 +10,6 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "matching/path_step-inl.h"
 #include "matching/window_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -129,7 +128,7 @@ class RowAggregation {
         followVertical(row, a, row.half_sums);
         followVertical(row, b, row.half_sums);
       }
-      const PairShift shift(one.first - forward_first, other.first - backward_first);
+      const PairShuffles shuffles(one.first - forward_first, other.first - backward_first);
       const auto pixels = [&](auto number) HWY_ATTR {
         constexpr int k = number;
         const int at_one = one.position + k * kLanes;
@@ -142,7 +141,8 @@ class RowAggregation {
           total = loadPair(d, sums_before + at_one, sums_before + at_other);
         for (int part = 0; part < kPairParts; ++part) {
           PairVector& passed_on = goodness.parts[part];
-          const auto carried = k == 0 ? shift(part, passed_on) : unshifted(d, passed_on);
+          const auto carried =
+              k == 0 ? shuffled(passed_on, shuffles.of_part[part]) : unshifted(d, passed_on);
           const PairVector path = pathCost(costs.parts[part], carried, p1, floors.parts[part]);
           passed_on = goodnessOf(d, path, p2);
           total.parts[part] = kComeFirst ? path : hn::SaturatedAdd(total.parts[part], path);
@@ -180,7 +180,8 @@ class RowAggregation {
     for (int k = 0; k < kWindowRun; k += kPixelsOfVector) {
       hn::Vec<RunBytes> differing[kCensusBytes];
       for (int b = 0; b < kCensusBytes; ++b) {
-        const auto left = hn::TableLookupBytes(words, hn::Load(d, kSpread.of_byte[b] + k * kLanes));
+        const auto left =
+            hn::TableLookupBytes(words, hn::Load(d, kSpreadWord.of_byte[b] + k * kLanes));
         differing[b] = hn::Xor(left, loadDescending(d, right + b * row.right_stride - k));
       }
       hn::StoreU(counter.count(differing), d, row.costs + window.position + k * kLanes);
@@ -197,13 +198,13 @@ class RowAggregation {
     const auto p1 = p1_, p2 = p2_;
     const WindowRun window = row.windows[run];
     const uint8_t* const goodness = row.previous.straight + above[run].position;
-    const Shift shift(d, window.first - above[run].first);
+    const auto shuffles = shufflesBy(d, window.first - above[run].first);
     const auto floors = hn::LoadDup128(d, row.floors_down + run * kWindowRun);
     for (int i = 0; i < kWindowRun * kLanes; i += kPixelsOfVector * kLanes) {
       const int at = window.position + i;
-      const auto floor = hn::TableLookupBytes(floors, hn::Load(d, kPixel.pixel + i));
-      const auto path =
-          pathCost(hn::LoadU(d, row.costs + at), shift(hn::LoadU(d, goodness + i)), p1, floor);
+      const auto floor = hn::TableLookupBytes(floors, hn::Load(d, kSpreadByte.of_byte[0] + i));
+      const auto path = pathCost(hn::LoadU(d, row.costs + at),
+                                 shuffled(hn::LoadU(d, goodness + i), shuffles), p1, floor);
       hn::StoreU(goodnessOf(d, path, p2), d, row.next.straight + at);
       hn::StoreU(hn::SaturatedAdd(hn::LoadU(d, sums_before + at), path), d, row.sums + at);
     }
@@ -249,8 +250,9 @@ class RowAggregation {
       const int x = run * kWindowRun + k, at = window.position + k * window.width;
       for (int v = 0; v < paths.vectors(); ++v) {
         const int index = v * kLanesOfD;
-        costs[v] = visit.matches ? storedCosts(d, row, x, window.first + index, at + index, counter)
-                                 : hn::LoadU(d, row.costs + at + index);
+        costs[v] = visit.matches
+                       ? matchingCosts(d, row, x, window.first + index, at + index, counter)
+                       : hn::LoadU(d, row.costs + at + index);
         sums[v] = hn::Zero(d);
       }
       if (visit.walker) {
@@ -296,24 +298,17 @@ class RowAggregation {
     return {goodness + window.position + x % kWindowRun * window.width, window.first, window.width};
   }
 
-  /// Hamming distances + P2 of the disparities from `index` on.
+  /// Hamming distances + P2 of the disparities from `index` on, stored for the second visit.
   template <class D>
   static HWY_INLINE hn::Vec<D> matchingCosts(D d, const ReducedSearchRow& row, int x, int index,
-                                             const BitCounter<D>& counter) {
+                                             int place, const BitCounter<D>& counter) {
     const auto left = static_cast<unsigned>(row.left_words[x]);
     const uint8_t* const right = row.right_bytes + (row.columns - 1 - x + index);
     hn::Vec<D> differing[kCensusBytes];
     for (int b = 0; b < kCensusBytes; ++b)
       differing[b] = hn::Xor(hn::Set(d, static_cast<uint8_t>(left >> (8 * b))),
                              hn::LoadU(d, right + b * row.right_stride));
-    return counter.count(differing);
-  }
-
-  /// The same, stored for the second visit.
-  template <class D>
-  static HWY_INLINE hn::Vec<D> storedCosts(D d, const ReducedSearchRow& row, int x, int index,
-                                           int place, const BitCounter<D>& counter) {
-    const hn::Vec<D> costs = matchingCosts(d, row, x, index, counter);
+    const hn::Vec<D> costs = counter.count(differing);
     hn::StoreU(costs, d, row.costs + place);
     return costs;
   }

@@ -26,7 +26,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// A window of 16.
 using Bytes16 = hn::FixedTag<uint8_t, kNarrowWindow>;
-using V16 = hn::Vec<Bytes16>;
 constexpr int kLanes = kNarrowWindow;
 /// Windows of 16 of neighbouring pixels, one pixel per 16 lanes.
 using RunBytes = hn::CappedTag<uint8_t, kWindowRun * kLanes>;
@@ -103,24 +102,19 @@ HWY_INLINE const uint8_t* shuffleBy(int shift) {
   return kShiftTable.values + kNoShift + std::clamp(shift, -kApart, kApart);
 }
 
-/// The goodness that windows of 16 pass on to windows that begin `shift` disparities higher.
+/// The shuffles for windows that begin `shift` disparities higher.
 template <class D, class V = hn::Vec<D>>
-class Shift {
- public:
-  HWY_INLINE Shift(D d, int shift) : Shift(d, shuffleBy(shift)) {}
-  HWY_INLINE Carried<V> operator()(V goodness) const {
-    return {hn::TableLookupBytesOr0(goodness, same_), hn::TableLookupBytesOr0(goodness, below_),
-            hn::TableLookupBytesOr0(goodness, above_)};
-  }
+HWY_INLINE Carried<V> shufflesBy(D d, int shift) {
+  const uint8_t* const same = shuffleBy(shift);
+  return {hn::LoadDup128(d, same), hn::LoadDup128(d, same - 1), hn::LoadDup128(d, same + 1)};
+}
 
- private:
-  HWY_INLINE Shift(D d, const uint8_t* shuffle)
-      : same_(hn::LoadDup128(d, shuffle)),
-        below_(hn::LoadDup128(d, shuffle - 1)),
-        above_(hn::LoadDup128(d, shuffle + 1)) {}
-
-  const V same_, below_, above_;
-};
+/// The goodness that windows of 16 pass on by these shuffles.
+template <class V>
+HWY_INLINE Carried<V> shuffled(V goodness, const Carried<V>& by) {
+  return {hn::TableLookupBytesOr0(goodness, by.same), hn::TableLookupBytesOr0(goodness, by.below),
+          hn::TableLookupBytesOr0(goodness, by.above)};
+}
 
 /// The goodness that windows of 16 pass on to equal windows.
 template <class D, class V = hn::Vec<D>>
@@ -138,25 +132,18 @@ struct StepTable {
 };
 constexpr StepTable kStep;
 
-/// Shuffles that copy one byte of each pixel's census word to all lanes of that pixel, for a run.
+/// Shuffles that copy one byte of each pixel's kBytes bytes to all lanes of that pixel, for a run.
+template <int kBytes>
 struct SpreadTable {
   constexpr SpreadTable() {
-    for (int b = 0; b < kCensusBytes; ++b)
+    for (int b = 0; b < kBytes; ++b)
       for (int i = 0; i < kWindowRun * kLanes; ++i)
-        of_byte[b][i] = static_cast<uint8_t>(i / kLanes * 4 + b);
+        of_byte[b][i] = static_cast<uint8_t>(i / kLanes * kBytes + b);
   }
-  alignas(64) uint8_t of_byte[kCensusBytes][kWindowRun * kLanes] = {};
+  alignas(64) uint8_t of_byte[kBytes][kWindowRun * kLanes] = {};
 };
-constexpr SpreadTable kSpread;
-
-/// The shuffle that copies one byte per pixel to all lanes of that pixel, for a run.
-struct PixelTable {
-  constexpr PixelTable() {
-    for (int i = 0; i < kWindowRun * kLanes; ++i) pixel[i] = static_cast<uint8_t>(i / kLanes);
-  }
-  alignas(64) uint8_t pixel[kWindowRun * kLanes] = {};
-};
-constexpr PixelTable kPixel;
+constexpr SpreadTable<4> kSpreadWord;
+constexpr SpreadTable<1> kSpreadByte;
 
 /// 16 bytes from `source` on, then 16 bytes from source - 1 on, ...
 template <class D>
@@ -305,30 +292,26 @@ struct Pair {
 };
 
 template <class D>
-HWY_INLINE Pair loadPair(D d, const uint8_t* one, const uint8_t* other) {
+HWY_INLINE Pair pairOf([[maybe_unused]] D d, hn::Vec<Bytes16> one, hn::Vec<Bytes16> other) {
   Pair pair;
   if constexpr (hn::MaxLanes(D()) > kLanes) {
-    const hn::Half<D> half;
-    pair.parts[0] = hn::Combine(d, hn::LoadU(half, other), hn::LoadU(half, one));
+    pair.parts[0] = hn::Combine(d, other, one);
   } else {
-    pair.parts[0] = hn::LoadU(d, one);
-    pair.parts[kPairParts - 1] = hn::LoadU(d, other);
+    pair.parts[0] = one;
+    pair.parts[kPairParts - 1] = other;
   }
   return pair;
+}
+
+template <class D>
+HWY_INLINE Pair loadPair(D d, const uint8_t* one, const uint8_t* other) {
+  return pairOf(d, hn::LoadU(Bytes16(), one), hn::LoadU(Bytes16(), other));
 }
 
 /// One value for each of the two windows, in all of its lanes.
 template <class D>
 HWY_INLINE Pair setPair(D d, uint8_t one, uint8_t other) {
-  Pair pair;
-  if constexpr (hn::MaxLanes(D()) > kLanes) {
-    const hn::Half<D> half;
-    pair.parts[0] = hn::Combine(d, hn::Set(half, other), hn::Set(half, one));
-  } else {
-    pair.parts[0] = hn::Set(d, one);
-    pair.parts[kPairParts - 1] = hn::Set(d, other);
-  }
-  return pair;
+  return pairOf(d, hn::Set(Bytes16(), one), hn::Set(Bytes16(), other));
 }
 
 template <class D>
@@ -343,23 +326,18 @@ HWY_INLINE void storePair(D d, const Pair& pair, uint8_t* one, uint8_t* other) {
   }
 }
 
-/// Shift of pairs, with a separate distance for each window.
-class PairShift {
- public:
-  HWY_INLINE PairShift(int one, int other) : PairShift(shuffleBy(one), shuffleBy(other)) {}
-  HWY_INLINE Carried<PairVector> operator()(int part, PairVector goodness) const {
-    return {hn::TableLookupBytesOr0(goodness, same_.parts[part]),
-            hn::TableLookupBytesOr0(goodness, below_.parts[part]),
-            hn::TableLookupBytesOr0(goodness, above_.parts[part])};
+/// The shuffles for pairs, with a separate shift for each window.
+struct PairShuffles {
+  HWY_INLINE PairShuffles(int one, int other) {
+    const uint8_t *same_one = shuffleBy(one), *same_other = shuffleBy(other);
+    const auto from = [&](int lane) HWY_ATTR {
+      return loadPair(PairBytes(), same_one + lane, same_other + lane);
+    };
+    const Pair same = from(0), below = from(-1), above = from(1);
+    for (int i = 0; i < kPairParts; ++i)
+      of_part[i] = {same.parts[i], below.parts[i], above.parts[i]};
   }
-
- private:
-  HWY_INLINE PairShift(const uint8_t* one, const uint8_t* other)
-      : same_(loadPair(PairBytes(), one, other)),
-        below_(loadPair(PairBytes(), one - 1, other - 1)),
-        above_(loadPair(PairBytes(), one + 1, other + 1)) {}
-
-  const Pair same_, below_, above_;
+  Carried<PairVector> of_part[kPairParts];
 };
 
 #endif
