@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "detection/constants.h"
 #include "detection/motion_noise.h"
 #include "detection/point_tracks.h"
 
@@ -36,7 +35,7 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
   const double turn_m = depth_m * kUntoldMotionSigma_rad;
   const double ego_m = std::sqrt(kFramesBack) * std::hypot(kUntoldMotionSigma_m, turn_m);
   const double ego_flow_px = rig.fx_px * ego_m / depth_m;
-  const double flow_px = sigmas * std::hypot(DetectionConstants::kFlowSigma_px, ego_flow_px);
+  const double flow_px = sigmas * std::hypot(kFlowSigma_px, ego_flow_px);
   const double across_m = flow_px * depth_m / rig.fx_px;
 
   const double match_px2 = std::max<double>(variance.sigma_floor_px * variance.sigma_floor_px,

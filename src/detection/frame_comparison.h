@@ -2,12 +2,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <array>
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "detection/comparison_rows.h"
-#include "detection/scratch.h"
 #include "imaging/image_pyramid.h"
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/disparity_range.h"
@@ -29,18 +26,34 @@ class SourceOf {
   Eigen::Matrix4f h_;
 };
 
+/// Memory for maps of changing size; it only grows.
+template <class T>
+class Scratch {
+ public:
+  /// A continuous map with undefined contents. It replaces the map of the previous call.
+  cv::Mat_<T> map(cv::Size size) {
+    const auto needed = static_cast<size_t>(size.area());
+    if (memory_.size() < needed) memory_.resize(needed);
+    return cv::Mat_<T>(size.height, size.width, memory_.data());
+  }
+
+ private:
+  std::vector<T> memory_;
+};
+
 /// Difference between the image and its prediction by an assumed motion, on a lattice of every
 /// second pixel and row: lattice point (u, v) is pixel (2u, 2v).
 struct Comparison {
   cv::Rect area;       ///< the part of the lattice that the maps cover
   cv::Mat1f mismatch;  ///< mean |difference| over 5x5 lattice points after subtracting the mean
                        ///< difference [grey levels]; kUnknown if too few points are known
-  static constexpr float kUnknown = kUnknownMismatch;
+  static constexpr float kUnknown = -1;
   Scratch<float> memory;  ///< of mismatch
 };
 
 /// Compares the current image with the previous one, warped by source_of through the measured
-/// disparities.
+/// disparities. The loops are compiled for every SIMD target: each gives the same results, bit by
+/// bit.
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
                    const SourceOf& source_of, const cv::Rect& area, Comparison& comparison);

@@ -1,18 +1,23 @@
-/// A frame as the detector remembers it.
+/// The frames that are compared: the current one, and past ones.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <array>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
+#include "detection/depth_cells.h"
+#include "detection/frame_comparison.h"
+#include "detection/ground_plane.h"
 #include "imaging/image_pyramid.h"
 #include "predictive_stereo/moving_objects.h"
 #include "predictive_stereo/path_covariance.h"
 
 namespace predictive_stereo {
 
+/// A frame as the detector remembers it.
 struct RememberedFrame {
   double stamp_s = 0;
   PoseState pose_state = PoseState::kLost;
@@ -57,5 +62,61 @@ class FrameHistory {
   /// The current frame, then the previous ones, the last one first.
   std::array<RememberedFrame, 1 + kFarthest> frames_;
 };
+
+/// Detects wrong poses: with a wrong pose nearly the whole image contradicts a static world. A pose
+/// counts as wrong if the contradicting share is very large or grows suddenly, for at most two
+/// frames in a row; a large share that lasts longer is accepted.
+class PoseCheck {
+ public:
+  /// Whether the image agrees with the camera's motion since the previous frame as well as usual.
+  /// @param contradicting  share of the image that a static world does not explain.
+  bool agreesWithMotion(double contradicting);
+  /// Whether it is so large that no object in view explains it.
+  static bool contradictsMost(double contradicting);
+  void reset() { *this = PoseCheck(); }
+
+ private:
+  std::optional<double> usual_;
+  int odd_frames_ = 0;  ///< in a row
+};
+
+struct PastView;
+
+/// The current frame, for all parts of the detector.
+struct FrameView {
+  const DetectionInput& input;
+  const DisparityRange& range;
+  const MotionDetectionParams& params;
+  const RememberedFrame& current;
+  const DepthCells& cells;
+  const std::optional<GroundPlane>& ground;  ///< none: this frame shows none
+
+  cv::Size lattice() const { return current.pyramid.level(1).size(); }
+  /// @param past  must outlive the view, as this frame must.
+  PastView since(const PastFrame& past) const;
+};
+
+/// The current frame, and a past one that it is compared with.
+struct PastView {
+  const FrameView& frame;
+  const PastFrame& past;
+  SourceOf static_source;  ///< where static points were
+
+  const StereoRig& rig() const { return frame.input.rig; }
+  const MotionDetectionParams& params() const { return frame.params; }
+  const cv::Mat1f& disparity_px() const { return frame.input.measured_disparity_px; }
+  bool isKnown(float disparity_px) const { return frame.range.isValid(disparity_px); }
+  const ImagePyramid& images() const { return frame.current.pyramid; }
+  const ImagePyramid& past_images() const { return past.frame->pyramid; }
+  /// See compareFrames.
+  void compare(const SourceOf& source_of, const cv::Rect& area, Comparison& comparison) const {
+    compareFrames(images(), disparity_px(), frame.range, past_images(), source_of, area,
+                  comparison);
+  }
+};
+
+inline PastView FrameView::since(const PastFrame& past) const {
+  return {*this, past, SourceOf(disparityMotion(input.rig, past.T_past_cam))};
+}
 
 }  // namespace predictive_stereo

@@ -19,6 +19,10 @@ constexpr float kTolerance_px = 0.6f, kTolerance = 0.02f;  // of a disparity, an
 constexpr double kLeastTriangle_px2 = 100;                 // twice its area
 const double kLeastCos = std::cos(80 * M_PI / 180), kMostSinRoll = std::sin(30 * M_PI / 180);
 
+// Of planes of two frames that are the same ground.
+constexpr double kMostChange = 0.1;                        // of the camera's height above it
+const double kLeastCosTurned = std::cos(20 * M_PI / 180);  // of the angle between the two
+
 struct Samples {
   std::vector<float> x_px, y_px, d_px;
 
@@ -106,6 +110,11 @@ std::optional<GroundPlane> fitTo(const StereoRig& rig, const Samples& samples,
   return planeOf(rig, A.ldlt().solve(Eigen::Vector3d(xd, yd, sd)));
 }
 
+bool areAlike(const GroundPlane& one, const GroundPlane& other) {
+  return one.normal.dot(other.normal) > kLeastCosTurned &&
+         std::abs(std::log(one.camera_height_m / other.camera_height_m)) < kMostChange;
+}
+
 }  // namespace
 
 std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCells& cells,
@@ -144,6 +153,13 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
       std::clamp(kLeastSharePerMetre * best->camera_height_m, kLeastShare, kLargestLeastShare);
   if (of_best.on_plane < least_share * static_cast<double>(samples.size())) return std::nullopt;
   return best;
+}
+
+void SteadyGround::setFrame(const StereoRig& rig, const DepthCells& cells) {
+  const std::optional<GroundPlane> last = candidate_;
+  candidate_ = findGroundPlane(rig, cells, last);
+  plane_.reset();
+  if (last && candidate_ && areAlike(*last, *candidate_)) plane_ = candidate_;
 }
 
 }  // namespace predictive_stereo

@@ -10,6 +10,9 @@
 
 namespace predictive_stereo {
 
+/// Surfaces up to here above the ground count as ground.
+constexpr double kGroundMargin_m = 0.25;
+
 /// A plane in space: points (x, y) [px] on it have the disparity a x + b y + c [px].
 struct GroundPlane {
   double a = 0, b = 0, c = 0;
@@ -36,5 +39,19 @@ struct GroundPlane {
 ///   view.
 std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCells& cells,
                                            const std::optional<GroundPlane>& last);
+
+/// The ground of a sequence: a plane that two successive frames show. Where the ground has no
+/// texture, each frame has another plane, of noise and walls.
+class SteadyGround {
+ public:
+  void setFrame(const StereoRig& rig, const DepthCells& cells);
+  /// Of this frame; none if it has no ground.
+  const std::optional<GroundPlane>& plane() const { return plane_; }
+  void reset() { *this = SteadyGround(); }
+
+ private:
+  std::optional<GroundPlane> plane_;
+  std::optional<GroundPlane> candidate_;  // of this frame, and the first trial of the next one
+};
 
 }  // namespace predictive_stereo

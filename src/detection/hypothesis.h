@@ -3,9 +3,10 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
-#include "detection/frame_view.h"
+#include "detection/frame_history.h"
 #include "detection/point_tracks.h"
 #include "detection/tracker.h"
 
@@ -35,5 +36,21 @@ std::optional<Displacement> motionOf(const PastView& view,
 /// The hypothesis of a known object at its predicted position. None if too few pixels there have
 /// its disparity.
 std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& known);
+
+/// Largest number of hypotheses per frame, which bounds the time. Crowds and foliage have about 5
+/// across the line of sight and 20 along it; the largest ones come first.
+constexpr size_t kMostAcross = 8, kMostAlong = 12;
+
+/// The first `most` results of `make`; further items are not used.
+/// @param make  called with an item; returns a std::optional.
+template <class Items, class Make>
+auto firstResults(size_t most, const Items& items, const Make& make) {
+  std::vector<typename std::invoke_result_t<Make, decltype(*items.begin())>::value_type> made;
+  for (const auto& item : items) {
+    if (made.size() == most) break;
+    if (auto one = make(item)) made.push_back(std::move(*one));
+  }
+  return made;
+}
 
 }  // namespace predictive_stereo

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "detection/frame_comparison.h"
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
 
@@ -65,7 +64,7 @@ HWY_BEFORE_NAMESPACE();
 namespace predictive_stereo {
 namespace HWY_NAMESPACE {
 
-// Short loops without branches over kChunk points at a time, see comparison_rows.cpp.
+// Short loops without branches over kChunk points at a time, see frame_comparison.cpp.
 constexpr int kChunk = 64;
 
 struct Points {

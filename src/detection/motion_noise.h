@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 
-#include "detection/free_space_rows.h"
 #include "predictive_stereo/disparity_motion.h"
 
 namespace predictive_stereo {
@@ -25,6 +24,20 @@ bool isUnseen(const Matrix6d& covariance);
 /// @param point_m  in the current camera's frame.
 Eigen::Matrix3d pointCovariance(const Eigen::Isometry3d& T_past_cam, const Matrix6d& covariance,
                                 const Eigen::Vector3d& point_m);
+
+/// Variance of the depth in a past camera's frame of points on one row, see PastDepthNoise.
+struct DepthNoiseOfRow {
+  float fixed;
+  float coupling[2];  ///< coefficients of x^0, x^1
+  float rotation[3];  ///< coefficients of x^0, x^1, x^2
+
+  /// Of the point z (x, y, 1) m [m^2].
+  float variance(float x, float z) const {
+    const float by_coupling = coupling[0] + x * coupling[1];
+    const float by_rotation = rotation[0] + x * (rotation[1] + x * rotation[2]);
+    return fixed + z * (2 * by_coupling + z * by_rotation);
+  }
+};
 
 /// Variance of the depth that a point has in the past camera's frame, see pointCovariance; for many
 /// points of one motion.

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 
-#include "detection/object_shape.h"
-#include "detection/same_object.h"
-#include "detection/whole_object.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {

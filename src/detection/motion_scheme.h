@@ -6,9 +6,7 @@
 #include "detection/across_channel.h"
 #include "detection/along_channel.h"
 #include "detection/frame_history.h"
-#include "detection/frame_view.h"
 #include "detection/free_space_channel.h"
-#include "detection/pose_check.h"
 #include "detection/tracker.h"
 #include "detection/verification.h"
 

@@ -7,10 +7,8 @@
 #include <utility>
 
 #include "detection/motion_scheme.h"
-#include "detection/object_shape.h"
 #include "detection/paper_windows.h"
 #include "detection/tracker.h"
-#include "detection/unseen_object.h"
 #include "imaging/size_check.h"
 #include "predictive_stereo/residual.h"
 

@@ -50,7 +50,6 @@ class Obstacles {
 /// @param ground  cells on it, up to kGroundMargin_m above, are left out; none: no cell is.
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
                         const std::optional<GroundPlane>& ground);
-constexpr double kGroundMargin_m = 0.25;
 
 /// For each cell the width [px] of its obstacle at its thickest place: the largest square in it.
 /// Large for cells of no obstacle, such as the ground. An obstacle ends where a farther surface

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "detection/same_object.h"
+#include "detection/observation.h"
 
 namespace predictive_stereo {
 namespace {

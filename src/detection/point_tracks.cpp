@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "detection/constants.h"
 #include "detection/motion_noise.h"
 #include "imaging/tracking.h"
 
@@ -48,7 +47,7 @@ bool hasMoved(const PastView& view, const PointTrack& track) {
   covariance += j *
                 pointCovariance(view.past.T_past_cam, view.past.motion_covariance, track.point_m) *
                 j.transpose();
-  const double flow = DetectionConstants::kFlowSigma_px * DetectionConstants::kFlowSigma_px;
+  const double flow = kFlowSigma_px * kFlowSigma_px;
   covariance.diagonal() +=
       Vector3d(flow, flow, kPreviousDisparitySigma_px * kPreviousDisparitySigma_px);
   Vector3d residual = track.found_px - track.static_px;
@@ -139,13 +138,12 @@ Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>
       const Vector3d before = track.static_m - fit.moved_m;
       if (!(before.z() > 0.5)) continue;
       Vector3d residual = track.found_px - rig.disparityFromPoint(before);
-      const double flow_variance =
-          DetectionConstants::kFlowSigma_px * DetectionConstants::kFlowSigma_px;
+      const double flow_variance = kFlowSigma_px * kFlowSigma_px;
       Vector3d weight(
           1 / flow_variance, 1 / flow_variance,
           1 / (track.variance_px2 + kPreviousDisparitySigma_px * kPreviousDisparitySigma_px));
       if (track.found_px.z() < 0) weight.z() = residual.z() = 0;
-      const double flow_error = residual.head<2>().norm() / DetectionConstants::kFlowSigma_px;
+      const double flow_error = residual.head<2>().norm() / kFlowSigma_px;
       const double disparity_error = std::abs(residual.z()) * std::sqrt(weight.z());
       if (flow_error < kInlier) fit.inliers.push_back(i);
       weight.head<2>() *= std::min(1.0, kHuber / std::max(flow_error, 1e-9));
@@ -198,8 +196,7 @@ std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
     return i;
   };
   const double linked_px = params.link_distance_m / rig.baseline_m;  // [px] per px of disparity
-  const double linked_depth =
-      DetectionConstants::kLinkDepth * params.link_distance_m / rig.disparityTimesDepth();
+  const double linked_depth = kLinkDepth * params.link_distance_m / rig.disparityTimesDepth();
   for (size_t a = 0; a < moving.size(); ++a)
     for (size_t b = a + 1; b < moving.size(); ++b) {
       const Moving &p = moving[a], &q = moving[b];

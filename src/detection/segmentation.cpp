@@ -4,17 +4,58 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "detection/constants.h"
 #include "detection/long_residual.h"
-#include "detection/segmentation_rows.h"
+#include "simd/simd_dispatch.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/segmentation.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+// Short loops without branches, which compilers vectorise.
+
+HWY_NOINLINE void layerRow(const float* HWY_RESTRICT disparity_px,
+                           const float* HWY_RESTRICT below_m, int width, float farthest_px,
+                           float nearest_px, float lowest_m, uint8_t* HWY_RESTRICT layer) {
+  for (int u = 0; u < width; ++u) {
+    const float d = disparity_px[2 * u];
+    const int32_t inside = (d >= farthest_px) & (d <= nearest_px) & (below_m[u] < lowest_m);
+    layer[u] = static_cast<uint8_t>(-inside);
+  }
+}
+
+HWY_NOINLINE void supportRow(const float* HWY_RESTRICT by_static,
+                             const float* HWY_RESTRICT by_object, int width, float most,
+                             float* HWY_RESTRICT support) {
+  for (int u = 0; u < width; ++u) {
+    const float difference = by_static[u] - by_object[u];
+    const float lower = difference < most ? difference : most;
+    const float clamped = lower > -most ? lower : -most;
+    support[u] = (by_static[u] < 0) | (by_object[u] < 0) ? 0.0f : clamped;
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace predictive_stereo {
 namespace {
+
+HWY_EXPORT(layerRow);
+HWY_EXPORT(supportRow);
 
 constexpr float kDecisive_grey = 2.0f;  // difference of mismatches above noise
 constexpr float kContradiction_grey = 0.7f;
 constexpr float kMostSupport_grey = 15.0f;
 constexpr int kFewestCells = 24;
+// From an object's points to its end, relative to MotionDetectionParams::link_distance_m.
+constexpr double kReach = 1.6;
 // Reach of the comparison's windows (twice 2), the smoothing (2) and the opening (1), rounded up.
 constexpr int kReachOfWindows = 8;
 
@@ -69,7 +110,7 @@ double latticePerMetre(const StereoRig& rig, const Hypothesis& hypothesis) {
 cv::Rect reachOf(const FrameView& frame, const Hypothesis& hypothesis) {
   const cv::Rect seen = cv::boundingRect(hypothesis.seeds);
   const double lattice_per_m = latticePerMetre(frame.input.rig, hypothesis);
-  const double reach_m = DetectionConstants::kReach * frame.params.link_distance_m;
+  const double reach_m = kReach * frame.params.link_distance_m;
   const int wide = static_cast<int>(reach_m * lattice_per_m) + 3;
   const int high = static_cast<int>(reach_m * 0.6 * lattice_per_m) + 3;
   return cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
@@ -88,10 +129,10 @@ Layer layerAround(const PastView& view, const LevelGround& ground, const Hypothe
   const cv::Rect reachable = reachOf(view.frame, hypothesis);
   const float lowest_m = ground.lowestIn(reachable, work.heights);
   cv::Mat1b whole = work.layer.map(reachable.size());
-  for (int v = 0; v < reachable.height; ++v)
-    layerRow(view.disparity_px()[2 * (reachable.y + v)] + 2 * reachable.x,
-             ground.below_m(reachable.y + v) + reachable.x, reachable.width, hypothesis.farthest_px,
-             hypothesis.nearest_px, lowest_m, whole[v]);
+  for (int v = 0; v < reachable.height; ++v) HWY_DYNAMIC_DISPATCH(layerRow)
+  (view.disparity_px()[2 * (reachable.y + v)] + 2 * reachable.x,
+   ground.below_m(reachable.y + v) + reachable.x, reachable.width, hypothesis.farthest_px,
+   hypothesis.nearest_px, lowest_m, whole[v]);
   const cv::Rect box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole);
   if (box.empty()) return {};
   const cv::Rect part =
@@ -112,9 +153,9 @@ cv::Mat1f supportOf(const PastView& view, const Comparison* static_world,
   }
   cv::Mat1f support = work.support.map(area.size());
   const cv::Point first = area.tl() - static_world->area.tl();
-  for (int v = 0; v < area.height; ++v)
-    supportRow(static_world->mismatch[first.y + v] + first.x, work.by_object.mismatch[v],
-               area.width, kMostSupport_grey, support[v]);
+  for (int v = 0; v < area.height; ++v) HWY_DYNAMIC_DISPATCH(supportRow)
+  (static_world->mismatch[first.y + v] + first.x, work.by_object.mismatch[v], area.width,
+   kMostSupport_grey, support[v]);
   return support;
 }
 
@@ -123,8 +164,7 @@ cv::Mat1b supportedCells(const Layer& layer, const cv::Mat1f& smooth,
                          const std::vector<cv::Point>& seeds, int gap, SegmentationWork& work) {
   const cv::Rect& area = layer.area;
   cv::Mat1b core = work.core.map(area.size()), member = work.member.map(area.size());
-  for (int v = 0; v < area.height; ++v)
-    supportedRow(layer.mask[v], smooth[v], area.width, kContradiction_grey, core[v]);
+  cv::bitwise_and(smooth > kContradiction_grey, layer.mask != 0, core);
   cv::morphologyEx(core, core, cv::MORPH_OPEN, cv::Mat1b::ones(2, 2));
   // Seeds were tracked. If texture is weak, hardly anything else shows the object.
   for (cv::Point seed : seeds) {
@@ -134,8 +174,7 @@ cv::Mat1b supportedCells(const Layer& layer, const cv::Mat1f& smooth,
         if (layer.mask(v, u) && smooth(v, u) >= -kContradiction_grey) core(v, u) = 255;
   }
   cv::dilate(core, member, cv::Mat1b::ones(2 * gap + 1, 2 * gap + 1));
-  for (int v = 0; v < area.height; ++v)
-    dropRefutedRow(layer.mask[v], smooth[v], area.width, -kContradiction_grey, member[v]);
+  member.setTo(0, (smooth < -kContradiction_grey) | (layer.mask == 0));
   cv::erode(member, member, cv::Mat1b::ones(2, 2));
   return member;
 }
@@ -190,15 +229,68 @@ Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b&
   return result;
 }
 
+constexpr int kMostGrowth = 4;              // cells after / before
+constexpr double kMostContradicting = 0.5;  // contradicting cells / supporting cells
+
 }  // namespace
+
+void layerRow(const float* disparity_px, const float* below_m, int width, float farthest_px,
+              float nearest_px, float lowest_m, uint8_t* layer) {
+  HWY_DYNAMIC_DISPATCH(layerRow)
+  (disparity_px, below_m, width, farthest_px, nearest_px, lowest_m, layer);
+}
+
+void supportRow(const float* by_static, const float* by_object, int width, float most,
+                float* support) {
+  HWY_DYNAMIC_DISPATCH(supportRow)(by_static, by_object, width, most, support);
+}
+
+void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
+                   float least_smooth, float decisive, cv::Mat1b& mask, SegmentationWork& work) {
+  cv::Mat1b open = work.open.map(layer.size());
+  cv::bitwise_and(smooth >= least_smooth, layer != 0, open);
+  cv::morphologyEx(open, open, cv::MORPH_OPEN, cv::Mat1b::ones(3, 3));
+
+  cv::Mat1i labels = work.labels.map(layer.size());
+  const int count = cv::connectedComponents(open, labels, 4, CV_32S);
+  std::vector<int>& common = work.common;
+  common.assign(static_cast<size_t>(count), 0);
+  int cells = 0;
+  for (int v = 0; v < mask.rows; ++v)
+    for (int u = 0; u < mask.cols; ++u)
+      if (mask(v, u)) ++cells, ++common[static_cast<size_t>(labels(v, u))];
+  common[0] = 0;
+  const auto most = std::max_element(common.begin(), common.end());
+  if (2 * *most <= cells) return;
+  const int part = static_cast<int>(most - common.begin());
+
+  cv::Mat1b grown = work.grown.map(layer.size());
+  int grown_cells = 0;
+  for (int v = 0; v < mask.rows; ++v)
+    for (int u = 0; u < mask.cols; ++u) {
+      const bool inside = mask(v, u) || labels(v, u) == part;
+      grown(v, u) = inside ? 255 : 0;
+      grown_cells += inside;
+    }
+  if (grown_cells > kMostGrowth * cells) return;
+  // Refuted cells are in the layer, but not in the part: count in the whole box.
+  const cv::Rect box = cv::boundingRect(grown);
+  int supporting = 0, contradicting = 0;
+  for (int v = box.y; v < box.br().y; ++v)
+    for (int u = box.x; u < box.br().x; ++u) {
+      supporting += layer(v, u) && support(v, u) > decisive;
+      contradicting += layer(v, u) && support(v, u) < -decisive;
+    }
+  if (contradicting > kMostContradicting * supporting) return;
+  grown.copyTo(mask);
+}
 
 std::optional<Segment> segment(const PastView& view, const SegmentationMaps& maps,
                                const Hypothesis& hypothesis, SegmentationWork& work) {
   const std::vector<cv::Point>& seeds = hypothesis.seeds;
   if (seeds.empty()) return std::nullopt;
-  const int gap = std::clamp(
-      static_cast<int>(DetectionConstants::kGap_m * latticePerMetre(view.rig(), hypothesis)), 1,
-      20);
+  const int gap =
+      std::clamp(static_cast<int>(kGap_m * latticePerMetre(view.rig(), hypothesis)), 1, 20);
   const Layer layer = layerAround(view, maps.ground, hypothesis, gap + kReachOfWindows, work);
   if (layer.area.empty()) return std::nullopt;
   const cv::Mat1f support = supportOf(view, maps.static_world, hypothesis, layer.area, work);
@@ -207,8 +299,7 @@ std::optional<Segment> segment(const PastView& view, const SegmentationMaps& map
   auto mask =
       partWithSeeds(supportedCells(layer, smooth, seeds, gap, work), layer.area, seeds, work);
   if (!mask) return std::nullopt;
-  growOverLayer(layer.mask, support, smooth, -kContradiction_grey, kDecisive_grey, *mask,
-                work.growing);
+  growOverLayer(layer.mask, support, smooth, -kContradiction_grey, kDecisive_grey, *mask, work);
   dropLowColumns(view, layer.area.tl(), *mask);
   if (cv::countNonZero(*mask) < kFewestCells) return std::nullopt;
   return segmentOf(layer, support, *mask, maps.residual_px,
@@ -216,3 +307,4 @@ std::optional<Segment> segment(const PastView& view, const SegmentationMaps& map
 }
 
 }  // namespace predictive_stereo
+#endif

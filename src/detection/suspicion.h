@@ -1,11 +1,11 @@
+/// Points that a static world does not explain.
 #pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "detection/ground.h"
-#include "predictive_stereo/disparity_range.h"
-#include "predictive_stereo/moving_objects.h"
+#include "detection/frame_history.h"
+#include "detection/level_ground.h"
 
 namespace predictive_stereo {
 
@@ -43,5 +43,18 @@ class Suspicion {
   std::vector<std::vector<cv::Point>> suspects_of_row_;
   std::vector<cv::Point> suspects_px_;
 };
+
+/// Points at least this far from the border of the lattice are compared.
+constexpr int kPatchReach = 2;
+constexpr size_t kMostSuspects = 3000;
+
+/// Drops points that a static world explains after all, with a slightly larger or smaller disparity
+/// or with that of a neighbour: disparities of foliage, fences and edges are often wrong by this.
+/// Also drops points that were occluded in the previous frame.
+/// @param points_px  on the lattice, at least kPatchReach lattice points from the border.
+/// @param kept  the other points, in their order. If there are more than kMostSuspects points, as
+///   when ego-motion fails, only an even sample of them is used.
+void unexplainedPoints(const PastView& view, const std::vector<cv::Point>& points_px,
+                       std::vector<cv::Point>& kept);
 
 }  // namespace predictive_stereo

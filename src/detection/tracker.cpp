@@ -6,8 +6,6 @@
 #include <iterator>
 #include <tuple>
 
-#include "detection/same_object.h"
-
 namespace predictive_stereo {
 namespace {
 
@@ -18,8 +16,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix36 = Eigen::Matrix<double, 3, 6>;
 
 // Kalman update with a measurement of one half of the state, which `h` selects.
-template <class H>
-void kalmanUpdate(const H& h, const Eigen::Vector3d& measured, const Eigen::Matrix3d& noise,
+void kalmanUpdate(const Matrix36& h, const Eigen::Vector3d& measured, const Eigen::Matrix3d& noise,
                   Eigen::Matrix<double, 6, 1>& state, Matrix6& covariance) {
   const Eigen::Matrix3d s = h * covariance * h.transpose() + noise;
   const Eigen::Matrix<double, 6, 3> gain = covariance * h.transpose() * s.inverse();
@@ -28,15 +25,10 @@ void kalmanUpdate(const H& h, const Eigen::Vector3d& measured, const Eigen::Matr
   covariance = rest * covariance * rest.transpose() + gain * noise * gain.transpose();
 }
 
-Matrix36 positionOf() {
+// The three elements of the state from `first` on.
+Matrix36 partOfState(int first) {
   Matrix36 h = Matrix36::Zero();
-  h.leftCols<3>().setIdentity();
-  return h;
-}
-
-Matrix36 velocityOf() {
-  Matrix36 h = Matrix36::Zero();
-  h.rightCols<3>().setIdentity();
+  h.middleCols<3>(first).setIdentity();
   return h;
 }
 
@@ -155,7 +147,7 @@ void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) 
   if (!T_odom_cam_) return;
   if (!track.located) return locate(observation, track);
   const Eigen::Matrix3d R = T_odom_cam_->linear();
-  kalmanUpdate(positionOf(), Eigen::Vector3d(*T_odom_cam_ * observation.centre_m),
+  kalmanUpdate(partOfState(0), Eigen::Vector3d(*T_odom_cam_ * observation.centre_m),
                Eigen::Matrix3d(R * observation.centre_covariance * R.transpose()), track.state,
                track.covariance);
   correctVelocity(observation, track);
@@ -166,7 +158,7 @@ void ObjectTracker::correctVelocity(const Observation& observation, ObjectTrack&
   if (!observation.has_velocity) return;
   const double q = params_.acceleration_mps2 * params_.acceleration_mps2;
   const double changed = q * interval_s_ * observation.velocity_span_s / 3;
-  kalmanUpdate(velocityOf(), observation.velocity_mps,
+  kalmanUpdate(partOfState(3), observation.velocity_mps,
                observation.velocity_covariance + changed * Eigen::Matrix3d::Identity(), track.state,
                track.covariance);
 }
@@ -187,15 +179,11 @@ ObjectTrack ObjectTracker::start(const Observation& observation) {
   ObjectTrack track;
   track.id = next_id_++;
   track.history = 1;
-  track.seen_s = now_s_;
   track.age = 1;
   track.confirmed = params_.confirm_frames <= 1;
-  track.last = observation;
-  track.seen_box_px = observation.box_px;
-  track.seen_distance_m = observation.distance_m;
   track.state.setZero();
   track.covariance.setZero();
-  if (T_odom_cam_) locate(observation, track);
+  correct(observation, track);
   return track;
 }
 
@@ -216,6 +204,39 @@ DetectedObject ObjectTracker::describe(const ObjectTrack& track) const {
 void ObjectTracker::reset() {
   tracks_.clear();
   located_s_.reset();
+}
+
+bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
+                  const Observation& moved_along, cv::Mat1b& mask) {
+  constexpr double kTolerance_m = 0.5,
+                   kTolerance_px = 1;  // before its nearest, behind its farthest part
+  constexpr int kFewest_px = 60;
+  constexpr double kLeastShare = 0.6, kLeastMatched = 0.4;
+  const cv::Rect box = moved_along.box_px & cv::Rect(cv::Point(), rig.size);
+  if (box.area() < kFewest_px || !(moved_along.distance_m > 2 * kTolerance_m)) return false;
+  const auto disparityAt = [&](double depth_m) {
+    return static_cast<float>(rig.disparityTimesDepth() / depth_m);
+  };
+  const double nearest_m = moved_along.distance_m;
+  const float nearest_px = disparityAt(nearest_m - kTolerance_m) + kTolerance_px;
+  const float farthest_px =
+      disparityAt(nearest_m + moved_along.size_m.z() + kTolerance_m) - kTolerance_px;
+  mask.create(box.size());
+  int matched = 0, inside = 0;
+  for (int y = 0; y < box.height; ++y) {
+    const float* const disparity = disparity_px[box.y + y] + box.x;
+    uchar* const of_row = mask[y];
+    for (int x = 0; x < box.width; ++x) {
+      const bool is_matched = range.isValid(disparity[x]);
+      const bool is_inside =
+          is_matched && disparity[x] >= farthest_px && disparity[x] <= nearest_px;
+      of_row[x] = is_inside ? 255 : 0;
+      matched += is_matched;
+      inside += is_inside;
+    }
+  }
+  return inside >= kFewest_px && matched >= kLeastMatched * box.area() &&
+         inside >= kLeastShare * matched;
 }
 
 }  // namespace predictive_stereo

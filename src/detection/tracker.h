@@ -1,33 +1,13 @@
+/// Objects from frame to frame.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
-#include "predictive_stereo/moving_objects.h"
+#include "detection/observation.h"
 
 namespace predictive_stereo {
-
-/// An object in one frame.
-struct Observation {
-  cv::Rect box_px;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the left camera's optical frame
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
-  double distance_m = 0;
-  Eigen::Matrix3d centre_covariance = Eigen::Matrix3d::Zero();  ///< [m^2], in that frame
-  /// Velocity measured in this frame alone, in the odom frame: the mean over `velocity_span_s`.
-  bool has_velocity = false;
-  double velocity_span_s = 0;
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();
-  double score = 0;
-};
-
-/// An object of the current frame with its pixels.
-struct ObservedObject {
-  Observation observation;
-  cv::Mat1b mask;  ///< 255 on its pixels; of the size of its box
-};
 
 /// An object tracked over frames.
 struct ObjectTrack {
@@ -95,5 +75,12 @@ class ObjectTracker {
   StereoRig rig_;
   std::optional<Eigen::Isometry3d> T_odom_cam_;
 };
+
+/// Whether an object without observation in this frame is still there: most matched pixels in its
+/// predicted box have its disparity.
+/// @param moved_along  the object, predicted to this frame.
+/// @param[out] mask  255 on these pixels; of the size of the box within the image.
+bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
+                  const Observation& moved_along, cv::Mat1b& mask);
 
 }  // namespace predictive_stereo

@@ -3,10 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "detection/object_shape.h"
-#include "detection/plausible_object.h"
-#include "detection/same_object.h"
-
 namespace predictive_stereo {
 namespace {
 

@@ -5,11 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "detection/frame_view.h"
-#include "detection/ground.h"
+#include "detection/frame_history.h"
 #include "detection/hypothesis.h"
+#include "detection/observation.h"
 #include "detection/segmentation.h"
-#include "detection/tracker.h"
 #include "parallel/work_pool.h"
 
 namespace predictive_stereo {

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <vector>
 
-#include "detection/comparison_rows.h"
 #include "detection/displacement_search.h"
-#include "detection/free_space_rows.h"
-#include "detection/ground_rows.h"
+#include "detection/frame_comparison.h"
+#include "detection/free_space.h"
+#include "detection/level_ground.h"
 #include "detection/long_residual.h"
-#include "detection/patch_rows.h"
-#include "detection/segmentation_rows.h"
-#include "detection/shift_rows.h"
+#include "detection/patches.h"
+#include "detection/segmentation.h"
 #include "detection/suspicion.h"
 #include "guarded_memory.h"
 #include "imaging/image_pyramid.h"
@@ -49,57 +48,15 @@ void forEveryRow(const MakeBody& make_body) {
 // Motion of static points by some columns and a row; those at borders leave the image.
 constexpr float kMoved[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -1, 0, 1};
 
-TEST(BorderReads, OfComparedFrames) {
-  forEveryRow([](Guard guard, const auto& for_every_width) {
-    const int most = span(kMostGuarded, 2);
-    const Floats disparity = floats(guard, -1, 30, most), difference = floats(guard, 0, 0),
-                 known = floats(guard, 0, 0);
-    const Bytes grey(kMostGuarded, guard, 0, 256);
-    for_every_width([&](int n) {
-      for (const int rows : {1, 2, 3}) {
-        const int size = span(n, 2);
-        const Bytes before(n * rows, guard, 0, 256);
-        const LatticeRow row{kMoved, disparity(size), 0, 2, n, 0, n, rows};
-        RowSources sources(n);
-        projectRow(row, sources);
-        compareRow(row, sources, grey(n), before(n * rows), difference(n), known(n));
-      }
-    });
-  });
-}
-
-TEST(BorderReads, OfMismatches) {
-  forEveryRow([](Guard guard, const auto& for_every_width) {
-    const int most = kMostGuarded + 2 * kComparedReach;
-    const Floats difference = floats(guard, -9, 9, most), known = floats(guard, 0, 1, most),
-                 deviation = floats(guard, 0, 0), count = floats(guard, 0, 0),
-                 mismatch = floats(guard, 0, 0);
-    for_every_width([&](int n) {
-      const float* const row = difference(n + 2 * kComparedReach);
-      const float* const known_row = known(n + 2 * kComparedReach);
-      const float* const rows[kComparedSide] = {row, row, row, row, row};
-      const float* const known_rows[kComparedSide] = {known_row, known_row, known_row, known_row,
-                                                      known_row};
-      deviationRow(rows, known_rows, n, deviation(n), count(n));
-      mismatchRow(rows, known_row + kComparedReach, count(n), n, mismatch(n));
-    });
-  });
-}
-
-TEST(BorderReads, OfGroundAndSegments) {
+TEST(BorderReads, OfSegments) {
   forEveryRow([](Guard guard, const auto& for_every_width) {
     const Floats disparity = floats(guard, -1, 30, span(kMostGuarded, 2)),
                  below = floats(guard, 0, 2), support = floats(guard, -2, 2),
                  by_static = floats(guard, -1, 5), by_object = floats(guard, -1, 5);
-    const Bytes layer(kMostGuarded, guard, 0, 2), members(kMostGuarded, guard, 0, 2);
+    const Bytes layer(kMostGuarded, guard, 0, 2);
     for_every_width([&](int n) {
-      const float* const row = disparity(span(n, 2));
-      const float* const rows[kMostGroundReach] = {row, row, row, row};
-      levelRow(row, rows, rows, n, {0, 0.2f, 40, 0.5f, 0.5f, 2}, below(n));
-      layerRow(row, below(n), n, 5, 20, 1, layer(n));
+      layerRow(disparity(span(n, 2)), below(n), n, 5, 20, 1, layer(n));
       supportRow(by_static(n), by_object(n), n, 3, support(n));
-      supportedRow(layer(n), support(n), n, 0.5f, members(n));
-      dropRefutedRow(layer(n), support(n), n, 0.5f, members(n));
     });
   });
 }
@@ -133,6 +90,28 @@ void forEverySize(int rows, const Body& body) {
   forEveryGuardAndTarget([&](Guard guard) {
     const GuardEveryMat guards(guard);
     for (int width = 1; width <= kMostGuarded; ++width) body(cv::Size(width, rows));
+  });
+}
+
+TEST(BorderReads, OfComparedFrames) {
+  const SourceOf moved(Eigen::Matrix4f(kMoved).cast<double>());
+  for (const int rows : {2, 3, 4, 5, 12})
+    forEverySize(rows, [&](cv::Size size) {
+      ImagePyramid current, previous;
+      current.build(noise<uchar>(size, 0, 256), 2);
+      previous.build(noise<uchar>(size, 0, 256), 2);
+      Comparison comparison;
+      compareFrames(current, noise<float>(size, -1, 30), DisparityRange(), previous, moved,
+                    cv::Rect(cv::Point(), current.level(1).size()), comparison);
+    });
+}
+
+TEST(BorderReads, OfLevelGround) {
+  forEverySize(40, [](cv::Size size) {
+    StereoRig rig;
+    rig.size = size;
+    rig.baseline_m = 0.5;
+    LevelGround().setFrame(rig, DisparityRange(), noise<float>(size, -1, 30));
   });
 }
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "detection/constants.h"
 #include "detection/motion_noise.h"
+#include "detection/point_tracks.h"
 
 namespace predictive_stereo {
 namespace {
@@ -27,9 +27,8 @@ TEST(DetectableSpeed, AcrossTheLineOfSightIsAFewPixels) {
   // Noise of the point and of the ego-motion, over two frames.
   const double at_60_m =
       std::sqrt(params.min_mahalanobis) *
-      std::hypot(
-          DetectionConstants::kFlowSigma_px,
-          std::sqrt(2) * rig.fx_px * std::hypot(kUntoldMotionSigma_m / 60, kUntoldMotionSigma_rad));
+      std::hypot(kFlowSigma_px, std::sqrt(2) * rig.fx_px *
+                                    std::hypot(kUntoldMotionSigma_m / 60, kUntoldMotionSigma_rad));
   EXPECT_NEAR(detectableSpeed(rig, 60, 0.1).across_mps, at_60_m * 60 / rig.fx_px / 0.2, 1e-9);
 }
 

@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "detection/frame_view.h"
+#include "detection/frame_history.h"
 #include "detection/motion_noise.h"
 
 namespace predictive_stereo {

@@ -1,8 +1,14 @@
-/// segment() on a wall that the camera passes.
+/// Segments on a wall that the camera passes, and their loops on every SIMD target.
 #include "detection/segmentation.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <vector>
+
+#include "every_target.h"
 #include "passing_scene.h"
 
 namespace predictive_stereo {
@@ -82,6 +88,123 @@ TEST(Segmentation, WhatNoPointLiesOnIsNoPart) {
   ASSERT_TRUE(found);
   EXPECT_GE(2 * found->area.x, 200) << "the part to the left of the pole may be another object";
 }
+
+constexpr float kLeastSmooth = -0.7f, kDecisive = 2.0f;
+
+// A layer with a surface, of which motion has revealed a part.
+struct Surface {
+  cv::Mat1b layer = cv::Mat1b::zeros(60, 120), mask = cv::Mat1b::zeros(60, 120);
+  cv::Mat1f support = cv::Mat1f::zeros(60, 120);
+
+  Surface(const cv::Rect& surface, const cv::Rect& shown) {
+    layer(surface) = 255;
+    mask(shown) = 255;
+    support(shown) = 5.0f;
+  }
+  bool grow() {
+    cv::Mat1f smooth;
+    cv::boxFilter(support, smooth, CV_32F, {5, 5});
+    SegmentationWork work;
+    const cv::Mat1b before = mask.clone();
+    growOverLayer(layer, support, smooth, kLeastSmooth, kDecisive, mask, work);
+    return cv::countNonZero(mask != before) > 0;
+  }
+  cv::Rect box() const { return cv::boundingRect(mask); }
+};
+
+TEST(GrownSegment, ReachesTheEdgesOfItsSurface) {
+  const cv::Rect car(20, 10, 80, 30);
+  Surface surface(car, {30, 12, 30, 25});
+  surface.layer(cv::Rect(104, 10, 16, 30)) = 255;  // beyond a gap: another surface
+  EXPECT_TRUE(surface.grow());
+  EXPECT_EQ(surface.box(), car);
+  EXPECT_EQ(cv::countNonZero(surface.mask), car.area());
+}
+
+TEST(GrownSegment, DoesNotCrossAThinBridge) {
+  Surface surface({20, 10, 40, 30}, {22, 12, 30, 25});
+  surface.layer(cv::Rect(66, 10, 40, 30)) = 255;
+  surface.layer(cv::Rect(60, 20, 6, 1)) = 255;
+  EXPECT_TRUE(surface.grow());
+  EXPECT_EQ(surface.box(), cv::Rect(20, 10, 40, 30));
+}
+
+TEST(GrownSegment, LeavesOutTheLittleThatContradicts) {
+  Surface surface({20, 10, 80, 30}, {30, 12, 30, 25});
+  const cv::Rect pole(95, 10, 5, 30);
+  surface.support(pole) = -10.0f;
+  EXPECT_TRUE(surface.grow());
+  EXPECT_EQ(cv::countNonZero(surface.mask(pole)), 0);
+  EXPECT_GE(surface.box().br().x, 90);
+}
+
+// A pedestrian before a static wall of about the same depth.
+TEST(GrownSegment, StaysBeforeAWallThatStandsStill) {
+  const cv::Rect shown(40, 20, 20, 30);
+  Surface surface({0, 10, 120, 45}, shown);
+  for (int y = 12; y < 50; y += 10)
+    for (int x = 2; x < 110; x += 10)
+      if (x < 35 || x > 65) surface.support(cv::Rect(x, y, 3, 3)) = -10.0f;
+  EXPECT_FALSE(surface.grow());
+  EXPECT_EQ(surface.box(), shown);
+  EXPECT_EQ(cv::countNonZero(surface.mask), shown.area());
+}
+
+// The motion of a tiny part of a surface is not that of the surface.
+TEST(GrownSegment, StaysWhereItIsATinyPart) {
+  const cv::Rect shown(40, 20, 10, 10);
+  Surface surface({0, 10, 120, 45}, shown);
+  EXPECT_FALSE(surface.grow());
+  EXPECT_EQ(surface.box(), shown);
+}
+
+TEST(GrownSegment, StaysWhereItsPartsLieInMoreThanOneSurface) {
+  Surface surface({20, 10, 20, 30}, {25, 15, 10, 20});
+  surface.layer(cv::Rect(60, 10, 20, 30)) = 255;
+  surface.mask(cv::Rect(65, 15, 10, 20)) = 255;
+  EXPECT_FALSE(surface.grow());
+}
+
+class SegmentationRows : public testing::TestWithParam<int> {
+ protected:
+  SegmentationRows() {
+    std::mt19937 random(static_cast<unsigned>(GetParam()));
+    std::uniform_int_distribution<int> value(-20, 20);
+    const auto n = static_cast<size_t>(GetParam());
+    for (size_t i = 0; i < 2 * n; ++i) disparity.push_back(static_cast<float>(value(random)));
+    for (size_t i = 0; i < n; ++i) {
+      first.push_back(static_cast<float>(value(random)));
+      second.push_back(static_cast<float>(value(random)));
+    }
+  }
+  int width() const { return GetParam(); }
+
+  std::vector<float> disparity, first, second;
+};
+
+TEST_P(SegmentationRows, LayerIsWithinItsDisparitiesAndNoGround) {
+  forEveryTarget([&] {
+    std::vector<uint8_t> layer(first.size());
+    layerRow(disparity.data(), first.data(), width(), -3, 7, 4, layer.data());
+    for (size_t u = 0; u < layer.size(); ++u) {
+      const float d = disparity[2 * u];
+      EXPECT_EQ(layer[u], d >= -3 && d <= 7 && first[u] < 4 ? 255 : 0) << u;
+    }
+  });
+}
+
+TEST_P(SegmentationRows, SupportIsTheClampedDifference) {
+  forEveryTarget([&] {
+    std::vector<float> support(first.size());
+    supportRow(first.data(), second.data(), width(), 5, support.data());
+    for (size_t u = 0; u < support.size(); ++u)
+      EXPECT_EQ(support[u],
+                first[u] < 0 || second[u] < 0 ? 0 : std::clamp(first[u] - second[u], -5.0f, 5.0f))
+          << u;
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(Widths, SegmentationRows, testing::Values(1, 7, 16, 33, 250));
 
 }  // namespace
 }  // namespace predictive_stereo

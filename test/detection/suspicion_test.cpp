@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "every_target.h"
+#include "passing_scene.h"
 
 namespace predictive_stereo {
 namespace {
@@ -127,6 +128,69 @@ TEST(Suspicion, LeavesTheRoadOut) {
     ++upright;
   }
   EXPECT_GT(upright, 500);
+}
+
+std::vector<cv::Point> unexplained(Passing& scene, const std::vector<cv::Point>& points_px) {
+  std::vector<cv::Point> kept;
+  unexplainedPoints(scene.view(), points_px, kept);
+  return kept;
+}
+
+TEST(UnexplainedPoints, LeavesWhatStandsOut) {
+  Passing scene;
+  EXPECT_TRUE(unexplained(scene, pointsIn(kAll)).empty());
+}
+
+TEST(UnexplainedPoints, KeepsWhatMoves) {
+  Passing scene;
+  scene.move(kMover, 14);
+  EXPECT_EQ(unexplained(scene, pointsIn(kWithin)), pointsIn(kWithin));
+}
+
+TEST(UnexplainedPoints, AllowForDisparitiesThatAreOff) {
+  Passing scene;
+  scene.disparity += 1.4f;
+  EXPECT_TRUE(unexplained(scene, pointsIn(kAll)).empty());
+  scene.disparity += 6.0f;
+  EXPECT_EQ(unexplained(scene, pointsIn(kAll)), pointsIn(kAll));
+  for (int y = 0; y < kHeight; y += 8) scene.disparity.row(y + 4).setTo(kWall_px);
+  EXPECT_TRUE(unexplained(scene, pointsIn(kAll)).empty()) << "the right one is 4 px away";
+}
+
+TEST(UnexplainedPoints, LeavesWhatWasJustUncoveredOut) {
+  Passing scene;
+  scene.move(kMover, 14);
+  scene.previous.disparity_px.setTo(3 * kWall_px);
+  EXPECT_TRUE(unexplained(scene, pointsIn(kWithin)).empty());
+  scene.previous.disparity_px.setTo(1.1f * kWall_px);
+  EXPECT_FALSE(unexplained(scene, pointsIn(kWithin)).empty())
+      << "it may have been that near itself";
+}
+
+TEST(UnexplainedPoints, UnknownDisparitiesHideNothing) {
+  const DisparityRange all{0, 64}, range{static_cast<int>(kWall_px), 64};
+  const std::vector<cv::Point> middle = {{kWidth / 2, kHeight / 2}};
+  Passing scene;
+  scene.move(kAll, 14);
+  scene.T_prev_cam.translation() = Eigen::Vector3d(0, 0, 5);  // 15 m ahead, 20 m then
+  scene.previous.disparity_px.setTo(range.invalid());
+  scene.range = all;
+  EXPECT_TRUE(unexplained(scene, middle).empty());
+  scene.range = range;
+  EXPECT_EQ(unexplained(scene, middle), middle);
+}
+
+TEST(UnexplainedPoints, LooksAtAnEvenSample) {
+  Passing scene;
+  scene.move(kMover, 14);
+  std::vector<cv::Point> many;
+  for (int k = 0; k < 100; ++k)
+    for (cv::Point p : pointsIn(kWithin)) many.push_back(p);
+  ASSERT_EQ(many.size(), 4200u);
+  const std::vector<cv::Point> kept = unexplained(scene, many);
+  ASSERT_EQ(kept.size(), 2100u);
+  for (size_t i = 0; i < kept.size(); ++i) EXPECT_EQ(kept[i], many[2 * i]);
+  EXPECT_TRUE(unexplained(scene, {}).empty());
 }
 
 }  // namespace

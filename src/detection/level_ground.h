@@ -1,9 +1,8 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <vector>
 
-#include "detection/scratch.h"
+#include "detection/frame_comparison.h"
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/stereo_rig.h"
 

@@ -1,11 +1,12 @@
-#include "detection/patch_rows.h"
+#include "detection/patches.h"
 
 #include <cmath>
+#include <limits>
 
 #include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "detection/patch_rows.cpp"
+#define HWY_TARGET_INCLUDE "detection/patches.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -97,10 +98,27 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace predictive_stereo {
+namespace {
 
 HWY_EXPORT(patchBetween);
 HWY_EXPORT(patchDifference);
 HWY_EXPORT(patchTexture);
+
+constexpr float kNoise_grey2 = 8;           // variance of the difference of two grey values
+constexpr float kPlaceVariance_px2 = 0.5f;  // of the place, along the gradient
+
+float square(int value) { return static_cast<float>(value * value); }
+
+float interpolated(const cv::Mat1b& image, float x, float y) {
+  const int u = static_cast<int>(x), v = static_cast<int>(y);
+  const float a = x - static_cast<float>(u), b = y - static_cast<float>(v);
+  const uchar *upper = image[v] + u, *lower = image[v + 1] + u;
+  const float above = static_cast<float>(upper[0]) + a * static_cast<float>(upper[1] - upper[0]);
+  const float below = static_cast<float>(lower[0]) + a * static_cast<float>(lower[1] - lower[0]);
+  return above + b * (below - above);
+}
+
+}  // namespace
 
 void patchBetween(const uint8_t* upper_left, std::ptrdiff_t stride, float fx, float fy,
                   GreyPatch& patch) {
@@ -113,6 +131,37 @@ float patchDifference(const GreyPatch& patch, const uint8_t* upper_left, std::pt
 }
 
 float patchTexture(const GreyPatch& patch) { return HWY_DYNAMIC_DISPATCH(patchTexture)(patch); }
+
+GreyPatchOf::GreyPatchOf(const cv::Mat1b& image, float x, float y) {
+  const int u = cvRound(x), v = cvRound(y);
+  constexpr int kMargin = kReach + 1;  // gradients need one more pixel
+  inside_ = u >= kMargin && v >= kMargin && u < image.cols - kMargin && v < image.rows - kMargin;
+  if (!inside_) return;
+  int i = 0;
+  for (int t = v - kReach; t <= v + kReach; ++t)
+    for (int s = u - kReach; s <= u + kReach; ++s, ++i) {
+      const float gradient2 = 0.25f * (square(image(t, s + 1) - image(t, s - 1)) +
+                                       square(image(t + 1, s) - image(t - 1, s)));
+      grey_[i] = image(t, s);
+      information_[i] = 1 / (kNoise_grey2 + kPlaceVariance_px2 * gradient2);
+    }
+}
+
+float GreyPatchOf::differenceFrom(const cv::Mat1b& image, float x, float y, float scale) const {
+  const float reach = kReach * scale;
+  if (!inside_ || !(x >= reach && y >= reach && x + reach < static_cast<float>(image.cols - 1) &&
+                    y + reach < static_cast<float>(image.rows - 1)))
+    return std::numeric_limits<float>::infinity();
+  float sum = 0;
+  int i = 0;
+  for (int t = -kReach; t <= kReach; ++t)
+    for (int s = -kReach; s <= kReach; ++s, ++i) {
+      const float difference = grey_[i] - interpolated(image, x + scale * static_cast<float>(s),
+                                                       y + scale * static_cast<float>(t));
+      sum += information_[i] * difference * difference;
+    }
+  return sum / (kSide * kSide);
+}
 
 }  // namespace predictive_stereo
 #endif

@@ -1,5 +1,5 @@
 /// Shifts along a row are identical to plain sums, on every SIMD target.
-#include "detection/shift_rows.h"
+#include "detection/displacement_search.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 /// Groups of residuals of one sign.
-#include "detection/residual_groups.h"
+#include "detection/along_channel.h"
 
 #include <gtest/gtest.h>
 

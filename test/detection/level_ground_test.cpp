@@ -1,10 +1,12 @@
 /// Uses exact disparities of a level road with objects on it.
-#include "detection/ground.h"
+#include "detection/level_ground.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <opencv2/core.hpp>
+
+#include "every_target.h"
 
 namespace predictive_stereo {
 namespace {
@@ -101,6 +103,57 @@ TEST(LevelGround, IsNotSeenOnAWall) {
   const StereoRig rig = testRig();
   EXPECT_EQ(cv::countNonZero(groundOf(cv::Mat1f(rig.size, 20.0f), rig)), 0);
   EXPECT_EQ(cv::countNonZero(groundOf(cv::Mat1f(rig.size, -1.0f), rig)), 0) << "nothing known";
+}
+
+// A road with noise and holes; part of a larger map.
+cv::Mat1f disparities(cv::Size size) {
+  cv::RNG rng(size.width);
+  cv::Mat1f larger(size.height, size.width + 5);
+  for (int y = 0; y < larger.rows; ++y)
+    for (int x = 0; x < larger.cols; ++x)
+      larger(y, x) =
+          rng.uniform(0, 12) == 0 ? -1.0f : 0.4f * static_cast<float>(y) + rng.uniform(-1.5f, 1.5f);
+  return larger(cv::Rect(cv::Point(2, 0), size));
+}
+
+float reference(const cv::Mat1f& map, int v, int u, float horizon) {
+  const int y = 2 * v, x = 2 * u;
+  const float d = map(y, x);
+  if (d < 0 || !(d > 0)) return 0;
+  const int reach = std::min(std::max(static_cast<int>(0.15f * d), 1), 4);
+  if (y < 2 * reach || y + 2 * reach >= map.rows) return 0;
+  const float above = map(y - 2 * reach, x), beneath = map(y + 2 * reach, x);
+  const float expected = 4 * static_cast<float>(reach) * d / horizon;
+  if (above < 0 || beneath < 0 || beneath - above < 0.5f * expected ||
+      beneath - above > 2 * expected)
+    return 0;
+  return horizon * 0.5f / d;
+}
+
+TEST(LevelGround, IsThatOfTheReference) {
+  for (const cv::Size size :
+       {cv::Size(1, 30), cv::Size(2, 3), cv::Size(31, 64), cv::Size(66, 90), cv::Size(301, 101)}) {
+    SCOPED_TRACE(size);
+    const cv::Mat1f map = disparities(size);
+    StereoRig rig = testRig();
+    rig.cy_px = 0;
+    int level = 0;
+    forEveryTarget([&] {
+      level = 0;
+      LevelGround ground;
+      ground.setFrame(rig, DisparityRange(), map);
+      for (int v = 2; v < (size.height + 1) / 2; ++v)
+        for (int u = 0; u < (size.width + 1) / 2; ++u) {
+          ASSERT_EQ(ground.below_m(v)[u], reference(map, v, u, static_cast<float>(2 * v)))
+              << u << ' ' << v;
+          level += ground.isLevel({u, v});
+        }
+    });
+    if (size.width == 301) {
+      EXPECT_GT(level, 1500);
+      EXPECT_LT(level, 7000);
+    }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,139 @@
+#include "detection/level_ground.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "parallel/tasks.h"
+#include "simd/simd_dispatch.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detection/level_ground.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#ifndef PREDICTIVE_STEREO_LEVEL_ROW
+#define PREDICTIVE_STEREO_LEVEL_ROW
+namespace predictive_stereo {
+
+// Disparities are compared over 1, ..., kMostGroundReach lattice rows up and down.
+constexpr int kMostGroundReach = 4;
+constexpr float kLeastShare = 0.5f;  // of a level surface's growth; an upright surface has 0
+constexpr float kMostShare = 2;
+
+struct GroundLimits {
+  float smallest_px;          // smallest valid disparity; only those above 0 are used
+  float reach_by_disparity;   // [lattice rows / px]
+  float horizon_distance_px;  // of the row, positive below
+  float baseline_m;
+};
+
+}  // namespace predictive_stereo
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace predictive_stereo {
+namespace HWY_NAMESPACE {
+
+// Distance of a row's points below the camera [m] if the disparity grows as on a level surface; 0
+// elsewhere.
+// @param above, beneath  rows at distances 1, ... from it; null outside the map. Every second float
+//   of all rows is used.
+HWY_NOINLINE void levelRow(const float* HWY_RESTRICT disparity_px,
+                           const float* const above[kMostGroundReach],
+                           const float* const beneath[kMostGroundReach], int width,
+                           const GroundLimits& limits, float* HWY_RESTRICT below_m) {
+  static_assert(kMostGroundReach == 4, "written out");
+  // A row outside the map is replaced by the point's own row, which has no growth.
+  const auto row = [&](const float* rows) { return rows ? rows : disparity_px; };
+  const float *a1 = row(above[0]), *a2 = row(above[1]), *a3 = row(above[2]), *a4 = row(above[3]);
+  const float *b1 = row(beneath[0]), *b2 = row(beneath[1]), *b3 = row(beneath[2]),
+              *b4 = row(beneath[3]);
+  // Number of rows inside the map.
+  const float reachable = above[3] && beneath[3]   ? 4.0f
+                          : above[2] && beneath[2] ? 3.0f
+                          : above[1] && beneath[1] ? 2.0f
+                          : above[0] && beneath[0] ? 1.0f
+                                                   : 0.0f;
+  const float smallest = limits.smallest_px, by_disparity = limits.reach_by_disparity,
+              horizon = limits.horizon_distance_px, baseline = limits.baseline_m;
+  for (int u = 0; u < width; ++u) {
+    const float d = disparity_px[2 * u];
+    const float rows = by_disparity * d;
+    const bool two = rows >= 2, three = rows >= 3, four = rows >= 4;
+    const float upper1 = a1[2 * u], upper2 = a2[2 * u], upper3 = a3[2 * u], upper4 = a4[2 * u];
+    const float lower1 = b1[2 * u], lower2 = b2[2 * u], lower3 = b3[2 * u], lower4 = b4[2 * u];
+    float reach = two ? 2.0f : 1.0f, upper = two ? upper2 : upper1, lower = two ? lower2 : lower1;
+    reach = three ? 3.0f : reach, upper = three ? upper3 : upper, lower = three ? lower3 : lower;
+    reach = four ? 4.0f : reach, upper = four ? upper4 : upper, lower = four ? lower4 : lower;
+    const float expected = 4 * reach * d / horizon;
+    const float growth = lower - upper;
+    const bool level = (reach <= reachable) & (d >= smallest) & (d > 0) & (upper >= smallest) &
+                       (lower >= smallest) & (growth >= kLeastShare * expected) &
+                       (growth <= kMostShare * expected);
+    below_m[u] = level ? horizon * baseline / d : 0.0f;
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace predictive_stereo
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace predictive_stereo {
+namespace {
+
+HWY_EXPORT(levelRow);
+
+constexpr double kReach_m = 0.15;  // up and down, to measure the growth of the disparity
+constexpr int kNearestRow_px = 4;  // below the horizon
+constexpr double kThickness_m = 0.3;
+constexpr size_t kFewest = 20;
+
+}  // namespace
+
+// On a level surface at h below the camera d = B (y - y_horizon) / h, so d' = d / (y - y_horizon)
+// for every h.
+void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
+                           const cv::Mat1f& disparity_px) {
+  below_m_.create((disparity_px.rows + 1) / 2, (disparity_px.cols + 1) / 2);
+  parallelForEach(below_m_.rows, [&](int v) {
+    const double under_horizon_px = 2 * v - rig.cy_px;
+    if (under_horizon_px < kNearestRow_px) {
+      std::fill_n(below_m_[v], below_m_.cols, 0.0f);
+      return;
+    }
+    const float *above[kMostGroundReach], *beneath[kMostGroundReach];
+    for (int k = 0; k < kMostGroundReach; ++k) {
+      const int upper = 2 * (v - k - 1), lower = 2 * (v + k + 1);
+      above[k] = upper >= 0 ? disparity_px[upper] : nullptr;
+      beneath[k] = lower < disparity_px.rows ? disparity_px[lower] : nullptr;
+    }
+    const GroundLimits limits{static_cast<float>(range.min_disparity),
+                              static_cast<float>(0.5 * kReach_m / rig.baseline_m),
+                              static_cast<float>(under_horizon_px),
+                              static_cast<float>(rig.baseline_m)};
+    HWY_DYNAMIC_DISPATCH(levelRow)
+    (disparity_px[2 * v], above, beneath, below_m_.cols, limits, below_m_[v]);
+  });
+}
+
+float LevelGround::lowestIn(const cv::Rect& area, Scratch<float>& work) const {
+  if (area.empty()) return std::numeric_limits<float>::infinity();
+  cv::Mat1f values = work.map(area.size());
+  float* const first = values[0];
+  size_t count = 0;
+  for (int v = 0; v < area.height; ++v) {
+    const float* row = below_m_[area.y + v] + area.x;
+    for (int u = 0; u < area.width; ++u) {
+      first[count] = row[u];
+      count += row[u] > 0;
+    }
+  }
+  if (count < kFewest) return std::numeric_limits<float>::infinity();
+  float* const low = first + static_cast<std::ptrdiff_t>(0.8 * static_cast<double>(count - 1));
+  std::nth_element(first, low, first + count);
+  return std::max(*low - static_cast<float>(kThickness_m), 1e-6f);
+}
+
+}  // namespace predictive_stereo
+#endif

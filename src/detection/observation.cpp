@@ -1,0 +1,126 @@
+#include "detection/observation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace predictive_stereo {
+namespace {
+
+constexpr size_t kFewestPoints = 8;
+constexpr int kMostPoints = 1500;  // more do not improve the result
+constexpr double kTail = 0.05;     // share of points left out at both ends: false matches, edges
+
+constexpr double kSlope = 0.03;        // of the ground: a far object may be uphill
+constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
+constexpr int kBelow = 3;              // rows of cells in which something nearer hides a lower end
+
+double quantile(std::vector<float>& values, double share) {
+  const auto k =
+      static_cast<std::ptrdiff_t>(std::lround(share * static_cast<double>(values.size() - 1)));
+  std::nth_element(values.begin(), values.begin() + k, values.end());
+  return static_cast<double>(values[static_cast<size_t>(k)]);
+}
+
+}  // namespace
+
+bool measureShape(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
+                  ObservedObject& object) {
+  Observation& seen = object.observation;
+  const cv::Rect& area = seen.box_px;
+  CV_Assert(object.mask.size() == area.size());
+  const int step = std::max(1, static_cast<int>(std::sqrt(area.area() / double(kMostPoints))));
+  std::array<std::vector<float>, 3> points;
+  for (int y = 0; y < area.height; y += step)
+    for (int x = 0; x < area.width; x += step) {
+      const float d = disparity_px(area.y + y, area.x + x);
+      if (!object.mask(y, x) || !range.isValid(d) || !(d > 0)) continue;
+      const Eigen::Vector3d point = rig.pointFromDisparity(area.x + x, area.y + y, d);
+      for (size_t k = 0; k < 3; ++k) points[k].push_back(static_cast<float>(point[int(k)]));
+    }
+  if (points[0].size() < kFewestPoints) return false;
+  for (size_t k = 0; k < 3; ++k) {
+    const double first = quantile(points[k], kTail), last = quantile(points[k], 1 - kTail);
+    seen.centre_m[int(k)] = 0.5 * (first + last);
+    seen.size_m[int(k)] = last - first;
+    seen.distance_m = first;  // of the depth, which is the last one
+  }
+  return true;
+}
+
+Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px) {
+  const double depth_m = rig.disparityTimesDepth() / disparity_px;
+  const double sigma_z_m = 0.3 + 0.3 * depth_m / disparity_px;
+  return Eigen::Vector3d(0.04, 0.04, sigma_z_m * sigma_z_m).asDiagonal();
+}
+
+LowerEnd lowerEndOf(const DepthCells& cells, const std::optional<GroundPlane>& ground,
+                    const cv::Rect& box, float nearest_px) {
+  const cv::Mat1f& disparity_px = cells.disparity_px;
+  const auto cellsUntil = [](int end_px) { return (end_px + kCellSide_px - 1) / kCellSide_px; };
+  const int first = cellsUntil(box.br().y), end = std::min(first + kBelow, disparity_px.rows);
+  if (first >= disparity_px.rows) return LowerEnd::kCut;
+  if (!ground) return LowerEnd::kFoot;
+  const int left = box.x / kCellSide_px,
+            right = std::min(cellsUntil(box.br().x), disparity_px.cols);
+  int hidden = 0;  // columns
+  for (int u = left; u < right; ++u)
+    for (int v = first; v < end; ++v) {
+      const float d = disparity_px(v, u);
+      if (d <= nearest_px || ground->heightOf({u, v}, d) <= kGroundMargin_m) continue;
+      ++hidden;
+      break;
+    }
+  return 2 * hidden > right - left ? LowerEnd::kHidden : LowerEnd::kFoot;
+}
+
+bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end,
+                 double distance_m) {
+  const double visible = lower_end == LowerEnd::kFoot     ? 1
+                         : lower_end == LowerEnd::kHidden ? kLeastVisible
+                                                          : 0;
+  if (extent.width_m < params.min_width_m || extent.width_m > params.max_width_m ||
+      extent.height_m < visible * params.min_height_m || extent.height_m > params.max_height_m)
+    return false;
+  if (lower_end == LowerEnd::kCut || !extent.above_ground) return true;
+  const auto [foot_m, top_m] = *extent.above_ground;
+  const double uphill_m = kSlope * distance_m;
+  return top_m <= params.max_height_m + uphill_m &&
+         (lower_end == LowerEnd::kHidden || foot_m <= params.max_foot_m + uphill_m);
+}
+
+double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {
+  const double both = (a & b).area();
+  return both / std::max(a.area() + b.area() - both, 1e-9);
+}
+
+bool overlaps(const MotionDetectionParams& params, const Observation& seen,
+              const Observation& object) {
+  const cv::Rect common = object.box_px & seen.box_px;
+  return common.area() > 0.5 * std::min(object.box_px.area(), seen.box_px.area()) &&
+         std::abs(object.distance_m - seen.distance_m) < params.max_width_m / 2;
+}
+
+bool belongsTo(const Observation& seen, const Observation& object, double largest_share) {
+  constexpr double kSigma_mps = 2, kMostSigmas = 3;  // for sides, whose motion along them is vague
+  constexpr double kDepthGap_m = 4.5, kMostHidden = 0.3;
+  const int gap_px = static_cast<int>(kGap_m / object.size_m.x() * object.box_px.width) + 8;
+  const cv::Rect around(object.box_px.x - gap_px, object.box_px.y - gap_px,
+                        object.box_px.width + 2 * gap_px, object.box_px.height + 2 * gap_px);
+  if ((around & seen.box_px).empty()) return false;
+  if (seen.size_m.x() * seen.size_m.y() > largest_share * object.size_m.x() * object.size_m.y())
+    return false;
+  const int common = (object.box_px & seen.box_px).area();
+  if (common > kMostHidden * seen.box_px.area() && object.distance_m < seen.distance_m) return true;
+  const double depth_gap_m = std::max(seen.distance_m - (object.distance_m + object.size_m.z()),
+                                      object.distance_m - (seen.distance_m + seen.size_m.z()));
+  if (depth_gap_m > kDepthGap_m) return false;
+  if (!seen.has_velocity || !object.has_velocity) return true;
+  const Eigen::Matrix3d covariance = seen.velocity_covariance + object.velocity_covariance +
+                                     kSigma_mps * kSigma_mps * Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d difference = seen.velocity_mps - object.velocity_mps;
+  return difference.dot(covariance.inverse() * difference) < kMostSigmas * kMostSigmas;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,84 @@
+/// An object as one frame shows it: its shape, whether it is plausible, and whether two are the
+/// same.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "detection/depth_cells.h"
+#include "detection/ground_plane.h"
+#include "predictive_stereo/moving_objects.h"
+
+namespace predictive_stereo {
+
+/// An object in one frame.
+struct Observation {
+  cv::Rect box_px;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the left camera's optical frame
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< along the axes of that frame
+  double distance_m = 0;                               ///< depth of its nearest part
+  Eigen::Matrix3d centre_covariance = Eigen::Matrix3d::Zero();  ///< [m^2], in that frame
+  /// Velocity measured in this frame alone, in the odom frame: the mean over `velocity_span_s`.
+  bool has_velocity = false;
+  double velocity_span_s = 0;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();
+  double score = 0;
+};
+
+/// An object of the current frame with its pixels.
+struct ObservedObject {
+  Observation observation;
+  cv::Mat1b mask;  ///< 255 on its pixels; of the size of its box
+};
+
+/// Sets centre, size and distance of an object whose box and mask are known: of the 3-D box around
+/// its pixels with a positive disparity, without the outermost 5 % at both ends of each axis. False
+/// if there are fewer than eight such pixels.
+bool measureShape(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
+                  ObservedObject& object);
+
+/// Covariance [m^2] of the centre of an object with this disparity, in the camera's frame.
+Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px);
+
+/// What the lower end of an object's visible part is.
+enum class LowerEnd {
+  kFoot,    ///< the object's lower end
+  kHidden,  ///< an occlusion by a nearer surface
+  kCut      ///< the lower edge of the image
+};
+/// @param ground  none: what is below an object counts as the ground that it stands on.
+/// @param nearest_px  largest disparity of the object.
+LowerEnd lowerEndOf(const DepthCells& cells, const std::optional<GroundPlane>& ground,
+                    const cv::Rect& box_px, float nearest_px);
+
+/// What is visible of an object.
+struct Extent {
+  struct Heights {
+    double foot_m, top_m;
+  };
+  double width_m, height_m;
+  std::optional<Heights> above_ground;  ///< of its ends; none: no ground is in view
+};
+/// Whether size and height above the ground are possible for an object.
+bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end,
+                 double distance_m);
+
+/// Largest gap without texture within an object [m].
+constexpr double kGap_m = 0.25;
+
+/// Area in common / area of both together.
+double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b);
+
+/// Whether two observations overlap and have about the same depth.
+bool overlaps(const MotionDetectionParams& params, const Observation& seen,
+              const Observation& object);
+
+/// Whether `seen` is a part of `object`: it is beside it and has the same velocity, like the side
+/// of a vehicle whose rear was found; or it is behind it, where the background was occluded in the
+/// past.
+/// @param largest_share  largest area of a part, as a share of the object's.
+bool belongsTo(const Observation& seen, const Observation& object, double largest_share);
+
+}  // namespace predictive_stereo

@@ -1,0 +1,265 @@
+/// Uses exact disparities: of upright boards and of a level ground, 1.5 m below the camera.
+#include "detection/observation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "predictive_stereo/stereo_rig.h"
+
+namespace predictive_stereo {
+namespace {
+
+StereoRig testRig() {
+  StereoRig rig;
+  rig.size = {400, 300};
+  rig.fx_px = rig.fy_px = 500;
+  rig.cx_left_px = rig.cx_right_px = 200;
+  rig.cy_px = 150;
+  rig.baseline_m = 0.5;
+  return rig;
+}
+
+// An object whose pixels are in this part of the image.
+ObservedObject objectIn(const cv::Rect& area) {
+  ObservedObject object{Observation(), cv::Mat1b(area.size(), 255)};
+  object.observation.box_px = area;
+  return object;
+}
+
+TEST(ObjectShape, OfAnUprightRectangle) {
+  const StereoRig rig = testRig();
+  const cv::Rect area(250, 100, 51, 81);
+  cv::Mat1f disparity(rig.size, 5.0f);  // 50 m
+  disparity(area) = 25.0f;              // 10 m
+  disparity(cv::Rect(250, 100, 51, 2)) = -1.0f;
+  ObservedObject object = objectIn(area);
+  ASSERT_TRUE(measureShape(rig, DisparityRange(), disparity, object));
+  const Observation& seen = object.observation;
+  EXPECT_NEAR(seen.distance_m, 10, 1e-6);
+  EXPECT_NEAR(seen.centre_m.x(), 75.0 / 50, 0.03);
+  EXPECT_NEAR(seen.centre_m.y(), -10.0 / 50, 0.05);
+  EXPECT_NEAR(seen.centre_m.z(), 10, 1e-6);
+  EXPECT_NEAR(seen.size_m.x(), 0.9, 0.06);
+  EXPECT_NEAR(seen.size_m.y(), 0.9 * 78 / 50, 0.08);
+  EXPECT_NEAR(seen.size_m.z(), 0, 1e-6);
+}
+
+TEST(ObjectShape, IgnoresWhatIsNotInTheMaskAndTails) {
+  const StereoRig rig = testRig();
+  cv::Mat1f disparity(rig.size, 20.0f);
+  disparity(cv::Rect(120, 100, 20, 40)) = 60.0f;
+  disparity(cv::Rect(100, 100, 20, 1)) = 90.0f;
+  ObservedObject object = objectIn({100, 100, 40, 40});
+  object.mask.colRange(20, 40).setTo(0);
+  ASSERT_TRUE(measureShape(rig, DisparityRange(), disparity, object));
+  EXPECT_NEAR(object.observation.distance_m, 12.5, 1e-6);
+}
+
+TEST(ObjectShape, NeedsPoints) {
+  const StereoRig rig = testRig();
+  ObservedObject object = objectIn({100, 100, 40, 40});
+  EXPECT_FALSE(measureShape(rig, DisparityRange(), cv::Mat1f(rig.size, -1.0f), object));
+}
+
+constexpr double kCameraHeight_m = 1.5, kDepth_m = 15;
+const MotionDetectionParams kParams;
+
+Extent extent(double width_m, double foot_m, double top_m) {
+  return {width_m, top_m - foot_m, Extent::Heights{foot_m, top_m}};
+}
+
+bool plausible(const Extent& seen, LowerEnd lower_end) {
+  return isPlausible(kParams, seen, lower_end, kDepth_m);
+}
+
+TEST(PlausibleObject, HasTheSizeOfARoadUser) {
+  EXPECT_TRUE(plausible(extent(1.8, 0, 1.5), LowerEnd::kFoot));
+  EXPECT_FALSE(plausible(extent(1.8, 0, 0.9 * kParams.min_height_m), LowerEnd::kFoot));
+  EXPECT_FALSE(plausible(extent(0.9 * kParams.min_width_m, 0, 1.5), LowerEnd::kFoot));
+  EXPECT_FALSE(plausible(extent(1.1 * kParams.max_width_m, 0, 1.5), LowerEnd::kFoot));
+}
+
+TEST(PlausibleObject, MayBeLowerWhereItIsNotSeenWhole) {
+  const Extent half = extent(1.8, 0.8, 0.8 + 0.6 * kParams.min_height_m);
+  EXPECT_FALSE(plausible(half, LowerEnd::kFoot));
+  EXPECT_TRUE(plausible(half, LowerEnd::kHidden));
+  const Extent quarter = extent(1.8, 0.8, 0.8 + 0.3 * kParams.min_height_m);
+  EXPECT_FALSE(plausible(quarter, LowerEnd::kHidden));
+  EXPECT_TRUE(plausible(quarter, LowerEnd::kCut));
+}
+
+// The ground may rise by 3 % of the distance, 0.45 m here.
+TEST(PlausibleObject, StandsOnTheGround) {
+  EXPECT_TRUE(plausible(extent(1.8, kParams.max_foot_m + 0.4, 3), LowerEnd::kFoot));
+  const Extent above = extent(1.8, kParams.max_foot_m + 0.5, 3);
+  EXPECT_FALSE(plausible(above, LowerEnd::kFoot));
+  EXPECT_TRUE(plausible(above, LowerEnd::kHidden));
+  EXPECT_TRUE(plausible(above, LowerEnd::kCut));
+}
+
+// A branch above a hedge is not an object.
+TEST(PlausibleObject, IsNotHigherThanALorry) {
+  for (const LowerEnd lower_end : {LowerEnd::kFoot, LowerEnd::kHidden}) {
+    EXPECT_TRUE(plausible(extent(1.8, 1, kParams.max_height_m + 0.4), lower_end));
+    EXPECT_FALSE(plausible(extent(1.8, 1, kParams.max_height_m + 0.5), lower_end));
+    EXPECT_FALSE(plausible(extent(1.8, -0.1, kParams.max_height_m + 0.1), lower_end));
+  }
+}
+
+TEST(PlausibleObject, HasItsOwnHeightWhereNoGroundIsInView) {
+  for (const double height_m : {0.9 * kParams.min_height_m, kParams.max_height_m + 0.5})
+    EXPECT_FALSE(plausible({1.8, height_m, {}}, LowerEnd::kFoot)) << height_m;
+  EXPECT_TRUE(plausible({1.8, 1.5, {}}, LowerEnd::kFoot));
+}
+
+class ItsLowerEnd : public testing::Test {
+ protected:
+  ItsLowerEnd() {
+    rig.size = {600, 400};
+    rig.fx_px = rig.fy_px = 600;
+    rig.cx_left_px = rig.cx_right_px = 300;
+    rig.cy_px = 200;
+    rig.baseline_m = 0.5;
+    layer_px = static_cast<float>(rig.disparityTimesDepth() / kDepth_m);
+    plane.b = rig.baseline_m / kCameraHeight_m;
+    plane.c = -plane.b * rig.cy_px;
+    plane.camera_height_m = kCameraHeight_m;
+    disparity.create(rig.size);
+    for (int y = 0; y < disparity.rows; ++y)
+      disparity.row(y).setTo(std::max(0.5, plane.disparityAt(0, y)));
+  }
+  int rowAt(double height_m) const {
+    return cvRound(rig.cy_px + (kCameraHeight_m - height_m) * rig.fy_px / kDepth_m);
+  }
+  LowerEnd of(const cv::Rect& box_px, const std::optional<GroundPlane>& ground) const {
+    DepthCells cells;
+    cells.setFrame(DisparityRange(), disparity, cv::Mat1f(disparity.size(), 1));
+    return lowerEndOf(cells, ground, box_px, 1.1f * layer_px);
+  }
+
+  StereoRig rig;
+  float layer_px;
+  GroundPlane plane;
+  cv::Mat1f disparity;
+};
+
+TEST_F(ItsLowerEnd, IsAFootOrHidden) {
+  const cv::Rect car(cv::Point(200, rowAt(1.5)), cv::Point(272, rowAt(0)));
+  const cv::Rect behind(cv::Point(200, rowAt(1.5)), cv::Point(272, rowAt(0.7)));
+  disparity(car).setTo(layer_px);
+  EXPECT_EQ(of(car, plane), LowerEnd::kFoot) << "the ground before it is nearer, too";
+  EXPECT_EQ(of({car.x, 300, car.width, 98}, plane), LowerEnd::kCut);
+  // A hedge, two metres before it.
+  const float hedge_px = static_cast<float>(rig.disparityTimesDepth() / (kDepth_m - 2));
+  const cv::Rect hedge(behind.x, behind.br().y, behind.width, rowAt(-0.3) - behind.br().y);
+  disparity(hedge).setTo(hedge_px);
+  EXPECT_EQ(of(behind, plane), LowerEnd::kHidden);
+  EXPECT_EQ(of(behind, {}), LowerEnd::kFoot) << "it may be the ground";
+  // A post occludes too little.
+  disparity(hedge).setTo(layer_px);
+  disparity(cv::Rect(hedge.x, hedge.y, hedge.width / 4, hedge.height)).setTo(hedge_px);
+  EXPECT_EQ(of(behind, plane), LowerEnd::kFoot);
+}
+
+constexpr double kAny = std::numeric_limits<double>::infinity();
+constexpr double kFocal_px = 500;
+
+// Half a metre deep.
+Observation at(const cv::Rect& box, double distance_m) {
+  Observation seen;
+  seen.box_px = box;
+  seen.distance_m = distance_m;
+  seen.size_m = Eigen::Vector3d(box.width, box.height, 0) * distance_m / kFocal_px;
+  seen.size_m.z() = 0.5;
+  return seen;
+}
+
+Observation moving(Observation seen, const Eigen::Vector3d& velocity_mps, double variance = 0.1) {
+  seen.has_velocity = true;
+  seen.velocity_mps = velocity_mps;
+  seen.velocity_covariance = variance * Eigen::Matrix3d::Identity();
+  return seen;
+}
+
+// 2 m wide, 1.6 m high, 10 m away.
+const cv::Rect kCar(200, 100, 100, 80);
+
+TEST(Overlaps, MoreThanHalfOfTheSmallerBox) {
+  const Observation car = at(kCar, 10);
+  for (int wide : {20, 100, 300}) {
+    // Covers `common` columns at the car's left end, and extends to the left.
+    const auto covering = [&](int common) {
+      return at({kCar.x + common - wide, kCar.y, wide, kCar.height}, 10);
+    };
+    const int half = std::min(wide, kCar.width) / 2;
+    EXPECT_FALSE(overlaps(kParams, covering(half), car)) << wide;
+    EXPECT_TRUE(overlaps(kParams, covering(half + 1), car)) << wide;
+    EXPECT_TRUE(overlaps(kParams, car, covering(half + 1))) << wide;
+  }
+}
+
+TEST(Overlaps, AtAboutTheSameDistance) {
+  const double depth_m = kParams.max_width_m / 2;
+  EXPECT_TRUE(overlaps(kParams, at(kCar, 10 + depth_m - 0.01), at(kCar, 10)));
+  EXPECT_FALSE(overlaps(kParams, at(kCar, 10 + depth_m + 0.01), at(kCar, 10)));
+  EXPECT_FALSE(overlaps(kParams, at(kCar, 10), at(kCar, 10 + depth_m + 0.01)));
+}
+
+TEST(BelongsTo, WithinAGapOfTheBox) {
+  const Observation car = at(kCar, 10);
+  const int gap_px = static_cast<int>(kGap_m / 2.0 * kCar.width) + 8;
+  const auto beside = [&](int pixels) { return at({kCar.br().x + pixels, kCar.y, 20, 20}, 10); };
+  EXPECT_TRUE(belongsTo(beside(0), car, kAny));
+  EXPECT_TRUE(belongsTo(beside(gap_px - 1), car, kAny));
+  EXPECT_FALSE(belongsTo(beside(gap_px), car, kAny));
+  const auto above = [&](int pixels) { return at({kCar.x, kCar.y - 20 - pixels, 20, 20}, 10); };
+  EXPECT_TRUE(belongsTo(above(gap_px - 1), car, kAny));
+  EXPECT_FALSE(belongsTo(above(gap_px), car, kAny));
+}
+
+TEST(BelongsTo, PartsAreSmaller) {
+  const Observation car = at(kCar, 10);
+  const Observation quarter = at({kCar.br().x, kCar.y, 50, 40}, 10);
+  EXPECT_TRUE(belongsTo(quarter, car, 0.2501));
+  EXPECT_FALSE(belongsTo(quarter, car, 0.2499));
+  // The metric size counts, not that in the image.
+  EXPECT_FALSE(belongsTo(at({kCar.br().x, kCar.y, 50, 40}, 12), car, 0.2501));
+}
+
+TEST(BelongsTo, AtDepthsThatGoOn) {
+  const Observation car = at(kCar, 10);  // to 10.5 m
+  const cv::Rect beside(kCar.br().x, kCar.y, 20, 20);
+  EXPECT_TRUE(belongsTo(at(beside, 14.99), car, kAny));
+  EXPECT_FALSE(belongsTo(at(beside, 15.01), car, kAny));
+  EXPECT_TRUE(belongsTo(at(beside, 5.01), car, kAny));  // to 5.51 m
+  EXPECT_FALSE(belongsTo(at(beside, 4.99), car, kAny));
+}
+
+TEST(BelongsTo, WhatTheObjectHides) {
+  const Observation car = at(kCar, 10);
+  const auto hidden = [&](int columns, double distance_m) {
+    return moving(at({kCar.br().x - columns, kCar.y, 100, 80}, distance_m), {9, 0, 0});
+  };
+  EXPECT_TRUE(belongsTo(hidden(31, 40), moving(car, {0, 0, 0}), kAny))
+      << "however deep, however fast";
+  EXPECT_FALSE(belongsTo(hidden(30, 40), moving(car, {0, 0, 0}), kAny));
+  EXPECT_FALSE(belongsTo(hidden(31, 4), moving(car, {0, 0, 0}), kAny))
+      << "what is nearer is not hidden";
+}
+
+TEST(BelongsTo, OfAVelocityWithinThreeSigmas) {
+  const cv::Rect beside(kCar.br().x, kCar.y, 20, 20);
+  // Both variances plus 2 m/s for a side that slides along itself: 9 m/s.
+  const Observation car = moving(at(kCar, 10), {0, 0, 5}, 38.5);
+  const auto part = [&](const Eigen::Vector3d& v) { return moving(at(beside, 10), v, 38.5); };
+  EXPECT_TRUE(belongsTo(part({0, 0, 5 + 26.9}), car, kAny));
+  EXPECT_FALSE(belongsTo(part({0, 0, 5 + 27.1}), car, kAny));
+  EXPECT_FALSE(belongsTo(part({20, 0, 5 + 20}), car, kAny));
+  EXPECT_TRUE(belongsTo(at(beside, 10), car, kAny)) << "of one nothing is known";
+  EXPECT_TRUE(belongsTo(part({0, 0, 99}), at(kCar, 10), kAny));
+}
+
+}  // namespace
+}  // namespace predictive_stereo
