@@ -13,7 +13,7 @@ target_link_libraries(predictive_stereo
 )
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${predictive_stereo_include} COMPONENT core)
 # So the compiler can vectorise loops with conditions; results do not change.
-file(GLOB loops CONFIGURE_DEPENDS src/*/*_rows.cpp src/detection/*.cpp)
+file(GLOB loops CONFIGURE_DEPENDS src/detection/*.cpp)
 list(APPEND loops src/filtering/near_edges.cpp src/filtering/search_ranges.cpp)
 set_source_files_properties(${loops}
   PROPERTIES COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math"

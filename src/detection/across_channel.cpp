@@ -64,12 +64,27 @@ void search(const PastView& view, SuspectGroup& group) {
   const double d = view.disparity_px()(group.points_px.front());
   const double most_px =
       view.params().largest_speed_mps * view.past.seconds * d / view.rig().baseline_m;
-  const auto found =
-      searchShift(view.images(), view.past_images(), view.static_source, view.disparity_px(),
-                  surroundings(view, group), static_cast<int>(most_px / 2));
+  const auto found = searchShift(view, surroundings(view, group), static_cast<int>(most_px / 2));
   if (!found) return;
   group.shift_px = found->shift_px;
   group.gain = found->gain;
+}
+
+// None if the motion of these points is not significant.
+std::optional<Hypothesis> hypothesisOf(const PastView& view, const std::vector<PointTrack>& alike) {
+  const Displacement fit = fitDisplacement(view, alike);
+  if (static_cast<int>(fit.inliers.size()) < view.params().min_tracks ||
+      !fit.isSignificant(view.params()))
+    return std::nullopt;
+  Hypothesis hypothesis;
+  hypothesis.source = Hypothesis::Source::kAcross;
+  hypothesis.moved_m = fit.moved_m;
+  hypothesis.covariance = fit.covariance;
+  for (size_t i : fit.inliers)
+    hypothesis.seeds.emplace_back(static_cast<int>(alike[i].position.x) / 2,
+                                  static_cast<int>(alike[i].position.y) / 2);
+  setLayer(view.frame, hypothesis);
+  return hypothesis;
 }
 
 }  // namespace
@@ -97,7 +112,6 @@ std::vector<PointTrack> followGroups(const PastView& view,
     for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
     group.points_px.resize(count);
     followed[i] = followPoints(view, group.points_px, group.shift_px);
-    classify(view, followed[i]);
   };
   parallelForEach(static_cast<int>(groups.size()), [&](int i) { follow(static_cast<size_t>(i)); });
   std::vector<PointTrack> all;
@@ -105,42 +119,23 @@ std::vector<PointTrack> followGroups(const PastView& view,
   return all;
 }
 
-void AcrossChannel::compare(const PastView& view, const cv::Mat1w& deviation,
-                            const LevelGround& ground) {
-  const FrameView& frame = view.frame;
-  view.compare(view.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world_);
-  suspects_px_ = suspicion_.find(deviation, static_world_.mismatch, view.disparity_px(),
-                                 frame.range, ground, frame.params);
+void AcrossChannel::compare(const PastView& view, const cv::Mat1w& deviation) {
+  view.compare(view.static_source, cv::Rect(cv::Point(), view.frame.lattice()), static_world_);
+  suspects_ = findSuspects(view.frame, deviation, static_world_.mismatch);
 }
 
-void AcrossChannel::find(const PastView& view, Verification& verification) {
-  const FrameView& frame = view.frame;
-  const MotionDetectionParams& params = frame.params;
-  suspects_px_.erase(std::remove_if(suspects_px_.begin(), suspects_px_.end(),
-                                    [&](cv::Point p_px) { return verification.isTaken(p_px / 2); }),
-                     suspects_px_.end());
-  unexplainedPoints(view, suspects_px_, unexplained_px_);
-  const std::vector<PointTrack> tracks = followGroups(view, groupSuspects(view, unexplained_px_));
-  const auto hypothesisOf = [&](const std::vector<size_t>& members) -> std::optional<Hypothesis> {
-    const Displacement fit = fitDisplacement(view, tracks, members);
-    if (static_cast<int>(fit.inliers.size()) < params.min_tracks || !fit.isSignificant(params))
-      return std::nullopt;
-    Hypothesis hypothesis;
-    hypothesis.source = Hypothesis::Source::kAcross;
-    hypothesis.moved_m = fit.moved_m;
-    hypothesis.covariance = fit.covariance;
-    for (size_t i : fit.inliers)
-      hypothesis.seeds.emplace_back(static_cast<int>(tracks[i].position.x) / 2,
-                                    static_cast<int>(tracks[i].position.y) / 2);
-    setLayer(frame, hypothesis);
-    return hypothesis;
-  };
-  const std::vector<Hypothesis> hypotheses =
-      firstResults(kMostAcross, clusterTracks(view.rig(), params, tracks), hypothesisOf);
-  verification.addAll(
-      frame, static_cast<int>(hypotheses.size()), [&](int i, SegmentationWork& work) {
-        return verification.verify(view, &static_world_, hypotheses[static_cast<size_t>(i)], work);
-      });
+void AcrossChannel::find(const PastView& view, Verification& verification) const {
+  std::vector<cv::Point> points_px;
+  for (cv::Point p_px : suspects_.points_px)
+    if (!verification.isTaken(p_px / 2)) points_px.push_back(p_px);
+  const std::vector<PointTrack> tracks =
+      followGroups(view, groupSuspects(view, unexplainedPoints(view, points_px)));
+  const auto hypotheses =
+      firstResults(kMostAcross, clusterTracks(view, tracks),
+                   [&](const std::vector<PointTrack>& alike) { return hypothesisOf(view, alike); });
+  verification.addAll(view.frame, hypotheses, [&](const Hypothesis& hypothesis) {
+    return verification.verify(view, &static_world_, hypothesis);
+  });
 }
 
 }  // namespace predictive_stereo

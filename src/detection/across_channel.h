@@ -26,8 +26,7 @@ std::vector<SuspectGroup> groupSuspects(const PastView& view,
 
 /// Points that are tracked into one past frame; an even sample if there are more.
 constexpr size_t kMostTracks = 500;
-/// Tracks the points of groups from the groups' displacements, at most
-/// kMostTracks, and classifies them.
+/// Tracks the points of groups from the groups' displacements.
 std::vector<PointTrack> followGroups(const PastView& view, const std::vector<SuspectGroup>& groups);
 
 /// Finds objects that move across the line of sight, or fast. Points whose image a static world
@@ -36,22 +35,20 @@ std::vector<PointTrack> followGroups(const PastView& view, const std::vector<Sus
 class AcrossChannel {
  public:
   /// Compares the current frame with one of the past.
-  /// @param deviation  see Suspicion::find.
-  /// @param ground  of the current frame: points on level ground are left out.
-  void compare(const PastView& view, const cv::Mat1w& deviation, const LevelGround& ground);
+  /// @param deviation  see greyDeviation.
+  void compare(const PastView& view, const cv::Mat1w& deviation);
   /// Share of the image that a static world does not explain. Call after compare().
-  double contradictingShare() const { return suspicion_.share(); }
+  double contradictingShare() const { return suspects_.share; }
   /// The comparison, of the whole lattice. Valid until the next compare().
   const Comparison& staticWorld() const { return static_world_; }
 
   /// Adds the objects that it finds; those that were found before are not sought again. Call after
   /// compare(), with the same frames.
-  void find(const PastView& view, Verification& verification);
+  void find(const PastView& view, Verification& verification) const;
 
  private:
   Comparison static_world_;
-  Suspicion suspicion_;
-  std::vector<cv::Point> suspects_px_, unexplained_px_;
+  Suspects suspects_;
 };
 
 }  // namespace predictive_stereo

@@ -150,15 +150,14 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) {
       [](const ResidualGroup& group) {
         return group.disparity_px >= kLeastDisparity_px ? std::optional(group) : std::nullopt;
       });
-  verification.addAll(frame, static_cast<int>(groups.size()), [&](int i, SegmentationWork& work) {
-    return verify(frame, groups[static_cast<size_t>(i)], verification, work);
+  verification.addAll(frame, groups, [&](const ResidualGroup& group) {
+    return verify(frame, group, verification);
   });
 }
 
 std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
                                                    const ResidualGroup& group,
-                                                   const Verification& verification,
-                                                   SegmentationWork& work) const {
+                                                   const Verification& verification) const {
   Hypothesis hypothesis;
   hypothesis.source = Hypothesis::Source::kAlong;
   hypothesis.seeds = group.points;
@@ -172,7 +171,7 @@ std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
     if (!motion) continue;
     hypothesis.moved_m = motion->moved_m;
     hypothesis.covariance = motion->covariance;
-    if (auto found = verification.verify(view, nullptr, hypothesis, work)) return found;
+    if (auto found = verification.verify(view, nullptr, hypothesis)) return found;
   }
   return std::nullopt;
 }

@@ -38,8 +38,7 @@ class AlongChannel {
 
  private:
   std::optional<VerifiedObject> verify(const FrameView& frame, const ResidualGroup& group,
-                                       const Verification& verification,
-                                       SegmentationWork& work) const;
+                                       const Verification& verification) const;
 
   std::vector<PastPair> pairs_;  // the farthest one first
   cv::Mat1f residual_px_;

@@ -28,7 +28,7 @@ class DepthCells {
                 const cv::Mat1f& variance_px2);
 
  private:
-  cv::Mat1f lattice_px_;  // disparities of the lattice points; 0: unknown
+  cv::Mat1f lattice_px_, or_none_px_;  // of the lattice points; unknown: 0, or a large number
 };
 
 }  // namespace predictive_stereo

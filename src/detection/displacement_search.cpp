@@ -147,10 +147,9 @@ void totalsOfShifts(const uint8_t* grey, const uint8_t* const* before, int sampl
   HWY_DYNAMIC_DISPATCH(totalsOfShifts)(grey, before, samples, trials, total);
 }
 
-std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
-                                      const SourceOf& static_source, const cv::Mat1f& disparity_px,
-                                      const std::vector<cv::Point>& points, int reach) {
-  const cv::Mat1b& image = previous.level(1);
+std::optional<ShiftFound> searchShift(const PastView& view, const std::vector<cv::Point>& points,
+                                      int reach) {
+  const cv::Mat1b& image = view.past_images().level(1);
   const auto right = static_cast<float>(image.cols - 1),
              bottom = static_cast<float>(image.rows - 1);
   Samples samples;
@@ -158,11 +157,10 @@ std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePy
   cv::Point first(image.cols, image.rows), last;
   for (size_t i = 0; i < points.size(); i += step) {
     const cv::Point pixel = 2 * points[i];
-    const Eigen::Vector3f at = static_source(static_cast<float>(pixel.x),
-                                             static_cast<float>(pixel.y), disparity_px(pixel));
+    const Eigen::Vector3f at = view.staticSource(pixel);
     const float x = 0.5f * at.x(), y = 0.5f * at.y();
     if (!(x >= 0 && y >= 0 && x < right && y < bottom && at.z() > 0)) continue;
-    samples.grey[samples.count] = current.level(1)(points[i]);
+    samples.grey[samples.count] = view.images().level(1)(points[i]);
     const cv::Point before(cvRound(x), cvRound(y));
     samples.at[samples.count] = before;
     samples.offset[samples.count++] = before.y * static_cast<std::ptrdiff_t>(image.step) + before.x;

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "detection/frame_comparison.h"
+#include "detection/frame_history.h"
 
 namespace predictive_stereo {
 
@@ -20,13 +20,10 @@ constexpr int kSearchReach = 40;
 
 /// Displacement of a group of lattice points in the previous frame, relative to a static world, by
 /// exhaustive search: for objects that move too far for Lucas-Kanade.
-/// @param static_source  where static points were.
 /// @param reach  search range to the left and right, in lattice points; at most kSearchReach.
 /// @returns the shift with the lowest mean zero-mean difference; none if it is not much better than
 ///   the others around it.
-std::optional<ShiftFound> searchShift(const ImagePyramid& current, const ImagePyramid& previous,
-                                      const SourceOf& static_source, const cv::Mat1f& disparity_px,
-                                      const std::vector<cv::Point>& points,
+std::optional<ShiftFound> searchShift(const PastView& view, const std::vector<cv::Point>& points,
                                       int reach = kSearchReach);
 
 /// Largest number of samples: sums of their differences fit into 16 bits.

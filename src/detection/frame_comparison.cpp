@@ -193,7 +193,7 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
   const cv::Mat1b& before = previous.level(1);
   CV_Assert(before.isContinuous());
   comparison.area = area;
-  comparison.mismatch = comparison.memory.map(area.size());
+  comparison.mismatch.create(area.size());
   const int rows = area.height;
   const float smallest_px = std::max(static_cast<float>(range.min_disparity), kNearestDisparity);
   const auto exists = [rows](int v) { return v >= 0 && v < rows; };

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "imaging/image_pyramid.h"
 #include "predictive_stereo/disparity_motion.h"
@@ -26,21 +25,6 @@ class SourceOf {
   Eigen::Matrix4f h_;
 };
 
-/// Memory for maps of changing size; it only grows.
-template <class T>
-class Scratch {
- public:
-  /// A continuous map with undefined contents. It replaces the map of the previous call.
-  cv::Mat_<T> map(cv::Size size) {
-    const auto needed = static_cast<size_t>(size.area());
-    if (memory_.size() < needed) memory_.resize(needed);
-    return cv::Mat_<T>(size.height, size.width, memory_.data());
-  }
-
- private:
-  std::vector<T> memory_;
-};
-
 /// Difference between the image and its prediction by an assumed motion, on a lattice of every
 /// second pixel and row: lattice point (u, v) is pixel (2u, 2v).
 struct Comparison {
@@ -48,7 +32,6 @@ struct Comparison {
   cv::Mat1f mismatch;  ///< mean |difference| over 5x5 lattice points after subtracting the mean
                        ///< difference [grey levels]; kUnknown if too few points are known
   static constexpr float kUnknown = -1;
-  Scratch<float> memory;  ///< of mismatch
 };
 
 /// Compares the current image with the previous one, warped by source_of through the measured

@@ -11,6 +11,7 @@
 #include "detection/depth_cells.h"
 #include "detection/frame_comparison.h"
 #include "detection/ground_plane.h"
+#include "detection/level_ground.h"
 #include "imaging/image_pyramid.h"
 #include "predictive_stereo/moving_objects.h"
 #include "predictive_stereo/path_covariance.h"
@@ -90,6 +91,7 @@ struct FrameView {
   const RememberedFrame& current;
   const DepthCells& cells;
   const std::optional<GroundPlane>& ground;  ///< none: this frame shows none
+  const LevelGround& level;
 
   cv::Size lattice() const { return current.pyramid.level(1).size(); }
   /// @param past  must outlive the view, as this frame must.
@@ -108,6 +110,11 @@ struct PastView {
   bool isKnown(float disparity_px) const { return frame.range.isValid(disparity_px); }
   const ImagePyramid& images() const { return frame.current.pyramid; }
   const ImagePyramid& past_images() const { return past.frame->pyramid; }
+  /// Where a pixel was if it is static.
+  Eigen::Vector3f staticSource(cv::Point pixel) const {
+    return static_source(static_cast<float>(pixel.x), static_cast<float>(pixel.y),
+                         disparity_px()(pixel));
+  }
   /// See compareFrames.
   void compare(const SourceOf& source_of, const cv::Rect& area, Comparison& comparison) const {
     compareFrames(images(), disparity_px(), frame.range, past_images(), source_of, area,

@@ -40,18 +40,18 @@ HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Cells
                          Places& places) {
   const RowMotion motion(past.H, row.y);
   const PastMap map{past.stride, past.columns, past.rows};
-  const float per_step = 1 / static_cast<float>(row.lattice_step_px);
+  constexpr float kPerStep = 1.0f / kLatticeStep_px;
   const float per_fB = 1 / row.disparity_times_depth, per_focal = 1 / row.focal_px;
   const DepthNoiseOfRow noise = past.noise;
   constexpr float kVariances = kSightSigmas * kSightSigmas;
   constexpr float kOfMaps_px2 = kMapSigma_px * kMapSigma_px, kOfScale = kScaleSigma * kScaleSigma;
-  const int step_x = row.step_x, x0 = row.first_x + step_x * cells.first;
+  const int x0 = kCellCentre_px + kCellSide_px * cells.first;
   for (int i = 0; i < cells.count; ++i) {
-    const auto x = static_cast<float>(x0 + step_x * i);
+    const auto x = static_cast<float>(x0 + kCellSide_px * i);
     const float d = cells.d[i];
     const float per_w = 1 / motion.w(x, d);
-    const float column = motion.x(x, d) * per_w * per_step + 0.5f;
-    const float line = motion.y(x, d) * per_w * per_step + 0.5f;
+    const float column = motion.x(x, d) * per_w * kPerStep + 0.5f;
+    const float line = motion.y(x, d) * per_w * kPerStep + 0.5f;
     const float expected = motion.d(x, d) * per_w;
     places.offset[i] = map.offset(column, line, expected > 0, places.inside[i]);
     places.expected[i] = expected;
@@ -238,10 +238,7 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
                          cells.variance_px2[v],
                          width_px[v],
                          cells.disparity_px.cols,
-                         kCellCentre_px,
-                         kCellSide_px,
                          y,
-                         kLatticeStep_px,
                          static_cast<float>(rig.cx_left_px),
                          static_cast<float>(rig.fx_px),
                          disparity_times_depth};

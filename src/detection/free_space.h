@@ -22,12 +22,11 @@ struct PastSight {
   DepthNoiseOfRow noise;
 };
 
-/// Cells of one row; cell u is at pixel (first_x + step_x u, y).
+/// Cells of one row.
 struct SightRow {
   const float *disparity_px, *variance_px2;
   const float* width_px;  ///< of their obstacles, see obstacleWidths
-  int cells, first_x, step_x, y;
-  int lattice_step_px;    ///< of the past maps
+  int cells, y;           ///< y: of their centres [px]
   float cx_px, focal_px;  ///< direction of column x: (x - cx) / focal
   float disparity_times_depth;
 };

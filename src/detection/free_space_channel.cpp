@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr int kFewestCells = 15;
+constexpr size_t kFewestCells = 15;
 constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
 constexpr float kNearer_px = 2;      // of what can hide the lower end
 
@@ -17,7 +17,7 @@ struct CellCounts {
   int moved = 0, fixed = 0;
 };
 
-CellCounts countCells(const Obstacles::Cells& obstacle, const FreeSpaceEvidence& evidence) {
+CellCounts countCells(const std::vector<cv::Point>& obstacle, const FreeSpaceEvidence& evidence) {
   CellCounts counts;
   for (const cv::Point p : obstacle) {
     counts.moved += evidence.moved(p) != 0;
@@ -30,10 +30,6 @@ CellCounts countCells(const Obstacles::Cells& obstacle, const FreeSpaceEvidence&
 bool poseFits(const FreeSpaceEvidence& evidence) {
   const int moved = cv::countNonZero(evidence.moved), fixed = cv::countNonZero(evidence.fixed);
   return fixed >= kLeastFixed * (moved + fixed);
-}
-
-bool hasMoved(int cells, const CellCounts& counts) {
-  return counts.moved >= kLeastMoved * cells && counts.moved >= counts.fixed;
 }
 
 // Largest difference of disparities within a cell: fixed part, and relative to them.
@@ -86,42 +82,68 @@ cv::Rect withoutEnds(const cv::Mat1b& mask) {
   return {across.start, down.start, across.size(), down.size()};
 }
 
+cv::Rect pixelsOf(const cv::Rect& cells) {
+  return {kCellSide_px * cells.tl(), cells.size() * kCellSide_px};
+}
+
+// Measures an object. False if the obstacle's size and height above the ground are not those of
+// one.
+bool measureIfPossible(const FrameView& frame, const std::vector<cv::Point>& obstacle,
+                       ObservedObject& object) {
+  if (!measureShape(frame.input, frame.range, object)) return false;
+  const StereoRig& rig = frame.input.rig;
+  const double distance_m = object.observation.distance_m, cell_m = kCellSide_px * distance_m;
+  const cv::Rect area = cv::boundingRect(obstacle);
+  Extent extent{area.width * cell_m / rig.fx_px, area.height * cell_m / rig.fy_px, {}};
+  if (frame.ground) {
+    Extent::Heights heights{std::numeric_limits<double>::infinity(), 0};
+    for (const cv::Point p : obstacle) {
+      const double above_m = frame.ground->heightOf(p, frame.cells.disparity_px(p));
+      heights.foot_m = std::min(heights.foot_m, above_m);
+      heights.top_m = std::max(heights.top_m, above_m);
+    }
+    extent.above_ground = heights;
+    // A camera that looks down sees less of the height.
+    extent.height_m = std::max(extent.height_m, std::min(heights.top_m, frame.params.max_height_m));
+  }
+  const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
+  const LowerEnd lower_end =
+      lowerEndOf(frame.cells, frame.ground, pixelsOf(area), disparity_px + kNearer_px);
+  return isPlausible(frame.params, extent, lower_end, distance_m);
+}
+
 }  // namespace
 
-ObservedObject objectOf(const Obstacles::Cells& obstacle, const cv::Rect& area,
-                        const DepthCells& cells, const DisparityRange& range,
-                        const cv::Mat1f& disparity_px) {
-  ObservedObject object;
-  const cv::Rect box(kCellSide_px * area.tl(), area.size() * kCellSide_px);
+ObservedObject objectOf(const FrameView& frame, const std::vector<cv::Point>& obstacle) {
+  const cv::Mat1f& disparity_px = frame.input.measured_disparity_px;
+  const cv::Rect box = pixelsOf(cv::boundingRect(obstacle));
+  ObservedObject object{Observation(), cv::Mat1b::zeros(box.size())};
   object.observation.box_px = box;
-  object.mask.create(box.size());
-  object.mask.setTo(0);
   for (const cv::Point cell : obstacle) {
-    const float d = cells.disparity_px(cell);
+    const float d = frame.cells.disparity_px(cell);
     const cv::Point first = kCellSide_px * cell;
     for (int y = first.y; y < first.y + kCellSide_px; ++y)
       for (int x = first.x; x < first.x + kCellSide_px; ++x)
-        if (range.isValid(disparity_px(y, x)) &&
+        if (frame.range.isValid(disparity_px(y, x)) &&
             std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
           object.mask(y - box.y, x - box.x) = 255;
   }
   return object;
 }
 
-Obstacles::Cells wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
-                               const FreeSpaceEvidence& evidence) {
-  constexpr Obstacles::Cells kNone(nullptr, nullptr);
-  const cv::Mat1b inside = cellsOf(part, obstacles.number().size());
-  const int k = commonObstacle(inside, obstacles.number());
-  if (k < 0) return kNone;
-  const Obstacles::Cells whole = obstacles[k];
+int wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
+                  const FreeSpaceEvidence& evidence) {
+  const cv::Mat1b inside = cellsOf(part, obstacles.number.size());
+  const int k = commonObstacle(inside, obstacles.number);
+  if (k < 0) return -1;
+  const std::vector<cv::Point>& whole = obstacles.cells[static_cast<size_t>(k)];
   int of_part = 0, moved = 0;
   for (const cv::Point p : whole) {
     of_part += inside(p) != 0;
     moved += evidence.moved(p) != 0;
   }
   const auto all = static_cast<double>(whole.size());
-  return of_part < kLeastPart * all || moved < kLeastMoved * all ? kNone : whole;
+  return of_part < kLeastPart * all || moved < kLeastMoved * all ? -1 : k;
 }
 
 ObservedObject joined(const ObservedObject& part, const ObservedObject& whole) {
@@ -137,35 +159,27 @@ ObservedObject joined(const ObservedObject& part, const ObservedObject& whole) {
   return both;
 }
 
-void FreeSpaceChannel::setFrame(const DetectionInput& input, const DisparityRange& range) {
-  cells_.setFrame(range, input.measured_disparity_px, input.measured_variance_px2);
-  ground_.setFrame(input.rig, cells_);
-}
-
-std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
-                                                   const DisparityRange& range,
-                                                   const MotionDetectionParams& params,
-                                                   const cv::Mat1b& half_image) {
-  obstacles_ = findObstacles(input.rig, cells_, ground());
-  free_space_.compare(input, cells_, half_image, obstacleWidths(obstacles_, cells_));
+std::vector<ObservedObject> FreeSpaceChannel::find(const FrameView& frame, DepthCells& cells) {
+  const DetectionInput& input = frame.input;
+  const cv::Mat1b& half_image = frame.current.pyramid.level(1);
+  obstacles_ = findObstacles(input.rig, cells, frame.ground);
+  free_space_.compare(input, cells, half_image, obstacleWidths(obstacles_, cells));
   std::vector<ObservedObject> objects;
   if (!poseFits(free_space_.evidence())) {
     free_space_.reset();
     obstacles_ = {};
     return objects;
   }
-  free_space_.remember(input, cells_, half_image);
-  for (int k = 0; k < obstacles_.size(); ++k) {
-    const Obstacles::Cells obstacle = obstacles_[k];
+  free_space_.remember(input, cells, half_image);
+  for (const std::vector<cv::Point>& obstacle : obstacles_.cells) {
     if (obstacle.size() < kFewestCells) continue;
     const CellCounts counts = countCells(obstacle, free_space_.evidence());
-    if (!hasMoved(obstacle.size(), counts)) continue;
-    const cv::Rect area = obstacle.area();
-    ObservedObject object = objectOf(obstacle, area, cells_, range, input.measured_disparity_px);
-    Observation& seen = object.observation;
-    if (!measureShape(input.rig, range, input.measured_disparity_px, object) ||
-        !isPossible(input.rig, params, obstacle, area, seen.distance_m))
+    if (counts.moved < kLeastMoved * static_cast<double>(obstacle.size()) ||
+        counts.moved < counts.fixed)
       continue;
+    ObservedObject object = objectOf(frame, obstacle);
+    if (!measureIfPossible(frame, obstacle, object)) continue;
+    Observation& seen = object.observation;
     seen.centre_covariance =
         centreCovariance(input.rig, input.rig.disparityTimesDepth() / seen.centre_m.z());
     seen.score = static_cast<double>(counts.moved) / (counts.moved + counts.fixed);
@@ -174,45 +188,13 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const DetectionInput& input,
   return objects;
 }
 
-void FreeSpaceChannel::complete(const DetectionInput& input, const DisparityRange& range,
-                                const MotionDetectionParams& params, ObservedObject& part) const {
-  if (obstacles_.size() == 0) return;
-  const Obstacles::Cells obstacle = wholeObstacle(part, obstacles_, free_space_.evidence());
-  if (obstacle.size() == 0) return;
-  const cv::Rect area = obstacle.area();
-  ObservedObject whole =
-      joined(part, objectOf(obstacle, area, cells_, range, input.measured_disparity_px));
-  if (measureShape(input.rig, range, input.measured_disparity_px, whole) &&
-      isPossible(input.rig, params, obstacle, area, whole.observation.distance_m))
-    part = std::move(whole);
-}
-
-void FreeSpaceChannel::reset() {
-  free_space_.reset();
-  ground_.reset();
-}
-
-// Whether an obstacle's size and height above the ground are those of an object.
-bool FreeSpaceChannel::isPossible(const StereoRig& rig, const MotionDetectionParams& params,
-                                  const Obstacles::Cells& obstacle, const cv::Rect& area,
-                                  double distance_m) const {
-  const double cell_m = kCellSide_px * distance_m;
-  Extent extent{area.width * cell_m / rig.fx_px, area.height * cell_m / rig.fy_px, {}};
-  if (ground()) {
-    Extent::Heights heights{std::numeric_limits<double>::infinity(), 0};
-    for (const cv::Point p : obstacle) {
-      const double above_m = ground()->heightOf(p, cells_.disparity_px(p));
-      heights.foot_m = std::min(heights.foot_m, above_m);
-      heights.top_m = std::max(heights.top_m, above_m);
-    }
-    extent.above_ground = heights;
-    // A camera that looks down sees less of the height.
-    extent.height_m = std::max(extent.height_m, std::min(heights.top_m, params.max_height_m));
-  }
-  const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
-  const cv::Rect box_px(kCellSide_px * area.tl(), area.size() * kCellSide_px);
-  return isPlausible(params, extent,
-                     lowerEndOf(cells_, ground(), box_px, disparity_px + kNearer_px), distance_m);
+void FreeSpaceChannel::complete(const FrameView& frame, ObservedObject& part) const {
+  if (obstacles_.cells.empty()) return;
+  const int k = wholeObstacle(part, obstacles_, free_space_.evidence());
+  if (k < 0) return;
+  const std::vector<cv::Point>& obstacle = obstacles_.cells[static_cast<size_t>(k)];
+  ObservedObject whole = joined(part, objectOf(frame, obstacle));
+  if (measureIfPossible(frame, obstacle, whole)) part = std::move(whole);
 }
 
 }  // namespace predictive_stereo

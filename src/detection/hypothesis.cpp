@@ -40,8 +40,7 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
 std::optional<Displacement> motionOf(const PastView& view,
                                      const std::vector<cv::Point>& lattice_points) {
   const size_t fewest = static_cast<size_t>(view.params().min_tracks);
-  const auto shift = searchShift(view.images(), view.past_images(), view.static_source,
-                                 view.disparity_px(), lattice_points);
+  const auto shift = searchShift(view, lattice_points);
   if (!shift) return std::nullopt;
   const auto followed = followPoints(view, sampleOf(lattice_points), shift->shift_px);
   if (followed.size() < fewest) return std::nullopt;

@@ -74,6 +74,17 @@ HWY_NOINLINE void levelRow(const float* HWY_RESTRICT disparity_px,
   }
 }
 
+// 255 on points whose disparity is in the layer and that are less than `lowest_m` below the camera.
+HWY_NOINLINE void layerRow(const float* HWY_RESTRICT disparity_px,
+                           const float* HWY_RESTRICT below_m, int width, float farthest_px,
+                           float nearest_px, float lowest_m, uint8_t* HWY_RESTRICT layer) {
+  for (int u = 0; u < width; ++u) {
+    const float d = disparity_px[2 * u];
+    const int32_t inside = (d >= farthest_px) & (d <= nearest_px) & (below_m[u] < lowest_m);
+    layer[u] = static_cast<uint8_t>(-inside);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace predictive_stereo
 HWY_AFTER_NAMESPACE();
@@ -83,6 +94,7 @@ namespace predictive_stereo {
 namespace {
 
 HWY_EXPORT(levelRow);
+HWY_EXPORT(layerRow);
 
 constexpr double kReach_m = 0.15;  // up and down, to measure the growth of the disparity
 constexpr int kNearestRow_px = 4;  // below the horizon
@@ -117,10 +129,12 @@ void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
   });
 }
 
-float LevelGround::lowestIn(const cv::Rect& area, Scratch<float>& work) const {
+// Distance below the camera [m] from which on level surfaces in `area` are ground; infinity if
+// there are none.
+float LevelGround::lowestIn(const cv::Rect& area) const {
   if (area.empty()) return std::numeric_limits<float>::infinity();
-  cv::Mat1f values = work.map(area.size());
-  float* const first = values[0];
+  cv::AutoBuffer<float> values(static_cast<size_t>(area.area()));
+  float* const first = values.data();
   size_t count = 0;
   for (int v = 0; v < area.height; ++v) {
     const float* row = below_m_[area.y + v] + area.x;
@@ -133,6 +147,19 @@ float LevelGround::lowestIn(const cv::Rect& area, Scratch<float>& work) const {
   float* const low = first + static_cast<std::ptrdiff_t>(0.8 * static_cast<double>(count - 1));
   std::nth_element(first, low, first + count);
   return std::max(*low - static_cast<float>(kThickness_m), 1e-6f);
+}
+
+cv::Mat1b LevelGround::layerIn(const cv::Rect& area, const cv::Mat1f& disparity_px,
+                               float farthest_px, float nearest_px) const {
+  const float lowest_m = lowestIn(area);
+  cv::Mat1b layer(area.size());
+  for (int v = 0; v < area.height; ++v) {
+    const int row = area.y + v;
+    HWY_DYNAMIC_DISPATCH(layerRow)
+    (disparity_px[2 * row] + 2 * area.x, below_m_[row] + area.x, area.width, farthest_px,
+     nearest_px, lowest_m, layer[v]);
+  }
+  return layer;
 }
 
 }  // namespace predictive_stereo

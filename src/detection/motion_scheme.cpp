@@ -14,31 +14,31 @@ constexpr double kMostOfPart = 0.8;
 
 const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& input,
                                                          const ObjectTracker& known) {
-  frames_.remember(input, {[&] { free_space_.setFrame(input, range_); },
-                           [&] { verification_.findGround(input, range_); }});
+  const cv::Mat1f& disparity_px = input.measured_disparity_px;
+  frames_.remember(input, {[&] {
+                             cells_.setFrame(range_, disparity_px, input.measured_variance_px2);
+                             ground_.setFrame(input.rig, cells_);
+                           },
+                           [&] { level_.setFrame(input.rig, range_, disparity_px); }});
   verification_.forgetObjects();
   objects_.clear();
   sought_known_ = false;
   if (input.pose_state != PoseState::kKnown) return objects_;
   const std::vector<PastFrame> past = frames_.past();
-  const FrameView frame{
-      input, range_, params_, frames_.current(), free_space_.cells(), free_space_.ground()};
+  const FrameView frame{input, range_, params_, frames_.current(), cells_, ground_.plane(), level_};
   if (!past.empty()) {
     greyDeviation(frames_.current().pyramid.level(1), grey_deviation_);
-    since_last_.compare(frame.since(past[0]), grey_deviation_, verification_.ground());
+    since_last_.compare(frame.since(past[0]), grey_deviation_);
     const double contradicting = since_last_.contradictingShare();
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
-    if (PoseCheck::contradictsMost(contradicting)) free_space_.forgetPast();
+    if (PoseCheck::contradictsMost(contradicting)) free_space_.reset();
     sought_known_ = frames_.current().follows;
   }
-  runTogether(
-      [&] {
-        objects_ = free_space_.find(input, range_, params_, frames_.current().pyramid.level(1));
-      },
-      [&] {
-        if (sought_known_) findByMotion(frame, past, known);
-      });
-  addMoving(input, verification_.objects());
+  runTogether([&] { objects_ = free_space_.find(frame, cells_); },
+              [&] {
+                if (sought_known_) findByMotion(frame, past, known);
+              });
+  addMoving(frame, verification_.objects());
   return objects_;
 }
 
@@ -52,17 +52,23 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   // second last frame.
   if (past.size() > 1) {
     const PastView view = frame.since(past[1]);
-    since_second_last_.compare(view, grey_deviation_, verification_.ground());
+    since_second_last_.compare(view, grey_deviation_);
     since_second_last_.find(view, verification_);
   }
   along_.find(frame, verification_);
-  findKnown(since_last, known);
+  // The known objects at their predicted positions.
+  verification_.addAll(
+      frame, known.tracks(), [&](const ObjectTrack& track) -> std::optional<VerifiedObject> {
+        if (!track.confirmed) return std::nullopt;
+        const auto hypothesis = hypothesisOf(since_last, track);
+        if (!hypothesis) return std::nullopt;
+        return verification_.verify(since_last, &since_last_.staticWorld(), *hypothesis);
+      });
 }
 
 // What free space and motion have both found gets the pixels of both; free space may show several
 // parts of what moves as one. What motion alone has found is completed.
-void MotionScheme::addMoving(const DetectionInput& input,
-                             const std::vector<ObservedObject>& moving) {
+void MotionScheme::addMoving(const FrameView& frame, const std::vector<ObservedObject>& moving) {
   for (const ObservedObject& object : moving) {
     const cv::Rect2d box = object.observation.box_px;
     ObservedObject whole = object;
@@ -72,7 +78,7 @@ void MotionScheme::addMoving(const DetectionInput& input,
       const bool is_within = (box & of_part).area() > kMostOfPart * of_part.area();
       if (overlaps(params_, object.observation, part->observation) && (is_within || !is_found)) {
         ObservedObject both = joined(whole, *part);
-        if (measureShape(input.rig, range_, input.measured_disparity_px, both))
+        if (measureShape(frame.input, range_, both))
           whole = std::move(both);
         else if (!is_found)
           whole = std::move(*part);
@@ -82,7 +88,7 @@ void MotionScheme::addMoving(const DetectionInput& input,
         ++part;
       }
     }
-    if (!is_found) free_space_.complete(input, range_, params_, whole);
+    if (!is_found) free_space_.complete(frame, whole);
     objects_.push_back(std::move(whole));
   }
 }
@@ -91,20 +97,7 @@ void MotionScheme::reset() {
   frames_.reset();
   pose_check_.reset();
   free_space_.reset();
-}
-
-// Verifies the known objects at their predicted positions.
-void MotionScheme::findKnown(const PastView& view, const ObjectTracker& known) {
-  std::vector<const ObjectTrack*> tracks;
-  for (const ObjectTrack& track : known.tracks())
-    if (track.confirmed) tracks.push_back(&track);
-  verification_.addAll(
-      view.frame, static_cast<int>(tracks.size()),
-      [&](int i, SegmentationWork& work) -> std::optional<VerifiedObject> {
-        const auto hypothesis = hypothesisOf(view, *tracks[static_cast<size_t>(i)]);
-        if (!hypothesis) return std::nullopt;
-        return verification_.verify(view, &since_last_.staticWorld(), *hypothesis, work);
-      });
+  ground_.reset();
 }
 
 }  // namespace predictive_stereo

@@ -36,8 +36,7 @@ class MotionScheme {
  private:
   void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
                     const ObjectTracker& known);
-  void addMoving(const DetectionInput& input, const std::vector<ObservedObject>& moving);
-  void findKnown(const PastView& view, const ObjectTracker& known);
+  void addMoving(const FrameView& frame, const std::vector<ObservedObject>& moving);
 
   DisparityRange range_;
   MotionDetectionParams params_;
@@ -45,6 +44,9 @@ class MotionScheme {
   PoseCheck pose_check_;
 
   // Of the current frame.
+  DepthCells cells_;
+  SteadyGround ground_;
+  LevelGround level_;
   cv::Mat1w grey_deviation_;
   AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame
   AlongChannel along_;

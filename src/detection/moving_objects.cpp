@@ -118,7 +118,7 @@ void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
     ObservedObject object{Observation(), mask};
     Observation& seen = object.observation;
     seen.box_px = box;
-    if (!measureShape(input.rig, params.range, input.measured_disparity_px, object)) continue;
+    if (!measureShape(input, params.range, object)) continue;
     seen.centre_covariance = Eigen::Vector3d(0.25, 0.25, 1.0).asDiagonal();
     seen.score = cv::mean(mask)[0] / 255;
     observed.push_back(std::move(object));

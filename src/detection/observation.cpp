@@ -25,7 +25,7 @@ double quantile(std::vector<float>& values, double share) {
 
 }  // namespace
 
-bool measureShape(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
+bool measureShape(const DetectionInput& input, const DisparityRange& range,
                   ObservedObject& object) {
   Observation& seen = object.observation;
   const cv::Rect& area = seen.box_px;
@@ -34,9 +34,9 @@ bool measureShape(const StereoRig& rig, const DisparityRange& range, const cv::M
   std::array<std::vector<float>, 3> points;
   for (int y = 0; y < area.height; y += step)
     for (int x = 0; x < area.width; x += step) {
-      const float d = disparity_px(area.y + y, area.x + x);
+      const float d = input.measured_disparity_px(area.y + y, area.x + x);
       if (!object.mask(y, x) || !range.isValid(d) || !(d > 0)) continue;
-      const Eigen::Vector3d point = rig.pointFromDisparity(area.x + x, area.y + y, d);
+      const Eigen::Vector3d point = input.rig.pointFromDisparity(area.x + x, area.y + y, d);
       for (size_t k = 0; k < 3; ++k) points[k].push_back(static_cast<float>(point[int(k)]));
     }
   if (points[0].size() < kFewestPoints) return false;

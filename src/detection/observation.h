@@ -36,8 +36,7 @@ struct ObservedObject {
 /// Sets centre, size and distance of an object whose box and mask are known: of the 3-D box around
 /// its pixels with a positive disparity, without the outermost 5 % at both ends of each axis. False
 /// if there are fewer than eight such pixels.
-bool measureShape(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
-                  ObservedObject& object);
+bool measureShape(const DetectionInput& input, const DisparityRange& range, ObservedObject& object);
 
 /// Covariance [m^2] of the centre of an object with this disparity, in the camera's frame.
 Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px);

@@ -99,91 +99,57 @@ JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv
   return joined;
 }
 
-// Whether a cell ends its obstacle: a farther surface begins beside it.
-class ObstacleEnds {
- public:
-  ObstacleEnds(const cv::Mat1i& number, const cv::Mat1f& disparity_px)
-      : number_(number), disparity_px_(disparity_px) {}
-
-  /// 0 on cells that end an obstacle or are on none, 255 elsewhere.
-  void innerRow(int v, uchar* inner) const {
-    const int last = number_.cols - 1;
-    const int32_t* const number = number_[v];
-    for (int u = 0; u <= last; ++u) inner[u] = number[u] >= 0 ? 255 : 0;
-    for (int t = std::max(v - 1, 0); t <= std::min(v + 1, number_.rows - 1); ++t)
-      for (int step = -1; step <= 1; ++step) dropEnds(v, t, step, inner);
-  }
-
- private:
-  // Without branches, so that compilers vectorise the loop.
-  void dropEnds(int v, int t, int step, uchar* inner) const {
-    const int32_t *const number = number_[v], *const other = number_[t];
-    const float *const disparity = disparity_px_[v], *const behind = disparity_px_[t];
-    const int end = number_.cols - std::max(step, 0);
-    for (int u = std::max(-step, 0); u < end; ++u)
-      inner[u] = static_cast<uchar>(
-          inner[u] &
-          ((other[u + step] != number[u]) & (behind[u + step] < disparity[u]) ? 0 : 255));
-  }
-
-  const cv::Mat1i& number_;
-  const cv::Mat1f& disparity_px_;
-};
+// Whether cells do not end their obstacle: 0 where a farther surface begins beside them, in row
+// `other_row` or a step beside. Without branches, so that compilers vectorise the loop.
+void dropEnds(const cv::Mat1i& number, const cv::Mat1f& disparity_px, int v, int other_row,
+              int step, uchar* inner) {
+  const int32_t *const own = number[v], *const other = number[other_row];
+  const float *const disparity = disparity_px[v], *const beside = disparity_px[other_row];
+  const int end = disparity_px.cols - std::max(step, 0);
+  for (int u = std::max(-step, 0); u < end; ++u)
+    inner[u] = static_cast<uchar>(
+        inner[u] & ((other[u + step] != own[u]) & (beside[u + step] < disparity[u]) ? 0 : 255));
+}
 
 }  // namespace
-
-Obstacles::Obstacles(cv::Mat1i number, const std::vector<int>& sizes) : number_(number), ends_{0} {
-  for (int size : sizes) ends_.push_back(ends_.back() + size);
-  cells_.resize(static_cast<size_t>(ends_.back()));
-  std::vector<int> next(ends_.begin(), ends_.end() - 1);
-  for (int v = 0; v < number_.rows; ++v)
-    for (int u = 0; u < number_.cols; ++u)
-      if (const int k = number_(v, u); k >= 0)
-        cells_[static_cast<size_t>(next[static_cast<size_t>(k)]++)] = {u, v};
-}
-
-cv::Rect Obstacles::Cells::area() const {
-  cv::Point least = *first_, most = *first_;
-  for (const cv::Point& p : *this) {
-    least = {std::min(least.x, p.x), std::min(least.y, p.y)};
-    most = {std::max(most.x, p.x), std::max(most.y, p.y)};
-  }
-  return {least, most + cv::Point(1, 1)};
-}
 
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
                         const std::optional<GroundPlane>& ground) {
   const cv::Mat1b usable = usableCells(rig, cells, ground);
   JoinedCells joined = joinSurfaces(rig, cells, usable);
   // Roots come first: a set's first cell is its root.
-  cv::Mat1i number(usable.size(), -1);
-  std::vector<int> sizes;
-  int* const number_of = number[0];
+  Obstacles obstacles{cv::Mat1i(usable.size(), -1), {}};
+  int* const number = obstacles.number[0];
   for (int i = 0; i < static_cast<int>(usable.total()); ++i) {
     if (!usable.data[i]) continue;
     const int root = joined.rootOf(i);
     if (root == i) {
-      number_of[i] = static_cast<int>(sizes.size());
-      sizes.push_back(0);
+      number[i] = static_cast<int>(obstacles.cells.size());
+      obstacles.cells.emplace_back();
     } else {
-      number_of[i] = number_of[root];
+      number[i] = number[root];
     }
-    ++sizes[static_cast<size_t>(number_of[i])];
+    obstacles.cells[static_cast<size_t>(number[i])].emplace_back(i % usable.cols, i / usable.cols);
   }
-  return Obstacles(number, sizes);
+  return obstacles;
 }
 
 cv::Mat1f obstacleWidths(const Obstacles& obstacles, const DepthCells& cells) {
-  const cv::Mat1i& number = obstacles.number();
+  const cv::Mat1i& number = obstacles.number;
   cv::Mat1b inner(number.size());
-  const ObstacleEnds ends(number, cells.disparity_px);
-  for (int v = 0; v < number.rows; ++v) ends.innerRow(v, inner[v]);
-  cv::Mat1f from_end, width_px(number.size(), kWide_px);
+  for (int v = 0; v < inner.rows; ++v) {
+    std::transform(number[v], number[v] + inner.cols, inner[v],
+                   [](int k) { return k >= 0 ? 255 : 0; });
+    for (int other = std::max(v - 1, 0); other <= std::min(v + 1, inner.rows - 1); ++other)
+      for (int step = -1; step <= 1; ++step)
+        dropEnds(number, cells.disparity_px, v, other, step, inner[v]);
+  }
+  cv::Mat1f from_end, width_px(inner.size(), kWide_px);
   cv::distanceTransform(inner, from_end, cv::DIST_C, 3);
-  for (int k = 0; k < obstacles.size(); ++k) {
+  for (const std::vector<cv::Point>& of_obstacle : obstacles.cells) {
     float most = 0;
-    for (const cv::Point p : obstacles[k]) most = std::max(most, from_end(p));
-    for (const cv::Point p : obstacles[k]) width_px(p) = kCellSide_px * (2 * most + 1);
+    for (const cv::Point p : of_obstacle) most = std::max(most, from_end(p));
+    for (const cv::Point p : of_obstacle) width_px(p) = kCellSide_px * (2 * most + 1);
   }
   return width_px;
 }

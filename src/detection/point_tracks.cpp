@@ -98,27 +98,23 @@ std::vector<PointTrack> followPoints(const PastView& view, const std::vector<cv:
     Vector3d& at = found.back().found_px;
     at = Vector3d(tracks[i].position.x, tracks[i].position.y, 0);
     at.z() = disparityAt(view.past.frame->disparity_px, view.frame.range, at);
+    found.back().moving = hasMoved(view, found.back());
   }
   return found;
-}
-
-void classify(const PastView& view, std::vector<PointTrack>& tracks) {
-  for (PointTrack& track : tracks) track.moving = hasMoved(view, track);
 }
 
 bool Displacement::isSignificant(const MotionDetectionParams& params) const {
   return moved_m.dot(covariance.inverse() * moved_m) >= params.min_mahalanobis;
 }
 
-Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks,
-                             const std::vector<size_t>& members) {
+Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks) {
   const StereoRig& rig = view.rig();
   Displacement fit;
   // Start: the median displacement across the line of sight, which does not need a past disparity.
   for (int k = 0; k < 2; ++k) {
     std::vector<double> values;
-    for (size_t i : members)
-      values.push_back(-tracks[i].flow()[k] * tracks[i].static_m.z() / rig.fx_px);
+    for (const PointTrack& track : tracks)
+      values.push_back(-track.flow()[k] * track.static_m.z() / rig.fx_px);
     std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2),
                      values.end());
     fit.moved_m[k] = values[values.size() / 2];
@@ -133,7 +129,7 @@ Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>
     chi2 = 0;
     count = 0;
     fit.inliers.clear();
-    for (size_t i : members) {
+    for (size_t i = 0; i < tracks.size(); ++i) {
       const PointTrack& track = tracks[i];
       const Vector3d before = track.static_m - fit.moved_m;
       if (!(before.z() > 0.5)) continue;
@@ -163,58 +159,51 @@ Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>
   // Errors of neighbouring points are correlated, and all points share the error of the ego-motion.
   fit.covariance *= 4;
   Vector3d centre_m = Vector3d::Zero();
-  for (size_t i : members) centre_m += tracks[i].point_m / static_cast<double>(members.size());
+  for (const PointTrack& track : tracks)
+    centre_m += track.point_m / static_cast<double>(tracks.size());
   fit.covariance += pointCovariance(view.past.T_past_cam, view.past.motion_covariance, centre_m);
   return fit;
 }
 
-Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks) {
-  std::vector<size_t> all(tracks.size());
-  std::iota(all.begin(), all.end(), size_t{0});
-  return fitDisplacement(view, tracks, all);
-}
-
-std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
-                                               const MotionDetectionParams& params,
-                                               const std::vector<PointTrack>& tracks) {
+std::vector<std::vector<PointTrack>> clusterTracks(const PastView& view,
+                                                   const std::vector<PointTrack>& tracks) {
   struct Moving {
-    size_t track;
-    cv::Point2f position;
-    double disparity_px, flow_length;
+    const PointTrack* track;
     Eigen::Vector2d flow;
+    double flow_length;
   };
   std::vector<Moving> moving;
-  for (size_t i = 0; i < tracks.size(); ++i) {
-    const PointTrack& track = tracks[i];
-    const Eigen::Vector2d flow = track.flow();
-    if (track.moving) moving.push_back({i, track.position, track.disparity_px, flow.norm(), flow});
-  }
+  for (const PointTrack& track : tracks)
+    if (track.moving) moving.push_back({&track, track.flow(), track.flow().norm()});
   std::vector<size_t> parent(moving.size());
-  for (size_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  std::iota(parent.begin(), parent.end(), size_t{0});
   const auto root = [&](size_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  const double linked_px = params.link_distance_m / rig.baseline_m;  // [px] per px of disparity
-  const double linked_depth = kLinkDepth * params.link_distance_m / rig.disparityTimesDepth();
+  const MotionDetectionParams& params = view.params();
+  const double linked_px = params.link_distance_m / view.rig().baseline_m;  // per px of disparity
+  const double linked_depth =
+      kLinkDepth * params.link_distance_m / view.rig().disparityTimesDepth();
+  const auto areAlike = [&](const Moving& p, const Moving& q) {
+    const double d = p.track->disparity_px, e = q.track->disparity_px, mean_d = 0.5 * (d + e);
+    const cv::Point2f apart = p.track->position - q.track->position;
+    const double reach_px = linked_px * mean_d;
+    return apart.ddot(apart) <= reach_px * reach_px &&
+           std::abs(d - e) <= 1.0 + linked_depth * mean_d * mean_d &&
+           (p.flow - q.flow).norm() <=
+               kFlowNoise_px + kFlowShare * std::max(p.flow_length, q.flow_length);
+  };
   for (size_t a = 0; a < moving.size(); ++a)
-    for (size_t b = a + 1; b < moving.size(); ++b) {
-      const Moving &p = moving[a], &q = moving[b];
-      const double mean_d = 0.5 * (p.disparity_px + q.disparity_px);
-      const cv::Point2f apart = p.position - q.position;
-      const double reach_px = linked_px * mean_d;
-      if (apart.ddot(apart) > reach_px * reach_px) continue;
-      const double link_d = 1.0 + linked_depth * mean_d * mean_d;
-      if (std::abs(p.disparity_px - q.disparity_px) > link_d) continue;
-      const double flow = std::max(p.flow_length, q.flow_length);
-      if ((p.flow - q.flow).norm() > kFlowNoise_px + kFlowShare * flow) continue;
-      parent[root(a)] = root(b);
-    }
-  std::vector<std::vector<size_t>> by_root(moving.size());
-  for (size_t i = 0; i < moving.size(); ++i) by_root[root(i)].push_back(moving[i].track);
-  std::vector<std::vector<size_t>> clusters;
-  for (const auto& members : by_root)
-    if (static_cast<int>(members.size()) >= params.min_tracks) clusters.push_back(members);
+    for (size_t b = a + 1; b < moving.size(); ++b)
+      if (areAlike(moving[a], moving[b])) parent[root(a)] = root(b);
+  std::vector<std::vector<PointTrack>> clusters(moving.size());
+  for (size_t i = 0; i < moving.size(); ++i) clusters[root(i)].push_back(*moving[i].track);
+  clusters.erase(std::remove_if(clusters.begin(), clusters.end(),
+                                [&](const auto& cluster) {
+                                  return static_cast<int>(cluster.size()) < params.min_tracks;
+                                }),
+                 clusters.end());
   std::stable_sort(clusters.begin(), clusters.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return clusters;

@@ -27,7 +27,9 @@ struct PointTrack {
   Eigen::Vector3d static_m;   ///< current position in the previous camera's frame
   Eigen::Vector3d static_px;  ///< (x, y, d) in the previous frame if the point is static
   Eigen::Vector3d found_px;   ///< (x, y, d) in the previous frame as tracked; d < 0: unknown
-  bool moving = false;        ///< see classify
+  /// Whether the squared Mahalanobis distance of found_px and static_px reaches
+  /// MotionDetectionParams::min_mahalanobis.
+  bool moving = false;
 
   Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
 };
@@ -38,29 +40,21 @@ struct PointTrack {
 std::vector<PointTrack> followPoints(const PastView& view, const std::vector<cv::Point>& points_px,
                                      cv::Point2f shift_px = {});
 
-/// Sets which tracks move: the squared Mahalanobis distance of found_px and static_px reaches
-/// MotionDetectionParams::min_mahalanobis.
-void classify(const PastView& view, std::vector<PointTrack>& tracks);
-
 /// A displacement in the previous camera's frame [m] and its covariance.
 struct Displacement {
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
-  std::vector<size_t> inliers;  ///< of the tracks that were used
+  std::vector<size_t> inliers;  ///< of the tracks
 
   /// Whether its squared Mahalanobis distance from zero reaches params.min_mahalanobis.
   bool isSignificant(const MotionDetectionParams& params) const;
 };
 
 /// Robust fit of the translation of these points since the previous frame.
-Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks,
-                             const std::vector<size_t>& members);
-/// The same for all tracks.
 Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks);
 
-/// Groups moving points that are close in space and move alike.
-std::vector<std::vector<size_t>> clusterTracks(const StereoRig& rig,
-                                               const MotionDetectionParams& params,
-                                               const std::vector<PointTrack>& tracks);
+/// Groups moving points that are close in space and move alike; the largest group first.
+std::vector<std::vector<PointTrack>> clusterTracks(const PastView& view,
+                                                   const std::vector<PointTrack>& tracks);
 
 }  // namespace predictive_stereo

@@ -34,6 +34,15 @@ constexpr int kChunk = 128;
 constexpr int kSquare = kTextureSide * kTextureSide;
 static_assert(kTextureSide == 5, "sums are written out, and fit into 16 bits");
 
+// Sums over five rows, from column u on.
+template <class T, class Sum>
+HWY_INLINE void sumColumns(const T* const rows[kTextureSide], int u, int n,
+                           Sum* HWY_RESTRICT sums) {
+  const T *r0 = rows[0] + u, *r1 = rows[1] + u, *r2 = rows[2] + u, *r3 = rows[3] + u,
+          *r4 = rows[4] + u;
+  for (int i = 0; i < n; ++i) sums[i] = static_cast<Sum>(r0[i] + r1[i] + r2[i] + r3[i] + r4[i]);
+}
+
 // 25 |grey - mean grey over the square| for each point of the middle one of five rows. 0 for the
 // first and last kTextureReach points, which have no such square.
 HWY_NOINLINE void greyDeviationRow(const uint8_t* const rows[kTextureSide], int width,
@@ -41,18 +50,15 @@ HWY_NOINLINE void greyDeviationRow(const uint8_t* const rows[kTextureSide], int 
   const int edge = std::min(kTextureReach, width);
   std::fill_n(deviation, edge, uint16_t{0});
   std::fill_n(deviation + width - edge, edge, uint16_t{0});
+  const uint8_t* const middle = rows[kTextureReach];
   int16_t columns[kChunk + 2 * kTextureReach];
   for (int u = kTextureReach; u < width - kTextureReach; u += kChunk) {
     const int n = std::min(kChunk, width - kTextureReach - u);
-    const uint8_t *r0 = rows[0] + u - kTextureReach, *r1 = rows[1] + u - kTextureReach,
-                  *r2 = rows[2] + u - kTextureReach, *r3 = rows[3] + u - kTextureReach,
-                  *r4 = rows[4] + u - kTextureReach;
-    for (int i = 0; i < n + 2 * kTextureReach; ++i)
-      columns[i] = static_cast<int16_t>(r0[i] + r1[i] + r2[i] + r3[i] + r4[i]);
+    sumColumns(rows, u - kTextureReach, n + 2 * kTextureReach, columns);
     for (int i = 0; i < n; ++i) {
       const auto sum = static_cast<int16_t>(columns[i] + columns[i + 1] + columns[i + 2] +
                                             columns[i + 3] + columns[i + 4]);
-      const auto scaled = static_cast<int16_t>(kSquare * r2[i + kTextureReach]);
+      const auto scaled = static_cast<int16_t>(kSquare * middle[u + i]);
       deviation[u + i] = static_cast<uint16_t>(std::max(scaled, sum) - std::min(scaled, sum));
     }
   }
@@ -69,11 +75,7 @@ HWY_NOINLINE void suspicionRow(const uint16_t* const deviations[kTextureSide],
   int32_t columns[kChunk + 2 * kTextureReach];
   for (int u = kTextureReach; u < width - kTextureReach; u += kChunk) {
     const int n = std::min(kChunk, width - kTextureReach - u);
-    const uint16_t *r0 = deviations[0] + u - kTextureReach, *r1 = deviations[1] + u - kTextureReach,
-                   *r2 = deviations[2] + u - kTextureReach, *r3 = deviations[3] + u - kTextureReach,
-                   *r4 = deviations[4] + u - kTextureReach;
-    for (int i = 0; i < n + 2 * kTextureReach; ++i)
-      columns[i] = static_cast<uint16_t>(r0[i] + r1[i] + r2[i] + r3[i] + r4[i]);
+    sumColumns(deviations, u - kTextureReach, n + 2 * kTextureReach, columns);
     for (int i = 0; i < n; ++i) {
       const int32_t sum =
           columns[i] + columns[i + 1] + columns[i + 2] + columns[i + 3] + columns[i + 4];
@@ -147,15 +149,16 @@ auto rowsAround(const Map& map, int v) {
 }
 
 // Whether most pixels around a pixel have a similar disparity.
-bool isWithinSurface(const cv::Mat1f& disparity_px, const DisparityRange& range, cv::Point p) {
+bool isWithinSurface(const FrameView& frame, cv::Point p) {
   constexpr int kReach_px = 4;
   const int kFewestAlike = 6;  // of nine
+  const cv::Mat1f& disparity_px = frame.input.measured_disparity_px;
   const float d = disparity_px(p);
   int alike = 0;
   for (int dy = -kReach_px; dy <= kReach_px; dy += kReach_px)
     for (int dx = -kReach_px; dx <= kReach_px; dx += kReach_px) {
       const float other = disparity_px(p.y + dy, p.x + dx);
-      alike += range.isValid(other) && std::abs(other - d) <= 1 + 0.05f * d;
+      alike += frame.range.isValid(other) && std::abs(other - d) <= 1 + 0.05f * d;
     }
   return alike >= kFewestAlike;
 }
@@ -169,10 +172,9 @@ constexpr float kHidingMargin_px = 1.0f;
 
 // Whether a static point was occluded in the past frame: at its position there was a surface so
 // much nearer that it cannot be the same one, even if it moves with the camera.
-bool wasHidden(const PastView& view, cv::Point pixel, float disparity_px) {
+bool wasHidden(const PastView& view, cv::Point pixel) {
   const cv::Mat1f& past_px = view.past.frame->disparity_px;
-  const Eigen::Vector3f from =
-      view.static_source(static_cast<float>(pixel.x), static_cast<float>(pixel.y), disparity_px);
+  const Eigen::Vector3f from = view.staticSource(pixel);
   const int x = cvRound(from.x()), y = cvRound(from.y());
   if (!(from.z() > 0) || x < 0 || y < 0 || x >= past_px.cols || y >= past_px.rows) return false;
   const auto disparity_times_depth = static_cast<float>(view.rig().disparityTimesDepth());
@@ -208,7 +210,7 @@ bool isExplained(const PastView& view, cv::Point p) {
   GreyPatch now;
   patchBetween(here.upper_left, here.stride, 0, 0, now);
   const float most =
-      static_cast<float>(view.params().min_mismatch) * (patchTexture(now) + Suspicion::kGreyNoise);
+      static_cast<float>(view.params().min_mismatch) * (patchTexture(now) + kGreyNoise);
   const cv::Mat1b& previous = view.past_images().level(1);
   const auto end_x = static_cast<float>(previous.cols - kPatchReach - 1),
              end_y = static_cast<float>(previous.rows - kPatchReach - 1);
@@ -245,18 +247,15 @@ void greyDeviation(const cv::Mat1b& grey, cv::Mat1w& deviation) {
   });
 }
 
-const std::vector<cv::Point>& Suspicion::find(const cv::Mat1w& deviation, const cv::Mat1f& mismatch,
-                                              const cv::Mat1f& disparity_px,
-                                              const DisparityRange& range,
-                                              const LevelGround& ground,
-                                              const MotionDetectionParams& params) {
+Suspects findSuspects(const FrameView& frame, const cv::Mat1w& deviation,
+                      const cv::Mat1f& mismatch) {
   const int rows = std::max(deviation.rows - 2 * kMargin, 0) / kCell;
   const int columns = std::max(deviation.cols - 2 * kMargin, 0) / kCell;
   // A map without columns has no rows of cells.
-  cells_of_row_.assign(static_cast<size_t>(columns > 0 ? rows : 0), 0);
-  suspects_of_row_.resize(cells_of_row_.size());
-  const auto least = static_cast<float>(params.min_mismatch);
-  parallelFor(cv::Range(0, static_cast<int>(cells_of_row_.size())), [&](const cv::Range& part) {
+  std::vector<int> cells_of_row(static_cast<size_t>(columns > 0 ? rows : 0), 0);
+  std::vector<std::vector<cv::Point>> points_of_row(cells_of_row.size());
+  const auto least = static_cast<float>(frame.params.min_mismatch);
+  parallelFor(cv::Range(0, static_cast<int>(cells_of_row.size())), [&](const cv::Range& part) {
     cv::Mat1f suspicion(kCell, deviation.cols);
     std::vector<int32_t> cells(static_cast<size_t>(columns)), worst(cells.size());
     for (int r = part.start; r < part.end; ++r) {
@@ -270,37 +269,36 @@ const std::vector<cv::Point>& Suspicion::find(const cv::Mat1w& deviation, const 
       }
       const int suspicious = HWY_DYNAMIC_DISPATCH(suspiciousCells)(of_cells, columns, least,
                                                                    cells.data(), worst.data());
-      cells_of_row_[static_cast<size_t>(r)] = suspicious;
-      std::vector<cv::Point>& kept = suspects_of_row_[static_cast<size_t>(r)];
-      kept.clear();
+      cells_of_row[static_cast<size_t>(r)] = suspicious;
       for (size_t k = 0; k < static_cast<size_t>(suspicious); ++k) {
         const cv::Point at(kMargin + cells[k] * kCell + worst[k] % kCell, first + worst[k] / kCell);
-        if (!ground.isLevel(at) && isWithinSurface(disparity_px, range, 2 * at))
-          kept.push_back(2 * at);
+        if (!frame.level.isLevel(at) && isWithinSurface(frame, 2 * at))
+          points_of_row[static_cast<size_t>(r)].push_back(2 * at);
       }
     }
   });
-  const int suspicious = std::accumulate(cells_of_row_.begin(), cells_of_row_.end(), 0);
-  share_ = static_cast<double>(suspicious) / std::max(rows * columns, 1);
-  suspects_px_.clear();
-  for (const auto& of_row : suspects_of_row_)
-    suspects_px_.insert(suspects_px_.end(), of_row.begin(), of_row.end());
-  return suspects_px_;
+  Suspects suspects;
+  const int suspicious = std::accumulate(cells_of_row.begin(), cells_of_row.end(), 0);
+  suspects.share = static_cast<double>(suspicious) / std::max(rows * columns, 1);
+  for (const auto& of_row : points_of_row)
+    suspects.points_px.insert(suspects.points_px.end(), of_row.begin(), of_row.end());
+  return suspects;
 }
 
-void unexplainedPoints(const PastView& view, const std::vector<cv::Point>& points_px,
-                       std::vector<cv::Point>& kept) {
+std::vector<cv::Point> unexplainedPoints(const PastView& view,
+                                         const std::vector<cv::Point>& points_px) {
   const size_t step = (points_px.size() + kMostSuspects - 1) / kMostSuspects;
   std::vector<uint8_t> unexplained(step ? (points_px.size() + step - 1) / step : 0);
   parallelForEach(static_cast<int>(unexplained.size()), [&](int i) {
     const cv::Point p = points_px[step * static_cast<size_t>(i)];
     const float d = view.disparity_px()(p);
     unexplained[static_cast<size_t>(i)] =
-        view.isKnown(d) && d > 0 && !wasHidden(view, p, d) && !isExplained(view, p);
+        view.isKnown(d) && d > 0 && !wasHidden(view, p) && !isExplained(view, p);
   });
-  kept.clear();
+  std::vector<cv::Point> kept;
   for (size_t i = 0; i < unexplained.size(); ++i)
     if (unexplained[i]) kept.push_back(points_px[step * i]);
+  return kept;
 }
 
 }  // namespace predictive_stereo

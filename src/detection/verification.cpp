@@ -59,10 +59,6 @@ bool showsInResiduals(const Segment& segment) {
 
 }  // namespace
 
-void Verification::findGround(const DetectionInput& input, const DisparityRange& range) {
-  ground_.setFrame(input.rig, range, input.measured_disparity_px);
-}
-
 void Verification::setFrame(const FrameView& frame, const cv::Mat1f& residual_px) {
   residual_px_ = residual_px;
   taken_.create(frame.lattice());
@@ -77,15 +73,14 @@ bool Verification::isFree(const Hypothesis& hypothesis) const {
 
 std::optional<VerifiedObject> Verification::verify(const PastView& view,
                                                    const Comparison* static_world,
-                                                   const Hypothesis& hypothesis,
-                                                   SegmentationWork& work) const {
+                                                   const Hypothesis& hypothesis) const {
   const FrameView& frame = view.frame;
   const DetectionInput& input = frame.input;
   const PastFrame& past = view.past;
   if (hypothesis.moved_m.norm() > frame.params.largest_speed_mps * past.seconds)
     return std::nullopt;
   if (!isFree(hypothesis)) return std::nullopt;
-  auto found = segment(view, {static_world, residual_px_, ground_}, hypothesis, work);
+  auto found = segment(view, static_world, residual_px_, hypothesis);
   if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
   if (!by_images && (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
@@ -94,8 +89,7 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   ObservedObject object =
       observedObject(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
   Observation& seen = object.observation;
-  if (!measureShape(input.rig, frame.range, input.measured_disparity_px, object))
-    return std::nullopt;
+  if (!measureShape(input, frame.range, object)) return std::nullopt;
   const LowerEnd lower_end =
       lowerEndOf(frame.cells, frame.ground, seen.box_px, hypothesis.nearest_px);
   if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end,
@@ -112,15 +106,6 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   }
   seen.score = std::clamp(by_images ? found->explained : found->dense, 0.0, 1.0);
   return VerifiedObject{std::move(object), hypothesis, std::move(*found)};
-}
-
-void Verification::addAll(const FrameView& frame, int count, const Finder& find) {
-  std::vector<std::optional<VerifiedObject>> verified(static_cast<size_t>(count));
-  works_.forEach(count, [&](int i, SegmentationWork& work) {
-    verified[static_cast<size_t>(i)] = find(i, work);
-  });
-  for (auto& object : verified)
-    if (object) add(frame, std::move(*object));
 }
 
 // Adds an object unless it was found already, or is a part of one.

@@ -69,9 +69,7 @@ TEST(PointTracks, AnErrorThatAllDisparitiesHaveInCommonIsNoMotion) {
   Passing scene;
   scene.disparity += 4.0f;
   scene.previous.disparity_px += 4.0f;
-  const PastView view = scene.view();
-  auto tracks = followPoints(view, pointsIn(kWithin));
-  classify(view, tracks);
+  const auto tracks = followPoints(scene.view(), pointsIn(kWithin));
   ASSERT_GT(tracks.size(), 20u);
   for (const PointTrack& track : tracks) {
     EXPECT_NEAR(track.flow().x(), -4 * kShiftPerDisparity, 0.5);

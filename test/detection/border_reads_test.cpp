@@ -11,8 +11,8 @@
 #include "detection/level_ground.h"
 #include "detection/long_residual.h"
 #include "detection/patches.h"
-#include "detection/segmentation.h"
 #include "detection/suspicion.h"
+#include "frame_parts.h"
 #include "guarded_memory.h"
 #include "imaging/image_pyramid.h"
 
@@ -27,9 +27,6 @@ using testing::kMostGuarded;
 
 using Floats = GuardedRow<float>;
 using Bytes = GuardedRow<uint8_t>;
-
-// Number of floats from the first to the last of `points` points that are `step` apart.
-int span(int points, int step) { return step * (points - 1) + 1; }
 
 Floats floats(Guard guard, double low, double high, int most = kMostGuarded) {
   return Floats(most, guard, low, high);
@@ -48,19 +45,6 @@ void forEveryRow(const MakeBody& make_body) {
 // Motion of static points by some columns and a row; those at borders leave the image.
 constexpr float kMoved[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -1, 0, 1};
 
-TEST(BorderReads, OfSegments) {
-  forEveryRow([](Guard guard, const auto& for_every_width) {
-    const Floats disparity = floats(guard, -1, 30, span(kMostGuarded, 2)),
-                 below = floats(guard, 0, 2), support = floats(guard, -2, 2),
-                 by_static = floats(guard, -1, 5), by_object = floats(guard, -1, 5);
-    const Bytes layer(kMostGuarded, guard, 0, 2);
-    for_every_width([&](int n) {
-      layerRow(disparity(span(n, 2)), below(n), n, 5, 20, 1, layer(n));
-      supportRow(by_static(n), by_object(n), n, 3, support(n));
-    });
-  });
-}
-
 TEST(BorderReads, OfFreeSpace) {
   forEveryRow([](Guard guard, const auto& for_every_width) {
     const Floats disparity = floats(guard, -1, 30), variance = floats(guard, 0, 1),
@@ -71,7 +55,7 @@ TEST(BorderReads, OfFreeSpace) {
       const Floats nearest = floats(guard, -1, 30, n * kRows),
                    farthest = floats(guard, -1, 30, n * kRows);
       const PastSight past{kMoved, nearest(n * kRows), farthest(n * kRows), n, n, kRows, {}};
-      sightsRow({disparity(n), variance(n), width(n), n, 0, 2, 4, 2, 10, 100, 50}, &past, 1, 1,
+      sightsRow({disparity(n), variance(n), width(n), n, 4, 10, 100, 50}, &past, 1, 1,
                 through_by(n), fixed(n));
     });
   });
@@ -111,7 +95,10 @@ TEST(BorderReads, OfLevelGround) {
     StereoRig rig;
     rig.size = size;
     rig.baseline_m = 0.5;
-    LevelGround().setFrame(rig, DisparityRange(), noise<float>(size, -1, 30));
+    const cv::Mat1f disparity_px = noise<float>(size, -1, 30);
+    LevelGround ground;
+    ground.setFrame(rig, DisparityRange(), disparity_px);
+    ground.layerIn({0, 0, (size.width + 1) / 2, (size.height + 1) / 2}, disparity_px, 5, 20);
   });
 }
 
@@ -138,8 +125,9 @@ TEST(BorderReads, OfTexture) {
   forEverySize(15, [](cv::Size lattice) {
     cv::Mat1w deviation;
     greyDeviation(noise<uchar>(lattice, 0, 256), deviation);
-    Suspicion().find(deviation, noise<float>(lattice, -1, 9), noise<float>(lattice * 2, -1, 30),
-                     DisparityRange(), LevelGround(), MotionDetectionParams());
+    FrameParts parts;
+    parts.input.measured_disparity_px = noise<float>(lattice * 2, -1, 30);
+    findSuspects(parts.frame, deviation, noise<float>(lattice, -1, 9));
   });
 }
 
@@ -171,20 +159,23 @@ TEST(BorderReads, OfShifts) {
 // Groups of points at every border, that have moved up to the reach of the search.
 TEST(BorderReads, OfGroupsThatAreSearched) {
   const cv::Size size(150, 70);  // of the lattice
-  const SourceOf still(Eigen::Matrix4d::Identity());
   const auto search = [&](cv::Point first) {
+    FrameParts parts;
+    RememberedFrame before;
     cv::Mat1b image(size * 2);
     cv::RNG(3).fill(image, cv::RNG::UNIFORM, 0, 256);
-    ImagePyramid current, previous;
-    current.build(image, 2);
-    previous.build(image, 2);
-    const cv::Mat1f disparity_px(image.size(), 5.0f);
+    parts.current.pyramid.build(image, 2);
+    before.pyramid.build(image, 2);
+    parts.input.measured_disparity_px = cv::Mat1f(image.size(), 5.0f);
+    PastFrame past;
+    past.frame = &before;
+    const PastView view{parts.frame, past, SourceOf(Eigen::Matrix4d::Identity())};
     std::vector<cv::Point> points;
     for (int y = 0; y < 6; ++y)
       for (int x = 0; x < 6; ++x) points.push_back(first + cv::Point(x, y));
     float sum = 0;
     for (const int reach : {2, 15, 31, kSearchReach}) {
-      const auto found = searchShift(current, previous, still, disparity_px, points, reach);
+      const auto found = searchShift(view, points, reach);
       if (found) sum += found->shift_px.x + 100 * found->shift_px.y + found->gain;
     }
     return sum;

@@ -8,6 +8,7 @@
 
 #include "cell_rig.h"
 #include "detection/board_scene.h"
+#include "frame_parts.h"
 
 namespace predictive_stereo {
 namespace {
@@ -35,22 +36,35 @@ class FreeSpaceChannelTest : public testing::Test {
       const Eigen::Isometry3d& T_odom_cam = Eigen::Isometry3d::Identity()) {
     return find(viewOf(scene, 0.1 * k, T_odom_cam));
   }
-  std::vector<ObservedObject> find(const BoardView& view) {
-    channel_.setFrame(view.input, DisparityRange());
-    return channel_.find(view.input, DisparityRange(), params_, view.half_image);
+  std::vector<ObservedObject> find(const BoardView& view,
+                                   const DisparityRange& range = DisparityRange()) {
+    parts_.input = view.input;
+    parts_.range = range;
+    parts_.current.pyramid.build(view.input.left, 2);
+    parts_.cells.setFrame(range, view.input.measured_disparity_px,
+                          view.input.measured_variance_px2);
+    ground_.setFrame(view.input.rig, parts_.cells);
+    parts_.ground = ground_.plane();
+    return channel_.find(parts_.frame, parts_.cells);
+  }
+  void reset() {
+    channel_.reset();
+    ground_.reset();
   }
   // What is found where some boards have come to a scene that was seen for 0.6 s.
   std::vector<ObservedObject> findAfter(
       const BoardScene& before, const std::vector<Board>& come,
       const Eigen::Isometry3d& T_odom_cam = Eigen::Isometry3d::Identity()) {
-    channel_.reset();
+    reset();
     for (int k = 0; k < 6; ++k) EXPECT_TRUE(find(before, k, T_odom_cam).empty()) << k;
     BoardScene after = before;
     after.boards.insert(after.boards.end(), come.begin(), come.end());
     return find(after, 6, T_odom_cam);
   }
   FreeSpaceChannel channel_;
-  MotionDetectionParams params_;
+  SteadyGround ground_;
+  FrameParts parts_;
+  MotionDetectionParams& params_ = parts_.params;
 };
 
 // Pixels of a board, without the lowest 0.25 m if it stands on the ground.
@@ -116,7 +130,7 @@ TEST_F(FreeSpaceChannelTest, FindsItWhileTheCameraDrives) {
 // An object comes 2 m before a wall.
 TEST_F(FreeSpaceChannelTest, AsksForMoreWhereTheMotionIsLessCertain) {
   const auto found = [&](double variance) {
-    channel_.reset();
+    reset();
     size_t objects = 0;
     for (int k = 0; k < 7; ++k) {
       std::vector<Board> boards;
@@ -138,17 +152,14 @@ TEST_F(FreeSpaceChannelTest, UnknownPixelsAreNoPartOfAnObject) {
   const DisparityRange range{9, 64};
   const BoardScene wall = {{wallAt(9.9)}};
   for (int k = 0; k < 6; ++k) {
-    const BoardView view = viewOf(wall, 0.1 * k);
-    channel_.setFrame(view.input, range);
-    EXPECT_TRUE(channel_.find(view.input, range, params_, view.half_image).empty());
+    EXPECT_TRUE(find(viewOf(wall, 0.1 * k), range).empty());
   }
   BoardView view = viewOf({{wallAt(9.9), {-1.2, -0.8, 2.4, 1.6, 8}}}, 0.6);
   cv::Mat1f& disparity_px = view.input.measured_disparity_px;
   disparity_px.colRange(0, 240).setTo(range.invalid());
   for (int x = 116; x < 204; ++x)
     if (x % 4 != 1) disparity_px(cv::Rect(x, 92, 1, 56)) = 9.1f + 0.04f * float(x - 116);
-  channel_.setFrame(view.input, range);
-  const auto objects = channel_.find(view.input, range, params_, view.half_image);
+  const auto objects = find(view, range);
   ASSERT_EQ(objects.size(), 1u);
   const cv::Mat1b known = disparity_px(objects[0].observation.box_px) != range.invalid();
   EXPECT_EQ(cv::countNonZero(objects[0].mask & ~known), 0);
@@ -183,7 +194,7 @@ TEST_F(FreeSpaceChannelTest, CompletesWhatMotionHasFoundOfAnObject) {
   part.observation.score = 0.8;
   part.mask = cv::Mat1b(50, 20, 255);
   const ObservedObject before = part;
-  channel_.complete(view.input, DisparityRange(), params_, part);
+  channel_.complete(parts_.frame, part);
   const cv::Rect2d common = whole & cv::Rect2d(cv::Rect(part.observation.box_px));
   EXPECT_GT(common.area(), 0.9 * whole.area());
   EXPECT_GT(cv::countNonZero(part.mask), 0.95 * common.area());
@@ -192,7 +203,7 @@ TEST_F(FreeSpaceChannelTest, CompletesWhatMotionHasFoundOfAnObject) {
 
   part = before;
   params_.max_height_m = 1.2;
-  channel_.complete(view.input, DisparityRange(), params_, part);
+  channel_.complete(parts_.frame, part);
   EXPECT_EQ(part.observation.box_px, before.observation.box_px) << "no plausible object";
 }
 
@@ -205,7 +216,7 @@ TEST_F(FreeSpaceChannelTest, AGroundThatTheNextFrameDoesNotShowIsNone) {
     return find(viewOf(scene, 0.1 * k));
   };
   for (const bool same : {true, false}) {
-    channel_.reset();
+    reset();
     for (int k = 0; k < 6; ++k) frame(k, 1.5, false);
     // It flies above the ground, if there is one.
     EXPECT_EQ(frame(6, same ? 1.5 : 1.9, true).size(), same ? 0u : 1u);
@@ -289,10 +300,10 @@ TEST_F(FreeSpaceChannelTest, FindsAPersonFromAbove) {
 TEST_F(FreeSpaceChannelTest, ForgetsOnResetAndFollowsTheColumnCorrection) {
   const std::vector<Board> come = {standing(-0.6, 0.6, 1.7, 5)};
   for (int k = 0; k < 6; ++k) find(sceneWith({}), k);
-  channel_.reset();
+  reset();
   EXPECT_TRUE(find(sceneWith(come), 6).empty());
 
-  channel_.reset();
+  reset();
   for (int k = 0; k < 6; ++k) {
     BoardView shifted = viewOf(sceneWith({}), 0.1 * k);
     shifted.input.measured_disparity_px += 2.5f;
@@ -307,7 +318,7 @@ TEST_F(FreeSpaceChannelTest, IsTheSameOnAnyNumberOfThreads) {
   std::vector<std::vector<ObservedObject>> found;
   for (const int threads : {1, 2, 3}) {
     cv::setNumThreads(threads);
-    channel_.reset();
+    reset();
     found.emplace_back();
     for (int k = 0; k < 7; ++k) {
       BoardView view = viewOf(sceneWith({standing(3, 0.6, 1.7, 7), runner(k)}), 0.1 * k);
@@ -344,8 +355,8 @@ class WholeObjectTest : public testing::Test {
   }
   std::vector<cv::Point> whole(const cv::Rect& part_cells = kBody) const {
     const Obstacles obstacles = findObstacles(cellRig(), cells_, std::nullopt);
-    const Obstacles::Cells whole = wholeObstacle(objectAt(part_cells), obstacles, evidence_);
-    return {whole.begin(), whole.end()};
+    const int k = wholeObstacle(objectAt(part_cells), obstacles, evidence_);
+    return k < 0 ? std::vector<cv::Point>() : obstacles.cells[size_t(k)];
   }
   static ObservedObject objectAt(const cv::Rect& part) {
     ObservedObject object;
@@ -411,12 +422,13 @@ TEST_F(WholeObjectTest, JoinedWithNothingIsThePart) {
 }
 
 TEST_F(WholeObjectTest, PixelsOfAnotherSurfaceAreNoneOfTheObject) {
-  const StereoRig rig = cellRig();
-  cv::Mat1f disparity_px(rig.size, 20.0f);
+  FrameParts parts;
+  cv::Mat1f& disparity_px = parts.input.measured_disparity_px;
+  disparity_px = cv::Mat1f(cellRig().size, 20.0f);
   disparity_px(cv::Rect(80, 20, 3, 48)) = 5;
-  const Obstacles obstacles = findObstacles(rig, cells_, std::nullopt);
-  const ObservedObject object =
-      objectOf(obstacles[0], obstacles[0].area(), cells_, DisparityRange(), disparity_px);
+  parts.cells = cells_;
+  const Obstacles obstacles = findObstacles(cellRig(), cells_, std::nullopt);
+  const ObservedObject object = objectOf(parts.frame, obstacles.cells[0]);
   EXPECT_EQ(cv::Rect(object.observation.box_px),
             cv::Rect(kCellSide_px * kPerson.tl(), kPerson.size() * kCellSide_px));
   EXPECT_EQ(cv::countNonZero(object.mask), 16 * (kBody.area() + kLegs.area()) - 3 * 48);

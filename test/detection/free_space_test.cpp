@@ -245,7 +245,7 @@ TEST_F(FreeSpaceTest, WhatWasThereBeforeTheViewThroughComesBack) {
   EXPECT_EQ(cv::countNonZero(space_.evidence().fixed(kBoardCells)), kBoardCells.area());
 }
 
-constexpr int kFrames = 3, kStep_px = 2, kCell_px = 4, kCentre_px = 2, kRow_px = 22;
+constexpr int kFrames = 3, kRow_px = 22;
 constexpr float kLeast_px = 3;
 
 enum class Sight { kNone, kThrough, kSame };
@@ -282,14 +282,13 @@ class FreeSpaceRows : public testing::TestWithParam<int> {
     return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random_));
   }
   SightRow row() const {
-    return {disparity.data(), variance.data(), width.data(), GetParam(), kCentre_px, kCell_px,
-            kRow_px,          kStep_px,        40,           300,        60};
+    return {disparity.data(), variance.data(), width.data(), GetParam(), kRow_px, 40, 300, 60};
   }
 
   Sight sightOf(int u, int k) const {
     const std::array<float, 16>& h = H[static_cast<size_t>(k)];
     const auto i = static_cast<size_t>(u);
-    const float x = static_cast<float>(kCentre_px + kCell_px * u), y = kRow_px, d = disparity[i];
+    const float x = static_cast<float>(2 + 4 * u), y = kRow_px, d = disparity[i];
     const float w = h[3] * x + h[7] * y + h[11] * d + h[15];
     const float per_w = 1 / w;
     const float column = (h[0] * x + h[4] * y + h[8] * d + h[12]) * per_w * 0.5f + 0.5f,

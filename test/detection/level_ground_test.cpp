@@ -46,13 +46,7 @@ cv::Mat1b groundOf(const cv::Mat1f& disparity, const StereoRig& rig) {
   LevelGround level;
   level.setFrame(rig, DisparityRange(), disparity);
   const cv::Rect lattice(0, 0, rig.size.width / 2, rig.size.height / 2);
-  Scratch<float> work;
-  const float lowest_m = level.lowestIn(lattice, work);
-  cv::Mat1b ground(lattice.size());
-  for (int v = 0; v < lattice.height; ++v)
-    for (int u = 0; u < lattice.width; ++u)
-      ground(v, u) = level.below_m(v)[u] >= lowest_m ? 255 : 0;
-  return ground;
+  return ~level.layerIn(lattice, disparity, -10, 1000);
 }
 
 double shareOf(const cv::Mat1b& ground, const cv::Rect& pixels) {
@@ -153,6 +147,29 @@ TEST(LevelGround, IsThatOfTheReference) {
       EXPECT_GT(level, 1500);
       EXPECT_LT(level, 7000);
     }
+  }
+}
+
+TEST(LevelGround, LayerIsWithinItsDisparitiesAndNoGround) {
+  StereoRig rig = testRig();
+  rig.cy_px = 20;
+  for (const int width : {2, 14, 33, 66, 500}) {
+    const cv::Mat1f map = disparities({width, 120});
+    const cv::Rect area(width / 8, 5, (width + 1) / 2 - width / 8, 50);
+    forEveryTarget([&] {
+      LevelGround ground;
+      ground.setFrame(rig, DisparityRange(), map);
+      const cv::Mat1b above = ground.layerIn(area, map, -10, 1000),
+                      layer = ground.layerIn(area, map, 10, 20);
+      for (int v = 0; v < area.height; ++v)
+        for (int u = 0; u < area.width; ++u) {
+          const float d = map(2 * (area.y + v), 2 * (area.x + u));
+          EXPECT_EQ(layer(v, u), d >= 10 && d <= 20 ? above(v, u) : 0) << u << ' ' << v;
+        }
+      if (width == 500) {
+        EXPECT_GT(cv::countNonZero(above == 0), 1000) << "ground";
+      }
+    });
   }
 }
 

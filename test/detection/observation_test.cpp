@@ -29,13 +29,15 @@ ObservedObject objectIn(const cv::Rect& area) {
 }
 
 TEST(ObjectShape, OfAnUprightRectangle) {
-  const StereoRig rig = testRig();
+  DetectionInput input;
+  input.rig = testRig();
   const cv::Rect area(250, 100, 51, 81);
-  cv::Mat1f disparity(rig.size, 5.0f);  // 50 m
-  disparity(area) = 25.0f;              // 10 m
+  cv::Mat1f& disparity = input.measured_disparity_px;
+  disparity = cv::Mat1f(input.rig.size, 5.0f);  // 50 m
+  disparity(area) = 25.0f;                      // 10 m
   disparity(cv::Rect(250, 100, 51, 2)) = -1.0f;
   ObservedObject object = objectIn(area);
-  ASSERT_TRUE(measureShape(rig, DisparityRange(), disparity, object));
+  ASSERT_TRUE(measureShape(input, DisparityRange(), object));
   const Observation& seen = object.observation;
   EXPECT_NEAR(seen.distance_m, 10, 1e-6);
   EXPECT_NEAR(seen.centre_m.x(), 75.0 / 50, 0.03);
@@ -47,20 +49,24 @@ TEST(ObjectShape, OfAnUprightRectangle) {
 }
 
 TEST(ObjectShape, IgnoresWhatIsNotInTheMaskAndTails) {
-  const StereoRig rig = testRig();
-  cv::Mat1f disparity(rig.size, 20.0f);
+  DetectionInput input;
+  input.rig = testRig();
+  cv::Mat1f& disparity = input.measured_disparity_px;
+  disparity = cv::Mat1f(input.rig.size, 20.0f);
   disparity(cv::Rect(120, 100, 20, 40)) = 60.0f;
   disparity(cv::Rect(100, 100, 20, 1)) = 90.0f;
   ObservedObject object = objectIn({100, 100, 40, 40});
   object.mask.colRange(20, 40).setTo(0);
-  ASSERT_TRUE(measureShape(rig, DisparityRange(), disparity, object));
+  ASSERT_TRUE(measureShape(input, DisparityRange(), object));
   EXPECT_NEAR(object.observation.distance_m, 12.5, 1e-6);
 }
 
 TEST(ObjectShape, NeedsPoints) {
-  const StereoRig rig = testRig();
+  DetectionInput input;
+  input.rig = testRig();
+  input.measured_disparity_px = cv::Mat1f(input.rig.size, -1.0f);
   ObservedObject object = objectIn({100, 100, 40, 40});
-  EXPECT_FALSE(measureShape(rig, DisparityRange(), cv::Mat1f(rig.size, -1.0f), object));
+  EXPECT_FALSE(measureShape(input, DisparityRange(), object));
 }
 
 constexpr double kCameraHeight_m = 1.5, kDepth_m = 15;

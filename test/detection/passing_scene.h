@@ -4,8 +4,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "detection/frame_history.h"
 #include "detection/motion_noise.h"
+#include "frame_parts.h"
 
 namespace predictive_stereo {
 
@@ -14,8 +14,9 @@ constexpr float kWall_px = 10, kStaticShift_px = 8, kShiftPerDisparity = 0.8f;
 
 /// A wall with a noise texture, parallel to the image plane. The camera moves to the right, and
 /// parts of the wall move on their own.
-struct Passing {
+struct Passing : FrameParts {
   Passing() : now(kHeight, kWidth), before(kHeight, kWidth) {
+    range = {0, 64};
     rig.size = {kWidth, kHeight};
     rig.fx_px = rig.fy_px = 300;
     rig.cx_left_px = rig.cx_right_px = kWidth / 2;
@@ -49,18 +50,12 @@ struct Passing {
   }
   static constexpr double kSeconds = 0.1;
   StereoRig rig;
-  DisparityRange range{0, 64};
   Eigen::Isometry3d T_prev_cam = Eigen::Isometry3d::Identity();
   Matrix6d motion_covariance = toldCovariance(Matrix6d::Zero());
   cv::Mat1b now, before;
   cv::Mat1f disparity, variance;
-  RememberedFrame current, previous;
+  RememberedFrame previous;
   PastFrame past;
-  DetectionInput input;
-  MotionDetectionParams params;
-  DepthCells cells;
-  std::optional<GroundPlane> ground;
-  const FrameView frame{input, range, params, current, cells, ground};
 };
 
 inline std::vector<cv::Point> pointsIn(const cv::Rect& part) {

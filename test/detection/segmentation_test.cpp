@@ -1,14 +1,12 @@
-/// Segments on a wall that the camera passes, and their loops on every SIMD target.
+/// Segments on a wall that the camera passes, and how they grow.
 #include "detection/segmentation.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
-#include <random>
 #include <vector>
 
-#include "every_target.h"
 #include "passing_scene.h"
 
 namespace predictive_stereo {
@@ -36,7 +34,6 @@ struct BehindAPole : Passing {
     Comparison static_world;
     seen.compare(seen.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world);
     const cv::Mat1f no_residual(frame.lattice(), -1e6f);
-    LevelGround level;
     level.setFrame(rig, range, disparity);
     Hypothesis hypothesis;
     for (cv::Point p : points_px) hypothesis.seeds.push_back(p / 2);
@@ -45,8 +42,7 @@ struct BehindAPole : Passing {
     hypothesis.farthest_px = kMover_px - 2;
     const double depth_m = rig.disparityTimesDepth() / kMover_px;
     hypothesis.moved_m.x() = -kFlow_px * depth_m / rig.fx_px;
-    SegmentationWork work;
-    return segment(seen, {&static_world, no_residual, level}, hypothesis, work);
+    return segment(seen, &static_world, no_residual, hypothesis);
   }
 };
 
@@ -89,8 +85,6 @@ TEST(Segmentation, WhatNoPointLiesOnIsNoPart) {
   EXPECT_GE(2 * found->area.x, 200) << "the part to the left of the pole may be another object";
 }
 
-constexpr float kLeastSmooth = -0.7f, kDecisive = 2.0f;
-
 // A layer with a surface, of which motion has revealed a part.
 struct Surface {
   cv::Mat1b layer = cv::Mat1b::zeros(60, 120), mask = cv::Mat1b::zeros(60, 120);
@@ -104,9 +98,8 @@ struct Surface {
   bool grow() {
     cv::Mat1f smooth;
     cv::boxFilter(support, smooth, CV_32F, {5, 5});
-    SegmentationWork work;
     const cv::Mat1b before = mask.clone();
-    growOverLayer(layer, support, smooth, kLeastSmooth, kDecisive, mask, work);
+    growOverLayer(layer, support, smooth, mask);
     return cv::countNonZero(mask != before) > 0;
   }
   cv::Rect box() const { return cv::boundingRect(mask); }
@@ -164,47 +157,6 @@ TEST(GrownSegment, StaysWhereItsPartsLieInMoreThanOneSurface) {
   surface.mask(cv::Rect(65, 15, 10, 20)) = 255;
   EXPECT_FALSE(surface.grow());
 }
-
-class SegmentationRows : public testing::TestWithParam<int> {
- protected:
-  SegmentationRows() {
-    std::mt19937 random(static_cast<unsigned>(GetParam()));
-    std::uniform_int_distribution<int> value(-20, 20);
-    const auto n = static_cast<size_t>(GetParam());
-    for (size_t i = 0; i < 2 * n; ++i) disparity.push_back(static_cast<float>(value(random)));
-    for (size_t i = 0; i < n; ++i) {
-      first.push_back(static_cast<float>(value(random)));
-      second.push_back(static_cast<float>(value(random)));
-    }
-  }
-  int width() const { return GetParam(); }
-
-  std::vector<float> disparity, first, second;
-};
-
-TEST_P(SegmentationRows, LayerIsWithinItsDisparitiesAndNoGround) {
-  forEveryTarget([&] {
-    std::vector<uint8_t> layer(first.size());
-    layerRow(disparity.data(), first.data(), width(), -3, 7, 4, layer.data());
-    for (size_t u = 0; u < layer.size(); ++u) {
-      const float d = disparity[2 * u];
-      EXPECT_EQ(layer[u], d >= -3 && d <= 7 && first[u] < 4 ? 255 : 0) << u;
-    }
-  });
-}
-
-TEST_P(SegmentationRows, SupportIsTheClampedDifference) {
-  forEveryTarget([&] {
-    std::vector<float> support(first.size());
-    supportRow(first.data(), second.data(), width(), 5, support.data());
-    for (size_t u = 0; u < support.size(); ++u)
-      EXPECT_EQ(support[u],
-                first[u] < 0 || second[u] < 0 ? 0 : std::clamp(first[u] - second[u], -5.0f, 5.0f))
-          << u;
-  });
-}
-
-INSTANTIATE_TEST_SUITE_P(Widths, SegmentationRows, testing::Values(1, 7, 16, 33, 250));
 
 }  // namespace
 }  // namespace predictive_stereo

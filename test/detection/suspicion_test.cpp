@@ -17,6 +17,13 @@ cv::Mat1w deviationOf(const cv::Mat1b& grey) {
   return deviation;
 }
 
+// Of a frame with these disparities.
+std::vector<cv::Point> suspectsOf(FrameParts& parts, const cv::Mat1b& grey,
+                                  const cv::Mat1f& mismatch, const cv::Mat1f& disparity_px) {
+  parts.input.measured_disparity_px = disparity_px;
+  return findSuspects(parts.frame, deviationOf(grey), mismatch).points_px;
+}
+
 double meanAround(const cv::Mat1d& map, int v, int u) {
   return cv::mean(map(cv::Rect(u - 2, v - 2, 5, 5)))[0];
 }
@@ -59,19 +66,14 @@ TEST(Suspicion, FindsTheWorstPointOfEachCellAsTheReference) {
     const cv::Mat1f mismatch = map(part);
     const cv::Mat1f disparity(2 * grey.rows, 2 * grey.cols, 10.0f);
     for (const double least : {0.3, 4.9, 100.0}) {
-      MotionDetectionParams params;
-      params.min_mismatch = least;
+      FrameParts parts;
+      parts.params.min_mismatch = least;
       const std::vector<cv::Point> expected = reference(grey, mismatch, least);
       if (size.width > 600 && least < 1) {
         EXPECT_GT(expected.size(), 4000u);
       }
-      forEveryTarget([&] {
-        Suspicion suspicion;
-        EXPECT_EQ(suspicion.find(deviationOf(grey), mismatch, disparity, DisparityRange(),
-                                 LevelGround(), params),
-                  expected)
-            << least;
-      });
+      forEveryTarget(
+          [&] { EXPECT_EQ(suspectsOf(parts, grey, mismatch, disparity), expected) << least; });
     }
   }
 }
@@ -82,11 +84,9 @@ TEST(Suspicion, LeavesEdgesOfDisparityOut) {
   cv::Mat1f disparity(200, 400, 10.0f);
   disparity.colRange(104, 109).setTo(30.0f);  // a pole; of each cell, column 10 + 8 k is tried
   disparity.colRange(200, 300).setTo(30.0f);  // a car
-  MotionDetectionParams params;
-  Suspicion suspicion;
+  FrameParts parts;
   int on_pole = 0, on_car = 0;
-  for (cv::Point p : suspicion.find(deviationOf(grey), mismatch, disparity, DisparityRange(),
-                                    LevelGround(), params)) {
+  for (cv::Point p : suspectsOf(parts, grey, mismatch, disparity)) {
     on_pole += p.x >= 104 && p.x < 109;
     on_car += p.x >= 200 && p.x < 300;
   }
@@ -95,15 +95,13 @@ TEST(Suspicion, LeavesEdgesOfDisparityOut) {
 }
 
 TEST(Suspicion, UnknownDisparitiesAreNoSurface) {
+  FrameParts parts;
+  parts.range = {10, 64};
   const cv::Mat1b grey(100, 200, uchar{50});
   const cv::Mat1f mismatch(grey.size(), 20.0f);
-  const DisparityRange range{10, 64};
-  cv::Mat1f disparity(200, 400, range.invalid());
+  cv::Mat1f disparity(200, 400, parts.range.invalid());
   disparity.colRange(104, 109).setTo(10.0f);
-  MotionDetectionParams params;
-  Suspicion suspicion;
-  EXPECT_TRUE(
-      suspicion.find(deviationOf(grey), mismatch, disparity, range, LevelGround(), params).empty());
+  EXPECT_TRUE(suspectsOf(parts, grey, mismatch, disparity).empty());
 }
 
 TEST(Suspicion, LeavesTheRoadOut) {
@@ -115,15 +113,12 @@ TEST(Suspicion, LeavesTheRoadOut) {
   rig.baseline_m = 0.5;
   cv::Mat1f disparity(rig.size, 3.0f);
   for (int y = 106; y < disparity.rows; ++y) disparity.row(y).setTo(0.35 * (y - 100));
-  LevelGround ground;
-  ground.setFrame(rig, DisparityRange(), disparity);
   const cv::Mat1b grey(100, 200, uchar{50});
   const cv::Mat1f mismatch(grey.size(), 20.0f);
-  MotionDetectionParams params;
-  Suspicion suspicion;
+  FrameParts parts;
+  parts.level.setFrame(rig, DisparityRange(), disparity);
   int upright = 0;
-  for (cv::Point p :
-       suspicion.find(deviationOf(grey), mismatch, disparity, DisparityRange(), ground, params)) {
+  for (cv::Point p : suspectsOf(parts, grey, mismatch, disparity)) {
     EXPECT_LT(p.y, 115);
     ++upright;
   }
@@ -131,9 +126,7 @@ TEST(Suspicion, LeavesTheRoadOut) {
 }
 
 std::vector<cv::Point> unexplained(Passing& scene, const std::vector<cv::Point>& points_px) {
-  std::vector<cv::Point> kept;
-  unexplainedPoints(scene.view(), points_px, kept);
-  return kept;
+  return unexplainedPoints(scene.view(), points_px);
 }
 
 TEST(UnexplainedPoints, LeavesWhatStandsOut) {

@@ -1,0 +1,19 @@
+/// What a view of the current frame refers to: a test sets what it needs.
+#pragma once
+
+#include "detection/frame_history.h"
+
+namespace predictive_stereo {
+
+struct FrameParts {
+  DetectionInput input;
+  DisparityRange range;
+  MotionDetectionParams params;
+  RememberedFrame current;
+  DepthCells cells;
+  std::optional<GroundPlane> ground;
+  LevelGround level;
+  const FrameView frame{input, range, params, current, cells, ground, level};
+};
+
+}  // namespace predictive_stereo
