@@ -32,10 +32,7 @@ bool poseFits(const FreeSpaceEvidence& evidence) {
   return fixed >= kLeastFixed * (moved + fixed);
 }
 
-// Largest difference of disparities within a cell: fixed part, and relative to them.
-constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
 constexpr double kLeastPart = 0.2;  // share of the cells that the part has
-constexpr double kThin = 0.3;       // pixels of a line / of the fullest line
 
 // The cells whose centre is in the object.
 cv::Mat1b cellsOf(const ObservedObject& object, cv::Size cells) {
@@ -61,25 +58,6 @@ int commonObstacle(const cv::Mat1b& inside, const cv::Mat1i& number) {
         most = votes[obstacle];
       }
   return 2 * most >= cv::countNonZero(inside) ? obstacle : -1;
-}
-
-// Without thin lines at the ends.
-cv::Range withoutEnds(const std::vector<int>& counts) {
-  const double thin = kThin * *std::max_element(counts.begin(), counts.end());
-  cv::Range kept(0, static_cast<int>(counts.size()));
-  const auto at = [&](int i) { return counts[static_cast<size_t>(i)]; };
-  while (!kept.empty() && at(kept.start) <= thin) ++kept.start;
-  while (!kept.empty() && at(kept.end - 1) <= thin) --kept.end;
-  return kept;
-}
-
-cv::Rect withoutEnds(const cv::Mat1b& mask) {
-  std::vector<int> columns(static_cast<size_t>(mask.cols)), rows(static_cast<size_t>(mask.rows));
-  for (int y = 0; y < mask.rows; ++y)
-    for (int x = 0; x < mask.cols; ++x)
-      if (mask(y, x)) ++columns[static_cast<size_t>(x)], ++rows[static_cast<size_t>(y)];
-  const cv::Range across = withoutEnds(columns), down = withoutEnds(rows);
-  return {across.start, down.start, across.size(), down.size()};
 }
 
 cv::Rect pixelsOf(const cv::Rect& cells) {
@@ -144,19 +122,6 @@ int wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
   }
   const auto all = static_cast<double>(whole.size());
   return of_part < kLeastPart * all || moved < kLeastMoved * all ? -1 : k;
-}
-
-ObservedObject joined(const ObservedObject& part, const ObservedObject& whole) {
-  const cv::Rect of_part = part.observation.box_px, kept = withoutEnds(whole.mask);
-  if (kept.empty()) return part;
-  const cv::Rect of_whole = kept + cv::Rect(whole.observation.box_px).tl();
-  ObservedObject both{part.observation, {}};
-  const cv::Rect box = of_part | of_whole;
-  both.observation.box_px = box;
-  both.mask = cv::Mat1b::zeros(box.size());
-  whole.mask(kept).copyTo(both.mask(of_whole - box.tl()));
-  both.mask(of_part - box.tl()).setTo(255, part.mask);
-  return both;
 }
 
 std::vector<ObservedObject> FreeSpaceChannel::find(const FrameView& frame, DepthCells& cells) {

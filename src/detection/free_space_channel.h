@@ -20,10 +20,6 @@ ObservedObject objectOf(const FrameView& frame, const std::vector<cv::Point>& ob
 int wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
                   const FreeSpaceEvidence& evidence);
 
-/// The pixels of both, without thin ends of the whole: what a matcher adds at silhouettes.
-/// Observation is that of the part, but for box_px.
-ObservedObject joined(const ObservedObject& part, const ObservedObject& whole);
-
 /// Finds whole obstacles that have moved to where the camera has looked through before. Needs
 /// neither texture nor tracks; motion may be large. An obstacle that has grown together with static
 /// ones is left to the other channels.

@@ -16,11 +16,54 @@ constexpr double kSlope = 0.03;        // of the ground: a far object may be uph
 constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
 constexpr int kBelow = 3;              // rows of cells in which something nearer hides a lower end
 
+constexpr double kThin = 0.3;  // pixels of a line / of the fullest line
+
 double quantile(std::vector<float>& values, double share) {
   const auto k =
       static_cast<std::ptrdiff_t>(std::lround(share * static_cast<double>(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + k, values.end());
   return static_cast<double>(values[static_cast<size_t>(k)]);
+}
+
+// Without thin lines at the ends.
+cv::Range withoutEnds(const std::vector<int>& counts) {
+  const double thin = kThin * *std::max_element(counts.begin(), counts.end());
+  cv::Range kept(0, static_cast<int>(counts.size()));
+  const auto at = [&](int i) { return counts[static_cast<size_t>(i)]; };
+  while (!kept.empty() && at(kept.start) <= thin) ++kept.start;
+  while (!kept.empty() && at(kept.end - 1) <= thin) --kept.end;
+  return kept;
+}
+
+cv::Rect withoutEnds(const cv::Mat1b& mask) {
+  std::vector<int> columns(static_cast<size_t>(mask.cols)), rows(static_cast<size_t>(mask.rows));
+  for (int y = 0; y < mask.rows; ++y)
+    for (int x = 0; x < mask.cols; ++x)
+      if (mask(y, x)) ++columns[static_cast<size_t>(x)], ++rows[static_cast<size_t>(y)];
+  const cv::Range across = withoutEnds(columns), down = withoutEnds(rows);
+  return {across.start, down.start, across.size(), down.size()};
+}
+
+bool haveSameVelocity(const Observation& one, const Observation& other, double sigma_mps) {
+  constexpr double kMostSigmas = 3;
+  const Eigen::Matrix3d covariance = one.velocity_covariance + other.velocity_covariance +
+                                     sigma_mps * sigma_mps * Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d difference = one.velocity_mps - other.velocity_mps;
+  return difference.dot(covariance.inverse() * difference) < kMostSigmas * kMostSigmas;
+}
+
+// Whether most pixels between two boxes have this disparity, if they are side by side or one above
+// the other.
+bool isSurfaceBetween(const cv::Mat1f& disparity_px, const cv::Rect& a, const cv::Rect& b,
+                      double expected_px) {
+  const cv::Point first(std::max(a.x, b.x), std::max(a.y, b.y)),
+      end(std::min(a.br().x, b.br().x), std::min(a.br().y, b.br().y));
+  if (end.x >= first.x && end.y >= first.y) return true;
+  if (end.x < first.x && end.y < first.y) return false;
+  const cv::Mat1f between = disparity_px(cv::Rect(first, end));
+  const double tolerance_px = kSameSurface_px + kSameSurface * expected_px;
+  const int alike = cv::countNonZero(cv::abs(between - expected_px) <= tolerance_px);
+  return 2 * alike >= static_cast<int>(between.total());
 }
 
 }  // namespace
@@ -53,6 +96,19 @@ Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px) {
   const double depth_m = rig.disparityTimesDepth() / disparity_px;
   const double sigma_z_m = 0.3 + 0.3 * depth_m / disparity_px;
   return Eigen::Vector3d(0.04, 0.04, sigma_z_m * sigma_z_m).asDiagonal();
+}
+
+ObservedObject joined(const ObservedObject& part, const ObservedObject& whole) {
+  const cv::Rect of_part = part.observation.box_px, kept = withoutEnds(whole.mask);
+  if (kept.empty()) return part;
+  const cv::Rect of_whole = kept + cv::Rect(whole.observation.box_px).tl();
+  ObservedObject both{part.observation, {}};
+  const cv::Rect box = of_part | of_whole;
+  both.observation.box_px = box;
+  both.mask = cv::Mat1b::zeros(box.size());
+  whole.mask(kept).copyTo(both.mask(of_whole - box.tl()));
+  both.mask(of_part - box.tl()).setTo(255, part.mask);
+  return both;
 }
 
 LowerEnd lowerEndOf(const DepthCells& cells, const std::optional<GroundPlane>& ground,
@@ -102,25 +158,36 @@ bool overlaps(const MotionDetectionParams& params, const Observation& seen,
          std::abs(object.distance_m - seen.distance_m) < params.max_width_m / 2;
 }
 
-bool belongsTo(const Observation& seen, const Observation& object, double largest_share) {
-  constexpr double kSigma_mps = 2, kMostSigmas = 3;  // for sides, whose motion along them is vague
+bool belongsTo(const Observation& seen, const Observation& object) {
+  constexpr double kSigma_mps = 2;  // for sides, whose motion along them is vague
   constexpr double kDepthGap_m = 4.5, kMostHidden = 0.3;
+  constexpr double kLargestPart = 0.25;  // its area / the object's
   const int gap_px = static_cast<int>(kGap_m / object.size_m.x() * object.box_px.width) + 8;
   const cv::Rect around(object.box_px.x - gap_px, object.box_px.y - gap_px,
                         object.box_px.width + 2 * gap_px, object.box_px.height + 2 * gap_px);
   if ((around & seen.box_px).empty()) return false;
-  if (seen.size_m.x() * seen.size_m.y() > largest_share * object.size_m.x() * object.size_m.y())
+  if (seen.size_m.x() * seen.size_m.y() > kLargestPart * object.size_m.x() * object.size_m.y())
     return false;
   const int common = (object.box_px & seen.box_px).area();
   if (common > kMostHidden * seen.box_px.area() && object.distance_m < seen.distance_m) return true;
   const double depth_gap_m = std::max(seen.distance_m - (object.distance_m + object.size_m.z()),
                                       object.distance_m - (seen.distance_m + seen.size_m.z()));
   if (depth_gap_m > kDepthGap_m) return false;
-  if (!seen.has_velocity || !object.has_velocity) return true;
-  const Eigen::Matrix3d covariance = seen.velocity_covariance + object.velocity_covariance +
-                                     kSigma_mps * kSigma_mps * Eigen::Matrix3d::Identity();
-  const Eigen::Vector3d difference = seen.velocity_mps - object.velocity_mps;
-  return difference.dot(covariance.inverse() * difference) < kMostSigmas * kMostSigmas;
+  return seen.has_velocity && object.has_velocity && haveSameVelocity(seen, object, kSigma_mps);
+}
+
+bool moveAsOne(const DetectionInput& input, const MotionDetectionParams& params,
+               const Observation& one, const Observation& other) {
+  constexpr double kSigma_mps = 0.5, kNoise_px = 1;
+  const double disparity_times_depth = input.rig.disparityTimesDepth();
+  const double d_one = disparity_times_depth / one.centre_m.z(),
+               d_other = disparity_times_depth / other.centre_m.z();
+  const bool same_depth =
+      std::abs(one.centre_m.z() - other.centre_m.z()) <= params.layer_margin_m ||
+      std::abs(d_one - d_other) <= kNoise_px;
+  return same_depth && haveSameVelocity(one, other, kSigma_mps) &&
+         isSurfaceBetween(input.measured_disparity_px, one.box_px, other.box_px,
+                          0.5 * (d_one + d_other));
 }
 
 }  // namespace predictive_stereo

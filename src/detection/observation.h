@@ -19,10 +19,11 @@ struct Observation {
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< along the axes of that frame
   double distance_m = 0;                               ///< depth of its nearest part
   Eigen::Matrix3d centre_covariance = Eigen::Matrix3d::Zero();  ///< [m^2], in that frame
-  /// Velocity measured in this frame alone, in the odom frame: the mean over `velocity_span_s`.
+  /// Whether the velocity was measured in this frame alone, as the mean over `velocity_span_s`.
+  /// Otherwise it is that of the object's track, or 0.
   bool has_velocity = false;
   double velocity_span_s = 0;
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< in the odom frame
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();
   double score = 0;
 };
@@ -40,6 +41,10 @@ bool measureShape(const DetectionInput& input, const DisparityRange& range, Obse
 
 /// Covariance [m^2] of the centre of an object with this disparity, in the camera's frame.
 Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px);
+
+/// The pixels of both, without thin ends of the whole: what a matcher adds at silhouettes.
+/// Observation is that of the part, but for box_px.
+ObservedObject joined(const ObservedObject& part, const ObservedObject& whole);
 
 /// What the lower end of an object's visible part is.
 enum class LowerEnd {
@@ -64,6 +69,9 @@ struct Extent {
 bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end,
                  double distance_m);
 
+/// Disparities of one surface differ by at most a fixed part and a share of them.
+constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
+
 /// Largest gap without texture within an object [m].
 constexpr double kGap_m = 0.25;
 
@@ -74,10 +82,14 @@ double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b);
 bool overlaps(const MotionDetectionParams& params, const Observation& seen,
               const Observation& object);
 
-/// Whether `seen` is a part of `object`: it is beside it and has the same velocity, like the side
-/// of a vehicle whose rear was found; or it is behind it, where the background was occluded in the
-/// past.
-/// @param largest_share  largest area of a part, as a share of the object's.
-bool belongsTo(const Observation& seen, const Observation& object, double largest_share);
+/// Whether `seen` is a small part of `object`: it is beside it and has the same velocity, like the
+/// side of a vehicle whose rear was found; or it is behind it, where the background was occluded in
+/// the past.
+bool belongsTo(const Observation& seen, const Observation& object);
+
+/// Whether two observations are parts of one object, like the ends of a car with a dark door
+/// between them: they have the same velocity and depth, and so has the surface between them.
+bool moveAsOne(const DetectionInput& input, const MotionDetectionParams& params,
+               const Observation& one, const Observation& other);
 
 }  // namespace predictive_stereo

@@ -1,7 +1,6 @@
 #include "detection/verification.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace predictive_stereo {
 namespace {
@@ -10,7 +9,6 @@ using Source = Hypothesis::Source;
 
 constexpr int kFewestDecisive = 16;         // see Segment
 constexpr double kLeastWithResidual = 0.7;  // share of pixels, for motion along the line of sight
-constexpr double kLargestPart = 0.25;       // area of a part / area of the object
 
 // The object of a segment in full resolution: pixels of its lattice cells within the layer.
 ObservedObject observedObject(const DetectionInput& input, const Segment& segment, float nearest,
@@ -96,32 +94,34 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
                    input.rig.disparityTimesDepth() / hypothesis.disparity_px))
     return std::nullopt;
   seen.centre_covariance = centreCovariance(input.rig, hypothesis.disparity_px);
-  if (hypothesis.source != Source::kKnown) {
-    const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
-    seen.has_velocity = true;
-    seen.velocity_span_s = past.seconds;
-    seen.velocity_mps = R * hypothesis.moved_m / past.seconds;
-    seen.velocity_covariance =
-        R * hypothesis.covariance * R.transpose() / (past.seconds * past.seconds);
-  }
+  const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
+  seen.has_velocity = hypothesis.source != Source::kKnown;
+  seen.velocity_span_s = past.seconds;
+  seen.velocity_mps = R * hypothesis.moved_m / past.seconds;
+  seen.velocity_covariance =
+      R * hypothesis.covariance * R.transpose() / (past.seconds * past.seconds);
   seen.score = std::clamp(by_images ? found->explained : found->dense, 0.0, 1.0);
   return VerifiedObject{std::move(object), hypothesis, std::move(*found)};
 }
 
-// Adds an object unless it was found already, or is a part of one.
+// Adds an object unless it was found already, or is a part of one. What moves as one is joined.
 void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
   const Hypothesis& hypothesis = verified.hypothesis;
   const Observation& seen = verified.object.observation;
   if (!isFree(hypothesis)) return;
-  // The velocities of one frame distinguish neighbouring objects, but not a small part of an
-  // object.
-  const double largest_part =
-      hypothesis.source == Source::kKnown ? std::numeric_limits<double>::infinity() : kLargestPart;
   for (const ObservedObject& other : objects_)
-    if (overlaps(frame.params, seen, other.observation) ||
-        belongsTo(seen, other.observation, largest_part))
+    if (overlaps(frame.params, seen, other.observation) || belongsTo(seen, other.observation))
       return;
   taken_(verified.segment.area).setTo(255, verified.segment.mask);
+  for (ObservedObject& other : objects_) {
+    if (!moveAsOne(frame.input, frame.params, other.observation, seen)) continue;
+    ObservedObject whole = joined(other, verified.object);
+    if (!measureShape(frame.input, frame.range, whole) ||
+        whole.observation.size_m.x() > frame.params.max_width_m)
+      continue;
+    other = std::move(whole);
+    return;
+  }
   objects_.push_back(std::move(verified.object));
 }
 

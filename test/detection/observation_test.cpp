@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "predictive_stereo/stereo_rig.h"
 
@@ -169,7 +168,6 @@ TEST_F(ItsLowerEnd, IsAFootOrHidden) {
   EXPECT_EQ(of(behind, plane), LowerEnd::kFoot);
 }
 
-constexpr double kAny = std::numeric_limits<double>::infinity();
 constexpr double kFocal_px = 500;
 
 // Half a metre deep.
@@ -187,6 +185,10 @@ Observation moving(Observation seen, const Eigen::Vector3d& velocity_mps, double
   seen.velocity_mps = velocity_mps;
   seen.velocity_covariance = variance * Eigen::Matrix3d::Identity();
   return seen;
+}
+
+Observation atRest(const cv::Rect& box, double distance_m) {
+  return moving(at(box, distance_m), {0, 0, 0});
 }
 
 // 2 m wide, 1.6 m high, 10 m away.
@@ -214,45 +216,43 @@ TEST(Overlaps, AtAboutTheSameDistance) {
 }
 
 TEST(BelongsTo, WithinAGapOfTheBox) {
-  const Observation car = at(kCar, 10);
+  const Observation car = atRest(kCar, 10);
   const int gap_px = static_cast<int>(kGap_m / 2.0 * kCar.width) + 8;
-  const auto beside = [&](int pixels) { return at({kCar.br().x + pixels, kCar.y, 20, 20}, 10); };
-  EXPECT_TRUE(belongsTo(beside(0), car, kAny));
-  EXPECT_TRUE(belongsTo(beside(gap_px - 1), car, kAny));
-  EXPECT_FALSE(belongsTo(beside(gap_px), car, kAny));
-  const auto above = [&](int pixels) { return at({kCar.x, kCar.y - 20 - pixels, 20, 20}, 10); };
-  EXPECT_TRUE(belongsTo(above(gap_px - 1), car, kAny));
-  EXPECT_FALSE(belongsTo(above(gap_px), car, kAny));
+  const auto beside = [&](int pixels) {
+    return atRest({kCar.br().x + pixels, kCar.y, 20, 20}, 10);
+  };
+  EXPECT_TRUE(belongsTo(beside(0), car));
+  EXPECT_TRUE(belongsTo(beside(gap_px - 1), car));
+  EXPECT_FALSE(belongsTo(beside(gap_px), car));
+  const auto above = [&](int pixels) { return atRest({kCar.x, kCar.y - 20 - pixels, 20, 20}, 10); };
+  EXPECT_TRUE(belongsTo(above(gap_px - 1), car));
+  EXPECT_FALSE(belongsTo(above(gap_px), car));
 }
 
-TEST(BelongsTo, PartsAreSmaller) {
-  const Observation car = at(kCar, 10);
-  const Observation quarter = at({kCar.br().x, kCar.y, 50, 40}, 10);
-  EXPECT_TRUE(belongsTo(quarter, car, 0.2501));
-  EXPECT_FALSE(belongsTo(quarter, car, 0.2499));
+TEST(BelongsTo, AQuarterOfTheSizeAtMost) {
+  const Observation car = atRest(kCar, 10);
+  EXPECT_TRUE(belongsTo(atRest({kCar.br().x, kCar.y, 50, 40}, 9.99), car));
   // The metric size counts, not that in the image.
-  EXPECT_FALSE(belongsTo(at({kCar.br().x, kCar.y, 50, 40}, 12), car, 0.2501));
+  EXPECT_FALSE(belongsTo(atRest({kCar.br().x, kCar.y, 50, 40}, 10.01), car));
 }
 
 TEST(BelongsTo, AtDepthsThatGoOn) {
-  const Observation car = at(kCar, 10);  // to 10.5 m
+  const Observation car = atRest(kCar, 10);  // to 10.5 m
   const cv::Rect beside(kCar.br().x, kCar.y, 20, 20);
-  EXPECT_TRUE(belongsTo(at(beside, 14.99), car, kAny));
-  EXPECT_FALSE(belongsTo(at(beside, 15.01), car, kAny));
-  EXPECT_TRUE(belongsTo(at(beside, 5.01), car, kAny));  // to 5.51 m
-  EXPECT_FALSE(belongsTo(at(beside, 4.99), car, kAny));
+  EXPECT_TRUE(belongsTo(atRest(beside, 14.99), car));
+  EXPECT_FALSE(belongsTo(atRest(beside, 15.01), car));
+  EXPECT_TRUE(belongsTo(atRest(beside, 5.01), car));  // to 5.51 m
+  EXPECT_FALSE(belongsTo(atRest(beside, 4.99), car));
 }
 
 TEST(BelongsTo, WhatTheObjectHides) {
-  const Observation car = at(kCar, 10);
+  const Observation car = atRest(kCar, 10);
   const auto hidden = [&](int columns, double distance_m) {
-    return moving(at({kCar.br().x - columns, kCar.y, 100, 80}, distance_m), {9, 0, 0});
+    return moving(at({kCar.br().x - columns, kCar.y, 10, 10}, distance_m), {9, 0, 0});
   };
-  EXPECT_TRUE(belongsTo(hidden(31, 40), moving(car, {0, 0, 0}), kAny))
-      << "however deep, however fast";
-  EXPECT_FALSE(belongsTo(hidden(30, 40), moving(car, {0, 0, 0}), kAny));
-  EXPECT_FALSE(belongsTo(hidden(31, 4), moving(car, {0, 0, 0}), kAny))
-      << "what is nearer is not hidden";
+  EXPECT_TRUE(belongsTo(hidden(4, 40), car)) << "however deep, however fast";
+  EXPECT_FALSE(belongsTo(hidden(3, 40), car));
+  EXPECT_FALSE(belongsTo(hidden(4, 4), car)) << "what is nearer is not hidden";
 }
 
 TEST(BelongsTo, OfAVelocityWithinThreeSigmas) {
@@ -260,11 +260,68 @@ TEST(BelongsTo, OfAVelocityWithinThreeSigmas) {
   // Both variances plus 2 m/s for a side that slides along itself: 9 m/s.
   const Observation car = moving(at(kCar, 10), {0, 0, 5}, 38.5);
   const auto part = [&](const Eigen::Vector3d& v) { return moving(at(beside, 10), v, 38.5); };
-  EXPECT_TRUE(belongsTo(part({0, 0, 5 + 26.9}), car, kAny));
-  EXPECT_FALSE(belongsTo(part({0, 0, 5 + 27.1}), car, kAny));
-  EXPECT_FALSE(belongsTo(part({20, 0, 5 + 20}), car, kAny));
-  EXPECT_TRUE(belongsTo(at(beside, 10), car, kAny)) << "of one nothing is known";
-  EXPECT_TRUE(belongsTo(part({0, 0, 99}), at(kCar, 10), kAny));
+  EXPECT_TRUE(belongsTo(part({0, 0, 5 + 26.9}), car));
+  EXPECT_FALSE(belongsTo(part({0, 0, 5 + 27.1}), car));
+  EXPECT_FALSE(belongsTo(part({20, 0, 5 + 20}), car));
+  EXPECT_FALSE(belongsTo(at(beside, 10), at(kCar, 10))) << "velocities of tracks do not tell";
+}
+
+// Two ends of a car, 10 m away, with a door of 40 columns between them.
+struct MoveAsOne : testing::Test {
+  MoveAsOne() {
+    input.rig = testRig();
+    ends_px = static_cast<float>(input.rig.disparityTimesDepth() / 10);
+    input.measured_disparity_px = cv::Mat1f(input.rig.size, ends_px);
+  }
+  static Observation endOfCar(int x, double depth_m = 10, const Eigen::Vector3d& v = {5, 0, 0}) {
+    Observation seen = moving(at({x, 100, 30, 40}, depth_m), v, 0);
+    seen.centre_m = {0, 0, depth_m};
+    return seen;
+  }
+  bool areOne(const Observation& one, const Observation& other) const {
+    const bool result = moveAsOne(input, kParams, one, other);
+    EXPECT_EQ(moveAsOne(input, kParams, other, one), result);
+    return result;
+  }
+
+  DetectionInput input;
+  float ends_px = 0;
+  const Observation rear = endOfCar(100);
+};
+
+TEST_F(MoveAsOne, AtOneVelocity) {
+  EXPECT_TRUE(areOne(rear, endOfCar(170)));
+  EXPECT_TRUE(areOne(rear, endOfCar(170, 10, {5 + 1.4, 0, 0}))) << "3 sigma: 1.5 m/s";
+  EXPECT_FALSE(areOne(rear, endOfCar(170, 10, {5 + 1.6, 0, 0})));
+  EXPECT_FALSE(areOne(rear, endOfCar(170, 10, {5, 0, 1.6})));
+}
+
+TEST_F(MoveAsOne, AtOneDepth) {
+  EXPECT_TRUE(areOne(rear, endOfCar(130, 10 + 0.59))) << "beside each other";
+  EXPECT_FALSE(areOne(rear, endOfCar(130, 10 + 0.61)));
+  // Far away 1 px is more than that.
+  EXPECT_TRUE(areOne(endOfCar(100, 40), endOfCar(130, 46)));
+  EXPECT_FALSE(areOne(endOfCar(100, 40), endOfCar(130, 48)));
+}
+
+TEST_F(MoveAsOne, WithASurfaceBetweenThem) {
+  const Observation front = endOfCar(170);
+  const cv::Rect door(130, 100, 40, 40);
+  // The background is seen between two people who walk side by side.
+  input.measured_disparity_px(door).setTo(ends_px / 2);
+  EXPECT_FALSE(areOne(rear, front));
+  input.measured_disparity_px(cv::Rect(130, 100, 21, 40)).setTo(ends_px + 1.5f);
+  EXPECT_TRUE(areOne(rear, front)) << "most of it is enough";
+  input.measured_disparity_px(door).setTo(DisparityRange().invalid());
+  EXPECT_FALSE(areOne(rear, front));
+}
+
+TEST_F(MoveAsOne, SideBySideOrOneAboveTheOther) {
+  Observation above = endOfCar(100);
+  above.box_px.y = 40;
+  EXPECT_TRUE(areOne(rear, above));
+  above.box_px.x = 131;
+  EXPECT_FALSE(areOne(rear, above)) << "diagonal";
 }
 
 }  // namespace
