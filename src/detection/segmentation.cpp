@@ -43,8 +43,9 @@ void dropLowColumns(const PastView& view, cv::Point origin, cv::Mat1b& mask) {
                                             kTallest * static_cast<double>(sorted.size() - 1));
   std::nth_element(sorted.begin(), tallest, sorted.end());
   const double lowest_m = kLowest * std::max(*tallest, 0.0);
-  for (int u = 0; u < mask.cols; ++u)
-    if (heights_m[static_cast<size_t>(u)] < lowest_m) mask.col(u).setTo(0);
+  for (int v = 0; v < mask.rows; ++v)
+    for (int u = 0; u < mask.cols; ++u)
+      if (heights_m[static_cast<size_t>(u)] < lowest_m) mask(v, u) = 0;
 }
 
 // The smallest box around the parts of the layer that are connected to a seed; empty if no seed is
