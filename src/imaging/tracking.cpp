@@ -12,22 +12,23 @@ constexpr int kFineIterations = 12;
 constexpr float kSmallestCorrelation = 0.8f;
 
 void trackPoint(const ImagePyramid& from, const ImagePyramid& to, Track& track) {
-  Patch patch;
+  track.found = false;
+  Patch fine, coarse;
+  // First: where this fails, coarse levels are of no use.
+  if (!fine.sample(from.level(0), track.origin, track.scale)) return;
   for (int k = from.levels() - 1; k > 0; --k) {
     const float shrink = 1.f / static_cast<float>(1 << k);
     // The scale matters on the finest levels only.
-    if (!patch.sample(from.level(k), track.origin * shrink, k > 1 ? 1.f : track.scale)) continue;
+    if (!coarse.sample(from.level(k), track.origin * shrink, k > 1 ? 1.f : track.scale)) continue;
     const Patch::Match match =
-        patch.align(to.level(k), track.position * shrink, kCoarseIterations, kCoarseStopPx);
+        coarse.align(to.level(k), track.position * shrink, kCoarseIterations, kCoarseStopPx);
     // A coarse level that fails is skipped, as for small foreground structures.
     if (match.correlation > 0.5f) track.position = match.position / shrink;
   }
-  track.found = false;
-  if (!patch.sample(from.level(0), track.origin, track.scale)) return;
-  const Patch::Match match = patch.align(to.level(0), track.position, kFineIterations);
+  const Patch::Match match = fine.align(to.level(0), track.position, kFineIterations);
   track.position = match.position;
   track.found = match.converged && match.correlation > kSmallestCorrelation;
-  track.variance_px2 = {patch.covariance()(0, 0), patch.covariance()(1, 1)};
+  track.variance_px2 = {fine.covariance()(0, 0), fine.covariance()(1, 1)};
 }
 
 // Most points are not in the cache.
