@@ -21,63 +21,73 @@ constexpr size_t kFewestPoints = 20;
 constexpr float kMostStep_px = 1.5f;  // of the disparity, between neighbours
 constexpr uchar kNoSeed = 0;
 
-// One number of each column, and kReach zeros at both ends.
-using Columns = std::vector<float>;
+// Memory for a row: the sums of its squares' columns, with kReach zeros at both ends; and a row of
+// unknown points, which stands for those outside the map.
+struct RowWork {
+  std::vector<float> columns_px, unknown_px;
 
-// Sums over the columns of the squares around a row: of the points that are known.
-struct ColumnSums {
-  Columns known, sum_px, signs;
-
-  void reset(int columns) {
-    for (Columns* sums : {&known, &sum_px, &signs})
-      sums->assign(static_cast<size_t>(columns + 2 * kReach), 0);
-  }
+  explicit RowWork(int width)
+      : columns_px(static_cast<size_t>(width + 2 * kReach)),
+        unknown_px(static_cast<size_t>(width), kUnknownResidual) {}
 };
 
-// Loops without a branch, so that the compiler makes vectors of them.
-void addRow(const float* residual_px, int columns, ColumnSums& sums) {
-  float *const known = &sums.known[kReach], *const sum_px = &sums.sum_px[kReach],
-               *const signs = &sums.signs[kReach];
-  for (int u = 0; u < columns; ++u) {
-    const float r = residual_px[u] == kUnknownResidual ? 0 : residual_px[u];
-    known[u] += residual_px[u] == kUnknownResidual ? 0.0f : 1.0f;
-    sum_px[u] += r;
-    signs[u] += (r > 0 ? 1.0f : 0.0f) - (r < 0 ? 1.0f : 0.0f);
-  }
+float orZero(float residual_px) { return residual_px == kUnknownResidual ? 0.0f : residual_px; }
+
+float sumOfSquare(const float* columns_px) {
+  static_assert(kReach == 2, "written out");
+  return columns_px[0] + columns_px[1] + columns_px[2] + columns_px[3] + columns_px[4];
 }
 
-// Replaces the sums of columns by those of squares: the number of column u is at u, not u + kReach.
-void sumSquares(Columns& sums) {
-  static_assert(kReach == 2);
-  float* const s = sums.data();
-  for (size_t u = 0; u + 2 * kReach < sums.size(); ++u)
-    s[u] = s[u] + s[u + 1] + s[u + 2] + s[u + 3] + s[u + 4];
+// Whether the residuals of the point's square, whose sum this is, are large and of one sign. The
+// image's border cuts squares.
+bool isSeed(const cv::Mat1f& residual_px, float least_mean_px, float sum_px, cv::Point at) {
+  const float r = residual_px(at);
+  if (r == kUnknownResidual || std::abs(r) < 0.5f * least_mean_px) return false;
+  const cv::Rect square = cv::Rect(at.x - kReach, at.y - kReach, 2 * kReach + 1, 2 * kReach + 1) &
+                          cv::Rect(cv::Point(), residual_px.size());
+  int known = 0, signs = 0;
+  for (int y = square.y; y < square.br().y; ++y)
+    for (int x = square.x; x < square.br().x; ++x) {
+      const float other = residual_px(y, x);
+      known += other != kUnknownResidual;
+      signs += (orZero(other) > 0) - (orZero(other) < 0);
+    }
+  const auto count = static_cast<float>(known);
+  return std::abs(sum_px) >= least_mean_px * count && count >= kFewestKnown &&
+         static_cast<float>(std::abs(signs)) >= kLeastSign * count;
 }
 
-// Points in whose square residuals are large and of one sign. Seeds of one value have the same pair
-// and sign. The image's border cuts squares.
+// Seeds of one value have the same pair and sign.
 void findSeedsOfRow(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float least_mean_px, int v,
-                    ColumnSums& sums, uchar* seeds) {
-  sums.reset(residual_px.cols);
-  for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, residual_px.rows - 1); ++y)
-    addRow(residual_px[y], residual_px.cols, sums);
-  for (Columns* columns : {&sums.known, &sums.sum_px, &sums.signs}) sumSquares(*columns);
-  for (int u = 0; u < residual_px.cols; ++u) {
-    const auto i = static_cast<size_t>(u);
-    const float r = residual_px(v, u), known = sums.known[i], sum_px = sums.sum_px[i];
-    const bool is_seed = std::abs(sum_px) >= least_mean_px * known &&  // rare: first
-                         known >= kFewestKnown && std::abs(sums.signs[i]) >= kLeastSign * known &&
-                         r != kUnknownResidual && std::abs(r) >= 0.5f * least_mean_px;
-    seeds[u] = is_seed ? static_cast<uchar>(2 * pair(v, u) + (sum_px > 0 ? 1 : 2)) : kNoSeed;
+                    RowWork& work, uchar* seeds) {
+  const auto row = [&](int y) {
+    return y < 0 || y >= residual_px.rows ? work.unknown_px.data() : residual_px[y];
+  };
+  const float *r0 = row(v - 2), *r1 = row(v - 1), *r2 = row(v), *r3 = row(v + 1), *r4 = row(v + 2);
+  const int width = residual_px.cols;
+  const float least_sum_px = least_mean_px * kFewestKnown;
+  float* const columns_px = work.columns_px.data();
+  // Loops without a branch, so that the compiler makes vectors of them.
+  for (int u = 0; u < width; ++u)
+    columns_px[u + kReach] =
+        orZero(r0[u]) + orZero(r1[u]) + orZero(r2[u]) + orZero(r3[u]) + orZero(r4[u]);
+  for (int u = 0; u < width; ++u)
+    seeds[u] = std::abs(sumOfSquare(columns_px + u)) >= least_sum_px ? 1 : kNoSeed;
+  for (int u = 0; u < width; ++u) {
+    if (seeds[u] == kNoSeed) continue;
+    const float sum_px = sumOfSquare(columns_px + u);
+    seeds[u] = isSeed(residual_px, least_mean_px, sum_px, {u, v})
+                   ? static_cast<uchar>(2 * pair(v, u) + (sum_px > 0 ? 1 : 2))
+                   : kNoSeed;
   }
 }
 
 cv::Mat1b findSeeds(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float least_mean_px) {
   cv::Mat1b seeds(residual_px.size());
   parallelFor({0, seeds.rows}, [&](const cv::Range& rows) {
-    ColumnSums sums;
+    RowWork work(seeds.cols);
     for (int v = rows.start; v < rows.end; ++v)
-      findSeedsOfRow(residual_px, pair, least_mean_px, v, sums, seeds[v]);
+      findSeedsOfRow(residual_px, pair, least_mean_px, v, work, seeds[v]);
   });
   return seeds;
 }
@@ -119,7 +129,8 @@ std::vector<ResidualGroup> groupResiduals(const cv::Mat1f& residual_px, const cv
                                           const cv::Mat1f& disparity_px, float least_mean_px) {
   cv::Mat1b seeds = findSeeds(residual_px, pair, least_mean_px);
   std::vector<ResidualGroup> groups;
-  for (int v = 0; v < seeds.rows; ++v)
+  for (int v = 0; v < seeds.rows; ++v) {
+    if (cv::countNonZero(seeds.row(v)) == 0) continue;
     for (int u = 0; u < seeds.cols; ++u) {
       if (seeds(v, u) == kNoSeed) continue;
       std::vector<cv::Point> points = takeConnected(disparity_px, {u, v}, seeds);
@@ -127,6 +138,7 @@ std::vector<ResidualGroup> groupResiduals(const cv::Mat1f& residual_px, const cv
       const float median_px = medianDisparity(disparity_px, points);
       groups.push_back({std::move(points), median_px});
     }
+  }
   std::stable_sort(groups.begin(), groups.end(),
                    [](const ResidualGroup& a, const ResidualGroup& b) {
                      return a.points.size() > b.points.size();

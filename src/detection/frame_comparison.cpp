@@ -46,7 +46,7 @@ namespace HWY_NAMESPACE {
 
 // Short loops without branches, which compilers vectorise. Intermediate results stay in the first
 // cache.
-constexpr int kChunk = 64;
+constexpr int kChunk = 256;
 
 HWY_INLINE float greyOf(uint32_t lowest_byte) {
   return static_cast<float>(static_cast<int32_t>(lowest_byte & 255u));

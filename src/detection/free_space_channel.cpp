@@ -51,8 +51,9 @@ cv::Mat1b cellsOf(const ObservedObject& object, cv::Size cells) {
 int commonObstacle(const cv::Mat1b& inside, const cv::Mat1i& number) {
   std::map<int, int> votes;
   int most = 0, obstacle = -1;
-  for (int v = 0; v < inside.rows; ++v)
-    for (int u = 0; u < inside.cols; ++u)
+  const cv::Rect area = cv::boundingRect(inside);
+  for (int v = area.y; v < area.br().y; ++v)
+    for (int u = area.x; u < area.br().x; ++u)
       if (inside(v, u) && number(v, u) >= 0 && ++votes[number(v, u)] > most) {
         obstacle = number(v, u);
         most = votes[obstacle];

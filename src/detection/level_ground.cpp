@@ -108,12 +108,11 @@ constexpr size_t kFewest = 20;
 void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
                            const cv::Mat1f& disparity_px) {
   below_m_.create((disparity_px.rows + 1) / 2, (disparity_px.cols + 1) / 2);
-  parallelForEach(below_m_.rows, [&](int v) {
-    const double under_horizon_px = 2 * v - rig.cy_px;
-    if (under_horizon_px < kNearestRow_px) {
-      std::fill_n(below_m_[v], below_m_.cols, 0.0f);
-      return;
-    }
+  first_row_ = 0;
+  while (first_row_ < below_m_.rows && 2 * first_row_ - rig.cy_px < kNearestRow_px) ++first_row_;
+  below_m_.rowRange(0, first_row_).setTo(0);
+  parallelForEach(below_m_.rows - first_row_, [&](int i) {
+    const int v = first_row_ + i;
     const float *above[kMostGroundReach], *beneath[kMostGroundReach];
     for (int k = 0; k < kMostGroundReach; ++k) {
       const int upper = 2 * (v - k - 1), lower = 2 * (v + k + 1);
@@ -122,7 +121,7 @@ void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
     }
     const GroundLimits limits{static_cast<float>(range.min_disparity),
                               static_cast<float>(0.5 * kReach_m / rig.baseline_m),
-                              static_cast<float>(under_horizon_px),
+                              static_cast<float>(2 * v - rig.cy_px),
                               static_cast<float>(rig.baseline_m)};
     HWY_DYNAMIC_DISPATCH(levelRow)
     (disparity_px[2 * v], above, beneath, below_m_.cols, limits, below_m_[v]);
@@ -136,7 +135,7 @@ float LevelGround::lowestIn(const cv::Rect& area) const {
   cv::AutoBuffer<float> values(static_cast<size_t>(area.area()));
   float* const first = values.data();
   size_t count = 0;
-  for (int v = 0; v < area.height; ++v) {
+  for (int v = std::max(first_row_ - area.y, 0); v < area.height; ++v) {
     const float* row = below_m_[area.y + v] + area.x;
     for (int u = 0; u < area.width; ++u) {
       first[count] = row[u];

@@ -29,6 +29,7 @@ class LevelGround {
   float lowestIn(const cv::Rect& area) const;
 
   cv::Mat1f below_m_;  // distance below the camera; 0: not level
+  int first_row_ = 0;  // below the horizon; rows above have no ground
 };
 
 }  // namespace predictive_stereo

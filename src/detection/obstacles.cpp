@@ -48,13 +48,14 @@ cv::Mat1b usableCells(const StereoRig& rig, const DepthCells& cells,
   const auto per_column_px = ground ? static_cast<float>(kCellSide_px * ground->a) : 0.0f;
   const auto margin_m = ground ? static_cast<float>(kGroundMargin_m) : -1.0f;
   cv::Mat1b usable(cells.disparity_px.size());
+  const int columns = usable.cols;
   for (int v = 0; v < usable.rows; ++v) {
     const float* const disparity = cells.disparity_px[v];
     uchar* const of_row = usable[v];
     const auto first_px = ground ? static_cast<float>(ground->disparityAt(
                                        kCellCentre_px, kCellSide_px * v + kCellCentre_px))
                                  : 0.0f;
-    for (int u = 0; u < usable.cols; ++u) {
+    for (int u = 0; u < columns; ++u) {
       const float d = disparity[u], expected = first_px + per_column_px * static_cast<float>(u);
       of_row[u] = (d >= least_px) & (d * (h - margin_m) > expected * h) ? 1 : 0;
     }
@@ -99,16 +100,25 @@ JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv
   return joined;
 }
 
-// Whether cells do not end their obstacle: 0 where a farther surface begins beside them, in row
-// `other_row` or a step beside. Without branches, so that compilers vectorise the loop.
-void dropEnds(const cv::Mat1i& number, const cv::Mat1f& disparity_px, int v, int other_row,
-              int step, uchar* inner) {
-  const int32_t *const own = number[v], *const other = number[other_row];
-  const float *const disparity = disparity_px[v], *const beside = disparity_px[other_row];
-  const int end = disparity_px.cols - std::max(step, 0);
-  for (int u = std::max(-step, 0); u < end; ++u)
-    inner[u] = static_cast<uchar>(
-        inner[u] & ((other[u + step] != own[u]) & (beside[u + step] < disparity[u]) ? 0 : 255));
+// 255 on cells of an obstacle, 0 on those that end it: a farther surface begins beside them.
+// @param numbers, disparities_px  three rows; `inner` is the middle one.
+void innerCells(const int32_t* const numbers[3], const float* const disparities_px[3], int cells,
+                uchar* inner) {
+  const auto innerAt = [=](int left, int u, int right) {
+    const int32_t own = numbers[1][u];
+    const float d = disparities_px[1][u];
+    bool is_end = own < 0;
+    for (int k = 0; k < 3; ++k)
+      for (int at : {left, u, right})
+        is_end |= (numbers[k][at] != own) & (disparities_px[k][at] < d);
+    return static_cast<uchar>(is_end ? 0 : 255);
+  };
+  const int last = cells - 1;
+  // Without branches, so that compilers vectorise the loop.
+  for (int u = 1; u < last; ++u) inner[u] = innerAt(u - 1, u, u + 1);
+  if (cells == 0) return;
+  inner[0] = innerAt(0, 0, std::min(1, last));
+  inner[last] = innerAt(std::max(last - 1, 0), last, last);
 }
 
 }  // namespace
@@ -120,7 +130,8 @@ Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
   // Roots come first: a set's first cell is its root.
   Obstacles obstacles{cv::Mat1i(usable.size(), -1), {}};
   int* const number = obstacles.number[0];
-  for (int i = 0; i < static_cast<int>(usable.total()); ++i) {
+  const int count = static_cast<int>(usable.total());
+  for (int i = 0; i < count; ++i) {
     if (!usable.data[i]) continue;
     const int root = joined.rootOf(i);
     if (root == i) {
@@ -138,11 +149,11 @@ cv::Mat1f obstacleWidths(const Obstacles& obstacles, const DepthCells& cells) {
   const cv::Mat1i& number = obstacles.number;
   cv::Mat1b inner(number.size());
   for (int v = 0; v < inner.rows; ++v) {
-    std::transform(number[v], number[v] + inner.cols, inner[v],
-                   [](int k) { return k >= 0 ? 255 : 0; });
-    for (int other = std::max(v - 1, 0); other <= std::min(v + 1, inner.rows - 1); ++other)
-      for (int step = -1; step <= 1; ++step)
-        dropEnds(number, cells.disparity_px, v, other, step, inner[v]);
+    const int rows[] = {std::max(v - 1, 0), v, std::min(v + 1, inner.rows - 1)};
+    const cv::Mat1f& d = cells.disparity_px;
+    const int32_t* const numbers[] = {number[rows[0]], number[rows[1]], number[rows[2]]};
+    const float* const disparities_px[] = {d[rows[0]], d[rows[1]], d[rows[2]]};
+    innerCells(numbers, disparities_px, inner.cols, inner[v]);
   }
   cv::Mat1f from_end, width_px(inner.size(), kWide_px);
   cv::distanceTransform(inner, from_end, cv::DIST_C, 3);

@@ -170,8 +170,8 @@ Decisive countDecisive(const cv::Mat1b& layer, const cv::Mat1f& support, const c
     const uchar* const in_layer = layer[v];
     const float* const of_row = support[v];
     for (int u = box.x; u < box.br().x; ++u) {
-      cells.better += in_layer[u] && of_row[u] > kDecisive_grey;
-      cells.worse += in_layer[u] && of_row[u] < -kDecisive_grey;
+      cells.better += (in_layer[u] != 0) & (of_row[u] > kDecisive_grey);
+      cells.worse += (in_layer[u] != 0) & (of_row[u] < -kDecisive_grey);
     }
   }
   return cells;
