@@ -160,7 +160,7 @@ bool overlaps(const MotionDetectionParams& params, const Observation& seen,
 
 bool belongsTo(const Observation& seen, const Observation& object) {
   constexpr double kSigma_mps = 2;  // for sides, whose motion along them is vague
-  constexpr double kDepthGap_m = 4.5, kMostHidden = 0.3;
+  constexpr double kDepthGap_m = 4.5;
   constexpr double kLargestPart = 0.25;  // its area / the object's
   const int gap_px = static_cast<int>(kGap_m / object.size_m.x() * object.box_px.width) + 8;
   const cv::Rect around(object.box_px.x - gap_px, object.box_px.y - gap_px,
@@ -168,8 +168,6 @@ bool belongsTo(const Observation& seen, const Observation& object) {
   if ((around & seen.box_px).empty()) return false;
   if (seen.size_m.x() * seen.size_m.y() > kLargestPart * object.size_m.x() * object.size_m.y())
     return false;
-  const int common = (object.box_px & seen.box_px).area();
-  if (common > kMostHidden * seen.box_px.area() && object.distance_m < seen.distance_m) return true;
   const double depth_gap_m = std::max(seen.distance_m - (object.distance_m + object.size_m.z()),
                                       object.distance_m - (seen.distance_m + seen.size_m.z()));
   if (depth_gap_m > kDepthGap_m) return false;

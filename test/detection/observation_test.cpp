@@ -245,16 +245,6 @@ TEST(BelongsTo, AtDepthsThatGoOn) {
   EXPECT_FALSE(belongsTo(atRest(beside, 4.99), car));
 }
 
-TEST(BelongsTo, WhatTheObjectHides) {
-  const Observation car = atRest(kCar, 10);
-  const auto hidden = [&](int columns, double distance_m) {
-    return moving(at({kCar.br().x - columns, kCar.y, 10, 10}, distance_m), {9, 0, 0});
-  };
-  EXPECT_TRUE(belongsTo(hidden(4, 40), car)) << "however deep, however fast";
-  EXPECT_FALSE(belongsTo(hidden(3, 40), car));
-  EXPECT_FALSE(belongsTo(hidden(4, 4), car)) << "what is nearer is not hidden";
-}
-
 TEST(BelongsTo, OfAVelocityWithinThreeSigmas) {
   const cv::Rect beside(kCar.br().x, kCar.y, 20, 20);
   // Both variances plus 2 m/s for a side that slides along itself: 9 m/s.
