@@ -7,8 +7,8 @@
 namespace predictive_stereo {
 namespace {
 
-DisparityParams withRowAlignment(DisparityParams params) {
-  params.row_alignment.enabled = true;
+RowAlignmentParams enabled(RowAlignmentParams params) {
+  params.enabled = true;
   return params;
 }
 
@@ -36,18 +36,18 @@ class PredictiveMethod : public DisparityMethod {
 class OpencvMethod : public DisparityMethod {
  public:
   OpencvMethod(OpencvMode mode, const DisparityParams& params, bool aligned)
-      : mode_(mode), params_(params), aligned_(aligned), aligner_(withRowAlignment(params)) {}
+      : mode_(mode),
+        range_(params.matcher.range),
+        aligned_(aligned),
+        coarse_matcher_(params.matcher, params.min_region_px),
+        row_aligner_(enabled(params.row_alignment)) {}
 
   void run(const MethodInput& input, MethodOutput& output) override {
     const StereoFrame& frame = input.frame;
-    if (aligned_) {
-      aligner_.begin(frame.left, frame.right, frame.rig, frame.rig);
-      aligner_.matchCoarsely();
-    }
-    const cv::Mat1b& right = aligned_ ? aligner_.alignedRight() : frame.right;
+    right_ = aligned_ ? alignedRight(frame) : frame.right;
     StageTimes times;
     Stopwatch watch;
-    opencvDisparity(frame.left, right, params_.matcher.range, mode_, output.maps.disparity_px,
+    opencvDisparity(frame.left, right_, range_, mode_, output.maps.disparity_px,
                     frame.rig.principalOffset());
     watch.lap("OpenCV", times);
     output.ms = times.front().ms;
@@ -56,31 +56,43 @@ class OpencvMethod : public DisparityMethod {
   cv::Mat1f doubt(const MethodInput& input, const MethodOutput& output) override {
     const StereoFrame& frame = input.frame;
     const cv::Mat1f& left_px = output.maps.disparity_px;
-    const DisparityRange& range = params_.matcher.range;
     const double offset_px = frame.rig.principalOffset();
     // Of the mirrored pair the right image is the left one.
     cv::Mat1b left, right;
-    cv::flip(aligned_ ? aligner_.alignedRight() : frame.right, left, 1);
+    cv::flip(right_, left, 1);
     cv::flip(frame.left, right, 1);
     cv::Mat1f right_px;
-    opencvDisparity(left, right, range, mode_, right_px, offset_px);
+    opencvDisparity(left, right, range_, mode_, right_px, offset_px);
     cv::flip(right_px, right_px, 1);
-    cv::Mat1f difference_px(left_px.size(), static_cast<float>(range.count));
+    cv::Mat1f difference_px(left_px.size(), static_cast<float>(range_.count));
     for (int y = 0; y < left_px.rows; ++y)
       for (int x = 0; x < left_px.cols; ++x) {
         const int other = cvRound(x - left_px(y, x) - offset_px);
-        if (range.isValid(left_px(y, x)) && other >= 0 && other < left_px.cols &&
-            range.isValid(right_px(y, other)))
+        if (range_.isValid(left_px(y, x)) && other >= 0 && other < left_px.cols &&
+            range_.isValid(right_px(y, other)))
           difference_px(y, x) = std::abs(left_px(y, x) - right_px(y, other));
       }
     return difference_px;
   }
 
  private:
+  cv::Mat1b alignedRight(const StereoFrame& frame) {
+    const double offset_px = frame.rig.principalOffset();
+    cv::Mat1f coarse_px;
+    coarse_matcher_.match(frame.left, frame.right, coarse_px, offset_px);
+    cv::Mat1b aligned;
+    alignRightImage(frame.right,
+                    row_aligner_.estimate(frame.left, frame.right, coarse_px, range_, offset_px), 0,
+                    aligned);
+    return aligned;
+  }
+
   OpencvMode mode_;
-  DisparityParams params_;
+  DisparityRange range_;
   bool aligned_;
-  DisparityEstimator aligner_;
+  CoarseMatcher coarse_matcher_;
+  RowAligner row_aligner_;
+  cv::Mat1b right_;
 };
 
 }  // namespace

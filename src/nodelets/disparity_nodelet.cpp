@@ -26,7 +26,7 @@ namespace predictive_stereo {
 /// Parameters: DisparityNodeletParams.
 class DisparityNodelet
     : public FrameNodelet<DisparityNodeletParams, StereoInput, DisparityProcessor,
-                          DisparityEstimator, DisparityParams> {
+                          DisparityLoop::Stages, DisparityParams> {
  public:
   DisparityNodelet()
       : FrameNodelet("Disparity", "disparity", &DisparityNodeletParams::disparity,

@@ -53,7 +53,7 @@ class DisparityProcessor {
 
   void reset() { loop_.reset(); }
 
-  const std::string& simdTarget() const { return loop_.estimator().simdTarget(); }
+  const std::string& simdTarget() const { return loop_.simdTarget(); }
   /// See simd_target.h; empty: no warning.
   std::string slowTargetWarning() const;
   const StageTimes& times() const { return loop_.times(); }

@@ -10,7 +10,7 @@
 
 #include "nodelets/message_pool.h"
 #include "nodelets/nodelet_params.h"
-#include "predictive_stereo/disparity_estimator.h"
+#include "predictive_stereo/disparity_loop.h"
 #include "predictive_stereo/ego_motion.h"
 #include "predictive_stereo/moving_objects.h"
 #include "predictive_stereo/stereo_frame.h"

@@ -70,7 +70,7 @@ void Pipeline::setParams(const DisparityParams& params) {
 }
 
 void Pipeline::setParams(const DetectionParams& params) {
-  const DetectionParams changed = withRange(params, disparity_.estimator().params().matcher.range);
+  const DetectionParams changed = withRange(params, disparity_.params().matcher.range);
   detector_.setParams(changed);
   detection_params_ = changed;
 }

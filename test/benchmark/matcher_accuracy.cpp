@@ -11,7 +11,7 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr float kHoleTolerancePx = 3;  // as in DisparityEstimator
+constexpr float kHoleTolerancePx = 3;  // as in DisparityLoop
 
 struct Result {
   cv::Mat1f disparity_px;

@@ -8,7 +8,7 @@
 namespace predictive_stereo {
 
 /// Prints a table of density, outliers and mean search width over the frames with truth; nothing if
-/// there are none. Our matchers include the post-filters of DisparityEstimator: support, holes,
+/// there are none. Our matchers include the post-filters of DisparityLoop: support, holes,
 /// median.
 void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityParams& params);
 

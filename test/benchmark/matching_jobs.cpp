@@ -23,9 +23,9 @@ std::vector<MatchingJob> matchingJobs(const Sequence& sequence, const DisparityP
     pipeline.process(stereoFrame(sequence, i, frame), output);
     if (i < kFramesBefore || !output.disparity.predicted) continue;
     job.motion = output.ego_motion.motion;
-    job.aligned_right = pipeline.disparity().estimator().alignedRight().clone();
-    job.ranges = {pipeline.disparity().estimator().ranges().first.clone(),
-                  pipeline.disparity().estimator().ranges().last.clone()};
+    job.aligned_right = pipeline.disparity().alignedRight().clone();
+    job.ranges = {pipeline.disparity().ranges().first.clone(),
+                  pipeline.disparity().ranges().last.clone()};
     jobs.push_back(job);
   }
   if (jobs.empty()) throw std::runtime_error("the camera's motion could not be followed");

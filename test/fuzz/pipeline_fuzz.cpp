@@ -124,7 +124,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         pipeline.setParams(other);
       }
       if (pipeline.process(frame, output))
-        check(output, pipeline.disparity().estimator().params().matcher.range);
+        check(output, pipeline.disparity().params().matcher.range);
     });
   }
   return 0;

@@ -65,7 +65,7 @@ class SimdTarget : public testing::Test {
 TEST_F(SimdTarget, IsThatOfTheMatcherForAllKernels) {
   for (const std::string& target : availableSimdTargets()) {
     const Pipeline pipeline(paramsFor(target));
-    EXPECT_EQ(pipeline.disparity().estimator().simdTarget(), target);
+    EXPECT_EQ(pipeline.disparity().simdTarget(), target);
     expectAllUse(target);
   }
   Pipeline pipeline(paramsFor("auto"));
