@@ -136,6 +136,13 @@ KittiCamera kittiCamera(const KittiCalibrationFile& calibration, int number) {
   return camera;
 }
 
+Eigen::Quaterniond OxtsRecord::attitude() const {
+  const double roll_rad = fields[3], pitch_rad = fields[4], yaw_rad = fields[5];
+  return Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(pitch_rad, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX());
+}
+
 std::vector<Eigen::Isometry3d> posesFromOxts(const std::vector<OxtsRecord>& records) {
   constexpr double kEarthRadius_m = 6378137.0;
   constexpr double kRadians = M_PI / 180.0;
@@ -151,10 +158,7 @@ std::vector<Eigen::Isometry3d> posesFromOxts(const std::vector<OxtsRecord>& reco
   const Eigen::Vector3d origin = position(records.front());
   for (const OxtsRecord& record : records) {
     Eigen::Isometry3d T_world_imu = Eigen::Isometry3d::Identity();
-    T_world_imu.linear() = (Eigen::AngleAxisd(record.yaw_rad(), Eigen::Vector3d::UnitZ()) *
-                            Eigen::AngleAxisd(record.pitch_rad(), Eigen::Vector3d::UnitY()) *
-                            Eigen::AngleAxisd(record.roll_rad(), Eigen::Vector3d::UnitX()))
-                               .toRotationMatrix();
+    T_world_imu.linear() = record.attitude().toRotationMatrix();
     T_world_imu.translation() = position(record) - origin;
     poses.push_back(T_world_imu);
   }

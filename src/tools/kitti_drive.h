@@ -61,9 +61,8 @@ struct OxtsRecord {
   double latitude_deg() const { return fields[0]; }
   double longitude_deg() const { return fields[1]; }
   double altitude_m() const { return fields[2]; }
-  double roll_rad() const { return fields[3]; }
-  double pitch_rad() const { return fields[4]; }
-  double yaw_rad() const { return fields[5]; }
+  /// Rotation from the unit's axes to east, north, up.
+  Eigen::Quaterniond attitude() const;
 };
 
 /// Positions and attitudes of the inertial unit: T_world_imu with axes east, north, up and the

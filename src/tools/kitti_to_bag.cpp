@@ -5,12 +5,14 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/NavSatFix.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <cstdio>
 #include <cstring>
 
+#include "nodelets/stereo_messages.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/kitti_drive.h"
@@ -32,12 +34,6 @@ Topics: /kitti/camera_gray_left/{image_raw,camera_info} and the right one's (or 
 /kitti/oxts/{imu,gps/fix,gps/vel}, /kitti/velo/pointcloud, /tf (world -> base_link), /tf_static.
 The images are rectified, although they are named image_raw.
 )";
-
-ros::Time toRos(int64_t stamp_ns) {
-  ros::Time time;
-  time.fromNSec(static_cast<uint64_t>(stamp_ns));
-  return time;
-}
 
 geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
                                           const Eigen::Isometry3d& T_parent_child) {
@@ -76,30 +72,21 @@ sensor_msgs::CameraInfo cameraInfo(const KittiCamera& camera, cv::Size size) {
   info.height = static_cast<uint32_t>(size.height);
   info.distortion_model = "plumb_bob";
   info.D.assign(camera.D.data(), camera.D.data() + camera.D.size());
-  for (int i = 0; i < 9; ++i) {
-    info.K[i] = camera.K(i / 3, i % 3);
-    info.R[i] = camera.R_rect(i / 3, i % 3);
-  }
-  for (int i = 0; i < 12; ++i) info.P[i] = camera.P_rect(i / 4, i % 4);
+  using RowMajor = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<RowMajor>(info.K.data(), 3, 3) = camera.K;
+  Eigen::Map<RowMajor>(info.R.data(), 3, 3) = camera.R_rect;
+  Eigen::Map<RowMajor>(info.P.data(), 3, 4) = camera.P_rect;
   return info;
 }
 
 sensor_msgs::PointCloud2 pointCloud(const std::vector<LidarPoint>& points) {
   sensor_msgs::PointCloud2 cloud;
   cloud.header.frame_id = "velo_link";
-  cloud.height = 1;
-  cloud.width = static_cast<uint32_t>(points.size());
-  for (const char* name : {"x", "y", "z", "i"}) {
-    sensor_msgs::PointField field;
-    field.name = name;
-    field.offset = static_cast<uint32_t>(cloud.fields.size() * sizeof(float));
-    field.datatype = sensor_msgs::PointField::FLOAT32;
-    field.count = 1;
-    cloud.fields.push_back(field);
-  }
-  cloud.point_step = sizeof(LidarPoint);
-  cloud.row_step = cloud.point_step * cloud.width;
-  cloud.data.resize(cloud.row_step);
+  using sensor_msgs::PointField;
+  sensor_msgs::PointCloud2Modifier modifier(cloud);
+  modifier.setPointCloud2Fields(4, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1,
+                                PointField::FLOAT32, "i", 1, PointField::FLOAT32);
+  modifier.resize(points.size());
   std::memcpy(cloud.data.data(), points.data(), cloud.data.size());
   cloud.is_dense = true;
   return cloud;
@@ -132,12 +119,12 @@ class DriveWriter {
   void write(int frame) {
     const auto i = static_cast<size_t>(frame);
     writeTransforms(i);
-    if (has_oxts_) writeOxts(frame, toRos(oxts_stamps_[i]));
-    writeImage(drive_.leftCamera(), frame, toRos(left_stamps_[i]));
-    writeImage(drive_.rightCamera(), frame, toRos(right_stamps_[i]));
+    if (has_oxts_) writeOxts(frame, rosTime(Stamp(oxts_stamps_[i])));
+    writeImage(drive_.leftCamera(), frame, rosTime(Stamp(left_stamps_[i])));
+    writeImage(drive_.rightCamera(), frame, rosTime(Stamp(right_stamps_[i])));
     if (drive_.hasLidar(frame)) {
       sensor_msgs::PointCloud2 cloud = pointCloud(drive_.lidar(frame));
-      cloud.header.stamp = toRos(lidar_stamps_[i]);
+      cloud.header.stamp = rosTime(Stamp(lidar_stamps_[i]));
       bag_.write("/kitti/velo/pointcloud", cloud.header.stamp, cloud);
     }
   }
@@ -171,7 +158,7 @@ class DriveWriter {
   }
 
   void writeTransforms(size_t i) {
-    const ros::Time stamp = toRos(oxts_stamps_[i]);
+    const ros::Time stamp = rosTime(Stamp(oxts_stamps_[i]));
     for (auto& transform : static_.transforms) transform.header.stamp = stamp;
     bag_.write("/tf_static", stamp, static_);
     if (dynamic_.empty()) return;
@@ -188,10 +175,6 @@ class DriveWriter {
     header.stamp = stamp;
     header.frame_id = "imu_link";
 
-    const Eigen::Quaterniond attitude(
-        Eigen::AngleAxisd(record.yaw_rad(), Eigen::Vector3d::UnitZ()) *
-        Eigen::AngleAxisd(record.pitch_rad(), Eigen::Vector3d::UnitY()) *
-        Eigen::AngleAxisd(record.roll_rad(), Eigen::Vector3d::UnitX()));
     const auto vector = [&](size_t first) {
       geometry_msgs::Vector3 v;
       v.x = record.fields[first];
@@ -201,7 +184,7 @@ class DriveWriter {
     };
     sensor_msgs::Imu imu;
     imu.header = header;
-    imu.orientation = tf2::toMsg(attitude);
+    imu.orientation = tf2::toMsg(record.attitude());
     imu.linear_acceleration = vector(14);  // af, al, au
     imu.angular_velocity = vector(20);     // wf, wl, wu
     bag_.write("/kitti/oxts/imu", stamp, imu);
