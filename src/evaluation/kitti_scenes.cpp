@@ -67,7 +67,7 @@ constexpr Layout k2015 = {"image_2",   "image_3",   "disp_occ_0", "calib_cam_to_
 class KittiScene : public Sequence {
  public:
   KittiScene(const Layout& layout, const std::string& training_dir, const std::string& scene)
-      : layout_(layout), dir_(training_dir), name_(scene) {
+      : Sequence(scene), layout_(layout), dir_(training_dir) {
     if (!fs::is_directory(dir_)) throw std::runtime_error(dir_ + ": folder not found");
     const KittiCalibrationFile calibration(dir_ + "/" + layout.calibration + "/" + scene + ".txt");
     const auto hasPair = [&](int number) {
@@ -83,8 +83,6 @@ class KittiScene : public Sequence {
                                       calibration.projection(layout.P_right),
                                       readGrey(file(layout.left, first_), {}).size());
   }
-  const std::string& name() const override { return name_; }
-  const StereoRig& rig() const override { return rig_; }
   int frames() const override { return kTruthFile - first_ + 1; }
   SequenceFrame frame(int index) const override {
     const int number = first_ + index;
@@ -112,8 +110,7 @@ class KittiScene : public Sequence {
   }
 
   const Layout& layout_;
-  std::string dir_, name_;
-  StereoRig rig_;
+  std::string dir_;
   int first_;  // number of the first pair
 };
 

@@ -12,7 +12,7 @@ class RememberedSequence : public Sequence {
  public:
   RememberedSequence(const Sequence& from, const std::optional<std::vector<ObjectLabel>>& labels,
                      int max_frames)
-      : name_(from.name()), rig_(from.rig()) {
+      : Sequence(from.name(), from.rig()) {
     const int frames = framesOf(from, max_frames);
     for (int i = 0; i < frames; ++i) {
       const SequenceFrame images = from.frame(i);
@@ -23,8 +23,6 @@ class RememberedSequence : public Sequence {
                          labels ? labelsOf(*labels, number) : from.objects(i)});
     }
   }
-  const std::string& name() const override { return name_; }
-  const StereoRig& rig() const override { return rig_; }
   int frames() const override { return static_cast<int>(frames_.size()); }
   SequenceFrame frame(int index) const override { return at(index).images; }
   double stamp_s(int index) const override { return at(index).stamp_s; }
@@ -42,8 +40,6 @@ class RememberedSequence : public Sequence {
   };
   const Frame& at(int index) const { return frames_.at(static_cast<size_t>(index)); }
 
-  std::string name_;
-  StereoRig rig_;
   std::vector<Frame> frames_;
 };
 
@@ -62,7 +58,7 @@ class PerturbedSequence : public Sequence {
  public:
   PerturbedSequence(std::shared_ptr<const Sequence> from, const Perturbation& change,
                     const std::string& suffix = "")
-      : from_(std::move(from)), change_(change), name_(from_->name() + suffix), rig_(from_->rig()) {
+      : Sequence(from->name() + suffix, from->rig()), from_(std::move(from)), change_(change) {
     if (change.mirrored) {
       const double last = rig_.size.width - 1;
       rig_.cx_left_px = last - from_->rig().cx_right_px;
@@ -71,9 +67,7 @@ class PerturbedSequence : public Sequence {
     for (int i = change.first; i < from_->frames(); i += change.every)
       if (change.drop_every == 0 || i % change.drop_every != 5) kept_.push_back(i);
   }
-  const std::string& name() const override { return name_; }
   const std::string& recording() const override { return from_->recording(); }
-  const StereoRig& rig() const override { return rig_; }
   int frames() const override { return static_cast<int>(kept_.size()); }
   double stamp_s(int index) const override { return from_->stamp_s(source(index)); }
   int fileNumber(int index) const override { return from_->fileNumber(source(index)); }
@@ -139,8 +133,6 @@ class PerturbedSequence : public Sequence {
 
   std::shared_ptr<const Sequence> from_;
   Perturbation change_;
-  std::string name_;
-  StereoRig rig_;
   std::vector<int> kept_;
 };
 

@@ -14,9 +14,9 @@ namespace {
 class KittiDriveSequence : public Sequence {
  public:
   KittiDriveSequence(const std::string& date_dir, const std::string& drive)
-      : drive_(date_dir, drive) {}
-  const std::string& name() const override { return drive_.name(); }
-  const StereoRig& rig() const override { return drive_.rig(); }
+      : Sequence(drive), drive_(date_dir, drive) {
+    rig_ = drive_.rig();
+  }
   int frames() const override { return drive_.frames(); }
   SequenceFrame frame(int index) const override {
     SequenceFrame frame{drive_.left(index), drive_.right(index), {}, {}};
@@ -39,9 +39,9 @@ class KittiDriveSequence : public Sequence {
 class StreetSequence : public Sequence {
  public:
   explicit StreetSequence(const StreetParams& params)
-      : street_(params), name_("street " + params.scene) {}
-  const std::string& name() const override { return name_; }
-  const StereoRig& rig() const override { return street_.rig(); }
+      : Sequence("street " + params.scene), street_(params) {
+    rig_ = street_.rig();
+  }
   int frames() const override { return street_.frames(); }
 
   double stamp_s(int index) const override { return street_.stampOf(index); }
@@ -69,7 +69,6 @@ class StreetSequence : public Sequence {
   }
 
   Street street_;
-  std::string name_;
   mutable StreetFrame last_;  ///< callers ask for a frame's images and then for its objects
 };
 

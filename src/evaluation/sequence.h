@@ -24,10 +24,10 @@ struct SequenceFrame {
 class Sequence {
  public:
   virtual ~Sequence() = default;
-  virtual const std::string& name() const = 0;
+  const std::string& name() const { return name_; }
   /// Name of its recording, which label files have.
-  virtual const std::string& recording() const { return name(); }
-  virtual const StereoRig& rig() const = 0;
+  virtual const std::string& recording() const { return name_; }
+  const StereoRig& rig() const { return rig_; }
   virtual int frames() const = 0;
   /// @throws std::runtime_error with the file that cannot be read.
   virtual SequenceFrame frame(int index) const = 0;
@@ -41,6 +41,12 @@ class Sequence {
   }
   /// True poses T_world_cam of the left camera's optical frame, if they are known.
   virtual std::optional<std::vector<Eigen::Isometry3d>> poses() const { return std::nullopt; }
+
+ protected:
+  explicit Sequence(const std::string& name, const StereoRig& rig = {}) : name_(name), rig_(rig) {}
+
+  const std::string name_;
+  StereoRig rig_;
 };
 
 /// Its number of frames, or `max_frames` if this is less; 0: no limit.

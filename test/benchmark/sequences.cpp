@@ -13,7 +13,7 @@ namespace {
 class PairSequence : public Sequence {
  public:
   PairSequence(const std::string& left_file, const std::string& right_file, int frames)
-      : name_(left_file), frames_(frames), left_(read(left_file)), right_(read(right_file)) {
+      : Sequence(left_file), frames_(frames), left_(read(left_file)), right_(read(right_file)) {
     if (left_.size() != right_.size())
       throw std::runtime_error(left_file + " and " + right_file + " differ in size");
     // Arbitrary, because without motion the prediction does not depend on the rig.
@@ -23,8 +23,6 @@ class PairSequence : public Sequence {
     rig_.cy_px = 0.5 * left_.rows;
     rig_.baseline_m = 0.5;
   }
-  const std::string& name() const override { return name_; }
-  const StereoRig& rig() const override { return rig_; }
   int frames() const override { return frames_; }
   SequenceFrame frame(int) const override { return {left_, right_, {}, {}}; }
 
@@ -35,10 +33,8 @@ class PairSequence : public Sequence {
     return image;
   }
 
-  std::string name_;
   int frames_;
   cv::Mat1b left_, right_;
-  StereoRig rig_;
 };
 
 }  // namespace

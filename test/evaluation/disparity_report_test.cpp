@@ -16,15 +16,13 @@ namespace {
 /// A static wall: disparity 8 in its left half, 20 in its right half.
 class WallSequence : public Sequence {
  public:
-  WallSequence() {
+  WallSequence() : Sequence("wall & <door>") {
     rig_.size = {160, 64};
     rig_.fx_px = rig_.fy_px = 200;
     rig_.cx_left_px = rig_.cx_right_px = 80;
     rig_.cy_px = 32;
     rig_.baseline_m = 0.5;
   }
-  const std::string& name() const override { return name_; }
-  const StereoRig& rig() const override { return rig_; }
   int frames() const override { return 4; }
   SequenceFrame frame(int index) const override {
     SequenceFrame frame;
@@ -36,10 +34,6 @@ class WallSequence : public Sequence {
     }
     return frame;
   }
-
- private:
-  StereoRig rig_;
-  std::string name_ = "wall & <door>";
 };
 
 /// Returns disparity 8 everywhere; as "ours" with a variance, and invalid in the top quarter.

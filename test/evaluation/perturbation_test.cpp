@@ -13,7 +13,7 @@ constexpr int kFrames = 12;
 // Frame i shows grey level 10 i + x; a box of 20 px at depth 8 m, which is 10 px of disparity.
 class Ramp : public Sequence {
  public:
-  Ramp() {
+  Ramp() : Sequence("ramp") {
     rig_.size = {100, 20};
     rig_.fx_px = rig_.fy_px = 160;
     rig_.cx_left_px = 48;
@@ -21,8 +21,6 @@ class Ramp : public Sequence {
     rig_.cy_px = 10;
     rig_.baseline_m = 0.5;
   }
-  const std::string& name() const override { return name_; }
-  const StereoRig& rig() const override { return rig_; }
   int frames() const override { return kFrames; }
   int fileNumber(int index) const override { return 100 + index; }
   SequenceFrame frame(int index) const override {
@@ -42,10 +40,6 @@ class Ramp : public Sequence {
     label.distance_m = 8;
     return std::vector<ObjectLabel>{label};
   }
-
- private:
-  StereoRig rig_;
-  std::string name_ = "ramp";
 };
 
 Perturbation change() { return {}; }

@@ -13,11 +13,10 @@ constexpr int kFrames = 10;
 /// Renders each frame only once, because rendering is slower than the tests.
 class RenderedStreet : public Sequence {
  public:
-  RenderedStreet() : street_(streetSequence(params())) {
+  RenderedStreet() : Sequence("street"), street_(streetSequence(params())) {
+    rig_ = street_->rig();
     for (int index = 0; index < kFrames; ++index) frames_.push_back(street_->frame(index));
   }
-  const std::string& name() const override { return street_->name(); }
-  const StereoRig& rig() const override { return street_->rig(); }
   int frames() const override { return kFrames; }
   double stamp_s(int index) const override { return street_->stamp_s(index); }
   SequenceFrame frame(int index) const override { return frames_[static_cast<size_t>(index)]; }

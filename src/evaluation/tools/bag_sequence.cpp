@@ -44,7 +44,7 @@ Topics topicsNamed(const rosbag::Bag& bag, const std::string& name, const std::s
 class BagSequence : public Sequence {
  public:
   BagSequence(const std::string& path, const StereoTopicChoice& choice)
-      : name_(std::filesystem::path(path).stem().string()) {
+      : Sequence(std::filesystem::path(path).stem().string()) {
     openBag(path, bag_);
     topics_ = findStereoTopics(bag_, choice);
     findPairs(path);
@@ -52,8 +52,6 @@ class BagSequence : public Sequence {
     rig_ = stereoRig(pairAt(0));
   }
 
-  const std::string& name() const override { return name_; }
-  const StereoRig& rig() const override { return rig_; }
   int frames() const override { return static_cast<int>(pairs_.size()); }
   double stamp_s(int index) const override { return pairAt(index).left->header.stamp.toSec(); }
 
@@ -142,10 +140,8 @@ class BagSequence : public Sequence {
     }
   }
 
-  std::string name_;
   mutable rosbag::Bag bag_;  // mutable because reading changes its file position
   StereoTopics topics_;
-  StereoRig rig_;
   std::vector<BagPair> pairs_;
   std::map<ros::Time, std::vector<ObjectLabel>> truth_;
   mutable int read_index_ = -1;
