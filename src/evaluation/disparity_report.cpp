@@ -1,7 +1,6 @@
 #include "evaluation/disparity_report.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "evaluation/statistics.h"
 #include "tools/output_file.h"

@@ -1,7 +1,6 @@
 #include "evaluation/kitti_evaluation_2015.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace predictive_stereo {
 namespace {

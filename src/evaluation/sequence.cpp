@@ -1,7 +1,6 @@
 #include "evaluation/sequence.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/lidar_truth.h"

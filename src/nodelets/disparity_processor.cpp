@@ -3,10 +3,8 @@
 #include <sensor_msgs/image_encodings.h>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <stdexcept>
 #include <string>
 #include <type_traits>
 

@@ -8,8 +8,6 @@
 #include <exception>
 #include <map>
 
-#include "params/param_table.h"
-
 namespace predictive_stereo {
 namespace {
 

@@ -4,7 +4,6 @@
 #include <ros/time.h>
 
 #include <boost/shared_ptr.hpp>
-#include <cstdint>
 #include <deque>
 #include <optional>
 #include <string>

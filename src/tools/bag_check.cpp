@@ -7,7 +7,6 @@
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <algorithm>
 #include <map>
 #include <set>
 #include <stdexcept>

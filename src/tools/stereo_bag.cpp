@@ -6,7 +6,6 @@
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/make_shared.hpp>
 #include <cstring>
-#include <stdexcept>
 
 namespace predictive_stereo {
 namespace {

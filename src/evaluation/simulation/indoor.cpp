@@ -1,7 +1,5 @@
 #include "evaluation/simulation/indoor.h"
 
-#include <cmath>
-
 namespace predictive_stereo::simulation {
 namespace {
 

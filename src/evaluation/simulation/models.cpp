@@ -1,7 +1,6 @@
 #include "evaluation/simulation/models.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <utility>
 

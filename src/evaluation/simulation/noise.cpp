@@ -1,7 +1,6 @@
 #include "evaluation/simulation/noise.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace predictive_stereo::simulation {
 namespace {

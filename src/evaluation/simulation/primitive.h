@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
-#include <vector>
 
 namespace predictive_stereo::simulation {
 

@@ -162,13 +162,10 @@ void addTown(const Scene& scene, uint32_t town_seed, const View& view, Primitive
       const Vector2d centre((i + 0.5) * kPitch_m, (j + 0.5) * kPitch_m);
       if (!view.reaches(centre, 0.75 * kPitch_m)) continue;
       const uint32_t seed = hashOf(town_seed, static_cast<uint32_t>(i), static_cast<uint32_t>(j));
-      Primitive pavement;
-      pavement.material = Material::kPavement;
-      pavement.seed = seed;
-      pavement.centre_m = {centre.x(), centre.y(), 0.5 * kPavement_m - 0.1};
-      pavement.half_m = Eigen::Vector3f(static_cast<float>(kBlock_m), static_cast<float>(kBlock_m),
-                                        static_cast<float>(0.5 * kPavement_m + 0.1));
-      out.push_back(pavement);
+      Builder({}, 0, 0, out)
+          .box(Material::kPavement, {centre.x(), centre.y(), 0.5 * kPavement_m - 0.1},
+               {kBlock_m, kBlock_m, 0.5 * kPavement_m + 0.1}, 0.5)
+          .seed = seed;
       for (int side = 0; side < 4; ++side) {
         const double heading = side * kPi / 2;
         const Vector2d outward(std::cos(heading), std::sin(heading));

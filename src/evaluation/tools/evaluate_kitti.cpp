@@ -1,6 +1,5 @@
 /// Evaluates disparity on KITTI drives, scenes of KITTI 2012 and 2015, and synthetic streets.
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <optional>

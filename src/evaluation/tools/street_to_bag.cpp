@@ -12,7 +12,6 @@
 #include <boost/make_shared.hpp>
 #include <cstdio>
 #include <map>
-#include <sstream>
 
 #include "evaluation/simulation/scene.h"
 #include "evaluation/simulation/street.h"

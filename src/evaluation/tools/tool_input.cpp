@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <filesystem>
-#include <stdexcept>
 
 #include "evaluation/kitti_scenes.h"
 #include "evaluation/perturbation.h"
