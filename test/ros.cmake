@@ -16,11 +16,11 @@ target_compile_definitions(predictive_stereo_tools_kitti_to_bag_test
 )
 
 # Message processing, and parts of the nodelets.
-foreach(name arrivals camera_motion disparity_views message_checks message_pool moving_objects_views
-    stamp_matcher stereo_messages transforms)
+foreach(name camera_motion disparity_views message_checks message_pool moving_objects_views
+    stamp_matcher stereo_messages threads transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()
-foreach(name imu_rotation tf_history tf_rivals thread_limit)
+foreach(name imu_rotation tf_history tf_rivals)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_nodelets predictive_stereo_ros)
 endforeach()
 

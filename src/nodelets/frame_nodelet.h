@@ -12,16 +12,14 @@
 #include <utility>
 #include <vector>
 
-#include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
 #include "nodelets/health.h"
-#include "nodelets/latest_worker.h"
 #include "nodelets/live_params.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/outputs.h"
 #include "nodelets/synced_topics.h"
 #include "nodelets/tf_input.h"
-#include "nodelets/thread_limit.h"
+#include "nodelets/threads.h"
 #include "predictive_stereo/sequence_guard.h"
 
 namespace predictive_stereo {

@@ -9,9 +9,9 @@
 #include <string>
 #include <utility>
 
-#include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
 #include "nodelets/stereo_messages.h"
+#include "nodelets/threads.h"
 
 namespace predictive_stereo {
 

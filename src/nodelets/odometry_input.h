@@ -10,11 +10,11 @@
 #include <sstream>
 #include <string>
 
-#include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
 #include "nodelets/message_checks.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/tf_input.h"
+#include "nodelets/threads.h"
 #include "nodelets/transforms.h"
 
 namespace predictive_stereo {

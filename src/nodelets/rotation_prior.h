@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "nodelets/arrivals.h"
 #include "nodelets/callbacks.h"
 #include "nodelets/message_history.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/tf_input.h"
+#include "nodelets/threads.h"
 #include "nodelets/transforms.h"
 #include "predictive_stereo/ego_motion.h"
 

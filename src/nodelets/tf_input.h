@@ -15,8 +15,8 @@
 #include <mutex>
 #include <string>
 
-#include "nodelets/arrivals.h"
 #include "nodelets/health.h"
+#include "nodelets/threads.h"
 
 namespace predictive_stereo {
 

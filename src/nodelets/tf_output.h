@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "nodelets/arrivals.h"
 #include "nodelets/health.h"
+#include "nodelets/threads.h"
 
 namespace predictive_stereo {
 

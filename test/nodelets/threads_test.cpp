@@ -1,4 +1,4 @@
-#include "nodelets/arrivals.h"
+#include "nodelets/threads.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ double secondsSince(Clock::time_point begin) {
 class ArrivalsTest : public testing::Test {
  protected:
   ArrivalsTest() {
-    ros::init(ros::M_string(), "arrivals_test", ros::init_options::NoSigintHandler);
+    ros::init(ros::M_string(), "threads_test", ros::init_options::NoSigintHandler);
   }
 
   Arrivals arrivals_;
@@ -86,6 +86,19 @@ TEST_F(ArrivalsTest, stop_ends_waits_and_later_ones) {
   arrivals_.stop();
   waiter.join();
   EXPECT_FALSE(arrivals_.waitFor(3600, [] { return false; }));
+}
+
+TEST(ThreadLimit, TheLeastOfSeveralHolds) {
+  cv::setNumThreads(6);
+  limitThreads(0);
+  EXPECT_EQ(cv::getNumThreads(), 6);
+  limitThreads(3);
+  EXPECT_EQ(cv::getNumThreads(), 3);
+  limitThreads(5);
+  limitThreads(0);
+  EXPECT_EQ(cv::getNumThreads(), 3);
+  limitThreads(2);
+  EXPECT_EQ(cv::getNumThreads(), 2);
 }
 
 }  // namespace
