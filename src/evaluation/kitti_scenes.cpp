@@ -14,19 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> listScenes(const std::string& folder) {
-  if (!fs::is_directory(folder)) throw std::runtime_error(folder + ": folder not found");
-  std::vector<std::string> scenes;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string file = entry.path().filename().string();
-    if (file.size() == 13 && file.substr(6) == "_10.png") scenes.push_back(file.substr(0, 6));
-  }
-  if (scenes.empty())
-    throw std::runtime_error(folder + ": has no files NNNNNN_10.png; give the training folder");
-  std::sort(scenes.begin(), scenes.end());
-  return scenes;
-}
-
 // @param size  of the scene's first image; empty: this is the first one.
 cv::Mat readPicture(const std::string& path, cv::Size size, int flags, int type,
                     const char* refusal) {
@@ -63,6 +50,10 @@ struct Layout {
 constexpr Layout k2012 = {"image_0", "image_1", "disp_occ", "calib", "P0", "P1", nullptr};
 constexpr Layout k2015 = {"image_2",   "image_3",   "disp_occ_0", "calib_cam_to_cam",
                           "P_rect_02", "P_rect_03", "obj_map"};
+
+const Layout& layoutOf(KittiStereo benchmark) {
+  return benchmark == KittiStereo::k2012 ? k2012 : k2015;
+}
 
 class KittiScene : public Sequence {
  public:
@@ -116,22 +107,23 @@ class KittiScene : public Sequence {
 
 }  // namespace
 
-std::vector<std::string> listKittiScenes2012(const std::string& training_dir) {
-  return listScenes(training_dir + "/" + k2012.truth);
+std::vector<std::string> listKittiScenes(KittiStereo benchmark, const std::string& training_dir) {
+  const std::string folder = training_dir + "/" + layoutOf(benchmark).truth;
+  if (!fs::is_directory(folder)) throw std::runtime_error(folder + ": folder not found");
+  std::vector<std::string> scenes;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string file = entry.path().filename().string();
+    if (file.size() == 13 && file.substr(6) == "_10.png") scenes.push_back(file.substr(0, 6));
+  }
+  if (scenes.empty())
+    throw std::runtime_error(folder + ": has no files NNNNNN_10.png; give the training folder");
+  std::sort(scenes.begin(), scenes.end());
+  return scenes;
 }
 
-std::vector<std::string> listKittiScenes2015(const std::string& training_dir) {
-  return listScenes(training_dir + "/" + k2015.truth);
-}
-
-std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
-                                                 const std::string& scene) {
-  return std::make_unique<KittiScene>(k2012, training_dir, scene);
-}
-
-std::unique_ptr<Sequence> kittiScene2015Sequence(const std::string& training_dir,
-                                                 const std::string& scene) {
-  return std::make_unique<KittiScene>(k2015, training_dir, scene);
+std::unique_ptr<Sequence> kittiScene(KittiStereo benchmark, const std::string& training_dir,
+                                     const std::string& scene) {
+  return std::make_unique<KittiScene>(layoutOf(benchmark), training_dir, scene);
 }
 
 }  // namespace predictive_stereo

@@ -11,17 +11,16 @@
 
 namespace predictive_stereo {
 
-/// The scenes with truth, six digits each, sorted; at least one.
-/// @param training_dir  the folder with image_0, image_1, calib and disp_occ.
-std::vector<std::string> listKittiScenes2012(const std::string& training_dir);
-/// @param training_dir  the folder with image_2, image_3, disp_occ_0, obj_map, calib_cam_to_cam.
-std::vector<std::string> listKittiScenes2015(const std::string& training_dir);
+/// KITTI 2012: static scenes. 2015: with vehicles that move; mostly there is one frame.
+enum class KittiStereo { k2012, k2015 };
 
-/// A scene of KITTI 2012, which is static. Its last frame has truth.
-std::unique_ptr<Sequence> kittiScene2012Sequence(const std::string& training_dir,
-                                                 const std::string& scene);
-/// A scene of KITTI 2015. Its last frame, mostly the only one, has truth and vehicles.
-std::unique_ptr<Sequence> kittiScene2015Sequence(const std::string& training_dir,
-                                                 const std::string& scene);
+/// The scenes with truth, six digits each, sorted; at least one.
+/// @param training_dir  2012: the folder with image_0, image_1, calib and disp_occ; 2015: that with
+///   image_2, image_3, disp_occ_0, obj_map and calib_cam_to_cam.
+std::vector<std::string> listKittiScenes(KittiStereo benchmark, const std::string& training_dir);
+
+/// A scene. Its last frame has truth, that of 2015 also vehicles.
+std::unique_ptr<Sequence> kittiScene(KittiStereo benchmark, const std::string& training_dir,
+                                     const std::string& scene);
 
 }  // namespace predictive_stereo

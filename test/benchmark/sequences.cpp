@@ -57,7 +57,7 @@ std::unique_ptr<Sequence> openSequence(const std::string& first, const std::stri
                                        int frames) {
   if (!std::filesystem::is_directory(first)) return pairSequence(first, second, frames);
   if (std::filesystem::is_directory(std::filesystem::path(first) / "disp_occ"))
-    return kittiScene2012Sequence(first, second);
+    return kittiScene(KittiStereo::k2012, first, second);
   return kittiDriveSequence(first, second);
 }
 

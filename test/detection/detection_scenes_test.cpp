@@ -296,8 +296,8 @@ TEST_F(KittiDetection, StaticScenesOf2012) {
   EXPECT_GE(cyclists.score.all().recall(), 0.9) << describe(cyclists.score);
   DetectionScore score;
   const std::string training = kitti_ + "/stereo_flow_2012/training";
-  for (const std::string& scene : listKittiScenes2012(training)) {
-    const auto sequence = kittiScene2012Sequence(training, scene);
+  for (const std::string& scene : listKittiScenes(KittiStereo::k2012, training)) {
+    const auto sequence = kittiScene(KittiStereo::k2012, training, scene);
     score.startSequence();
     for (const EvaluatedFrame& frame :
          evaluateDetection(*sequence, std::nullopt, pipelineDetector(PipelineParams()), 0, {})

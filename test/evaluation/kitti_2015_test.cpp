@@ -117,8 +117,8 @@ class Scene2015 : public TemporaryDirectory {
 
 TEST(KittiScene2015, IsReadFromItsFolder) {
   const Scene2015 folder;
-  ASSERT_EQ(std::vector<std::string>{"000003"}, listKittiScenes2015(folder.path()));
-  const auto scene = kittiScene2015Sequence(folder.path(), "000003");
+  ASSERT_EQ(std::vector<std::string>{"000003"}, listKittiScenes(KittiStereo::k2015, folder.path()));
+  const auto scene = kittiScene(KittiStereo::k2015, folder.path(), "000003");
   ASSERT_EQ(1, scene->frames());
   const SequenceFrame pair = scene->frame(0);
   EXPECT_EQ(kNoTruth, pair.truth_px(0, 5));
@@ -133,9 +133,9 @@ TEST(KittiScene2015, NamesWhatIsMissing) {
   const Scene2015 folder;
   std::filesystem::remove(folder.path("obj_map/000003_10.png"));
   EXPECT_NE(std::string::npos, messageOf([&] {
-                                 kittiScene2015Sequence(folder.path(), "000003")->frame(0);
+                                 kittiScene(KittiStereo::k2015, folder.path(), "000003")->frame(0);
                                }).find("obj_map/000003_10.png"));
-  EXPECT_THROW(listKittiScenes2015(folder.path("image_2")), std::runtime_error);
+  EXPECT_THROW(listKittiScenes(KittiStereo::k2015, folder.path("image_2")), std::runtime_error);
 }
 
 /// Returns the same disparity everywhere, invalid in the first columns.
@@ -150,7 +150,7 @@ class Constant : public DisparityMethod {
 
 TEST(KittiEvaluation2015, PoolsScenes) {
   const Scene2015 folder;
-  const auto scene = kittiScene2015Sequence(folder.path(), "000003");
+  const auto scene = kittiScene(KittiStereo::k2015, folder.path(), "000003");
   const SequenceFrame pair = scene->frame(0);
   const std::vector<NamedMethod> methods = {
       {"constant", [] { return std::make_unique<Constant>(); }}};

@@ -78,8 +78,8 @@ TEST(KittiScene2012, ReadsPairsAndTruth) {
   cv::imwrite(files.path("disp_occ/000027_10.png"), coded);
   files.write("calib/000027.txt",
               "P0: 100 0 32 0 0 100 16 0 0 0 1 0\nP1: 100 0 32 -50 0 100 16 0 0 0 1 0\n");
-  EXPECT_EQ(listKittiScenes2012(files.path()), std::vector<std::string>{"000027"});
-  const auto scene = kittiScene2012Sequence(files.path(), "000027");
+  EXPECT_EQ(listKittiScenes(KittiStereo::k2012, files.path()), std::vector<std::string>{"000027"});
+  const auto scene = kittiScene(KittiStereo::k2012, files.path(), "000027");
   ASSERT_EQ(scene->frames(), 3);
   EXPECT_EQ(scene->frame(0).left(0, 0), 80);
   EXPECT_TRUE(scene->frame(0).truth_px.empty());
@@ -87,7 +87,7 @@ TEST(KittiScene2012, ReadsPairsAndTruth) {
   const cv::Mat1f truth_px = scene->frame(2).truth_px;
   EXPECT_FLOAT_EQ(truth_px(3, 4), 17.5f);
   EXPECT_EQ(known(truth_px), 1);
-  EXPECT_THROW(kittiScene2012Sequence(files.path(), "000028"), std::runtime_error);
+  EXPECT_THROW(kittiScene(KittiStereo::k2012, files.path(), "000028"), std::runtime_error);
 }
 
 }  // namespace

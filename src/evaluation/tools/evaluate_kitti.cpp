@@ -140,7 +140,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
                        const std::vector<NamedMethod>& methods) {
   const std::string training_dir = command_line.get("kitti2015");
   const DisparityRange& range = params.disparity.matcher.range;
-  const auto names = listKittiScenes2015(training_dir);
+  const auto names = listKittiScenes(KittiStereo::k2015, training_dir);
   std::optional<Report> report;
   if (command_line.has("report"))
     report.emplace(fs::path(command_line.get("report")) / "kitti2015", "KITTI 2015, single pairs",
@@ -154,7 +154,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
     int index = 0;
     for (const std::string& name : names) {
       progress.update(index);
-      const auto scene = kittiScene2015Sequence(training_dir, name);
+      const auto scene = kittiScene(KittiStereo::k2015, training_dir, name);
       const SequenceFrame pair = scene->frame(scene->frames() - 1);
       MethodInput input = pairInput(*scene, pair, as_sequence ? index : 0);
       if (!as_sequence || index == 0) running = startMethods(methods);
@@ -175,7 +175,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
        "see."});
   for (const Table& table : tables) report->add(table);
   for (const auto& [name, score] : evaluation.worst())
-    addPictures(*kittiScene2015Sequence(training_dir, name), methods, range, *report);
+    addPictures(*kittiScene(KittiStereo::k2015, training_dir, name), methods, range, *report);
   report->finish();
 }
 

@@ -61,8 +61,8 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
   if (command_line.has("kitti2012")) {
     const std::string training_dir = command_line.get("kitti2012");
     SequenceGroup group;
-    for (const std::string& scene : listKittiScenes2012(training_dir))
-      group.sequences.push_back(kittiScene2012Sequence(training_dir, scene));
+    for (const std::string& scene : listKittiScenes(KittiStereo::k2012, training_dir))
+      group.sequences.push_back(kittiScene(KittiStereo::k2012, training_dir, scene));
     group.name = "KITTI 2012 (" + std::to_string(group.sequences.size()) + ")";
     groups.push_back(std::move(group));
   }
