@@ -80,9 +80,8 @@ void EgoMotionProcessor::makeMessages(const StereoPair& pair, const PoseEstimate
   output.pose->header = header;
   output.pose->pose = output.odometry->pose;
 
-  output.transform.header = header;
-  output.transform.child_frame_id = baseFrame(pair);
-  output.transform.transform = transformMsg(pose.T_odom_body);
+  output.transform =
+      transformMsg(header.stamp, params_.odom_frame, baseFrame(pair), pose.T_odom_body);
 
   output.row_alignment = rowAlignmentMsg(output.estimate.row_alignment,
                                          output.estimate.column_offset, pair.left->header);

@@ -86,8 +86,14 @@ Eigen::Isometry3d fromMsg(const geometry_msgs::Transform& message) {
   return T;
 }
 
-geometry_msgs::Transform transformMsg(const Eigen::Isometry3d& T) {
-  return tf2::eigenToTransform(T).transform;
+geometry_msgs::TransformStamped transformMsg(ros::Time stamp, const std::string& parent,
+                                             const std::string& child,
+                                             const Eigen::Isometry3d& T_parent_child) {
+  geometry_msgs::TransformStamped message = tf2::eigenToTransform(T_parent_child);
+  message.header.stamp = stamp;
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  return message;
 }
 
 Matrix6d fromMsg(const boost::array<double, 36>& covariance) {

@@ -1,7 +1,7 @@
 /// Poses and motions: conversions from and to messages, those of the camera from tf and odometry.
 #pragma once
 
-#include <geometry_msgs/Transform.h>
+#include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <tf2/buffer_core.h>
 
@@ -19,7 +19,9 @@ namespace predictive_stereo {
 constexpr double kUnknownCovariance = 9999;
 
 Eigen::Isometry3d fromMsg(const geometry_msgs::Transform& message);
-geometry_msgs::Transform transformMsg(const Eigen::Isometry3d& T);
+geometry_msgs::TransformStamped transformMsg(ros::Time stamp, const std::string& parent,
+                                             const std::string& child,
+                                             const Eigen::Isometry3d& T_parent_child);
 Matrix6d fromMsg(const boost::array<double, 36>& covariance);
 boost::array<double, 36> covarianceMsg(const Matrix6d& covariance);
 

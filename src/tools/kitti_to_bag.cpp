@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "nodelets/stereo_messages.h"
+#include "nodelets/transforms.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/kitti_drive.h"
@@ -34,14 +35,6 @@ Topics: /kitti/camera_gray_left/{image_raw,camera_info} and the right one's (or 
 /kitti/oxts/{imu,gps/fix,gps/vel}, /kitti/velo/pointcloud, /tf (world -> base_link), /tf_static.
 The images are rectified, although they are named image_raw.
 )";
-
-geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
-                                          const Eigen::Isometry3d& T_parent_child) {
-  geometry_msgs::TransformStamped message = tf2::eigenToTransform(T_parent_child);
-  message.header.frame_id = parent;
-  message.child_frame_id = child;
-  return message;
-}
 
 /// Rotation from the axes of a base (x forward, y left, z up) to those of a camera (x right, y
 /// down, z forward).
@@ -139,21 +132,24 @@ class DriveWriter {
       parent = "imu_link";
       T_parent_left = (drive_.T_cam_velo() * drive_.T_velo_imu()).inverse();
       T_left_base = (imuInBase() * T_parent_left).inverse();
-      static_.transforms = {transform("base_link", "imu_link", imuInBase()),
-                            transform("imu_link", "velo_link", drive_.T_velo_imu().inverse())};
+      static_.transforms = {
+          transformMsg({}, "base_link", "imu_link", imuInBase()),
+          transformMsg({}, "imu_link", "velo_link", drive_.T_velo_imu().inverse())};
     } else {
       T_left_base = baseInCamera();
       T_parent_left = T_left_base.inverse();
     }
-    static_.transforms.push_back(transform(parent, cameraName(drive_.leftCamera()), T_parent_left));
     static_.transforms.push_back(
-        transform(parent, cameraName(drive_.rightCamera()), T_parent_left * T_left_right));
+        transformMsg({}, parent, cameraName(drive_.leftCamera()), T_parent_left));
+    static_.transforms.push_back(
+        transformMsg({}, parent, cameraName(drive_.rightCamera()), T_parent_left * T_left_right));
     if (const auto poses = drive_.poses())
       for (const Eigen::Isometry3d& T_world_left : *poses) {
         // Without oxts the world has the axes of the first camera: rotate it so that z is up.
         const Eigen::Isometry3d upright =
             has_oxts_ ? Eigen::Isometry3d::Identity() : baseInCamera().inverse();
-        dynamic_.push_back(transform("world", "base_link", upright * T_world_left * T_left_base));
+        dynamic_.push_back(
+            transformMsg({}, "world", "base_link", upright * T_world_left * T_left_base));
       }
   }
 

@@ -320,12 +320,8 @@ TEST_F(LiveFaults, of_tf) {
   tf2_ros::TransformBroadcaster broadcaster;
   Eigen::Isometry3d jump = Eigen::Isometry3d::Identity();
   const auto sendPose = [&](const std::string& parent) {
-    geometry_msgs::TransformStamped pose;
-    pose.header.stamp = stamp_;
-    pose.header.frame_id = parent;
-    pose.child_frame_id = "base_link";
-    pose.transform = transformMsg(jump * drive().T_world_base(place(frame_)));
-    broadcaster.sendTransform(pose);
+    broadcaster.sendTransform(
+        transformMsg(stamp_, parent, "base_link", jump * drive().T_world_base(place(frame_))));
   };
   // After a fault, poses come for all frames again.
   const auto good = [&](int frames) {

@@ -38,12 +38,9 @@ class Scenarios : public NodeletTest {
   /// A pair of a camera. Its true pose in the frame "world_of_others" is sent to tf.
   StereoPair moved(int index, const std::string& camera,
                    tf2_ros::TransformBroadcaster& broadcaster) const {
-    geometry_msgs::TransformStamped pose = street().extrinsic();
-    pose.header.stamp = street().stamp(index);
-    pose.header.frame_id = "world_of_others";
-    pose.child_frame_id = camera;
-    pose.transform = transformMsg(jump_ * street().T_world_base(index) * street().cameraMount());
-    broadcaster.sendTransform(pose);
+    broadcaster.sendTransform(
+        transformMsg(street().stamp(index), "world_of_others", camera,
+                     jump_ * street().T_world_base(index) * street().cameraMount()));
     StereoPair pair = street().pair(index);
     auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
     left->header.frame_id = camera;
@@ -394,12 +391,8 @@ TEST_F(Scenarios, kittis_poses_serve_through_tf) {
   ros::Time stamp;
   for (int i = 0; i < 4; ++i) {
     stamp.fromSec(drive->stamp_s(i));
-    geometry_msgs::TransformStamped pose;
-    pose.header.stamp = stamp;
-    pose.header.frame_id = "world_of_kitti";
-    pose.child_frame_id = StreetCamera::kFrame;
-    pose.transform = transformMsg((*T_world_cam)[i]);
-    broadcaster.sendTransform(pose);
+    broadcaster.sendTransform(
+        transformMsg(stamp, "world_of_kitti", StreetCamera::kFrame, (*T_world_cam)[i]));
     const SequenceFrame frame = drive->frame(i);
     ASSERT_TRUE(publishesDisparity(
         {street().image(frame.left, stamp), street().image(frame.right, stamp),

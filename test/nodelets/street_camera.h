@@ -54,12 +54,7 @@ class StreetCamera {
   }
 
   geometry_msgs::TransformStamped extrinsic() const {
-    geometry_msgs::TransformStamped message;
-    message.header.stamp = stamp(0);
-    message.header.frame_id = "base_link";
-    message.child_frame_id = kFrame;
-    message.transform = transformMsg(street_.cameraMount());
-    return message;
+    return transformMsg(stamp(0), "base_link", kFrame, street_.cameraMount());
   }
 
   const StreetFrame& truth(int index) const { return frames_[index]; }

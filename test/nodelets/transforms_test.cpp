@@ -17,12 +17,7 @@ Eigen::Isometry3d pose(double x, double y, double z, const Eigen::Vector3d& turn
 
 geometry_msgs::TransformStamped stamped(const char* parent, const char* child, double stamp_s,
                                         const Eigen::Isometry3d& T) {
-  geometry_msgs::TransformStamped message;
-  message.header.frame_id = parent;
-  message.header.stamp = ros::Time(stamp_s);
-  message.child_frame_id = child;
-  message.transform = transformMsg(T);
-  return message;
+  return transformMsg(ros::Time(stamp_s), parent, child, T);
 }
 
 // The exponential map as a power series.
@@ -41,7 +36,7 @@ Eigen::Isometry3d exponential(const Vector6d& twist, double dt_s) {
 
 TEST(Transforms, survive_messages) {
   const Eigen::Isometry3d T = pose(1, -2, 3, {0.3, -0.2, 2.5});
-  EXPECT_TRUE(fromMsg(transformMsg(T)).isApprox(T, 1e-14));
+  EXPECT_TRUE(fromMsg(transformMsg({}, "a", "b", T).transform).isApprox(T, 1e-14));
 }
 
 TEST(Transforms, a_quaternion_that_is_not_normalised_is_taken) {

@@ -1,6 +1,5 @@
 /// Writes a synthetic sequence to a bag: a stereo camera and the ground truth.
 #include <cv_bridge/cv_bridge.h>
-#include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -15,6 +14,7 @@
 
 #include "evaluation/simulation/scene.h"
 #include "evaluation/simulation/street.h"
+#include "nodelets/transforms.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/progress.h"
@@ -108,22 +108,13 @@ stereo_msgs::DisparityImage disparityMessage(const std_msgs::Header& header, con
   return message;
 }
 
-geometry_msgs::TransformStamped transformMessage(const ros::Time& stamp, const char* parent,
-                                                 const char* child, const Eigen::Isometry3d& T) {
-  geometry_msgs::TransformStamped message = tf2::eigenToTransform(T);
-  message.header.stamp = stamp;
-  message.header.frame_id = parent;
-  message.child_frame_id = child;
-  return message;
-}
-
 tf2_msgs::TFMessage extrinsics(const ros::Time& stamp, const Eigen::Isometry3d& T_base_optical) {
   Eigen::Isometry3d T_link_optical = Eigen::Isometry3d::Identity();
   T_link_optical.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   tf2_msgs::TFMessage message;
   message.transforms = {
-      transformMessage(stamp, kBaseFrame, kCameraFrame, T_base_optical * T_link_optical.inverse()),
-      transformMessage(stamp, kCameraFrame, kOpticalFrame, T_link_optical)};
+      transformMsg(stamp, kBaseFrame, kCameraFrame, T_base_optical * T_link_optical.inverse()),
+      transformMsg(stamp, kCameraFrame, kOpticalFrame, T_link_optical)};
   return message;
 }
 
