@@ -67,13 +67,8 @@ class RectifyNodelet : public nodelet::Nodelet {
     const std::lock_guard<std::mutex> lock(mutex_);
     const bool wanted = rectified_.getNumSubscribers() > 0;
     health_->setAsleep(!wanted);
-    const auto follow = [&] {
-      if (wanted)
-        input_->start(kTopics);
-      else
-        input_->stop();
-    };
-    health_->guard("subscriptions", follow, Health::Severity::kBroken);
+    health_->guard(
+        "subscriptions", [&] { input_->start(wanted ? kTopics : 0); }, Health::Severity::kBroken);
   }
 
   void rectify(const sensor_msgs::ImageConstPtr& raw, const sensor_msgs::CameraInfoConstPtr& info) {
