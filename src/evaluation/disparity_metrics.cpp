@@ -1,9 +1,24 @@
 #include "evaluation/disparity_metrics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 namespace predictive_stereo {
+namespace {
+
+// Mean over n of the mean of the first n values, for n = 1 ... size.
+double areaUnder(const std::vector<double>& values) {
+  double sum = 0, area = 0;
+  for (size_t n = 0; n < values.size(); ++n) {
+    sum += values[n];
+    area += sum / static_cast<double>(n + 1);
+  }
+  return values.empty() ? 0 : area / static_cast<double>(values.size());
+}
+
+}  // namespace
+
 bool isOutlier(float disparity_px, float truth_px) {
   const float error_px = std::abs(disparity_px - truth_px);
   return error_px > 3.0f && error_px > 0.05f * truth_px;
@@ -87,6 +102,40 @@ double VarianceCalibration::shareWithin(double sigmas) const {
   int64_t within = 0;
   for (int i = 0; i < bins; ++i) within += histogram_[static_cast<size_t>(i)];
   return ratio(within, count());
+}
+
+void Sparsification::add(double error_px, double doubt) {
+  pixels_.push_back({static_cast<float>(doubt), static_cast<float>(std::abs(error_px))});
+}
+
+double Sparsification::meanError_px() const {
+  double sum = 0;
+  for (const Pixel& pixel : pixels_) sum += pixel.error_px;
+  return pixels_.empty() ? 0 : sum / static_cast<double>(pixels_.size());
+}
+
+double Sparsification::ause_px() const {
+  std::vector<Pixel> sorted = pixels_;
+  std::sort(sorted.begin(), sorted.end(),
+            [](const Pixel& a, const Pixel& b) { return a.doubt < b.doubt; });
+  std::vector<double> errors_px;
+  for (auto begin = sorted.begin(); begin != sorted.end();) {
+    const auto end = std::find_if(begin, sorted.end(),
+                                  [&](const Pixel& pixel) { return pixel.doubt > begin->doubt; });
+    double sum = 0;
+    for (auto pixel = begin; pixel != end; ++pixel) sum += pixel->error_px;
+    errors_px.insert(errors_px.end(), static_cast<size_t>(end - begin),
+                     sum / static_cast<double>(end - begin));
+    begin = end;
+  }
+  return areaUnder(errors_px) - meanError_px() + auseOfNothing_px();
+}
+
+double Sparsification::auseOfNothing_px() const {
+  std::vector<double> errors_px;
+  for (const Pixel& pixel : pixels_) errors_px.push_back(pixel.error_px);
+  std::sort(errors_px.begin(), errors_px.end());
+  return meanError_px() - areaUnder(errors_px);
 }
 
 }  // namespace predictive_stereo

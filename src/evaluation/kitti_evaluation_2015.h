@@ -8,7 +8,6 @@
 
 #include "evaluation/disparity_evaluation.h"
 #include "evaluation/disparity_report.h"
-#include "evaluation/sparsification.h"
 
 namespace predictive_stereo {
 
