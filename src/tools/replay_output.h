@@ -116,10 +116,7 @@ class ReplayFigures {
     unpredicted_ += !frame.disparity.predicted;
     objects_ += frame.moving_objects.objects->objects.size();
     const stereo_msgs::DisparityImage& disparity = *frame.disparity.disparity;
-    const cv::Mat1f map(static_cast<int>(disparity.image.height),
-                        static_cast<int>(disparity.image.width),
-                        reinterpret_cast<float*>(const_cast<uint8_t*>(disparity.image.data.data())),
-                        disparity.image.step);
+    const cv::Mat1f map = floatView(disparity.image, "disparity");
     density_ += cv::countNonZero(map >= disparity.min_disparity) / double(map.total());
   }
 
