@@ -35,17 +35,12 @@ double contradictedFraction(const cv::Mat1f& predicted_px, const cv::Mat1f& meas
 }  // namespace
 
 DisparityProcessor::DisparityProcessor(const DisparityNodeletParams& params)
-    : params_(params), loop_(params.disparity, params.max_gap) {
+    : loop_(params.disparity, params.max_gap) {
   validate(params);
 }
 
-void DisparityProcessor::setParams(const DisparityParams& params) {
-  loop_.setParams(params);
-  params_.disparity = params;
-}
-
 std::string DisparityProcessor::slowTargetWarning() const {
-  return predictive_stereo::slowTargetWarning(params_.disparity.matcher.simd_target, simdTarget());
+  return predictive_stereo::slowTargetWarning(loop_.params().matcher.simd_target, simdTarget());
 }
 
 SequenceGuard::Result DisparityProcessor::begin(const StereoPair& pair) {
@@ -70,9 +65,9 @@ DisparityMessages DisparityProcessor::process(const Sources& sources) {
   result.predicted = maps_.predicted;
   result.contradicted_fraction =
       contradictedFraction(maps_.predicted_disparity_px, maps_.measured_disparity_px,
-                           static_cast<float>(params_.disparity.matcher.range.min_disparity));
+                           static_cast<float>(loop_.params().matcher.range.min_disparity));
   result.mean_search_width_px = cv::mean(maps_.search_width_px)[0];
-  result.searched_fraction = result.mean_search_width_px / params_.disparity.matcher.range.count;
+  result.searched_fraction = result.mean_search_width_px / loop_.params().matcher.range.count;
   maps_ = DisparityOutput();  // views of the messages' memory
   pair_ = StereoPair();
   return result;
@@ -103,7 +98,7 @@ sensor_msgs::ImagePtr DisparityProcessor::image(cv::Mat_<Pixel>& map) {
 }
 
 stereo_msgs::DisparityImagePtr DisparityProcessor::disparityImage(cv::Mat1f& map) {
-  const DisparityRange& range = params_.disparity.matcher.range;
+  const DisparityRange& range = loop_.params().matcher.range;
   stereo_msgs::DisparityImagePtr message = disparities_.take();
   message->header = pair_.left->header;
   allocateImage(pair_.left->header, rig_.size, sensor_msgs::image_encodings::TYPE_32FC1,

@@ -49,7 +49,7 @@ class DisparityProcessor {
   DisparityMessages process(const Sources& sources);
 
   /// See DisparityLoop::setParams.
-  void setParams(const DisparityParams& params);
+  void setParams(const DisparityParams& params) { loop_.setParams(params); }
 
   void reset() { loop_.reset(); }
 
@@ -64,7 +64,6 @@ class DisparityProcessor {
   sensor_msgs::ImagePtr image(cv::Mat_<Pixel>& map);
   stereo_msgs::DisparityImagePtr disparityImage(cv::Mat1f& map);
 
-  DisparityNodeletParams params_;
   DisparityLoop loop_;
   cv::Mat1b left_buffer_, right_buffer_;
   MessagePool<sensor_msgs::Image> images_;
