@@ -51,8 +51,7 @@ Table tableOf(const std::string& name, const DetectionScore& score) {
                   fixed(score.falsePerFrame(), 3) + " false boxes per frame, " +
                   std::to_string(score.idSwitches()) + " id switches",
               {"", "demanded", "found", "false", "recall", "precision", "IoU", "distance error m",
-               "speed error m/s"},
-              {}};
+               "speed error m/s"}};
   for (const auto& [group, counts] : groupsOf(score))
     table.add(group, figuresOf(score, group, counts, 3, 2, false, "-"));
   return table;
@@ -94,8 +93,7 @@ Row meansAndSpreads(const std::vector<Rates>& runs) {
 
 Table pooledTable(const std::vector<DetectionEvaluation>& evaluations) {
   Table table{"recall and precision at IoU 0.3 and 0.5",
-              row("", "frames", "demanded", kRateNames, "ms"),
-              {}};
+              row("", "frames", "demanded", kRateNames, "ms")};
   const auto add = [&](const std::string& name, const std::vector<DetectionEvaluation>& some,
                        double ms) {
     const DetectionScore score = scoreOf(some);
@@ -127,7 +125,7 @@ Table reliabilityTable(const std::vector<DetectionEvaluation>& evaluations) {
         bins[b].scores.add(score);
         bins[b].right.add(frame.verdict.boxes[o] == FrameVerdict::kRight);
       }
-  Table table{"reliability of scores", {"score", "boxes", "mean score", "share right"}, {}};
+  Table table{"reliability of scores", {"score", "boxes", "mean score", "share right"}};
   for (size_t b = 0; b < bins.size(); ++b) {
     const auto& [scores, right] = bins[b];
     const auto mean = [](const Moments& of) { return of.count() ? fixed(of.mean(), 2) : "-"; };
@@ -138,7 +136,7 @@ Table reliabilityTable(const std::vector<DetectionEvaluation>& evaluations) {
 }
 
 Table perturbationTable(const std::vector<PerturbedEvaluation>& runs) {
-  Table table{"all sequences under perturbations", row("", "demanded", kRateNames), {}};
+  Table table{"all sequences under perturbations", row("", "demanded", kRateNames)};
   std::vector<Rates> rates;
   for (const PerturbedEvaluation& run : runs) {
     rates.push_back(ratesOf(run.evaluations));
@@ -149,7 +147,7 @@ Table perturbationTable(const std::vector<PerturbedEvaluation>& runs) {
 }
 
 Table spreadTable(const std::vector<PerturbedEvaluation>& runs) {
-  Table table{"each sequence over perturbations, mean +- spread", row("", kRateNames), {}};
+  Table table{"each sequence over perturbations, mean +- spread", row("", kRateNames)};
   for (size_t s = 0; !runs.empty() && s < runs[0].evaluations.size(); ++s) {
     std::vector<Rates> rates;
     for (const PerturbedEvaluation& run : runs) rates.push_back(ratesOf({run.evaluations[s]}));

@@ -44,8 +44,7 @@ const DisparityEvaluation* SequenceReport::find(const std::string& method) const
 Table accuracyTable(const SequenceReport& report) {
   Table table{report.name + ", " + std::to_string(report.evaluations.front().images) + " images",
               {"method", "ms", "D1 %", "D1f %", "density %", "rms px", "bias", "D1 / hh",
-               "D1f / hh", "D1 / full", "D1f / full"},
-              {}};
+               "D1f / hh", "D1 / full", "D1f / full"}};
   for (const DisparityEvaluation& e : report.evaluations)
     table.add(e.method, fixed(e.mean_ms, 1),
               e.score.frames ? row(figures(e.score, 2, {kD1, kD1Filled, kDensity}),
@@ -58,8 +57,7 @@ Table accuracyTable(const SequenceReport& report) {
 Table loopTable(const SequenceReport& report) {
   Table table{report.name + ": searched disparities; the match alone and after the filters",
               {"method", "mean width px", "full search %", "measured D1 %", "measured D1f %",
-               "measured rms", "filtered rms", "ratio"},
-              {}};
+               "measured rms", "filtered rms", "ratio"}};
   for (const DisparityEvaluation& e : report.evaluations) {
     if (e.mean_width_px == 0) continue;
     table.add(e.method, fixed(e.mean_width_px, 1), fixed(e.full_search_percent, 1),
@@ -72,8 +70,7 @@ Table loopTable(const SequenceReport& report) {
 
 Table calibrationTable(const std::vector<std::pair<std::string, VarianceCalibration>>& groups) {
   Table table{"Variance of ours: shares of errors within 1, 2, 3 sigma (normal: 68.3, 95.4, 99.7)",
-              {"pixels", "1 sigma %", "2 sigma %", "3 sigma %", "mean sigma px", "count"},
-              {}};
+              {"pixels", "1 sigma %", "2 sigma %", "3 sigma %", "mean sigma px", "count"}};
   for (const auto& [name, c] : groups)
     if (c.count() > 0)
       table.add(name, fixed(100 * c.shareWithin(1), 1), fixed(100 * c.shareWithin(2), 1),

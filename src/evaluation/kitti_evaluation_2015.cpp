@@ -110,8 +110,7 @@ void KittiEvaluation2015::add(const std::string& scene, const SequenceFrame& fra
 Table KittiEvaluation2015::table() const {
   Table table{"KITTI 2015, " + std::to_string(scenes_.size()) +
                   " single pairs, pooled: all / background / vehicles",
-              {"method", "ms", "D1 % interpolated", "D1 % of valid pixels", "density %"},
-              {}};
+              {"method", "ms", "D1 % interpolated", "D1 % of valid pixels", "density %"}};
   for (const Method& method : methods_)
     table.add(method.name, fixed(method.ms / static_cast<double>(scenes_.size()), 1),
               figures(method.score));
@@ -132,8 +131,7 @@ Table KittiEvaluation2015::worstTable() const {
   Table table{
       methods_[shown_].name + ": scenes with most wrong pixels; all / background / vehicles",
       {"scene", "D1 % interpolated", "D1 % of valid pixels", "density %", "wrong",
-       "of them on vehicles"},
-      {}};
+       "of them on vehicles"}};
   for (const auto& [scene, score] : worst())
     table.add(scene, figures(score), score.all().interpolated.wrong(),
               score.vehicles.interpolated.wrong());
@@ -151,8 +149,7 @@ Table KittiEvaluation2015::variances() const {
 
 Table KittiEvaluation2015::certaintyTable() const {
   Table table{"Certainty: area under the sparsification error (AUSE) of the mean absolute error",
-              {"method", "mean error px", "AUSE px", "of a random order px", "AUSE / random"},
-              {}};
+              {"method", "mean error px", "AUSE px", "of a random order px", "AUSE / random"}};
   for (const Method& method : methods_) {
     const Sparsification& pixels = method.sparsification;
     if (pixels.empty()) continue;

@@ -41,7 +41,7 @@ std::string fixed(double value, int decimals, const char* otherwise = "-");
 struct Table {
   std::string title;
   Row header;
-  std::vector<Row> rows;
+  std::vector<Row> rows = {};
 
   /// @param header  its names, with commas between them.
   static Table ofCsv(const std::string& header);
