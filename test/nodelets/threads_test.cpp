@@ -17,9 +17,7 @@ double secondsSince(Clock::time_point begin) {
 // roscpp counts as running only between init and shutdown.
 class ArrivalsTest : public testing::Test {
  protected:
-  ArrivalsTest() {
-    ros::init(ros::M_string(), "threads_test", ros::init_options::NoSigintHandler);
-  }
+  ArrivalsTest() { ros::init(ros::M_string(), "threads_test", ros::init_options::NoSigintHandler); }
 
   Arrivals arrivals_;
 };
