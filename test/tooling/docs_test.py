@@ -210,7 +210,7 @@ def topics():
     """Topics that the nodelets advertise, without namespaces."""
     names = set()
     folder = REPOSITORY / 'src/nodelets'
-    for source in folder.glob('*_nodelet.cpp'):
+    for source in [*folder.glob('*_nodelet.cpp'), folder / 'view_output.h']:
         for call in re.findall(r'advertise\w*(?:<[^;(]*?>)?\(([^;]*?)\)', source.read_text(), re.DOTALL):
             names |= set(re.findall(r'"([a-z0-9_/]+)"', call))
     mask = (REPOSITORY / 'src/nodelets/mask_input.h').read_text()
