@@ -291,8 +291,8 @@ struct Pair {
   PairVector parts[kPairParts];
 };
 
-template <class D>
-HWY_INLINE Pair pairOf([[maybe_unused]] D d, hn::Vec<Bytes16> one, hn::Vec<Bytes16> other) {
+template <class D, class V>
+HWY_INLINE Pair pairOf([[maybe_unused]] D d, V one, V other) {
   Pair pair;
   if constexpr (hn::MaxLanes(D()) > kLanes) {
     pair.parts[0] = hn::Combine(d, other, one);
