@@ -1,7 +1,5 @@
 #include "evaluation/sequence.h"
 
-#include <algorithm>
-
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/lidar_truth.h"
 #include "predictive_stereo/rigid_motion.h"
@@ -72,14 +70,6 @@ class StreetSequence : public Sequence {
 };
 
 }  // namespace
-
-int framesOf(const Sequence& sequence, int max_frames) {
-  return max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
-}
-
-StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame& images) {
-  return {images.left, images.right, sequence.rig(), stampFromSeconds(sequence.stamp_s(index))};
-}
 
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir,
                                              const std::string& drive) {

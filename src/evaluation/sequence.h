@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -50,10 +51,14 @@ class Sequence {
 };
 
 /// Its number of frames, or `max_frames` if this is less; 0: no limit.
-int framesOf(const Sequence& sequence, int max_frames);
+inline int framesOf(const Sequence& sequence, int max_frames) {
+  return max_frames > 0 ? std::min(max_frames, sequence.frames()) : sequence.frames();
+}
 
 /// A pair of the sequence as input of the pipeline.
-StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame& images);
+inline StereoFrame stereoFrame(const Sequence& sequence, int index, const SequenceFrame& images) {
+  return {images.left, images.right, sequence.rig(), stampFromSeconds(sequence.stamp_s(index))};
+}
 
 /// A drive of KITTI's raw recordings. All frames with a scan have LiDAR truth, except the first
 /// one.
