@@ -60,7 +60,9 @@ configure() {
   shift
   # catkin remembers the python path of the tests at the first configuration: this must exist then.
   mkdir -p "$build/devel/lib/python3/dist-packages"
-  command -v ccache > /dev/null && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+  # ccache does not store what uses precompiled headers.
+  command -v ccache > /dev/null &&
+    launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON)
   # With the compiler of Debian 12 there are no warnings; with others they are no reason to stop.
   [ "$(c++ -dumpversion)" = 12 ] && strict=ON
   cmake -S "$REPOSITORY" -B "$build" -DPYTHON_EXECUTABLE=/usr/bin/python3 \
