@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "parallel/tasks.h"
 
@@ -19,7 +20,7 @@ constexpr float kFewestKnown = 15;  // points of a square
 constexpr float kLeastSign = 0.8f;  // 90 % of one sign, 10 % of the other
 constexpr size_t kFewestPoints = 20;
 constexpr float kMostStep_px = 1.5f;  // of the disparity, between neighbours
-constexpr uchar kNoSeed = 0;
+constexpr uchar kNoSeed = 0, kCandidate = 255;
 
 // Memory for a row: the sums of its squares' columns, with kReach zeros at both ends; and a row of
 // unknown points, which stands for those outside the map.
@@ -72,9 +73,11 @@ void findSeedsOfRow(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float l
     columns_px[u + kReach] =
         orZero(r0[u]) + orZero(r1[u]) + orZero(r2[u]) + orZero(r3[u]) + orZero(r4[u]);
   for (int u = 0; u < width; ++u)
-    seeds[u] = std::abs(sumOfSquare(columns_px + u)) >= least_sum_px ? 1 : kNoSeed;
+    seeds[u] = std::abs(sumOfSquare(columns_px + u)) >= least_sum_px ? kCandidate : kNoSeed;
   for (int u = 0; u < width; ++u) {
-    if (seeds[u] == kNoSeed) continue;
+    const void* const next = std::memchr(seeds + u, kCandidate, static_cast<size_t>(width - u));
+    if (!next) break;
+    u = static_cast<int>(static_cast<const uchar*>(next) - seeds);
     const float sum_px = sumOfSquare(columns_px + u);
     seeds[u] = isSeed(residual_px, least_mean_px, sum_px, {u, v})
                    ? static_cast<uchar>(2 * pair(v, u) + (sum_px > 0 ? 1 : 2))
