@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr size_t kFewestCells = 15;
+constexpr int kFewestCells = 15;
 constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
 constexpr float kNearer_px = 2;      // of what can hide the lower end
 
@@ -17,11 +17,15 @@ struct CellCounts {
   int moved = 0, fixed = 0;
 };
 
-CellCounts countCells(const std::vector<cv::Point>& obstacle, const FreeSpaceEvidence& evidence) {
-  CellCounts counts;
-  for (const cv::Point p : obstacle) {
-    counts.moved += evidence.moved(p) != 0;
-    counts.fixed += evidence.fixed(p) != 0;
+// Of each obstacle.
+std::vector<CellCounts> countCells(const Obstacles& obstacles, const FreeSpaceEvidence& evidence) {
+  std::vector<CellCounts> counts(obstacles.sizes.size());
+  const int *const number = obstacles.number[0], all = static_cast<int>(obstacles.number.total());
+  for (int i = 0; i < all; ++i) {
+    if (number[i] < 0) continue;
+    CellCounts& of_obstacle = counts[static_cast<size_t>(number[i])];
+    of_obstacle.moved += evidence.moved.data[i] != 0;
+    of_obstacle.fixed += evidence.fixed.data[i] != 0;
   }
   return counts;
 }
@@ -115,7 +119,7 @@ int wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
   const cv::Mat1b inside = cellsOf(part, obstacles.number.size());
   const int k = commonObstacle(inside, obstacles.number);
   if (k < 0) return -1;
-  const std::vector<cv::Point>& whole = obstacles.cells[static_cast<size_t>(k)];
+  const std::vector<cv::Point> whole = obstacles.cellsOf(k);
   int of_part = 0, moved = 0;
   for (const cv::Point p : whole) {
     of_part += inside(p) != 0;
@@ -137,28 +141,28 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const FrameView& frame, Depth
     return objects;
   }
   free_space_.remember(input, cells, half_image);
-  for (const std::vector<cv::Point>& obstacle : obstacles_.cells) {
-    if (obstacle.size() < kFewestCells) continue;
-    const CellCounts counts = countCells(obstacle, free_space_.evidence());
-    if (counts.moved < kLeastMoved * static_cast<double>(obstacle.size()) ||
-        counts.moved < counts.fixed)
-      continue;
+  const std::vector<CellCounts> counts = countCells(obstacles_, free_space_.evidence());
+  for (size_t k = 0; k < counts.size(); ++k) {
+    const int size = obstacles_.sizes[k];
+    const auto [moved, fixed] = counts[k];
+    if (size < kFewestCells || moved < kLeastMoved * size || moved < fixed) continue;
+    const std::vector<cv::Point> obstacle = obstacles_.cellsOf(static_cast<int>(k));
     ObservedObject object = objectOf(frame, obstacle);
     if (!measureIfPossible(frame, obstacle, object)) continue;
     Observation& seen = object.observation;
     seen.centre_covariance =
         centreCovariance(input.rig, input.rig.disparityTimesDepth() / seen.centre_m.z());
-    seen.score = static_cast<double>(counts.moved) / (counts.moved + counts.fixed);
+    seen.score = static_cast<double>(moved) / (moved + fixed);
     objects.push_back(std::move(object));
   }
   return objects;
 }
 
 void FreeSpaceChannel::complete(const FrameView& frame, ObservedObject& part) const {
-  if (obstacles_.cells.empty()) return;
+  if (obstacles_.sizes.empty()) return;
   const int k = wholeObstacle(part, obstacles_, free_space_.evidence());
   if (k < 0) return;
-  const std::vector<cv::Point>& obstacle = obstacles_.cells[static_cast<size_t>(k)];
+  const std::vector<cv::Point> obstacle = obstacles_.cellsOf(k);
   ObservedObject whole = joined(part, objectOf(frame, obstacle));
   if (measureIfPossible(frame, obstacle, whole)) part = std::move(whole);
 }

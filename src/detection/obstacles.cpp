@@ -123,6 +123,12 @@ void innerCells(const int32_t* const numbers[3], const float* const disparities_
 
 }  // namespace
 
+std::vector<cv::Point> Obstacles::cellsOf(int obstacle) const {
+  std::vector<cv::Point> cells;
+  cv::findNonZero(number == obstacle, cells);
+  return cells;
+}
+
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
                         const std::optional<GroundPlane>& ground) {
   const cv::Mat1b usable = usableCells(rig, cells, ground);
@@ -134,13 +140,9 @@ Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
   for (int i = 0; i < count; ++i) {
     if (!usable.data[i]) continue;
     const int root = joined.rootOf(i);
-    if (root == i) {
-      number[i] = static_cast<int>(obstacles.cells.size());
-      obstacles.cells.emplace_back();
-    } else {
-      number[i] = number[root];
-    }
-    obstacles.cells[static_cast<size_t>(number[i])].emplace_back(i % usable.cols, i / usable.cols);
+    number[i] = root == i ? static_cast<int>(obstacles.sizes.size()) : number[root];
+    if (root == i) obstacles.sizes.push_back(0);
+    ++obstacles.sizes[static_cast<size_t>(number[i])];
   }
   return obstacles;
 }
@@ -157,11 +159,13 @@ cv::Mat1f obstacleWidths(const Obstacles& obstacles, const DepthCells& cells) {
   }
   cv::Mat1f from_end, width_px(inner.size(), kWide_px);
   cv::distanceTransform(inner, from_end, cv::DIST_C, 3);
-  for (const std::vector<cv::Point>& of_obstacle : obstacles.cells) {
-    float most = 0;
-    for (const cv::Point p : of_obstacle) most = std::max(most, from_end(p));
-    for (const cv::Point p : of_obstacle) width_px(p) = kCellSide_px * (2 * most + 1);
-  }
+  std::vector<float> most(obstacles.sizes.size(), 0);
+  const int *const of_cell = number[0], count = static_cast<int>(number.total());
+  const auto mostOf = [&](int i) -> float& { return most[static_cast<size_t>(of_cell[i])]; };
+  for (int i = 0; i < count; ++i)
+    if (of_cell[i] >= 0) mostOf(i) = std::max(mostOf(i), from_end[0][i]);
+  for (int i = 0; i < count; ++i)
+    if (of_cell[i] >= 0) width_px[0][i] = kCellSide_px * (2 * mostOf(i) + 1);
   return width_px;
 }
 

@@ -13,8 +13,11 @@ namespace predictive_stereo {
 
 /// Obstacles of one frame.
 struct Obstacles {
-  cv::Mat1i number;                           ///< of each cell's obstacle, from 0 on; -1: none
-  std::vector<std::vector<cv::Point>> cells;  ///< of each obstacle, row by row
+  cv::Mat1i number;        ///< of each cell's obstacle, from 0 on; -1: none
+  std::vector<int> sizes;  ///< of each obstacle [cells]
+
+  /// The cells of one obstacle, row by row. Lists of all of them would take longer to make.
+  std::vector<cv::Point> cellsOf(int obstacle) const;
 };
 
 /// Joins neighbouring cells if there is certainly no step in depth between them, over gaps of one

@@ -356,7 +356,7 @@ class WholeObjectTest : public testing::Test {
   std::vector<cv::Point> whole(const cv::Rect& part_cells = kBody) const {
     const Obstacles obstacles = findObstacles(cellRig(), cells_, std::nullopt);
     const int k = wholeObstacle(objectAt(part_cells), obstacles, evidence_);
-    return k < 0 ? std::vector<cv::Point>() : obstacles.cells[size_t(k)];
+    return k < 0 ? std::vector<cv::Point>() : obstacles.cellsOf(k);
   }
   static ObservedObject objectAt(const cv::Rect& part) {
     ObservedObject object;
@@ -428,7 +428,7 @@ TEST_F(WholeObjectTest, PixelsOfAnotherSurfaceAreNoneOfTheObject) {
   disparity_px(cv::Rect(80, 20, 3, 48)) = 5;
   parts.cells = cells_;
   const Obstacles obstacles = findObstacles(cellRig(), cells_, std::nullopt);
-  const ObservedObject object = objectOf(parts.frame, obstacles.cells[0]);
+  const ObservedObject object = objectOf(parts.frame, obstacles.cellsOf(0));
   EXPECT_EQ(cv::Rect(object.observation.box_px),
             cv::Rect(kCellSide_px * kPerson.tl(), kPerson.size() * kCellSide_px));
   EXPECT_EQ(cv::countNonZero(object.mask), 16 * (kBody.area() + kLegs.area()) - 3 * 48);

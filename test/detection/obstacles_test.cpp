@@ -26,15 +26,17 @@ TEST(Obstacles, OneBehindTheOtherAreTwo) {
   const cv::Rect behind(10, 5, 30, 15), front(20, 12, 10, 20);
   cells.disparity_px(behind) = disparityOf(8);
   cells.disparity_px(front) = disparityOf(5);
-  const auto obstacles = obstaclesIn(cells).cells;
-  ASSERT_EQ(obstacles.size(), 2u);
-  EXPECT_EQ(cv::boundingRect(obstacles[0]), behind);
-  EXPECT_EQ(int(obstacles[0].size()), behind.area() - (behind & front).area());
-  EXPECT_EQ(cv::boundingRect(obstacles[1]), front);
-  EXPECT_EQ(int(obstacles[1].size()), front.area());
-  EXPECT_TRUE(std::is_sorted(
-      obstacles[0].begin(), obstacles[0].end(),
-      [](cv::Point a, cv::Point b) { return std::pair(a.y, a.x) < std::pair(b.y, b.x); }));
+  const auto obstacles = obstaclesIn(cells);
+  ASSERT_EQ(obstacles.sizes.size(), 2u);
+  EXPECT_EQ(cv::boundingRect(obstacles.cellsOf(0)), behind);
+  EXPECT_EQ(int(obstacles.sizes[0]), behind.area() - (behind & front).area());
+  EXPECT_EQ(cv::boundingRect(obstacles.cellsOf(1)), front);
+  EXPECT_EQ(int(obstacles.sizes[1]), front.area());
+  const std::vector<cv::Point> first = obstacles.cellsOf(0);
+  EXPECT_EQ(int(first.size()), obstacles.sizes[0]);
+  EXPECT_TRUE(std::is_sorted(first.begin(), first.end(), [](cv::Point a, cv::Point b) {
+    return std::pair(a.y, a.x) < std::pair(b.y, b.x);
+  }));
 }
 
 TEST(Obstacles, ASlantedSideIsOne) {
@@ -43,10 +45,10 @@ TEST(Obstacles, ASlantedSideIsOne) {
   for (int u = side.x; u < side.br().x; ++u)  // from 6 to 10.5 m
     cells.disparity_px.col(u).rowRange(10, 20) =
         disparityOf(6 + 4.5 * (u - side.x) / (side.width - 1));
-  const auto obstacles = obstaclesIn(cells).cells;
-  ASSERT_EQ(obstacles.size(), 1u);
-  EXPECT_EQ(cv::boundingRect(obstacles[0]), side);
-  EXPECT_EQ(int(obstacles[0].size()), side.area());
+  const auto obstacles = obstaclesIn(cells);
+  ASSERT_EQ(obstacles.sizes.size(), 1u);
+  EXPECT_EQ(cv::boundingRect(obstacles.cellsOf(0)), side);
+  EXPECT_EQ(int(obstacles.sizes[0]), side.area());
 }
 
 // Steps of 0.3 m and of 1 px are the same surface, if two standard deviations are within them.
@@ -56,7 +58,7 @@ TEST(Obstacles, EndAtAStep) {
     cells.variance_px2 = variance_px2;
     cells.disparity_px(cv::Rect(10, 10, 8, 8)) = d;
     cells.disparity_px(cv::Rect(18, 10, 8, 8)) = e;
-    return int(obstaclesIn(cells).cells.size());
+    return int(obstaclesIn(cells).sizes.size());
   };
   // 0.3 m / 90 px m * (40 px)^2 = 5.33 px.
   EXPECT_EQ(countAt(40, 34.8f, 0), 1);
@@ -72,11 +74,11 @@ TEST(Obstacles, EndAtNoise) {
   DepthCells cells = emptyCells();
   const cv::Rect board(10, 10, 8, 8), noise(10, 18, 20, 3);
   for (const cv::Rect& part : {board, noise}) cells.disparity_px(part) = 8;
-  ASSERT_EQ(obstaclesIn(cells).cells.size(), 1u);
+  ASSERT_EQ(obstaclesIn(cells).sizes.size(), 1u);
   cells.variance_px2(noise) = 0.3f;
-  const auto obstacles = obstaclesIn(cells).cells;
-  ASSERT_GT(obstacles.size(), 1u);
-  EXPECT_EQ(cv::boundingRect(obstacles[0]), board);
+  const auto obstacles = obstaclesIn(cells);
+  ASSERT_GT(obstacles.sizes.size(), 1u);
+  EXPECT_EQ(cv::boundingRect(obstacles.cellsOf(0)), board);
 }
 
 TEST(Obstacles, ReachOverAGapOfOneCell) {
@@ -87,10 +89,10 @@ TEST(Obstacles, ReachOverAGapOfOneCell) {
       const cv::Rect board(10, 10, 20, 20);
       cells.disparity_px(board) = disparityOf(6);
       cells.disparity_px(across ? cv::Rect(20, 10, gap, 20) : cv::Rect(10, 20, 20, gap)) = 0;
-      const auto obstacles = obstaclesIn(cells).cells;
-      ASSERT_EQ(int(obstacles.size()), gap);
+      const auto obstacles = obstaclesIn(cells);
+      ASSERT_EQ(int(obstacles.sizes.size()), gap);
       if (gap == 1) {
-        EXPECT_EQ(cv::boundingRect(obstacles[0]), board);
+        EXPECT_EQ(cv::boundingRect(obstacles.cellsOf(0)), board);
       }
     }
 }
@@ -100,9 +102,9 @@ TEST(Obstacles, TouchAtACorner) {
   cells.disparity_px(cv::Rect(10, 10, 5, 5)) = 15;
   cells.disparity_px(cv::Rect(15, 15, 5, 5)) = 15;
   cells.disparity_px(cv::Rect(5, 20, 5, 5)) = 15;  // apart
-  EXPECT_EQ(obstaclesIn(cells).cells.size(), 2u);
+  EXPECT_EQ(obstaclesIn(cells).sizes.size(), 2u);
   cells.disparity_px(cv::Rect(10, 15, 1, 5)) = 15;
-  EXPECT_EQ(obstaclesIn(cells).cells.size(), 1u);
+  EXPECT_EQ(obstaclesIn(cells).sizes.size(), 1u);
 }
 
 TEST(Obstacles, AreAboveTheGroundAndWithin60m) {
@@ -115,20 +117,20 @@ TEST(Obstacles, AreAboveTheGroundAndWithin60m) {
   DepthCells cells = emptyCells();
   for (int v = 0; v < 40; ++v)
     cells.disparity_px.row(v) = std::max(0.0, ground.disparityAt(0, 4 * v + 2));
-  EXPECT_EQ(findObstacles(rig, cells, ground).cells.size(), 0u);
+  EXPECT_EQ(findObstacles(rig, cells, ground).sizes.size(), 0u);
   // A board at 5 m, whose foot is at y = 80 + 1.5 * 300 / 5 = 170: outside the image. Its lowest
   // 0.25 m begin at y = 155, which is between the centres of the rows 38 and 39.
   const cv::Rect board(20, 10, 10, 30);
   cells.disparity_px(board) = disparityOf(5);
-  const auto obstacles = findObstacles(rig, cells, ground).cells;
-  ASSERT_EQ(obstacles.size(), 1u);
-  EXPECT_EQ(cv::boundingRect(obstacles[0]), cv::Rect(20, 10, 10, 29));
+  const auto obstacles = findObstacles(rig, cells, ground);
+  ASSERT_EQ(obstacles.sizes.size(), 1u);
+  EXPECT_EQ(cv::boundingRect(obstacles.cellsOf(0)), cv::Rect(20, 10, 10, 29));
 
   cells = emptyCells();
   cells.disparity_px(cv::Rect(10, 10, 5, 5)) = disparityOf(61);
-  EXPECT_EQ(obstaclesIn(cells).cells.size(), 0u);
+  EXPECT_EQ(obstaclesIn(cells).sizes.size(), 0u);
   cells.disparity_px(cv::Rect(10, 10, 5, 5)) = disparityOf(59);
-  EXPECT_EQ(obstaclesIn(cells).cells.size(), 1u);
+  EXPECT_EQ(obstaclesIn(cells).sizes.size(), 1u);
 }
 
 // Width [px] of the obstacle in a cell.
@@ -153,7 +155,7 @@ TEST(ObstacleWidths, AreThoseOfTheThickestPlace) {
 TEST(ObstacleWidths, OfAnImageNarrowerThanACellAreNone) {
   DepthCells cells;
   cells.disparity_px = cells.variance_px2 = cv::Mat1f(40, 0);
-  EXPECT_EQ(obstaclesIn(cells).cells.size(), 0u);
+  EXPECT_EQ(obstaclesIn(cells).sizes.size(), 0u);
   EXPECT_EQ(obstacleWidths(obstaclesIn(cells), cells).size(), cv::Size(0, 40));
 }
 
