@@ -68,20 +68,23 @@ struct Score {
   int value = 0;     // these, minus those that are seen through it
 };
 
-// Without branches, so that compilers vectorise the loop.
-Score scoreOf(const GroundPlane& plane, const Samples& samples) {
+// Exact if its value is above `to_beat`. The inner loop has no branches, so that compilers
+// vectorise it. The lowest samples, which are often ground, come first.
+Score scoreOf(const GroundPlane& plane, const Samples& samples, int to_beat) {
+  constexpr int kBlock = 128;
   const auto a = static_cast<float>(plane.a), b = static_cast<float>(plane.b),
              c = static_cast<float>(plane.c);
   const float *x = samples.x_px.data(), *y = samples.y_px.data(), *d = samples.d_px.data();
-  const int count = static_cast<int>(samples.size());
   int on_plane = 0, below = 0;
-  for (int i = 0; i < count; ++i) {
-    const float expected = a * x[i] + b * y[i] + c, tolerance = toleranceAt(expected);
-    const float above = d[i] - expected;
-    const int exists = expected > 0 ? 1 : 0;
-    on_plane += std::abs(above) < tolerance ? exists : 0;
-    below += above < -2 * tolerance ? exists : 0;
-  }
+  for (int end = static_cast<int>(samples.size()); on_plane - below + end > to_beat && end > 0;
+       end -= kBlock)
+    for (int i = std::max(end - kBlock, 0); i < end; ++i) {
+      const float expected = a * x[i] + b * y[i] + c, tolerance = toleranceAt(expected);
+      const float above = d[i] - expected;
+      const int exists = expected > 0 ? 1 : 0;
+      on_plane += std::abs(above) < tolerance ? exists : 0;
+      below += above < -2 * tolerance ? exists : 0;
+    }
   return {on_plane, on_plane - below};
 }
 
@@ -124,12 +127,12 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
   std::optional<GroundPlane> best;
   Score of_best;
   const auto tryPlane = [&](std::optional<GroundPlane> plane) {
-    if (!plane || scoreOf(*plane, samples).value <= of_best.value) return;
+    if (!plane || scoreOf(*plane, samples, of_best.value).value <= of_best.value) return;
     // On a wall, a plane with an allowed slope can pass within the tolerance. The fits turn it to
     // the wall, whose slope is not allowed.
     for (int k = 0; k < kFits && plane; ++k) plane = fitTo(rig, samples, *plane);
     if (!plane) return;
-    const Score score = scoreOf(*plane, samples);
+    const Score score = scoreOf(*plane, samples, of_best.value);
     if (score.value <= of_best.value) return;
     best = plane;
     of_best = score;
