@@ -66,8 +66,8 @@ HWY_NOINLINE void compareRow(const LatticeRow& row, float* HWY_RESTRICT differen
   const auto end_x = static_cast<float>(2 * (row.columns - 1)),
              end_y = static_cast<float>(2 * (row.rows - 1));
   const float smallest = row.smallest_px;
-  const uint8_t* HWY_RESTRICT before = row.before;
   const int step = row.columns;
+  const uint8_t *const before = row.before, *const below = before + step;
   float is_seen[kChunk], fx[kChunk], fy[kChunk];
   int32_t offset[kChunk];
   uint32_t corners[kChunk];  // upper left, upper right, lower left, lower right
@@ -90,10 +90,9 @@ HWY_NOINLINE void compareRow(const LatticeRow& row, float* HWY_RESTRICT differen
       offset[i] = line * step + column;
     }
     for (int i = 0; i < n; ++i) {
-      uint16_t upper, lower;
-      std::memcpy(&upper, before + offset[i], 2);
-      std::memcpy(&lower, before + offset[i] + step, 2);
-      corners[i] = static_cast<uint32_t>(upper) | static_cast<uint32_t>(lower) << 16;
+      auto* const bytes = reinterpret_cast<uint8_t*>(corners + i);
+      std::memcpy(bytes, before + offset[i], 2);
+      std::memcpy(bytes + 2, below + offset[i], 2);
     }
     for (int i = 0; i < n; ++i) {
       const float a = greyOf(corners[i]), b = greyOf(corners[i] >> 8), c = greyOf(corners[i] >> 16),
