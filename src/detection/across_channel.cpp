@@ -119,9 +119,9 @@ std::vector<PointTrack> followGroups(const PastView& view,
   return all;
 }
 
-void AcrossChannel::compare(const PastView& view, const cv::Mat1w& deviation) {
+void AcrossChannel::compare(const PastView& view, const cv::Mat1f& texture) {
   view.compare(view.static_source, cv::Rect(cv::Point(), view.frame.lattice()), static_world_);
-  suspects_ = findSuspects(view.frame, deviation, static_world_.mismatch);
+  suspects_ = findSuspects(view.frame, texture, static_world_.mismatch);
 }
 
 void AcrossChannel::find(const PastView& view, Verification& verification) const {

@@ -35,8 +35,8 @@ std::vector<PointTrack> followGroups(const PastView& view, const std::vector<Sus
 class AcrossChannel {
  public:
   /// Compares the current frame with one of the past.
-  /// @param deviation  see greyDeviation.
-  void compare(const PastView& view, const cv::Mat1w& deviation);
+  /// @param texture  see greyTexture.
+  void compare(const PastView& view, const cv::Mat1f& texture);
   /// Share of the image that a static world does not explain. Call after compare().
   double contradictingShare() const { return suspects_.share; }
   /// The comparison, of the whole lattice. Valid until the next compare().

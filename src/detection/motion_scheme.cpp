@@ -27,8 +27,8 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   const std::vector<PastFrame> past = frames_.past();
   const FrameView frame{input, range_, params_, frames_.current(), cells_, ground_.plane(), level_};
   if (!past.empty()) {
-    greyDeviation(frames_.current().pyramid.level(1), grey_deviation_);
-    since_last_.compare(frame.since(past[0]), grey_deviation_);
+    greyTexture(frames_.current().pyramid.level(1), texture_);
+    since_last_.compare(frame.since(past[0]), texture_);
     const double contradicting = since_last_.contradictingShare();
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
     if (PoseCheck::contradictsMost(contradicting)) free_space_.reset();
@@ -52,7 +52,7 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   // second last frame.
   if (past.size() > 1) {
     const PastView view = frame.since(past[1]);
-    since_second_last_.compare(view, grey_deviation_);
+    since_second_last_.compare(view, texture_);
     since_second_last_.find(view, verification_);
   }
   along_.find(frame, verification_);

@@ -47,7 +47,7 @@ class MotionScheme {
   DepthCells cells_;
   SteadyGround ground_;
   LevelGround level_;
-  cv::Mat1w grey_deviation_;
+  cv::Mat1f texture_;
   AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame
   AlongChannel along_;
   FreeSpaceChannel free_space_;

@@ -64,14 +64,9 @@ HWY_NOINLINE void greyDeviationRow(const uint8_t* const rows[kTextureSide], int 
   }
 }
 
-// mismatch / (texture + noise), where texture is the mean of `deviations` / 25 over the square. 0
-// if the mismatch is negative (unknown), and at the first and last kTextureReach points.
-HWY_NOINLINE void suspicionRow(const uint16_t* const deviations[kTextureSide],
-                               const float* HWY_RESTRICT mismatch, int width, float noise,
-                               float* HWY_RESTRICT suspicion) {
-  const int edge = std::min(kTextureReach, width);
-  std::fill_n(suspicion, edge, 0.0f);
-  std::fill_n(suspicion + width - edge, edge, 0.0f);
+// Mean of `deviations` / 25 over the square. Not for the first and last kTextureReach points.
+HWY_NOINLINE void textureRow(const uint16_t* const deviations[kTextureSide], int width,
+                             float* HWY_RESTRICT texture) {
   int32_t columns[kChunk + 2 * kTextureReach];
   for (int u = kTextureReach; u < width - kTextureReach; u += kChunk) {
     const int n = std::min(kChunk, width - kTextureReach - u);
@@ -79,11 +74,17 @@ HWY_NOINLINE void suspicionRow(const uint16_t* const deviations[kTextureSide],
     for (int i = 0; i < n; ++i) {
       const int32_t sum =
           columns[i] + columns[i + 1] + columns[i + 2] + columns[i + 3] + columns[i + 4];
-      const float texture = static_cast<float>(sum) / (kSquare * kSquare);
-      const float m = mismatch[u + i];
-      suspicion[u + i] = m >= 0 ? m / (texture + noise) : 0.0f;
+      texture[u + i] = static_cast<float>(sum) / (kSquare * kSquare);
     }
   }
+}
+
+// mismatch / (texture + noise); 0 if the mismatch is negative (unknown).
+HWY_NOINLINE void suspicionRow(const float* HWY_RESTRICT texture,
+                               const float* HWY_RESTRICT mismatch, int count, float noise,
+                               float* HWY_RESTRICT suspicion) {
+  for (int i = 0; i < count; ++i)
+    suspicion[i] = mismatch[i] >= 0 ? mismatch[i] / (texture[i] + noise) : 0.0f;
 }
 
 // The first maximum of a cell, without branches, which would be unpredictable.
@@ -135,6 +136,7 @@ namespace predictive_stereo {
 namespace {
 
 HWY_EXPORT(greyDeviationRow);
+HWY_EXPORT(textureRow);
 HWY_EXPORT(suspicionRow);
 HWY_EXPORT(suspiciousCells);
 
@@ -238,34 +240,37 @@ bool isExplained(const PastView& view, cv::Point p) {
 
 }  // namespace
 
-void greyDeviation(const cv::Mat1b& grey, cv::Mat1w& deviation) {
-  deviation.create(grey.size());
-  const int last = std::max(grey.rows - kTextureReach, kTextureReach);
-  parallelFor(cv::Range(kTextureReach, last), [&](const cv::Range& rows) {
-    for (int v = rows.start; v < rows.end; ++v)
-      HWY_DYNAMIC_DISPATCH(greyDeviationRow)(rowsAround(grey, v).data(), grey.cols, deviation[v]);
-  });
+void greyTexture(const cv::Mat1b& grey, cv::Mat1f& texture) {
+  texture.create(grey.size());
+  const int first = 2 * kTextureReach, last = std::max(grey.rows - first, first);
+  const auto ofBand = [&](const cv::Range& band) {
+    cv::Mat1w deviation(band.size() + 2 * kTextureReach, grey.cols);
+    for (int k = 0; k < deviation.rows; ++k) HWY_DYNAMIC_DISPATCH(greyDeviationRow)
+    (rowsAround(grey, band.start - kTextureReach + k).data(), grey.cols, deviation[k]);
+    for (int v = band.start; v < band.end; ++v) HWY_DYNAMIC_DISPATCH(textureRow)
+    (rowsAround(deviation, v - band.start + kTextureReach).data(), grey.cols, texture[v]);
+  };
+  parallelFor(cv::Range(first, last), ofBand, cv::getNumThreads());
 }
 
-Suspects findSuspects(const FrameView& frame, const cv::Mat1w& deviation,
-                      const cv::Mat1f& mismatch) {
-  const int rows = std::max(deviation.rows - 2 * kMargin, 0) / kCell;
-  const int columns = std::max(deviation.cols - 2 * kMargin, 0) / kCell;
+Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv::Mat1f& mismatch) {
+  const int rows = std::max(texture.rows - 2 * kMargin, 0) / kCell;
+  const int columns = std::max(texture.cols - 2 * kMargin, 0) / kCell;
   // A map without columns has no rows of cells.
   std::vector<int> cells_of_row(static_cast<size_t>(columns > 0 ? rows : 0), 0);
   std::vector<std::vector<cv::Point>> points_of_row(cells_of_row.size());
   const auto least = static_cast<float>(frame.params.min_mismatch);
   parallelFor(cv::Range(0, static_cast<int>(cells_of_row.size())), [&](const cv::Range& part) {
-    cv::Mat1f suspicion(kCell, deviation.cols);
+    cv::Mat1f suspicion(kCell, kCell * columns);
     std::vector<int32_t> cells(static_cast<size_t>(columns)), worst(cells.size());
     for (int r = part.start; r < part.end; ++r) {
       const int first = kMargin + r * kCell;
       const float* of_cells[kCell];
       for (int k = 0; k < kCell; ++k) {
         HWY_DYNAMIC_DISPATCH(suspicionRow)
-        (rowsAround(deviation, first + k).data(), mismatch[first + k], deviation.cols, kGreyNoise,
+        (texture[first + k] + kMargin, mismatch[first + k] + kMargin, suspicion.cols, kGreyNoise,
          suspicion[k]);
-        of_cells[k] = suspicion[k] + kMargin;
+        of_cells[k] = suspicion[k];
       }
       const int suspicious = HWY_DYNAMIC_DISPATCH(suspiciousCells)(of_cells, columns, least,
                                                                    cells.data(), worst.data());

@@ -8,9 +8,9 @@
 
 namespace predictive_stereo {
 
-/// 25 |grey - mean grey over 5x5 points| of each lattice point, where texture comes from. Not
-/// computed for the first and last two rows.
-void greyDeviation(const cv::Mat1b& grey, cv::Mat1w& deviation);
+/// Texture around each lattice point: the mean over 5x5 points of |grey - mean grey over 5x5
+/// points|. Not computed for the four outermost rows and columns.
+void greyTexture(const cv::Mat1b& grey, cv::Mat1f& texture);
 
 /// Texture below this is noise [grey levels].
 constexpr float kGreyNoise = 3.0f;
@@ -20,13 +20,12 @@ struct Suspects {
   double share = 0;  ///< of the image's cells, including those whose points were left out
 };
 /// Finds points whose image a static world does not explain: the mismatch of frames is large
-/// relative to the texture around, which is the mean of |grey - mean grey| over 5x5 lattice points.
-/// Without texture a wrong motion is not visible. Points at edges of the disparity are left out, as
-/// they cannot be tracked well, and those on level ground, as shadows are no objects.
-/// @param deviation  see greyDeviation; of the current image on the lattice.
+/// relative to the texture around. Without texture a wrong motion is not visible. Points at edges
+/// of the disparity are left out, as they cannot be tracked well, and those on level ground, as
+/// shadows are no objects.
+/// @param texture  see greyTexture; of the current image on the lattice.
 /// @param mismatch  of the whole lattice, see Comparison.
-Suspects findSuspects(const FrameView& frame, const cv::Mat1w& deviation,
-                      const cv::Mat1f& mismatch);
+Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv::Mat1f& mismatch);
 
 /// Points at least this far from the border of the lattice are compared.
 constexpr int kPatchReach = 2;

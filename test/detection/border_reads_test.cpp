@@ -123,11 +123,11 @@ TEST(BorderReads, OfPastDisparities) {
 
 TEST(BorderReads, OfTexture) {
   forEverySize(15, [](cv::Size lattice) {
-    cv::Mat1w deviation;
-    greyDeviation(noise<uchar>(lattice, 0, 256), deviation);
+    cv::Mat1f texture;
+    greyTexture(noise<uchar>(lattice, 0, 256), texture);
     FrameParts parts;
     parts.input.measured_disparity_px = noise<float>(lattice * 2, -1, 30);
-    findSuspects(parts.frame, deviation, noise<float>(lattice, -1, 9));
+    findSuspects(parts.frame, texture, noise<float>(lattice, -1, 9));
   });
 }
 

@@ -11,17 +11,17 @@
 namespace predictive_stereo {
 namespace {
 
-cv::Mat1w deviationOf(const cv::Mat1b& grey) {
-  cv::Mat1w deviation;
-  greyDeviation(grey, deviation);
-  return deviation;
+cv::Mat1f textureOf(const cv::Mat1b& grey) {
+  cv::Mat1f texture;
+  greyTexture(grey, texture);
+  return texture;
 }
 
 // Of a frame with these disparities.
 std::vector<cv::Point> suspectsOf(FrameParts& parts, const cv::Mat1b& grey,
                                   const cv::Mat1f& mismatch, const cv::Mat1f& disparity_px) {
   parts.input.measured_disparity_px = disparity_px;
-  return findSuspects(parts.frame, deviationOf(grey), mismatch).points_px;
+  return findSuspects(parts.frame, textureOf(grey), mismatch).points_px;
 }
 
 double meanAround(const cv::Mat1d& map, int v, int u) {
