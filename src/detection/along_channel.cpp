@@ -22,16 +22,6 @@ constexpr size_t kFewestPoints = 20;
 constexpr float kMostStep_px = 1.5f;  // of the disparity, between neighbours
 constexpr uchar kNoSeed = 0, kCandidate = 255;
 
-// Memory for a row: the sums of its squares' columns, with kReach zeros at both ends; and a row of
-// unknown points, which stands for those outside the map.
-struct RowWork {
-  std::vector<float> columns_px, unknown_px;
-
-  explicit RowWork(int width)
-      : columns_px(static_cast<size_t>(width + 2 * kReach)),
-        unknown_px(static_cast<size_t>(width), kUnknownResidual) {}
-};
-
 float orZero(float residual_px) { return residual_px == kUnknownResidual ? 0.0f : residual_px; }
 
 float sumOfSquare(const float* columns_px) {
@@ -59,15 +49,16 @@ bool isSeed(const cv::Mat1f& residual_px, float least_mean_px, float sum_px, cv:
 }
 
 // Seeds of one value have the same pair and sign.
+/// @param unknown_px  a row of unknown points, which stands for those outside the map.
+/// @param columns_px  memory for the sums of squares' columns, with kReach zeros at both ends.
 void findSeedsOfRow(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float least_mean_px, int v,
-                    RowWork& work, uchar* seeds) {
+                    const float* unknown_px, float* columns_px, uchar* seeds) {
   const auto row = [&](int y) {
-    return y < 0 || y >= residual_px.rows ? work.unknown_px.data() : residual_px[y];
+    return y < 0 || y >= residual_px.rows ? unknown_px : residual_px[y];
   };
   const float *r0 = row(v - 2), *r1 = row(v - 1), *r2 = row(v), *r3 = row(v + 1), *r4 = row(v + 2);
   const int width = residual_px.cols;
   const float least_sum_px = least_mean_px * kFewestKnown;
-  float* const columns_px = work.columns_px.data();
   // Loops without a branch, so that the compiler makes vectors of them.
   for (int u = 0; u < width; ++u)
     columns_px[u + kReach] =
@@ -88,9 +79,10 @@ void findSeedsOfRow(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float l
 cv::Mat1b findSeeds(const cv::Mat1f& residual_px, const cv::Mat1b& pair, float least_mean_px) {
   cv::Mat1b seeds(residual_px.size());
   parallelFor({0, seeds.rows}, [&](const cv::Range& rows) {
-    RowWork work(seeds.cols);
+    const cv::Mat1f unknown_px(1, seeds.cols, kUnknownResidual);
+    cv::Mat1f columns_px(1, seeds.cols + 2 * kReach, 0.0f);
     for (int v = rows.start; v < rows.end; ++v)
-      findSeedsOfRow(residual_px, pair, least_mean_px, v, work, seeds[v]);
+      findSeedsOfRow(residual_px, pair, least_mean_px, v, unknown_px[0], columns_px[0], seeds[v]);
   });
   return seeds;
 }

@@ -119,14 +119,11 @@ int wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
   const cv::Mat1b inside = cellsOf(part, obstacles.number.size());
   const int k = commonObstacle(inside, obstacles.number);
   if (k < 0) return -1;
-  const std::vector<cv::Point> whole = obstacles.cellsOf(k);
-  int of_part = 0, moved = 0;
-  for (const cv::Point p : whole) {
-    of_part += inside(p) != 0;
-    moved += evidence.moved(p) != 0;
-  }
-  const auto all = static_cast<double>(whole.size());
-  return of_part < kLeastPart * all || moved < kLeastMoved * all ? -1 : k;
+  const cv::Mat1b whole = obstacles.number == k;
+  const int all = obstacles.sizes[static_cast<size_t>(k)];
+  const bool is_part = cv::countNonZero(whole & inside) >= kLeastPart * all &&
+                       cv::countNonZero(whole & evidence.moved) >= kLeastMoved * all;
+  return is_part ? k : -1;
 }
 
 std::vector<ObservedObject> FreeSpaceChannel::find(const FrameView& frame, DepthCells& cells) {
