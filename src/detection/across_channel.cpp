@@ -107,11 +107,10 @@ std::vector<PointTrack> followGroups(const PastView& view,
   const size_t step = points / (kMostTracks + 1) + 1;
   std::vector<std::vector<PointTrack>> followed(groups.size());
   const auto follow = [&](size_t i) {
-    SuspectGroup group = groups[i];
-    const size_t count = group.points_px.size() / step;
-    for (size_t k = 0; k < count; ++k) group.points_px[k] = group.points_px[k * step];
-    group.points_px.resize(count);
-    followed[i] = followPoints(view, group.points_px, group.shift_px);
+    const std::vector<cv::Point>& points_px = groups[i].points_px;
+    std::vector<cv::Point> sample;
+    for (size_t k = 0; k < points_px.size() / step; ++k) sample.push_back(points_px[k * step]);
+    followed[i] = followPoints(view, sample, groups[i].shift_px);
   };
   parallelForEach(static_cast<int>(groups.size()), [&](int i) { follow(static_cast<size_t>(i)); });
   std::vector<PointTrack> all;

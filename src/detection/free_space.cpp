@@ -141,14 +141,6 @@ constexpr float kFarthest_m = 40;          // of cells that are compared
 constexpr float kMostDifference = 6;
 constexpr int kBackgroundSteps = 3;
 
-cv::Point latticePoint(const Eigen::Vector3f& at_px) {
-  return {cvRound(at_px.x() / kLatticeStep_px), cvRound(at_px.y() / kLatticeStep_px)};
-}
-
-bool isInside(const cv::Mat1f& map, cv::Point p) {
-  return p.x >= 0 && p.y >= 0 && p.x < map.cols && p.y < map.rows;
-}
-
 }  // namespace
 
 void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
@@ -201,10 +193,12 @@ bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cel
   // The background is still there, and the current disparity is wrong. Its place in the past image
   // depends on its own disparity.
   float scale = 1;
+  const cv::Mat1f& farthest_px = lag.past.farthest_px;
   for (int step = 0; step < kBackgroundSteps; ++step) {
-    const cv::Point p = latticePoint(at);
-    if (!isInside(lag.past.farthest_px, p) || !(lag.past.farthest_px(p) > 0)) return false;
-    const float background = lag.past.farthest_px(p);
+    const cv::Point p(cvRound(at.x() / kLatticeStep_px), cvRound(at.y() / kLatticeStep_px));
+    if (!cv::Rect(cv::Point(), farthest_px.size()).contains(p)) return false;
+    const float background = farthest_px(p);
+    if (!(background > 0)) return false;
     const Eigen::Vector3f seen_now = lag.into_now(at.x(), at.y(), background);
     if (!(seen_now.z() > 0)) return false;
     at.x() += cell.x - seen_now.x();

@@ -17,7 +17,6 @@ struct CellCounts {
   int moved = 0, fixed = 0;
 };
 
-// Of each obstacle.
 std::vector<CellCounts> countCells(const Obstacles& obstacles, const FreeSpaceEvidence& evidence) {
   std::vector<CellCounts> counts(obstacles.sizes.size());
   const int *const number = obstacles.number[0], all = static_cast<int>(obstacles.number.total());

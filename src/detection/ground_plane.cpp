@@ -68,16 +68,15 @@ struct Score {
   int value = 0;     // these, minus those that are seen through it
 };
 
-// Exact if its value is above `to_beat`. The inner loop has no branches, so that compilers
-// vectorise it. The lowest samples, which are often ground, come first.
+// Exact if its value is above `to_beat`. The lowest samples, which are often ground, come first.
+// The inner loop has no branches, so that compilers vectorise it.
 Score scoreOf(const GroundPlane& plane, const Samples& samples, int to_beat) {
   constexpr int kBlock = 128;
   const auto a = static_cast<float>(plane.a), b = static_cast<float>(plane.b),
              c = static_cast<float>(plane.c);
   const float *x = samples.x_px.data(), *y = samples.y_px.data(), *d = samples.d_px.data();
   int on_plane = 0, below = 0;
-  for (int end = static_cast<int>(samples.size()); on_plane - below + end > to_beat && end > 0;
-       end -= kBlock)
+  for (int end = int(samples.size()); on_plane - below + end > to_beat && end > 0; end -= kBlock)
     for (int i = std::max(end - kBlock, 0); i < end; ++i) {
       const float expected = a * x[i] + b * y[i] + c, tolerance = toleranceAt(expected);
       const float above = d[i] - expected;
