@@ -74,9 +74,9 @@ HWY_INLINE void addSights(const PastSight& past, int number, const Places& place
     const float behind = expected - nearest[i], before = farthest[i] - expected;
     const int32_t known = places.inside[i] & (nearest[i] > 0 ? 1 : 0);
     // Within what was measured around the place: the same, whatever the noise.
-    const int32_t within = (before <= 0) & (behind <= 0) ? 1 : 0;
-    const int32_t farther = (behind > 0) & (behind * behind > variance) ? 1 : 0;
-    const int32_t not_nearer = (before < 0) | (before * before < variance) ? 1 : 0;
+    const int32_t within = ((before <= 0) & (behind <= 0)) ? 1 : 0;
+    const int32_t farther = ((behind > 0) & (behind * behind > variance)) ? 1 : 0;
+    const int32_t not_nearer = ((before < 0) | (before * before < variance)) ? 1 : 0;
     const int32_t thin = cells.width[i] * expected < kThinnest_px * cells.d[i] ? 1 : 0;
     const int32_t is_through = known & (1 - within) & farther & (1 - thin);
     const int32_t is_same = known & (within | ((1 - farther) & not_nearer));
@@ -114,9 +114,9 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
     }
     for (int i = 0; i < n; ++i) {
       const int32_t compared = cells.d[i] >= least_px ? 1 : 0;
-      const int32_t enough =
-          (cells.through[i] >= kFewestThrough) & (cells.through[i] > cells.came_back[i]) ? compared
-                                                                                         : 0;
+      const bool often =
+          (cells.through[i] >= kFewestThrough) & (cells.through[i] > cells.came_back[i]);
+      const int32_t enough = often ? compared : 0;
       through_by[cells.first + i] = static_cast<uint8_t>(enough * cells.through_by[i]);
       fixed[cells.first + i] = static_cast<uint8_t>(-(compared & (cells.same[i] > 0 ? 1 : 0)));
     }

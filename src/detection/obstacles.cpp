@@ -57,7 +57,7 @@ cv::Mat1b usableCells(const StereoRig& rig, const DepthCells& cells,
                                  : 0.0f;
     for (int u = 0; u < columns; ++u) {
       const float d = disparity[u], expected = first_px + per_column_px * static_cast<float>(u);
-      of_row[u] = (d >= least_px) & (d * (h - margin_m) > expected * h) ? 1 : 0;
+      of_row[u] = ((d >= least_px) & (d * (h - margin_m) > expected * h)) ? 1 : 0;
     }
   }
   return usable;
