@@ -133,16 +133,17 @@ struct MotionDetectionParams {
 
 /// Tracking of objects over frames.
 struct TrackingParams {
-  int confirm_frames = 2;     ///< an object is reported after detections in this many ...
-  int confirm_within = 3;     ///< ... of this many successive frames, at least confirm_frames
-  int max_missed_frames = 2;  ///< a confirmed object is dropped after more frames without detection
-  double min_iou = 0.2;       ///< of predicted and observed box, to associate them
+  int confirm_frames = 2;  ///< an object is reported after detections in this many frames ...
+  /// ... whose sum of ln(score / (1 - score) * pixels / 1000) is at least this
+  double confirm_evidence = 5;
+  int max_missed_frames = 2;     ///< an object is dropped after more frames without detection
+  double min_iou = 0.2;          ///< of predicted and observed box, to associate them
   double acceleration_mps2 = 4;  ///< standard deviation of an object's acceleration
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("confirm_frames", confirm_frames, 1, 8);
-    v("confirm_within", confirm_within, 1, 8);
+    v("confirm_evidence", confirm_evidence, -100.0, 100.0);
     v("max_missed_frames", max_missed_frames, 0, 16);
     v("min_iou", min_iou, 0.0, 1.0);
     v("acceleration_mps2", acceleration_mps2, 0.01, 100.0);
@@ -171,9 +172,8 @@ struct DetectionParams {
 /// Detects moving objects and tracks them over frames.
 class MovingObjectDetector {
  public:
-  /// @throws std::invalid_argument if a parameter is outside its limits, if width or height of
-  ///   paper/largest_window is below that of paper/smallest_window, or if tracking/confirm_frames
-  ///   is above tracking/confirm_within.
+  /// @throws std::invalid_argument if a parameter is outside its limits, or if width or height of
+  ///   paper/largest_window is below that of paper/smallest_window.
   explicit MovingObjectDetector(const DetectionParams& params);
   ~MovingObjectDetector();
   MovingObjectDetector(MovingObjectDetector&&) noexcept;

@@ -25,7 +25,7 @@ std::vector<SuspectGroup> groupSuspects(const PastView& view,
                                         const std::vector<cv::Point>& points_px);
 
 /// Points that are tracked into one past frame; an even sample if there are more.
-constexpr size_t kMostTracks = 500;
+constexpr size_t kMostTracks = 350;
 /// Tracks the points of groups from the groups' displacements.
 std::vector<PointTrack> followGroups(const PastView& view, const std::vector<SuspectGroup>& groups);
 

@@ -1,6 +1,7 @@
 #include "predictive_stereo/moving_objects.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -52,17 +53,15 @@ void validateDetection(const DetectionParams& params) {
   requireOrder("motion/min_height_m", motion.min_height_m, "motion/max_height_m",
                motion.max_height_m);
   requireOrder("motion/min_width_m", motion.min_width_m, "motion/max_width_m", motion.max_width_m);
-  const TrackingParams& tracking = params.tracking;
-  if (tracking.confirm_frames > tracking.confirm_within)
-    throw std::invalid_argument(
-        "tracking/confirm_frames = " + std::to_string(tracking.confirm_frames) +
-        ": must not be above tracking/confirm_within = " + std::to_string(tracking.confirm_within));
 }
 
 TrackingParams trackingOf(const DetectionParams& params) {
   TrackingParams tracking = params.tracking;
-  if (params.scheme == DetectionScheme::kPaper)
-    tracking.confirm_frames = tracking.confirm_within = 1, tracking.max_missed_frames = 0;
+  if (params.scheme == DetectionScheme::kPaper) {
+    tracking.confirm_frames = 1;
+    tracking.confirm_evidence = -std::numeric_limits<double>::infinity();
+    tracking.max_missed_frames = 0;
+  }
   return tracking;
 }
 

@@ -1,7 +1,6 @@
 #include "detection/tracker.h"
 
 #include <algorithm>
-#include <bitset>
 #include <cmath>
 #include <iterator>
 #include <tuple>
@@ -30,6 +29,14 @@ Matrix36 partOfState(int first) {
   Matrix36 h = Matrix36::Zero();
   h.middleCols<3>(first).setIdentity();
   return h;
+}
+
+// Natural logarithm of the odds that an observation is right: those that its score states, and in
+// proportion to its pixels, as more of them agree by chance less often.
+double evidenceOf(const Observation& seen) {
+  constexpr double kMostCertain = 0.97, kPixels = 1000;
+  const double score = std::clamp(seen.score, 1 - kMostCertain, kMostCertain);
+  return std::log(score / (1 - score) * std::max(seen.box_px.area(), 1) / kPixels);
 }
 
 // The image box of an object whose centre has moved in space.
@@ -130,16 +137,16 @@ bool ObjectTracker::goesOn(ObjectTrack& track, bool sought) const {
     track.history = track.history << 1 | (track.observation >= 0 ? 1 : 0);
   else if (now_s_ - track.seen_s > kLongestWait_s)
     return false;
-  const unsigned window = (1u << params_.confirm_within) - 1;
-  const std::bitset<32> confirming(track.history & window);
-  if (static_cast<int>(confirming.count()) >= params_.confirm_frames) track.confirmed = true;
-  const int patience = track.confirmed ? params_.max_missed_frames : params_.confirm_within - 1;
-  const unsigned recent = (2u << patience) - 1;
+  const unsigned recent = (2u << params_.max_missed_frames) - 1;
   return (track.history & recent) != 0;
 }
 
 void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) const {
   track.last = observation;
+  ++track.observations;
+  track.evidence += evidenceOf(observation);
+  if (track.observations >= params_.confirm_frames && track.evidence >= params_.confirm_evidence)
+    track.confirmed = true;
   track.seen_box_px = observation.box_px;
   track.seen_distance_m = observation.distance_m;
   track.unseen_frames = 0;
@@ -180,7 +187,6 @@ ObjectTrack ObjectTracker::start(const Observation& observation) {
   track.id = next_id_++;
   track.history = 1;
   track.age = 1;
-  track.confirmed = params_.confirm_frames <= 1;
   track.state.setZero();
   track.covariance.setZero();
   correct(observation, track);

@@ -28,7 +28,7 @@ Observation at(const StereoRig& rig, const Eigen::Vector3d& centre_m) {
   seen.box_px =
       cv::Rect(cvRound(p.x() - side / 2), cvRound(p.y() - side / 2), cvRound(side), cvRound(side));
   seen.centre_covariance = Eigen::Vector3d(0.01, 0.01, 0.04).asDiagonal();
-  seen.score = 0.5;
+  seen.score = 0.95;
   return seen;
 }
 
@@ -83,7 +83,38 @@ TEST(ObjectTracker, KnowsThatMeanVelocitiesLag) {
   }
 }
 
-TEST(ObjectTracker, ConfirmsTwoOfThreeAndForgets) {
+// Frames until an object with this side and score is confirmed.
+int framesUntilConfirmed(const TrackingParams& params, int side_px, double score) {
+  const StereoRig rig = testRig();
+  ObjectTracker tracker{params, 40};
+  Observation seen = at(rig, {0, 0, 20});
+  seen.box_px = cv::Rect(100, 100, side_px, side_px);
+  seen.score = score;
+  for (int k = 1; k < 20; ++k) {
+    tracker.predict(0.1 * k, rig, Eigen::Isometry3d::Identity());
+    tracker.update({seen});
+    if (tracker.tracks().at(0).confirmed) return k;
+  }
+  return 20;
+}
+
+TEST(ObjectTracker, ConfirmsByTheEvidenceOfAllFrames) {
+  TrackingParams params;
+  // A frame's evidence is ln(score / (1 - score)) + ln(side^2 / 1000).
+  EXPECT_EQ(framesUntilConfirmed(params, 200, 0.6), 2);  // 4.09
+  EXPECT_EQ(framesUntilConfirmed(params, 60, 0.95), 2);  // 4.23
+  EXPECT_EQ(framesUntilConfirmed(params, 40, 0.85), 3);  // 2.20
+  EXPECT_EQ(framesUntilConfirmed(params, 20, 0.95), 3);  // 2.03
+  EXPECT_EQ(framesUntilConfirmed(params, 20, 1), 3);     // 2.56 instead of infinity
+  EXPECT_EQ(framesUntilConfirmed(params, 20, 0.5), 20);  // negative
+  params.confirm_evidence = 4;
+  EXPECT_EQ(framesUntilConfirmed(params, 20, 0.95), 2);
+  params.confirm_frames = 1;
+  EXPECT_EQ(framesUntilConfirmed(params, 200, 0.6), 1);
+  EXPECT_EQ(framesUntilConfirmed(params, 40, 0.85), 2);
+}
+
+TEST(ObjectTracker, ConfirmsAtTheSecondFrameAndForgets) {
   const StereoRig rig = testRig();
   ObjectTracker tracker{TrackingParams(), 40};
   const Observation seen = at(rig, {0, 0, 20});
