@@ -105,7 +105,7 @@ TEST(ObjectTracker, ConfirmsByTheEvidenceOfAllFrames) {
   EXPECT_EQ(framesUntilConfirmed(params, 60, 0.95), 2);  // 4.23
   EXPECT_EQ(framesUntilConfirmed(params, 40, 0.85), 3);  // 2.20
   EXPECT_EQ(framesUntilConfirmed(params, 20, 0.95), 3);  // 2.03
-  EXPECT_EQ(framesUntilConfirmed(params, 20, 1), 3);     // 2.56 instead of infinity
+  EXPECT_EQ(framesUntilConfirmed(params, 15, 1), 3);     // 1.98 instead of infinity
   EXPECT_EQ(framesUntilConfirmed(params, 20, 0.5), 20);  // negative
   params.confirm_evidence = 4;
   EXPECT_EQ(framesUntilConfirmed(params, 20, 0.95), 2);
