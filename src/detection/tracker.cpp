@@ -31,8 +31,8 @@ Matrix36 partOfState(int first) {
   return h;
 }
 
-// Natural logarithm of the odds that an observation is right: those that its score states, and in
-// proportion to its pixels, as more of them agree by chance less often.
+// Natural logarithm of the odds that an observation is right. They grow with its score, and with
+// its pixels: many pixels agree less often by chance.
 double evidenceOf(const Observation& seen) {
   constexpr double kMostCertain = 0.97, kPixels = 1000;
   const double score = std::clamp(seen.score, 1 - kMostCertain, kMostCertain);

@@ -17,7 +17,8 @@ struct ObjectTrack {
   int unseen_frames = 0;  ///< since the last observation, sought or not ...
   double seen_s = 0;      ///< ... and its stamp
   int observations = 0;
-  double evidence = 0;  ///< of all observations that it is right: natural logarithm of the odds
+  double evidence =
+      0;  ///< that it is right: natural logarithm of the odds, summed over observations
   bool confirmed = false;
   int observation = -1;               ///< index in the current frame; -1: not observed
   Observation last;                   ///< the last one; its box is predicted if not observed
