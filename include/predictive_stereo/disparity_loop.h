@@ -11,6 +11,7 @@
 #include "predictive_stereo/ego_motion.h"
 #include "predictive_stereo/matcher.h"
 #include "predictive_stereo/past.h"
+#include "predictive_stereo/photometric_residual.h"
 #include "predictive_stereo/post_filter.h"
 #include "predictive_stereo/prediction.h"
 #include "predictive_stereo/region_filter.h"
@@ -173,6 +174,7 @@ class DisparityLoop {
   DisparityParams params_;
   Stages stages_;
   RegionFilter region_filter_;
+  PhotometricResidual photometric_residual_;
   SequenceGuard guard_;
   StereoFrame frame_;  // that begin() took
   StereoRig rig_;      // its rig, with cx_right_px corrected
@@ -187,7 +189,7 @@ class DisparityLoop {
   SearchRanges ranges_;
   Match match_;
   cv::Mat1f corrected_disparity_px_, certain_disparity_px_;
-  cv::Mat1f filled_disparity_px_, median_disparity_px_;
+  cv::Mat1f filled_disparity_px_, median_disparity_px_, residual_;
   StageTimes coarse_times_, times_;
 };
 

@@ -5,73 +5,67 @@
 
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/params.h"
-#include "predictive_stereo/prediction.h"
 
 namespace predictive_stereo {
 
-/// Standard deviations of disparities [px] by their origin. Three defaults were fitted to scans,
-/// the others were set by hand (config/noise_kitti.yaml says which).
+/// Standard deviations of disparities [px] by their origin, fitted to rooms, KITTI and streets
+/// (docs/design_notes.md, "Prediction and variance").
 ///
 /// A match has sigma_match = sigma_floor + sigma_ambiguous t^2, where t grows from 0 to 1 as its
 /// ambiguity (lowest over second lowest aggregated cost) grows from `ambiguity_onset` to 1.
 ///
 /// A published disparity has a variance of its own, not the filter's p: p treats the errors of
 /// successive matches as independent, which they are not. The published variance grows with
-/// - the innovation,
 /// - what the surroundings disagree, see measureDisagreement, times 1 + ambiguity_weight *
 ///   ambiguity^2 (+ unpredicted_weight for a match without prediction): where the match is
 ///   ambiguous as well, or no past confirms it, it may be wrong by any amount,
+/// - the photometric residual: where the images differ, the match is wrong or hidden,
 /// - the row offset of the pair: row alignment removes it, but a pair with row offsets has column
 ///   offsets too, and lenses that are not modelled exactly. These change disparities and are not
-///   removed,
-/// - the distance: a census window covers several far surfaces, in every frame.
-/// Distance, and a missing prediction, count only as far as rectificationShare says.
+///   removed. A missing prediction counts only as far as rectificationShare says.
+/// It falls with the slope of the surface: where disparities grow downwards, as on the ground,
+/// errors are smaller than on what stands upright, everywhere that we could measure.
 struct VarianceParams {
   double sigma_floor_px = 0.15;
   double sigma_ambiguous_px = 0.84;
   double ambiguity_onset = 0.49;
-  double innovation_weight = 0.06;  ///< share of the squared innovation that adds to the variance
-  double max_innovation_px = 4.0;   ///< a larger innovation counts as this one
-  double sigma_unpredicted_px = 0.45;   ///< added to a match without prediction
-  double sigma_kept_px = 0.4;           ///< of a prediction without a measurement
-  double sigma_filled_px = 5.0;         ///< of filled holes
-  double sigma_disagreement_px = 0.14;  ///< added, times disagreement around the pixel
-  double ambiguity_weight = 8.0;        ///< of the ambiguity in the effect of disagreement
-  double unpredicted_weight = 0.6;      ///< of a missing prediction in the effect of disagreement
-  double sigma_far_px = 0.36;  ///< added at disparity 0, half of it at 10 px, a third at 20
-  double sigma_per_row_offset = 0.0095;  ///< times row offset [px] times disparity [px] is added
-  double max_sigma_px = 0.0;             ///< less certain disparities are not published; 0: all are
+  double sigma_unpredicted_px = 0.66;    ///< added to a match without prediction
+  double sigma_filled_px = 7.6;          ///< of filled holes
+  double sigma_disagreement_px = 0.128;  ///< added, times disagreement around the pixel
+  double ambiguity_weight = 5.3;         ///< of the ambiguity in the effect of disagreement
+  double unpredicted_weight = 0.73;      ///< of a missing prediction in the effect of disagreement
+  double residual_onset = 2.8;  ///< [grey levels] above the image's median: residuals from here on
+  double sigma_per_residual_px = 0.37;  ///< add this for each grey level
+  double sigma_per_row_offset = 0.02;   ///< times row offset [px] times disparity [px] is added
+  /// Sigma is divided by 1 + this * (growth of disparity downwards [px per row]), if it grows.
+  double slope_weight = 2.0;
+  double max_sigma_px = 0.0;  ///< less certain disparities are not published; 0: all are
 
   template <class Visitor>
   void visit(Visitor&& v) {
     v("sigma_floor_px", sigma_floor_px, 0.01, 10.0);
     v("sigma_ambiguous_px", sigma_ambiguous_px, 0.0, 100.0);
     v("ambiguity_onset", ambiguity_onset, 0.0, 0.99);
-    v("innovation_weight", innovation_weight, 0.0, 1.0);
-    v("max_innovation_px", max_innovation_px, 0.0, 256.0);
     v("sigma_unpredicted_px", sigma_unpredicted_px, 0.0, 100.0);
-    v("sigma_kept_px", sigma_kept_px, 0.01, 100.0);
     v("sigma_filled_px", sigma_filled_px, 0.01, 100.0);
     v("sigma_disagreement_px", sigma_disagreement_px, 0.0, 100.0);
     v("ambiguity_weight", ambiguity_weight, 0.0, 100.0);
     v("unpredicted_weight", unpredicted_weight, 0.0, 100.0);
-    v("sigma_far_px", sigma_far_px, 0.0, 100.0);
+    v("residual_onset", residual_onset, 0.0, 255.0);
+    v("sigma_per_residual_px", sigma_per_residual_px, 0.0, 100.0);
     v("sigma_per_row_offset", sigma_per_row_offset, 0.0, 1.0);
+    v("slope_weight", slope_weight, 0.0, 100.0);
     v("max_sigma_px", max_sigma_px, 0.0, 1000.0);
   }
 };
 
 /// Variance [px^2] of each measured disparity from its ambiguity; 0 where nothing was measured. It
-/// does not contain errors that are the same in all frames: those of distance and rectification.
+/// does not contain errors that are the same in all frames: those of rectification.
 /// @param ambiguity  of that match, see Match; of the disparity map's size, which is not checked.
 /// @param variance_px2  output of the disparity map's size.
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const VarianceParams& params,
                          cv::Mat1f& variance_px2);
-
-/// The disparity at which the effect of VarianceParams::sigma_far_px is half: at disparity d,
-/// sigma_far_px / (1 + d / kFarDisparityPx) is added, or sigma_far_px if d is negative.
-constexpr float kFarDisparityPx = 10.0f;
 
 /// For each pixel, how much its surroundings do not continue its surface: 0..8. The sum over eight
 /// pairs of opposite pixels, 4 and 9 rows, columns, or both away (less at the image's border), of
@@ -87,18 +81,22 @@ constexpr double kHalfShareRowOffsetPx = 0.15;
 /// an offset of 0, which means that it was not measured.
 double rectificationShare(double row_offset_px);
 
+/// What the variance of published disparities depends on.
+struct DisparityEvidence {
+  cv::Mat1f unfilled_px;  ///< the disparities before holes were filled
+  cv::Mat1f predicted_px, measured_px, measured_variance_px2;
+  cv::Mat1b ambiguity;       ///< of the match, see Match
+  cv::Mat1f residual;        ///< of half the size, see PhotometricResidual
+  double row_offset_px = 0;  ///< root mean square over the image, see RowOffsetModel
+};
+
 /// Selects the disparities that are certain enough to be published (params.max_sigma_px), and gives
-/// them a variance. All maps must have one size; this is not checked.
+/// them a variance. All maps but the residual must have one size; this is not checked.
 /// @param disparity_px  the filters' disparities, with holes filled and median.
-/// @param unfilled_px  the same before holes were filled.
-/// @param ambiguity  of the match, see Match.
-/// @param row_offset_px  root mean square over the image, see RowOffsetModel.
 /// @param published_px, variance_px2  output; range.invalid() and 0 where nothing is published.
 /// @throws std::invalid_argument if disparity_px and published_px share memory.
-void publish(const cv::Mat1f& disparity_px, const cv::Mat1f& unfilled_px,
-             const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-             const cv::Mat1f& measured_variance_px2, const cv::Mat1b& ambiguity,
-             double row_offset_px, const DisparityRange& range, const VarianceParams& params,
-             cv::Mat1f& published_px, cv::Mat1f& variance_px2);
+void publish(const cv::Mat1f& disparity_px, const DisparityEvidence& evidence,
+             const DisparityRange& range, const VarianceParams& params, cv::Mat1f& published_px,
+             cv::Mat1f& variance_px2);
 
 }  // namespace predictive_stereo

@@ -42,6 +42,7 @@ struct PublishedRow {
   const float* measured_px;
   const float* measured_variance_px2;
   const uint8_t* ambiguity;
+  const float* residual;
   float* published_px;
   float* variance_px2;
 };
@@ -49,9 +50,9 @@ struct PublishedTerms {
   float smallest_valid, invalid;
   float unpredicted_px2, kept_px2, filled_px2;
   float disagreement_px, ambiguity_weight, unpredicted_weight;
-  float largest_innovation_px, innovation_weight;
-  float far_px, per_far_disparity;
+  float residual_onset, per_residual_px;
   float per_squared_disparity;
+  float per_rise_px;           ///< of the disparity, from the inner ring's row above to that below
   float largest_variance_px2;  ///< of published pixels
 };
 
@@ -157,20 +158,16 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
     const auto measured = hn::LoadU(d, row.measured_px + x);
     const auto of_match = hn::LoadU(d, row.measured_variance_px2 + x);
 
-    const auto innovation =
-        hn::Min(hn::Abs(hn::Sub(measured, predicted)), hn::Set(d, terms.largest_innovation_px));
-    const auto surprise = hn::IfThenElse(
-        hn::Ge(predicted, smallest),
-        hn::Mul(hn::Mul(hn::Set(d, terms.innovation_weight), innovation), innovation),
-        hn::Set(d, terms.unpredicted_px2));
-    const auto of_filtered = hn::IfThenElse(hn::Ge(measured, smallest), hn::Add(of_match, surprise),
-                                            hn::Set(d, terms.kept_px2));
+    const auto is_measured = hn::Ge(measured, smallest);
+    const auto alone = hn::And(is_measured, hn::Lt(predicted, smallest));
+    const auto of_filtered =
+        hn::Add(hn::IfThenElse(is_measured, of_match, hn::Set(d, terms.kept_px2)),
+                hn::IfThenElseZero(alone, hn::Set(d, terms.unpredicted_px2)));
     const auto of_any =
         hn::IfThenElse(hn::Ge(unfilled, smallest), of_filtered, hn::Set(d, terms.filled_px2));
     const auto byte = hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, row.ambiguity + x)));
-    const auto ambiguity = hn::IfThenElse(hn::Ge(measured, smallest),
-                                          hn::Mul(byte, hn::Set(d, 1.0f / 255)), hn::Set(d, 1.0f));
-    const auto alone = hn::And(hn::Ge(measured, smallest), hn::Lt(predicted, smallest));
+    const auto ambiguity =
+        hn::IfThenElse(is_measured, hn::Mul(byte, hn::Set(d, 1.0f / 255)), hn::Set(d, 1.0f));
     const auto doubt =
         hn::Add(hn::Add(hn::Set(d, 1.0f),
                         hn::Mul(hn::Mul(hn::Set(d, terms.ambiguity_weight), ambiguity), ambiguity)),
@@ -179,12 +176,20 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
     const auto of_surroundings = hn::Mul(around, around);
     const auto of_rectification =
         hn::Mul(hn::Mul(hn::Set(d, terms.per_squared_disparity), disparity), disparity);
-    const auto nearness =
-        hn::Mul(hn::Max(disparity, hn::Zero(d)), hn::Set(d, terms.per_far_disparity));
-    const auto far = hn::Div(hn::Set(d, terms.far_px), hn::Add(hn::Set(d, 1.0f), nearness));
-    const auto of_distance = hn::Mul(far, far);
-    const auto variance =
-        hn::Add(hn::Add(of_any, of_surroundings), hn::Add(of_distance, of_rectification));
+    const auto residual = hn::GatherIndex(d, row.residual, hn::ShiftRight<1>(hn::Iota(di, x)));
+    const auto excess = hn::Max(hn::Sub(residual, hn::Set(d, terms.residual_onset)), hn::Zero(d));
+    const auto unlike = hn::Mul(hn::Set(d, terms.per_residual_px), excess);
+    const auto of_images = hn::Mul(unlike, unlike);
+    const auto upright =
+        hn::Add(hn::Add(of_any, of_surroundings), hn::Add(of_images, of_rectification));
+
+    const auto above = hn::LoadU(d, row.disparity_px.above[0] + x);
+    const auto below = hn::LoadU(d, row.disparity_px.below[0] + x);
+    const auto rises = hn::And(hn::Ge(above, smallest), hn::Gt(below, above));
+    const auto steepness = hn::Add(
+        hn::Set(d, 1.0f),
+        hn::IfThenElseZero(rises, hn::Mul(hn::Set(d, terms.per_rise_px), hn::Sub(below, above))));
+    const auto variance = hn::Div(upright, hn::Mul(steepness, steepness));
 
     const auto certain = hn::And(hn::Ge(disparity, smallest),
                                  hn::Le(variance, hn::Set(d, terms.largest_variance_px2)));
@@ -253,36 +258,33 @@ double rectificationShare(double row_offset_px) {
   return squared / (squared + kHalfShareRowOffsetPx * kHalfShareRowOffsetPx);
 }
 
-void publish(const cv::Mat1f& disparity_px, const cv::Mat1f& unfilled_px,
-             const Prediction& prediction, const cv::Mat1f& measured_disparity_px,
-             const cv::Mat1f& measured_variance_px2, const cv::Mat1b& ambiguity,
-             double row_offset_px, const DisparityRange& range, const VarianceParams& params,
-             cv::Mat1f& published_px, cv::Mat1f& variance_px2) {
+void publish(const cv::Mat1f& disparity_px, const DisparityEvidence& evidence,
+             const DisparityRange& range, const VarianceParams& params, cv::Mat1f& published_px,
+             cv::Mat1f& variance_px2) {
   createApart("publish", disparity_px, published_px);
   variance_px2.create(disparity_px.size());
   const auto squared = [](double value) { return static_cast<float>(value * value); };
-  const double share = rectificationShare(row_offset_px);
   PublishedTerms terms;
   terms.smallest_valid = static_cast<float>(range.min_disparity);
   terms.invalid = range.invalid();
-  terms.unpredicted_px2 = squared(params.sigma_unpredicted_px * share);
-  terms.kept_px2 = squared(params.sigma_kept_px);
+  terms.unpredicted_px2 =
+      squared(params.sigma_unpredicted_px * rectificationShare(evidence.row_offset_px));
+  terms.kept_px2 = squared(params.sigma_floor_px);
   terms.filled_px2 = squared(params.sigma_filled_px);
   terms.disagreement_px = static_cast<float>(params.sigma_disagreement_px);
   terms.ambiguity_weight = static_cast<float>(params.ambiguity_weight);
   terms.unpredicted_weight = static_cast<float>(params.unpredicted_weight);
-  terms.largest_innovation_px = static_cast<float>(params.max_innovation_px);
-  terms.innovation_weight = static_cast<float>(params.innovation_weight);
-  terms.far_px = static_cast<float>(params.sigma_far_px * share);
-  terms.per_far_disparity = 1.0f / kFarDisparityPx;
-  terms.per_squared_disparity = squared(params.sigma_per_row_offset * row_offset_px);
+  terms.residual_onset = static_cast<float>(params.residual_onset);
+  terms.per_residual_px = static_cast<float>(params.sigma_per_residual_px);
+  terms.per_squared_disparity = squared(params.sigma_per_row_offset * evidence.row_offset_px);
+  terms.per_rise_px = static_cast<float>(params.slope_weight / (2 * kDisagreementReachPx[0]));
   terms.largest_variance_px2 = params.max_sigma_px > 0 ? squared(params.max_sigma_px)
                                                        : std::numeric_limits<float>::infinity();
   parallelForEach(variance_px2.rows, [&](int y) {
     HWY_DYNAMIC_DISPATCH(publishRow)
-    ({rowsAround(disparity_px, y), unfilled_px[y], prediction.disparity_px[y],
-      measured_disparity_px[y], measured_variance_px2[y], ambiguity[y], published_px[y],
-      variance_px2[y]},
+    ({rowsAround(disparity_px, y), evidence.unfilled_px[y], evidence.predicted_px[y],
+      evidence.measured_px[y], evidence.measured_variance_px2[y], evidence.ambiguity[y],
+      evidence.residual[y / 2], published_px[y], variance_px2[y]},
      variance_px2.cols, terms);
   });
 }

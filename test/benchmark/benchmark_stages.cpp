@@ -205,13 +205,29 @@ void variance(benchmark::State& state) {
   });
 }
 
+void photometricResidual(benchmark::State& state) {
+  const Inputs& in = inputs();
+  PhotometricResidual residual;
+  cv::Mat1f excess;
+  measure(state, [&] {
+    residual.measure(in.frame.left, in.frame.right, in.measured_px,
+                     in.params.disparity.matcher.range, 0, excess);
+  });
+}
+
 void publishing(benchmark::State& state) {
   const Inputs& in = inputs();
-  const cv::Mat1f match_variance_px2(in.measured_px.size(), 0.1f);
+  const cv::Size size = in.measured_px.size();
+  const DisparityEvidence evidence{in.state.disparity_px,
+                                   in.prediction.disparity_px,
+                                   in.measured_px,
+                                   cv::Mat1f(size, 0.1f),
+                                   in.match.ambiguity,
+                                   cv::Mat1f((size.height + 1) / 2, (size.width + 1) / 2, 0.0f),
+                                   0.1};
   cv::Mat1f published_px, variance_px2;
   measure(state, [&] {
-    publish(in.measured_px, in.state.disparity_px, in.prediction, in.measured_px,
-            match_variance_px2, in.match.ambiguity, 0.1, in.params.disparity.matcher.range,
+    publish(in.measured_px, evidence, in.params.disparity.matcher.range,
             in.params.disparity.variance, published_px, variance_px2);
   });
 }
@@ -368,6 +384,7 @@ STAGE(supportFilter);
 STAGE(opencvFilterSpeckles);
 STAGE(holesAndMedian);
 STAGE(variance);
+STAGE(photometricResidual);
 STAGE(publishing);
 STAGE(correction);
 STAGE(disparityLoop);

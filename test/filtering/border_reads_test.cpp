@@ -4,6 +4,7 @@
 
 #include "guarded_memory.h"
 #include "predictive_stereo/correction.h"
+#include "predictive_stereo/photometric_residual.h"
 #include "predictive_stereo/post_filter.h"
 #include "predictive_stereo/region_filter.h"
 #include "predictive_stereo/search_ranges.h"
@@ -80,8 +81,12 @@ TEST(BorderReads, OfVariance) {
     cv::Mat1f variance, disagreement, published, published_variance;
     measurementVariance(measured, ambiguity, kRange, VarianceParams(), variance);
     measureDisagreement(measured, kRange, disagreement);
-    publish(disparities(size), disparities(size), prediction(size), measured, variance, ambiguity,
-            0.5, kRange, VarianceParams(), published, published_variance);
+    cv::Mat1f residual;
+    PhotometricResidual().measure(noise<uchar>(size, 0, 256), noise<uchar>(size, 0, 256), measured,
+                                  kRange, 0, residual);
+    publish(disparities(size),
+            {disparities(size), disparities(size), measured, variance, ambiguity, residual, 0.5},
+            kRange, VarianceParams(), published, published_variance);
   });
 }
 

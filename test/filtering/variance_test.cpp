@@ -118,14 +118,14 @@ class PublishedVarianceTest : public testing::Test {
  protected:
   static constexpr int kApart = 10;
   void SetUp() override {
-    params_.innovation_weight = 0.5;
+    params_.sigma_floor_px = 1.5;
     params_.sigma_unpredicted_px = 1.0;
-    params_.sigma_kept_px = 1.5;
     params_.sigma_filled_px = 2.0;
     params_.sigma_disagreement_px = 0.1;
     params_.ambiguity_weight = 2;
     params_.unpredicted_weight = 0.25;
-    params_.sigma_far_px = 0;
+    params_.residual_onset = 3;
+    params_.sigma_per_residual_px = 0.2;
     params_.sigma_per_row_offset = 0.02;
   }
   void add(float published, float measured, float predicted, bool filtered) {
@@ -135,24 +135,24 @@ class PublishedVarianceTest : public testing::Test {
     filtered_.push_back(filtered ? published : kRange.invalid());
   }
   /// Variances of the pixels that were added.
-  cv::Mat1f run(double row_offset_px) const {
+  cv::Mat1f run(double row_offset_px, float residual = 0) const {
     const int width = kApart * static_cast<int>(published_.size());
     const cv::Mat1f nothing(1, width, kRange.invalid());
     cv::Mat1f published = nothing.clone(), measured = nothing.clone();
-    Prediction prediction;
-    Predictor(kRange, PredictionParams()).predictNothing(published.size(), prediction);
-    cv::Mat1f unfilled = nothing.clone();
+    cv::Mat1f predicted = nothing.clone(), unfilled = nothing.clone();
     for (size_t i = 0; i < published_.size(); ++i) {
       const int x = static_cast<int>(i) * kApart;
       published(x) = published_[i];
       measured(x) = measured_[i];
-      prediction.disparity_px(x) = predicted_[i];
+      predicted(x) = predicted_[i];
       unfilled(x) = filtered_[i];
     }
     cv::Mat1f certain_px, variance_px2, picked(1, static_cast<int>(published_.size()));
-    publish(published, unfilled, prediction, measured, cv::Mat1f(1, width, 0.1f),
-            cv::Mat1b(1, width, uchar{51}), row_offset_px, kRange, params_, certain_px,
-            variance_px2);
+    publish(
+        published,
+        {unfilled, predicted, measured, cv::Mat1f(1, width, 0.1f), cv::Mat1b(1, width, uchar{51}),
+         cv::Mat1f(1, (width + 1) / 2, residual), row_offset_px},
+        kRange, params_, certain_px, variance_px2);
     for (int i = 0; i < picked.cols; ++i) picked(i) = variance_px2(i * kApart);
     return picked;
   }
@@ -165,8 +165,6 @@ TEST_F(PublishedVarianceTest, TellsHowTheDisparityCameAbout) {
   const float no = kRange.invalid();
   add(20, 20, 20, true);   // measured as predicted; at the border, where it is its own neighbour
   add(20, 20, 20, true);   // the same inside the image
-  add(22, 22, 20, true);   // the measurement contradicts the prediction
-  add(90, 90, 20, true);   // by more than the limit
   add(20, 20, no, true);   // measured without one
   add(20, no, 20, true);   // kept
   add(20, no, no, false);  // filled
@@ -179,8 +177,6 @@ TEST_F(PublishedVarianceTest, TellsHowTheDisparityCameAbout) {
   const float around = surroundings(6, 1.08f), border = surroundings(6, 1.08f);
   const float expected[] = {0.1f + border,
                             0.1f + around,
-                            0.1f + 0.5f * 4 + around,
-                            0.1f + 8 + around,
                             1.1f + surroundings(6, 1.33f),
                             2.25f + surroundings(6, 3),
                             4 + surroundings(6, 3),
@@ -196,73 +192,83 @@ TEST_F(PublishedVarianceTest, GrowsWithRowOffsetTimesDisparity) {
   EXPECT_NEAR(more_px2(1), 0.02 * 0.02 * 0.49 * 2500, 1e-5);
 }
 
-TEST_F(PublishedVarianceTest, FallsWithDisparity) {
-  add(0, 0, 0, true);
-  add(10, 10, 10, true);
-  add(90, 90, 90, true);
-  const cv::Mat1f near_px2 = run(0);
-  params_.sigma_far_px = 0.6;
-  const cv::Mat1f more_px2 = run(0) - near_px2;
-  EXPECT_NEAR(more_px2(0), 0.6 * 0.6, 1e-5);
-  EXPECT_NEAR(more_px2(1), 0.3 * 0.3, 1e-5);
-  EXPECT_NEAR(more_px2(2), 0.06 * 0.06, 1e-5);
+TEST_F(PublishedVarianceTest, GrowsWithTheResidualFromTheOnsetOn) {
+  add(20, 20, 20, true);
+  EXPECT_EQ(run(0, 3)(0), run(0)(0));
+  EXPECT_NEAR(run(0, 8)(0) - run(0)(0), 0.2 * 0.2 * 25, 1e-5);
+}
+
+TEST(Variance, FallsWhereDisparitiesGrowDownwards) {
+  const auto atCentre = [](float px_per_row) {
+    cv::Mat1f map(41, 41), published_px, variance_px2;
+    for (int y = 0; y < map.rows; ++y) map.row(y) = 60 + px_per_row * static_cast<float>(y - 20);
+    publish(map,
+            {map, map, map, cv::Mat1f(map.size(), 0.1f), cv::Mat1b(map.size(), uchar{0}),
+             cv::Mat1f(21, 21, 0.0f)},
+            kRange, VarianceParams(), published_px, variance_px2);
+    return variance_px2(20, 20);
+  };
+  const double steepness = 1 + 0.5 * VarianceParams().slope_weight;
+  EXPECT_NEAR(atCentre(0), 0.1, 1e-6);
+  EXPECT_NEAR(atCentre(-0.5), 0.1, 1e-6);
+  EXPECT_NEAR(atCentre(0.5), 0.1 / (steepness * steepness), 1e-6);
 }
 
 /// Maps of random disparities, a fifth of them unknown.
 struct RandomFrame {
-  RandomFrame(cv::Size size, const DisparityRange& range, cv::RNG& rng)
-      : measured_variance_px2(size) {
-    for (cv::Mat1f* map : {&disparity_px, &unfilled_px, &prediction.disparity_px, &measured_px}) {
+  RandomFrame(cv::Size size, const DisparityRange& range, cv::RNG& rng) {
+    for (cv::Mat1f* map :
+         {&disparity_px, &evidence.unfilled_px, &evidence.predicted_px, &evidence.measured_px}) {
       map->create(size);
       const auto smallest = static_cast<float>(range.min_disparity);
       rng.fill(*map, cv::RNG::UNIFORM, smallest - 2.0f, smallest + 8.0f);
       map->setTo(range.invalid(), *map < smallest);
     }
-    ambiguity.create(size);
-    rng.fill(ambiguity, cv::RNG::UNIFORM, 0, 256);
-    rng.fill(measured_variance_px2, cv::RNG::UNIFORM, 0.05f, 2.0f);
+    evidence.ambiguity.create(size);
+    rng.fill(evidence.ambiguity, cv::RNG::UNIFORM, 0, 256);
+    evidence.measured_variance_px2.create(size);
+    rng.fill(evidence.measured_variance_px2, cv::RNG::UNIFORM, 0.05f, 2.0f);
+    evidence.residual.create((size.height + 1) / 2, (size.width + 1) / 2);
+    rng.fill(evidence.residual, cv::RNG::UNIFORM, -5.0f, 20.0f);
+    evidence.row_offset_px = 0.7;
   }
-  cv::Mat1f disparity_px, measured_px, measured_variance_px2;
-  cv::Mat1b ambiguity;
-  cv::Mat1f unfilled_px;
-  Prediction prediction;
+  cv::Mat1f disparity_px;
+  DisparityEvidence evidence;
 };
 
-float varianceNaively(const RandomFrame& frame, double row_offset_px, const DisparityRange& range,
+float varianceNaively(const RandomFrame& frame, const DisparityRange& range,
                       const VarianceParams& params, int x, int y) {
   const auto squared = [](double value) { return static_cast<float>(value * value); };
-  const float d = frame.disparity_px(y, x), measured = frame.measured_px(y, x);
-  const float predicted = frame.prediction.disparity_px(y, x);
-  const bool is_measured = range.isValid(measured), alone = !range.isValid(predicted);
-  const float ambiguity = is_measured ? frame.ambiguity(y, x) * (1.0f / 255) : 1.0f;
+  const DisparityEvidence& evidence = frame.evidence;
+  const cv::Mat1f& map = frame.disparity_px;
+  const float d = map(y, x);
+  const bool is_measured = range.isValid(evidence.measured_px(y, x));
+  const bool alone = is_measured && !range.isValid(evidence.predicted_px(y, x));
+  const float ambiguity = is_measured ? evidence.ambiguity(y, x) * (1.0f / 255) : 1.0f;
   const float doubt = 1 + static_cast<float>(params.ambiguity_weight) * ambiguity * ambiguity +
-                      (is_measured && alone ? static_cast<float>(params.unpredicted_weight) : 0);
+                      (alone ? static_cast<float>(params.unpredicted_weight) : 0);
   const float around = static_cast<float>(params.sigma_disagreement_px) *
-                       disagreementNaively(frame.disparity_px, range, x, y) * doubt;
-  const double share = rectificationShare(row_offset_px);
-  float variance_px2;
-  if (!range.isValid(frame.unfilled_px(y, x))) {
-    variance_px2 = squared(params.sigma_filled_px);
-  } else if (!range.isValid(measured)) {
-    variance_px2 = squared(params.sigma_kept_px);
-  } else if (!range.isValid(predicted)) {
-    variance_px2 = frame.measured_variance_px2(y, x) + squared(params.sigma_unpredicted_px * share);
-  } else {
-    const float innovation =
-        std::min(std::abs(measured - predicted), static_cast<float>(params.max_innovation_px));
-    variance_px2 = frame.measured_variance_px2(y, x) +
-                   static_cast<float>(params.innovation_weight) * innovation * innovation;
-  }
+                       disagreementNaively(map, range, x, y) * doubt;
+  float variance_px2 =
+      is_measured ? evidence.measured_variance_px2(y, x) : squared(params.sigma_floor_px);
+  if (alone)
+    variance_px2 +=
+        squared(params.sigma_unpredicted_px * rectificationShare(evidence.row_offset_px));
+  if (!range.isValid(evidence.unfilled_px(y, x))) variance_px2 = squared(params.sigma_filled_px);
   variance_px2 += around * around;
-  const float nearness = std::max(d, 0.0f) * (1.0f / kFarDisparityPx);
-  const float far_px = static_cast<float>(params.sigma_far_px * share) / (1 + nearness);
-  const float common_px2 =
-      far_px * far_px + squared(params.sigma_per_row_offset * row_offset_px) * d * d;
-  return variance_px2 + common_px2;
+  const float excess =
+      std::max(evidence.residual(y / 2, x / 2) - static_cast<float>(params.residual_onset), 0.0f);
+  const float unlike = static_cast<float>(params.sigma_per_residual_px) * excess;
+  const float per_disparity = squared(params.sigma_per_row_offset * evidence.row_offset_px);
+  variance_px2 += unlike * unlike + per_disparity * d * d;
+  const float above = map(std::max(y - 4, 0), x), below = map(std::min(y + 4, map.rows - 1), x);
+  const bool rises = range.isValid(above) && below > above;
+  const float steepness =
+      1 + (rises ? static_cast<float>(params.slope_weight / 8) * (below - above) : 0);
+  return variance_px2 / (steepness * steepness);
 }
 
 TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
-  constexpr double kRowOffset_px = 0.7;
   const int threads_before = cv::getNumThreads();
   cv::RNG rng(7);
   forEveryTarget([&] {
@@ -277,13 +283,11 @@ TEST(Variance, WhatIsPublishedIsTheDefinitionOnEveryTargetAndNumberOfThreads) {
             VarianceParams params;
             params.max_sigma_px = max_sigma_px;
             cv::Mat1f published_px, variance_px2;
-            publish(frame.disparity_px, frame.unfilled_px, frame.prediction, frame.measured_px,
-                    frame.measured_variance_px2, frame.ambiguity, kRowOffset_px, range, params,
-                    published_px, variance_px2);
+            publish(frame.disparity_px, frame.evidence, range, params, published_px, variance_px2);
             for (int y = 0; y < size.height; ++y)
               for (int x = 0; x < size.width; ++x) {
                 const float d = frame.disparity_px(y, x);
-                const float v = varianceNaively(frame, kRowOffset_px, range, params, x, y);
+                const float v = varianceNaively(frame, range, params, x, y);
                 const bool certain = range.isValid(d) && (max_sigma_px == 0 || v <= 16);
                 ASSERT_EQ(variance_px2(y, x), certain ? v : 0) << size << x << "," << y;
                 ASSERT_EQ(published_px(y, x), certain ? d : range.invalid())
@@ -298,8 +302,7 @@ TEST(Variance, PublishesNothingInPlace) {
   cv::RNG rng(9);
   RandomFrame frame({20, 5}, kRange, rng);
   cv::Mat1f variance_px2;
-  EXPECT_THROW(publish(frame.disparity_px, frame.unfilled_px, frame.prediction, frame.measured_px,
-                       frame.measured_variance_px2, frame.ambiguity, 0, kRange, VarianceParams(),
+  EXPECT_THROW(publish(frame.disparity_px, frame.evidence, kRange, VarianceParams(),
                        frame.disparity_px, variance_px2),
                std::invalid_argument);
 }
