@@ -189,7 +189,7 @@ class DisparityLoop {
   SearchRanges ranges_;
   Match match_;
   cv::Mat1f corrected_disparity_px_, certain_disparity_px_;
-  cv::Mat1f filled_disparity_px_, median_disparity_px_, residual_;
+  cv::Mat1f filled_disparity_px_, median_disparity_px_, residual_share_;
   StageTimes coarse_times_, times_;
 };
 

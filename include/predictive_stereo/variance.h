@@ -17,9 +17,9 @@ namespace predictive_stereo {
 /// A published disparity has a variance of its own, not the filter's p: p treats the errors of
 /// successive matches as independent, which they are not. The published variance grows with
 /// - what the surroundings disagree, see measureDisagreement, times 1 + ambiguity_weight *
-///   ambiguity^2 (+ unpredicted_weight for a match without prediction): where the match is
-///   ambiguous as well, or no past confirms it, it may be wrong by any amount,
-/// - the photometric residual: where the images differ, the match is wrong or hidden,
+///   ambiguity^2 (+ unpredicted_weight for a match without prediction), times 1 + residual_weight *
+///   the photometric residual's share of the contrast: where the match is ambiguous as well, no
+///   past confirms it, or the images differ, it may be wrong by any amount,
 /// - the row offset of the pair: row alignment removes it, but a pair with row offsets has column
 ///   offsets too, and lenses that are not modelled exactly. These change disparities and are not
 ///   removed. A missing prediction counts only as far as rectificationShare says.
@@ -29,16 +29,15 @@ struct VarianceParams {
   double sigma_floor_px = 0.15;
   double sigma_ambiguous_px = 0.84;
   double ambiguity_onset = 0.49;
-  double sigma_unpredicted_px = 0.66;    ///< added to a match without prediction
-  double sigma_filled_px = 7.6;          ///< of filled holes
-  double sigma_disagreement_px = 0.128;  ///< added, times disagreement around the pixel
-  double ambiguity_weight = 5.3;         ///< of the ambiguity in the effect of disagreement
-  double unpredicted_weight = 0.73;      ///< of a missing prediction in the effect of disagreement
-  double residual_onset = 2.8;  ///< [grey levels] above the image's median: residuals from here on
-  double sigma_per_residual_px = 0.37;  ///< add this for each grey level
-  double sigma_per_row_offset = 0.02;   ///< times row offset [px] times disparity [px] is added
+  double sigma_unpredicted_px = 0.65;   ///< added to a match without prediction
+  double sigma_filled_px = 7.6;         ///< of filled holes
+  double sigma_disagreement_px = 0.16;  ///< added, times disagreement around the pixel
+  double ambiguity_weight = 1.92;       ///< of the ambiguity in the effect of disagreement
+  double unpredicted_weight = 0.3;      ///< of a missing prediction in the effect of disagreement
+  double residual_weight = 10.9;  ///< of the photometric residual in the effect of disagreement
+  double sigma_per_row_offset = 0.0195;  ///< times row offset [px] times disparity [px] is added
   /// Sigma is divided by 1 + this * (growth of disparity downwards [px per row]), if it grows.
-  double slope_weight = 2.0;
+  double slope_weight = 1.72;
   double max_sigma_px = 0.0;  ///< less certain disparities are not published; 0: all are
 
   template <class Visitor>
@@ -51,8 +50,7 @@ struct VarianceParams {
     v("sigma_disagreement_px", sigma_disagreement_px, 0.0, 100.0);
     v("ambiguity_weight", ambiguity_weight, 0.0, 100.0);
     v("unpredicted_weight", unpredicted_weight, 0.0, 100.0);
-    v("residual_onset", residual_onset, 0.0, 255.0);
-    v("sigma_per_residual_px", sigma_per_residual_px, 0.0, 100.0);
+    v("residual_weight", residual_weight, 0.0, 100.0);
     v("sigma_per_row_offset", sigma_per_row_offset, 0.0, 1.0);
     v("slope_weight", slope_weight, 0.0, 100.0);
     v("max_sigma_px", max_sigma_px, 0.0, 1000.0);
@@ -86,12 +84,12 @@ struct DisparityEvidence {
   cv::Mat1f unfilled_px;  ///< the disparities before holes were filled
   cv::Mat1f predicted_px, measured_px, measured_variance_px2;
   cv::Mat1b ambiguity;       ///< of the match, see Match
-  cv::Mat1f residual;        ///< of half the size, see PhotometricResidual
+  cv::Mat1f residual_share;  ///< see PhotometricResidual
   double row_offset_px = 0;  ///< root mean square over the image, see RowOffsetModel
 };
 
 /// Selects the disparities that are certain enough to be published (params.max_sigma_px), and gives
-/// them a variance. All maps but the residual must have one size; this is not checked.
+/// them a variance. All maps but residual_share must have one size; this is not checked.
 /// @param disparity_px  the filters' disparities, with holes filled and median.
 /// @param published_px, variance_px2  output; range.invalid() and 0 where nothing is published.
 /// @throws std::invalid_argument if disparity_px and published_px share memory.

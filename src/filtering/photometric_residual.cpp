@@ -10,7 +10,7 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kWindow = 5;
-constexpr int kSampleStep = 4;  ///< of the pixels that the median is taken of
+constexpr int kSampleStep = 2;  ///< of the residuals that the median is taken of
 
 struct Images {
   const cv::Mat1b &left, &right;
@@ -19,47 +19,56 @@ struct Images {
   double principal_offset_px;
 };
 
-cv::Vec3f differenceAt(const Images& images, int x, int y) {
+cv::Vec<float, 5> sumsOf(const Images& images, int x, int y) {
   const float disparity_px = images.disparity_px(y, x);
   if (disparity_px < images.smallest_valid) return {};
   const int match = cvRound(x - disparity_px - images.principal_offset_px);
   if (match < 0 || match >= images.right.cols) return {};
-  const auto difference = static_cast<float>(images.left(y, x) - images.right(y, match));
-  return {1, difference, difference * difference};
+  const float left = images.left(y, x), difference = left - images.right(y, match);
+  return {1, difference, difference * difference, left, left * left};
 }
 
-// Sums of integers: exact, so that the order in which OpenCV adds them does not matter.
-float residualOf(const cv::Vec3f& sums) {
-  const double count = sums[0], sum = sums[1];
-  if (count == 0) return 0;
-  return static_cast<float>(std::sqrt(count * sums[2] - sum * sum) / count);
+// The sums are integers, and exact: the order in which OpenCV adds them does not matter.
+float deviation(double count, double sum, double squares) {
+  return count == 0 ? 0.0f : static_cast<float>(std::sqrt(count * squares - sum * sum) / count);
 }
 
 }  // namespace
 
 void PhotometricResidual::measure(const cv::Mat1b& left, const cv::Mat1b& right,
                                   const cv::Mat1f& disparity_px, const DisparityRange& range,
-                                  double principal_offset_px, cv::Mat1f& excess) {
+                                  double principal_offset_px, cv::Mat1f& share) {
   const Images images{left, right, disparity_px, static_cast<float>(range.min_disparity),
                       principal_offset_px};
-  const cv::Size half((left.cols + 1) / 2, (left.rows + 1) / 2);
-  differences_.create(half);
-  parallelForEach(half.height, [&](int y) {
-    for (int x = 0; x < half.width; ++x) differences_(y, x) = differenceAt(images, 2 * x, 2 * y);
+  pixels_.create((left.rows + kResidualStep - 1) / kResidualStep,
+                 (left.cols + kResidualStep - 1) / kResidualStep);
+  parallelForEach(pixels_.rows, [&](int y) {
+    for (int x = 0; x < pixels_.cols; ++x)
+      pixels_(y, x) = sumsOf(images, kResidualStep * x, kResidualStep * y);
   });
-  cv::boxFilter(differences_, sums_, -1, {kWindow, kWindow}, {-1, -1}, false, cv::BORDER_CONSTANT);
-  excess.create(half);
-  parallelForEach(half.height, [&](int y) {
-    for (int x = 0; x < half.width; ++x) excess(y, x) = residualOf(sums_(y, x));
+  cv::boxFilter(pixels_, windows_, -1, {kWindow, kWindow}, {-1, -1}, false, cv::BORDER_CONSTANT);
+
+  share.create(pixels_.size());
+  contrast_.create(pixels_.size());
+  parallelForEach(share.rows, [&](int y) {
+    for (int x = 0; x < share.cols; ++x) {
+      const Sums& sums = windows_(y, x);
+      share(y, x) = deviation(sums[0], sums[1], sums[2]);
+      contrast_(y, x) = deviation(sums[0], sums[3], sums[4]);
+    }
   });
-  excess -= median(excess);
+  const float usual = medianResidual(share);
+  parallelForEach(share.rows, [&](int y) {
+    for (int x = 0; x < share.cols; ++x)
+      share(y, x) = std::clamp((share(y, x) - usual) / (contrast_(y, x) + 1.0f), 0.0f, 1.0f);
+  });
 }
 
-float PhotometricResidual::median(const cv::Mat1f& residual) {
+float PhotometricResidual::medianResidual(const cv::Mat1f& residual) {
   sample_.clear();
   for (int y = 0; y < residual.rows; y += kSampleStep)
     for (int x = 0; x < residual.cols; x += kSampleStep)
-      if (differences_(y, x)[0] > 0) sample_.push_back(residual(y, x));
+      if (pixels_(y, x)[0] > 0) sample_.push_back(residual(y, x));
   if (sample_.empty()) return 0;
   const auto middle = sample_.begin() + static_cast<std::ptrdiff_t>(sample_.size() / 2);
   std::nth_element(sample_.begin(), middle, sample_.end());

@@ -5,6 +5,7 @@
 
 #include "filtering/create_apart.h"
 #include "parallel/tasks.h"
+#include "predictive_stereo/photometric_residual.h"
 #include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -27,6 +28,8 @@ struct MeasurementTerms {
 constexpr int kDisagreementRings = 2;
 constexpr int kDisagreementReachPx[kDisagreementRings] = {4, 9};
 constexpr float kLargestBendPx = 4.0f;
+constexpr int kResidualShift = 2;  ///< of a column, to that of its residual
+static_assert(kResidualStep == 1 << kResidualShift);
 /// A row and, for each ring, the rows above and below it, or the image's first and last row if
 /// these are outside.
 struct DisagreementRows {
@@ -42,15 +45,14 @@ struct PublishedRow {
   const float* measured_px;
   const float* measured_variance_px2;
   const uint8_t* ambiguity;
-  const float* residual;
+  const float* residual_share;
   float* published_px;
   float* variance_px2;
 };
 struct PublishedTerms {
   float smallest_valid, invalid;
   float unpredicted_px2, kept_px2, filled_px2;
-  float disagreement_px, ambiguity_weight, unpredicted_weight;
-  float residual_onset, per_residual_px;
+  float disagreement_px, ambiguity_weight, unpredicted_weight, residual_weight;
   float per_squared_disparity;
   float per_rise_px;           ///< of the disparity, from the inner ring's row above to that below
   float largest_variance_px2;  ///< of published pixels
@@ -145,50 +147,55 @@ void measureDisagreementOfRow(const DisagreementRows& rows, int width, float sma
   });
 }
 
+// How far the effect of disagreement grows with what speaks against the match.
+template <class D>
+HWY_INLINE hn::Vec<D> doubtAt(D d, const PublishedRow& row, const PublishedTerms& terms, int x,
+                              hn::Mask<D> is_measured, hn::Mask<D> alone) {
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<uint8_t, D> d8;
+  const auto one = hn::Set(d, 1.0f);
+  const auto byte = hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, row.ambiguity + x)));
+  const auto ambiguity = hn::IfThenElse(is_measured, hn::Mul(byte, hn::Set(d, 1.0f / 255)), one);
+  const auto of_match = hn::Mul(hn::Mul(hn::Set(d, terms.ambiguity_weight), ambiguity), ambiguity);
+  const auto of_past = hn::IfThenElseZero(alone, hn::Set(d, terms.unpredicted_weight));
+  const auto share =
+      hn::GatherIndex(d, row.residual_share, hn::ShiftRight<kResidualShift>(hn::Iota(di, x)));
+  const auto of_images = hn::Mul(hn::Set(d, terms.residual_weight), share);
+  return hn::Mul(hn::Add(hn::Add(one, of_match), of_past), hn::Add(one, of_images));
+}
+
+// By how much sigma is smaller on a surface whose disparities grow downwards.
+template <class D>
+HWY_INLINE hn::Vec<D> steepnessAt(D d, const DisagreementRows& rows, int x, hn::Vec<D> smallest,
+                                  float per_rise_px) {
+  const auto above = hn::LoadU(d, rows.above[0] + x), below = hn::LoadU(d, rows.below[0] + x);
+  const auto rises = hn::And(hn::Ge(above, smallest), hn::Gt(below, above));
+  const auto rise = hn::IfThenElseZero(rises, hn::Sub(below, above));
+  return hn::Add(hn::Set(d, 1.0f), hn::Mul(hn::Set(d, per_rise_px), rise));
+}
+
 void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms) {
   forPixelsWithNeighbours(width, [&](auto d, const Columns& columns) HWY_ATTR {
-    const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<uint8_t, decltype(d)> d8;
     const int x = columns.x;
     const auto smallest = hn::Set(d, terms.smallest_valid);
-    const auto disagreement = disagreeing(d, row.disparity_px, columns, smallest);
     const auto disparity = hn::LoadU(d, row.disparity_px.centre + x);
-    const auto unfilled = hn::LoadU(d, row.unfilled_px + x);
-    const auto predicted = hn::LoadU(d, row.predicted_px + x);
-    const auto measured = hn::LoadU(d, row.measured_px + x);
+    const auto is_measured = hn::Ge(hn::LoadU(d, row.measured_px + x), smallest);
+    const auto alone = hn::And(is_measured, hn::Lt(hn::LoadU(d, row.predicted_px + x), smallest));
     const auto of_match = hn::LoadU(d, row.measured_variance_px2 + x);
 
-    const auto is_measured = hn::Ge(measured, smallest);
-    const auto alone = hn::And(is_measured, hn::Lt(predicted, smallest));
     const auto of_filtered =
         hn::Add(hn::IfThenElse(is_measured, of_match, hn::Set(d, terms.kept_px2)),
                 hn::IfThenElseZero(alone, hn::Set(d, terms.unpredicted_px2)));
-    const auto of_any =
-        hn::IfThenElse(hn::Ge(unfilled, smallest), of_filtered, hn::Set(d, terms.filled_px2));
-    const auto byte = hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, row.ambiguity + x)));
-    const auto ambiguity =
-        hn::IfThenElse(is_measured, hn::Mul(byte, hn::Set(d, 1.0f / 255)), hn::Set(d, 1.0f));
-    const auto doubt =
-        hn::Add(hn::Add(hn::Set(d, 1.0f),
-                        hn::Mul(hn::Mul(hn::Set(d, terms.ambiguity_weight), ambiguity), ambiguity)),
-                hn::IfThenElseZero(alone, hn::Set(d, terms.unpredicted_weight)));
-    const auto around = hn::Mul(hn::Mul(hn::Set(d, terms.disagreement_px), disagreement), doubt);
+    const auto is_filled = hn::Lt(hn::LoadU(d, row.unfilled_px + x), smallest);
+    const auto of_any = hn::IfThenElse(is_filled, hn::Set(d, terms.filled_px2), of_filtered);
+    const auto disagreement = disagreeing(d, row.disparity_px, columns, smallest);
+    const auto around = hn::Mul(hn::Mul(hn::Set(d, terms.disagreement_px), disagreement),
+                                doubtAt(d, row, terms, x, is_measured, alone));
     const auto of_surroundings = hn::Mul(around, around);
     const auto of_rectification =
         hn::Mul(hn::Mul(hn::Set(d, terms.per_squared_disparity), disparity), disparity);
-    const auto residual = hn::GatherIndex(d, row.residual, hn::ShiftRight<1>(hn::Iota(di, x)));
-    const auto excess = hn::Max(hn::Sub(residual, hn::Set(d, terms.residual_onset)), hn::Zero(d));
-    const auto unlike = hn::Mul(hn::Set(d, terms.per_residual_px), excess);
-    const auto of_images = hn::Mul(unlike, unlike);
-    const auto upright =
-        hn::Add(hn::Add(of_any, of_surroundings), hn::Add(of_images, of_rectification));
-
-    const auto above = hn::LoadU(d, row.disparity_px.above[0] + x);
-    const auto below = hn::LoadU(d, row.disparity_px.below[0] + x);
-    const auto rises = hn::And(hn::Ge(above, smallest), hn::Gt(below, above));
-    const auto steepness = hn::Add(
-        hn::Set(d, 1.0f),
-        hn::IfThenElseZero(rises, hn::Mul(hn::Set(d, terms.per_rise_px), hn::Sub(below, above))));
+    const auto upright = hn::Add(hn::Add(of_any, of_surroundings), of_rectification);
+    const auto steepness = steepnessAt(d, row.disparity_px, x, smallest, terms.per_rise_px);
     const auto variance = hn::Div(upright, hn::Mul(steepness, steepness));
 
     const auto certain = hn::And(hn::Ge(disparity, smallest),
@@ -274,8 +281,7 @@ void publish(const cv::Mat1f& disparity_px, const DisparityEvidence& evidence,
   terms.disagreement_px = static_cast<float>(params.sigma_disagreement_px);
   terms.ambiguity_weight = static_cast<float>(params.ambiguity_weight);
   terms.unpredicted_weight = static_cast<float>(params.unpredicted_weight);
-  terms.residual_onset = static_cast<float>(params.residual_onset);
-  terms.per_residual_px = static_cast<float>(params.sigma_per_residual_px);
+  terms.residual_weight = static_cast<float>(params.residual_weight);
   terms.per_squared_disparity = squared(params.sigma_per_row_offset * evidence.row_offset_px);
   terms.per_rise_px = static_cast<float>(params.slope_weight / (2 * kDisagreementReachPx[0]));
   terms.largest_variance_px2 = params.max_sigma_px > 0 ? squared(params.max_sigma_px)
@@ -284,7 +290,7 @@ void publish(const cv::Mat1f& disparity_px, const DisparityEvidence& evidence,
     HWY_DYNAMIC_DISPATCH(publishRow)
     ({rowsAround(disparity_px, y), evidence.unfilled_px[y], evidence.predicted_px[y],
       evidence.measured_px[y], evidence.measured_variance_px2[y], evidence.ambiguity[y],
-      evidence.residual[y / 2], published_px[y], variance_px2[y]},
+      evidence.residual_share[y / kResidualStep], published_px[y], variance_px2[y]},
      variance_px2.cols, terms);
   });
 }

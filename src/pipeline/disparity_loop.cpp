@@ -162,11 +162,11 @@ void DisparityLoop::publish(DisparityOutput& maps) {
   median3x3(range, params_.max_hole_px > 0 ? kBorderOfHole : kMajority, filled_disparity_px_,
             median_disparity_px_);
   photometric_residual_.measure(frame_.left, aligned_right_, median_disparity_px_, range,
-                                frame_.rig.principalOffset(), residual_);
+                                frame_.rig.principalOffset(), residual_share_);
   predictive_stereo::publish(
       median_disparity_px_,
       {certain_disparity_px_, prediction_.disparity_px, maps.measured_disparity_px,
-       maps.measured_variance_px2, maps.ambiguity, residual_, row_alignment_.rms_offset_px},
+       maps.measured_variance_px2, maps.ambiguity, residual_share_, row_alignment_.rms_offset_px},
       range, params_.variance, maps.disparity_px, maps.disparity_variance_px2);
   watch.lap("median", times_);
 }

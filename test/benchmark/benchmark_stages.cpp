@@ -208,10 +208,10 @@ void variance(benchmark::State& state) {
 void photometricResidual(benchmark::State& state) {
   const Inputs& in = inputs();
   PhotometricResidual residual;
-  cv::Mat1f excess;
+  cv::Mat1f share;
   measure(state, [&] {
     residual.measure(in.frame.left, in.frame.right, in.measured_px,
-                     in.params.disparity.matcher.range, 0, excess);
+                     in.params.disparity.matcher.range, 0, share);
   });
 }
 
@@ -223,7 +223,7 @@ void publishing(benchmark::State& state) {
                                    in.measured_px,
                                    cv::Mat1f(size, 0.1f),
                                    in.match.ambiguity,
-                                   cv::Mat1f((size.height + 1) / 2, (size.width + 1) / 2, 0.0f),
+                                   cv::Mat1f(size, 0.0f),
                                    0.1};
   cv::Mat1f published_px, variance_px2;
   measure(state, [&] {

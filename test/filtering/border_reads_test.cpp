@@ -81,12 +81,13 @@ TEST(BorderReads, OfVariance) {
     cv::Mat1f variance, disagreement, published, published_variance;
     measurementVariance(measured, ambiguity, kRange, VarianceParams(), variance);
     measureDisagreement(measured, kRange, disagreement);
-    cv::Mat1f residual;
+    cv::Mat1f residual_share;
     PhotometricResidual().measure(noise<uchar>(size, 0, 256), noise<uchar>(size, 0, 256), measured,
-                                  kRange, 0, residual);
-    publish(disparities(size),
-            {disparities(size), disparities(size), measured, variance, ambiguity, residual, 0.5},
-            kRange, VarianceParams(), published, published_variance);
+                                  kRange, 0, residual_share);
+    publish(
+        disparities(size),
+        {disparities(size), disparities(size), measured, variance, ambiguity, residual_share, 0.5},
+        kRange, VarianceParams(), published, published_variance);
   });
 }
 

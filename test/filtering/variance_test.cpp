@@ -124,8 +124,7 @@ class PublishedVarianceTest : public testing::Test {
     params_.sigma_disagreement_px = 0.1;
     params_.ambiguity_weight = 2;
     params_.unpredicted_weight = 0.25;
-    params_.residual_onset = 3;
-    params_.sigma_per_residual_px = 0.2;
+    params_.residual_weight = 3;
     params_.sigma_per_row_offset = 0.02;
   }
   void add(float published, float measured, float predicted, bool filtered) {
@@ -135,7 +134,7 @@ class PublishedVarianceTest : public testing::Test {
     filtered_.push_back(filtered ? published : kRange.invalid());
   }
   /// Variances of the pixels that were added.
-  cv::Mat1f run(double row_offset_px, float residual = 0) const {
+  cv::Mat1f run(double row_offset_px, float residual_share = 0) const {
     const int width = kApart * static_cast<int>(published_.size());
     const cv::Mat1f nothing(1, width, kRange.invalid());
     cv::Mat1f published = nothing.clone(), measured = nothing.clone();
@@ -148,11 +147,10 @@ class PublishedVarianceTest : public testing::Test {
       unfilled(x) = filtered_[i];
     }
     cv::Mat1f certain_px, variance_px2, picked(1, static_cast<int>(published_.size()));
-    publish(
-        published,
-        {unfilled, predicted, measured, cv::Mat1f(1, width, 0.1f), cv::Mat1b(1, width, uchar{51}),
-         cv::Mat1f(1, (width + 1) / 2, residual), row_offset_px},
-        kRange, params_, certain_px, variance_px2);
+    publish(published,
+            {unfilled, predicted, measured, cv::Mat1f(1, width, 0.1f),
+             cv::Mat1b(1, width, uchar{51}), cv::Mat1f(1, width, residual_share), row_offset_px},
+            kRange, params_, certain_px, variance_px2);
     for (int i = 0; i < picked.cols; ++i) picked(i) = variance_px2(i * kApart);
     return picked;
   }
@@ -192,10 +190,9 @@ TEST_F(PublishedVarianceTest, GrowsWithRowOffsetTimesDisparity) {
   EXPECT_NEAR(more_px2(1), 0.02 * 0.02 * 0.49 * 2500, 1e-5);
 }
 
-TEST_F(PublishedVarianceTest, GrowsWithTheResidualFromTheOnsetOn) {
+TEST_F(PublishedVarianceTest, GrowsWithTheResidualWhereSurroundingsDisagree) {
   add(20, 20, 20, true);
-  EXPECT_EQ(run(0, 3)(0), run(0)(0));
-  EXPECT_NEAR(run(0, 8)(0) - run(0)(0), 0.2 * 0.2 * 25, 1e-5);
+  EXPECT_NEAR(run(0, 0.5f)(0) - 0.1, 2.5 * 2.5 * (run(0)(0) - 0.1), 1e-5);
 }
 
 TEST(Variance, FallsWhereDisparitiesGrowDownwards) {
@@ -204,7 +201,7 @@ TEST(Variance, FallsWhereDisparitiesGrowDownwards) {
     for (int y = 0; y < map.rows; ++y) map.row(y) = 60 + px_per_row * static_cast<float>(y - 20);
     publish(map,
             {map, map, map, cv::Mat1f(map.size(), 0.1f), cv::Mat1b(map.size(), uchar{0}),
-             cv::Mat1f(21, 21, 0.0f)},
+             cv::Mat1f(map.size(), 0.0f)},
             kRange, VarianceParams(), published_px, variance_px2);
     return variance_px2(20, 20);
   };
@@ -228,8 +225,8 @@ struct RandomFrame {
     rng.fill(evidence.ambiguity, cv::RNG::UNIFORM, 0, 256);
     evidence.measured_variance_px2.create(size);
     rng.fill(evidence.measured_variance_px2, cv::RNG::UNIFORM, 0.05f, 2.0f);
-    evidence.residual.create((size.height + 1) / 2, (size.width + 1) / 2);
-    rng.fill(evidence.residual, cv::RNG::UNIFORM, -5.0f, 20.0f);
+    evidence.residual_share.create(size);
+    rng.fill(evidence.residual_share, cv::RNG::UNIFORM, 0.0f, 1.0f);
     evidence.row_offset_px = 0.7;
   }
   cv::Mat1f disparity_px;
@@ -247,8 +244,10 @@ float varianceNaively(const RandomFrame& frame, const DisparityRange& range,
   const float ambiguity = is_measured ? evidence.ambiguity(y, x) * (1.0f / 255) : 1.0f;
   const float doubt = 1 + static_cast<float>(params.ambiguity_weight) * ambiguity * ambiguity +
                       (alone ? static_cast<float>(params.unpredicted_weight) : 0);
+  const float unlike =
+      1 + static_cast<float>(params.residual_weight) * evidence.residual_share(y / 4, x / 4);
   const float around = static_cast<float>(params.sigma_disagreement_px) *
-                       disagreementNaively(map, range, x, y) * doubt;
+                       disagreementNaively(map, range, x, y) * (doubt * unlike);
   float variance_px2 =
       is_measured ? evidence.measured_variance_px2(y, x) : squared(params.sigma_floor_px);
   if (alone)
@@ -256,11 +255,8 @@ float varianceNaively(const RandomFrame& frame, const DisparityRange& range,
         squared(params.sigma_unpredicted_px * rectificationShare(evidence.row_offset_px));
   if (!range.isValid(evidence.unfilled_px(y, x))) variance_px2 = squared(params.sigma_filled_px);
   variance_px2 += around * around;
-  const float excess =
-      std::max(evidence.residual(y / 2, x / 2) - static_cast<float>(params.residual_onset), 0.0f);
-  const float unlike = static_cast<float>(params.sigma_per_residual_px) * excess;
   const float per_disparity = squared(params.sigma_per_row_offset * evidence.row_offset_px);
-  variance_px2 += unlike * unlike + per_disparity * d * d;
+  variance_px2 += per_disparity * d * d;
   const float above = map(std::max(y - 4, 0), x), below = map(std::min(y + 4, map.rows - 1), x);
   const bool rises = range.isValid(above) && below > above;
   const float steepness =
