@@ -3,11 +3,11 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 
-#include "nodelets/disparity_processor.h"
+#include "nodelets/cloud_output.h"
 #include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
 #include "nodelets/odometry_input.h"
-#include "nodelets/view_output.h"
+#include "nodelets/output_topics.h"
 
 namespace predictive_stereo {
 
@@ -39,16 +39,18 @@ class DisparityNodelet
     odometry_ =
         std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
                                         params_.transform_timeout, "odometry/row_alignment");
-    views_ = std::make_unique<ViewOutput>(node, outputs_, *health_, params_.points);
+    clouds_ = std::make_unique<CloudOutput>(
+        node, [this] { updateDemand(); }, *health_, params_.points);
     masks_ = std::make_unique<MaskInput>(
         node, *health_, arrivals_,
-        [this](const sensor_msgs::ImageConstPtr& mask) { views_->finishClouds(mask); });
+        [this](const sensor_msgs::ImageConstPtr& mask) { clouds_->finish(mask); });
     makeInput(node, params_.sync);
-    advertise(node);
+    for_detection_.emplace(node, [this] { updateDemand(); });
+    visitDisparityOutputs(*outputs_, *for_detection_);
   }
 
   void subscribeInputs() override {
-    views_->forget();
+    clouds_->forget();
     odometry_->start();
   }
 
@@ -62,26 +64,15 @@ class DisparityNodelet
   // If the inputs of MovingObjects are the only outputs with subscribers, this nodelet must not
   // keep MovingObjects awake: so it uses the passive topic.
   void followDemand() override {
-    const bool needed = wanted() && (params_.disparity.use_moving_mask || views_->needsMask());
-    masks_->listenTo(!needed             ? ""
-                     : outputs_.wanted() ? MaskInput::kTopic
-                                         : MaskInput::kPassiveTopic);
+    const bool needed = wanted() && (params_.disparity.use_moving_mask || clouds_->wanted());
+    masks_->listenTo(!needed                                   ? ""
+                     : outputs_->wanted() || clouds_->wanted() ? MaskInput::kTopic
+                                                               : MaskInput::kPassiveTopic);
   }
 
-  void advertise(ros::NodeHandle& node) {
-    using sensor_msgs::Image;
-    using stereo_msgs::DisparityImage;
-    disparity_ = outputs_.advertise<DisparityImage>(node, "disparity", 5);
-    disparity_variance_ = outputs_.advertise<Image>(node, "disparity_variance", 5);
-    search_range_ = outputs_.advertise<Image>(node, "search_range", 5);
-    measured_disparity_ = for_detection_.advertise<DisparityImage>(node, "measured_disparity", 5);
-    predicted_disparity_ = for_detection_.advertise<DisparityImage>(node, "predicted_disparity", 5);
-    measured_variance_ = for_detection_.advertise<Image>(node, "measured_variance", 5);
-    predicted_variance_ = for_detection_.advertise<Image>(node, "predicted_variance", 5);
-    row_alignment_ = for_detection_.advertise<RowAlignment>(node, "row_alignment", 5);
+  bool wanted() const override {
+    return outputs_->wanted() || clouds_->wanted() || for_detection_->wanted();
   }
-
-  bool wanted() const override { return outputs_.wanted() || for_detection_.wanted(); }
 
   void process(const Job& job) override {
     const SequenceGuard::Result sequence = processor_->begin(job.frame);
@@ -105,31 +96,17 @@ class DisparityNodelet
       watch.lap("waiting for moving objects", waiting);
       return masks_->usable(mask, *job.frame.left);
     };
-    sources.measured = [&](const DisparityMessages& messages) { publishForDetection(messages); };
+    // The row alignment comes first: MovingObjects does not wait for it.
+    sources.measured = [&](const auto& frame) { for_detection_->publishBackwards(frame); };
     if (const RowAlignmentConstPtr told = odometry_->columns().before(job.frame.left->header.stamp))
       sources.column_offset = columnOffset(*told);
     const DisparityMessages messages = processor_->process(sources);
     StageTimes times = processor_->times();
     times.insert(times.end(), waiting.begin(), waiting.end());
-    publish(messages, job.frame);
+    outputs_->publish(messages);
+    clouds_->publish(messages, *masks_);
     report(messages);
     finish(job, times, "pairs", "left images");
-  }
-
-  // The inputs of MovingObjects.
-  void publishForDetection(const DisparityMessages& messages) {
-    row_alignment_.publish(messages.row_alignment);  // first: MovingObjects does not wait for it
-    measured_disparity_.publish(messages.measured_disparity);
-    predicted_disparity_.publish(messages.predicted_disparity);
-    measured_variance_.publish(messages.measured_variance);
-    predicted_variance_.publish(messages.predicted_variance);
-  }
-
-  void publish(const DisparityMessages& messages, const StereoPair& pair) {
-    disparity_.publish(messages.disparity);
-    disparity_variance_.publish(messages.disparity_variance);
-    search_range_.publish(messages.search_range);
-    views_->publish(messages, pair, *masks_);
   }
 
   void reportSimdTarget() {
@@ -157,11 +134,9 @@ class DisparityNodelet
     health_->figure("columns corrected by [px]", messages.row_alignment->column_correction, "%.2f");
   }
 
-  Outputs for_detection_{[this] { updateDemand(); }};  // inputs of MovingObjects
-  ros::Publisher disparity_, measured_disparity_, predicted_disparity_, disparity_variance_,
-      measured_variance_, predicted_variance_, row_alignment_, search_range_;
+  std::optional<Outputs<MovingObjectsInput>> for_detection_;
   std::unique_ptr<OdometryInput> odometry_;
-  std::unique_ptr<ViewOutput> views_;
+  std::unique_ptr<CloudOutput> clouds_;
   std::unique_ptr<MaskInput> masks_;
 };
 

@@ -76,6 +76,9 @@ DisparityMessages DisparityProcessor::process(const Sources& sources) {
 // The messages, and `maps_` as views of their memory.
 DisparityMessages DisparityProcessor::allocate() {
   DisparityMessages messages;
+  messages.left = pair_.left;
+  messages.left_info = pair_.left_info;
+  messages.rig = rig_;
   messages.disparity = disparityImage(maps_.disparity_px);
   messages.measured_disparity = disparityImage(maps_.measured_disparity_px);
   messages.predicted_disparity = disparityImage(maps_.predicted_disparity_px);

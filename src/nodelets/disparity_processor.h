@@ -1,6 +1,5 @@
 #pragma once
 
-#include <predictive_stereo/RowAlignment.h>
 #include <sensor_msgs/Image.h>
 #include <stereo_msgs/DisparityImage.h>
 
@@ -13,12 +12,12 @@
 
 namespace predictive_stereo {
 
-struct DisparityMessages {
-  stereo_msgs::DisparityImagePtr disparity, measured_disparity, predicted_disparity;
-  sensor_msgs::ImagePtr disparity_variance, measured_variance, predicted_variance;
-  sensor_msgs::ImagePtr search_range;
-  RowAlignment::Ptr row_alignment;
+/// The outputs of a frame. Those that MovingObjects needs are the base.
+struct DisparityMessages : MovingObjectsInput {
+  stereo_msgs::DisparityImagePtr disparity;
+  sensor_msgs::ImagePtr disparity_variance, search_range;
 
+  StereoRig rig;           ///< of the pair, as calibrated
   bool predicted = false;  ///< whether the past was used
   /// Share of the pixels with both a predicted and a measured disparity where the two contradict
   /// each other.
@@ -35,10 +34,12 @@ class DisparityProcessor {
   struct Sources {
     DisparityLoop::Motion motion;
     DisparityLoop::Moved moved;
-    /// `disparity` and `disparity_variance` have no values yet.
-    std::function<void(const DisparityMessages&)> measured;
+    /// Called before the published disparity is made; may be empty.
+    std::function<void(const MovingObjectsInput&)> measured;
     ColumnOffset column_offset;
   };
+
+  using Output = DisparityMessages;
 
   explicit DisparityProcessor(const DisparityNodeletParams& params);
 

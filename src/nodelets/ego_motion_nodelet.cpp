@@ -6,9 +6,9 @@
 #include <sstream>
 #include <string>
 
-#include "nodelets/ego_motion_processor.h"
 #include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
+#include "nodelets/output_topics.h"
 #include "nodelets/rotation_prior.h"
 #include "nodelets/tf_output.h"
 #include "nodelets/transforms.h"
@@ -46,14 +46,15 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     masks_ = std::make_unique<MaskInput>(node, *health_, arrivals_);
     rotation_ = std::make_unique<RotationPrior>(node, *health_, arrivals_, *tf_, params_);
     makeInput(node, params_.sync);
-    odometry_ = outputs_.advertise<nav_msgs::Odometry>(node, "odometry", 10);
-    alignment_ = outputs_.advertise<RowAlignment>(node, "odometry/row_alignment", 10);
-    pose_ = outputs_.advertise<geometry_msgs::PoseWithCovarianceStamped>(node, "odometry/pose", 10);
+    alignment_.emplace(node, [this] { updateDemand(); });
+    visitEgoMotionOutputs(*outputs_, *alignment_);
   }
 
   // It is unknown whether a node needs its transforms.
   bool mustNotSleep() const { return params_.publish_tf && !params_.lazy; }
-  bool wanted() const override { return mustNotSleep() || outputs_.wanted(); }
+  bool wanted() const override {
+    return mustNotSleep() || outputs_->wanted() || alignment_->wanted();
+  }
 
   void subscribeInputs() override {
     // MovingObjects needs this nodelet. If each kept the other one awake, neither would ever sleep.
@@ -85,7 +86,10 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     if (output.sequence.isIgnored()) return;
     // Images that repeat show no motion, whatever the gyroscope measures.
     if (!output.repeated) rotation_->learnBias(last_stamp_, header.stamp, output.estimate);
-    publish(output);
+    // The alignment is first: a node that waits for the motion then has it for its next frame.
+    alignment_->publish(output);
+    if (params_.publish_tf) tf_output_.publish(output.transform, *health_, arrivals_);
+    outputs_->publish(output);
     report(output);
     last_stamp_ = header.stamp;
     finish(job, times, "pairs", "left images");
@@ -109,14 +113,6 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
                            camera + "' to take the camera itself as the base",
                        Health::Severity::kBroken);
     return T_base_cam;
-  }
-
-  // The alignment is first: a node that waits for the motion then has it for its next frame.
-  void publish(const EgoMotionProcessor::Output& output) {
-    alignment_.publish(output.row_alignment);
-    if (params_.publish_tf) tf_output_.publish(output.transform, *health_, arrivals_);
-    odometry_.publish(output.odometry);
-    pose_.publish(output.pose);
   }
 
   void report(const EgoMotionProcessor::Output& output) {
@@ -167,8 +163,8 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
 
   static constexpr double kLargestColumnOffsetPx = 0.5;
 
+  std::optional<Outputs<EgoMotionProcessor::Output>> alignment_;
   TfOutput tf_output_;
-  ros::Publisher odometry_, pose_, alignment_;
   std::unique_ptr<MaskInput> masks_;
   std::unique_ptr<RotationPrior> rotation_;
   ros::Time last_stamp_;

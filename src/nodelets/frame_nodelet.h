@@ -7,6 +7,7 @@
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -32,7 +33,7 @@ namespace predictive_stereo {
 /// asleep, because nobody wants its outputs, only tf; when it wakes up, the processor has been
 /// reset.
 /// @tparam Input  the topics of a frame, as StereoInput.
-/// @tparam Processor  has setParams(Live) and reset().
+/// @tparam Processor  has setParams(Live), reset(), and an Output per frame.
 /// @tparam Core  of the processor: refuses Live parameters that exclude each other.
 template <class Params, class Input, class Processor, class Core, class Live>
 class FrameNodelet : public nodelet::Nodelet {
@@ -52,7 +53,7 @@ class FrameNodelet : public nodelet::Nodelet {
 
   /// Makes inputs and outputs, the input of the frames by makeInput(). The nodelet is asleep.
   virtual void connect(ros::NodeHandle& node) = 0;
-  virtual bool wanted() const { return outputs_.wanted(); }
+  virtual bool wanted() const { return outputs_->wanted(); }
   /// Inputs other than the frames. Before the frames, so that no motion is missed.
   virtual void subscribeInputs() = 0;
   /// Also called if connect() was not, or was not completed. After it has returned, no callback of
@@ -124,7 +125,7 @@ class FrameNodelet : public nodelet::Nodelet {
   Arrivals arrivals_;
   std::unique_ptr<Processor> processor_;
   std::unique_ptr<TfInput> tf_;
-  Outputs outputs_{[this] { updateDemand(); }};
+  std::optional<Outputs<typename Processor::Output>> outputs_;
 
  private:
   void onInit() override {
@@ -153,6 +154,7 @@ class FrameNodelet : public nodelet::Nodelet {
           reset_requested_ = true;
           return true;
         });
+    outputs_.emplace(node, [this] { updateDemand(); });
     connect(node);
     {
       const std::lock_guard<std::mutex> lock(demand_mutex_);

@@ -1,5 +1,3 @@
-#include <image_transport/image_transport.h>
-
 #include <Eigen/Cholesky>
 #include <boost/pointer_cast.hpp>
 #include <cmath>
@@ -15,11 +13,9 @@
 
 #include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
-#include "nodelets/moving_objects_processor.h"
 #include "nodelets/odometry_input.h"
-#include "nodelets/stereo_messages.h"
+#include "nodelets/output_topics.h"
 #include "nodelets/transforms.h"
-#include "nodelets/views.h"
 
 namespace predictive_stereo {
 namespace {
@@ -100,15 +96,11 @@ class MovingObjectsNodelet
     odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
                                                 params_.transform_timeout, "row_alignment");
     makeInput(node, SyncParams::exact(params_.queue_size, params_.image_transport));
-    objects_ = outputs_.advertise<MovingObjectArray>(node, "moving_objects", 10);
-    mask_ = outputs_.advertiseImage(node, MaskInput::kTopic, 5);
-    residual_ = outputs_.advertise<sensor_msgs::Image>(node, "moving_objects/residual", 5);
-    markers_ =
-        outputs_.advertise<visualization_msgs::MarkerArray>(node, "moving_objects/markers", 5);
-    image_ = outputs_.advertiseImage(node, "moving_objects/image", 5);
+    visitMovingObjectsOutputs(*outputs_);
 #ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
-    detections_ =
-        outputs_.advertise<vision_msgs::Detection3DArray>(node, "moving_objects/detections3d", 10);
+    (*outputs_)({"moving_objects/detections3d", 10}, [](const MovingObjectsProcessor::Output& o) {
+      return detections3d<vision_msgs::Detection3DArray>(*o.objects);
+    });
 #endif
     passive_mask_ = node.advertise<sensor_msgs::Image>(MaskInput::kPassiveTopic, 5);
   }
@@ -119,8 +111,9 @@ class MovingObjectsNodelet
   }
   size_t neededTopics() const override {
     const bool by_paper = params_.detection.scheme == DetectionScheme::kPaper;
-    return by_paper || residual_.getNumSubscribers() > 0 ? DisparityInput::topics().size()
-                                                         : DisparityInput::kWithoutPredicted;
+    return by_paper || outputs_->wanted("moving_objects/residual")
+               ? DisparityInput::topics().size()
+               : DisparityInput::kWithoutPredicted;
   }
   void goBackTo(ros::Time stamp) override { odometry_->goBackTo(stamp); }
 
@@ -137,30 +130,13 @@ class MovingObjectsNodelet
     watch.lap("detection", times);
     tell(output.sequence);
     if (output.sequence.isIgnored()) return;
-    publish(job.frame, output, pose);
+    passive_mask_.publish(output.mask);  // first: other nodelets wait for it
+    outputs_->publish(output);
     health_->figure("objects", static_cast<double>(output.objects->objects.size()), "%.0f");
     finish(job, times, "frames", "frames");
   }
 
-  void publish(const MovingObjectsInput& frame, const MovingObjectsProcessor::Output& output,
-               const std::optional<CameraPose>& pose) {
-    objects_.publish(output.objects);
-#ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
-    if (detections_.getNumSubscribers() > 0)
-      detections_.publish(detections3d<vision_msgs::Detection3DArray>(*output.objects));
-#endif
-    mask_.publish(output.mask);
-    passive_mask_.publish(output.mask);
-    if (residual_.getNumSubscribers() > 0 && frame.predicted_disparity)
-      residual_.publish(residualImage(*frame.measured_disparity, *frame.measured_variance,
-                                      *frame.predicted_disparity, *frame.predicted_variance));
-    if (markers_.getNumSubscribers() > 0) markers_.publish(markers(*output.objects, pose));
-    if (image_.getNumSubscribers() > 0)
-      image_.publish(overlay(*frame.left, *output.objects, *output.mask));
-  }
-
-  ros::Publisher objects_, detections_, residual_, markers_, passive_mask_;
-  image_transport::Publisher mask_, image_;
+  ros::Publisher passive_mask_;
   std::unique_ptr<OdometryInput> odometry_;
 };
 

@@ -9,7 +9,6 @@
 #include <string>
 
 #include "nodelets/message_checks.h"
-#include "nodelets/stereo_messages.h"
 
 namespace predictive_stereo {
 namespace {
@@ -126,6 +125,8 @@ MovingObjectsProcessor::Output MovingObjectsProcessor::process(
   // Before the frame begins, because the detector may refuse the range.
   if (range != params_.detection.range) setParams(params_.detection, range);
   Output output;
+  output.input = input;
+  output.pose = pose;
   output.sequence = begin(frame);
   if (output.sequence.isIgnored()) return output;
 

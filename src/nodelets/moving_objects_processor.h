@@ -1,31 +1,19 @@
 #pragma once
 
 #include <predictive_stereo/MovingObjectArray.h>
-#include <predictive_stereo/RowAlignment.h>
-#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
-#include <stereo_msgs/DisparityImage.h>
 
 #include <optional>
 
 #include "nodelets/message_pool.h"
 #include "nodelets/nodelet_params.h"
+#include "nodelets/stereo_messages.h"
 #include "predictive_stereo/disparity_loop.h"
 #include "predictive_stereo/ego_motion.h"
 #include "predictive_stereo/moving_objects.h"
 #include "predictive_stereo/stereo_frame.h"
 
 namespace predictive_stereo {
-
-/// The messages of one frame, all with the left image's stamp. The predicted maps may be nullptr;
-/// the paper's scheme needs them.
-struct MovingObjectsInput {
-  sensor_msgs::ImageConstPtr left;
-  sensor_msgs::CameraInfoConstPtr left_info;
-  stereo_msgs::DisparityImageConstPtr measured_disparity, predicted_disparity;
-  sensor_msgs::ImageConstPtr measured_variance, predicted_variance;
-  RowAlignmentConstPtr row_alignment;  ///< has the column offset; nullptr: keep the last one
-};
 
 /// Moving objects from disparity messages; used by the MovingObjects nodelet and by `replay`.
 class MovingObjectsProcessor {
@@ -35,6 +23,9 @@ class MovingObjectsProcessor {
     // nullptr for a frame that is ignored.
     MovingObjectArrayPtr objects;
     sensor_msgs::ImagePtr mask;  ///< mono8, 255 on moving objects
+    // What they were made from.
+    MovingObjectsInput input;
+    std::optional<CameraPose> pose;
   };
 
   explicit MovingObjectsProcessor(const MovingObjectsNodeletParams& params);

@@ -59,18 +59,7 @@ PipelineProcessor::Output PipelineProcessor::processBegun(const StereoPair& pair
   const PoseAnswer answer =
       cameraPose(tf_, &odometry_, header.frame_id, moving_objects_.lastWithPose(), header.stamp,
                  params_.moving_objects.odom_frame);
-  output.pose = answer.value;
-  MovingObjectsInput input;
-  input.left = pair.left;
-  input.left_info = pair.left_info;
-  input.measured_disparity = output.disparity.measured_disparity;
-  input.measured_variance = output.disparity.measured_variance;
-  if (params_.moving_objects.detection.scheme == DetectionScheme::kPaper) {
-    input.predicted_disparity = output.disparity.predicted_disparity;
-    input.predicted_variance = output.disparity.predicted_variance;
-  }
-  input.row_alignment = output.disparity.row_alignment;
-  output.moving_objects = moving_objects_.process(input, output.pose);
+  output.moving_objects = moving_objects_.process(output.disparity, answer.value);
   moving_mask_ = output.moving_objects.mask;
   watch.lap("detection", output.times);
   total.lap("whole frame", output.times);

@@ -22,7 +22,6 @@ class PipelineProcessor {
     EgoMotionProcessor::Output ego_motion;
     DisparityMessages disparity;
     MovingObjectsProcessor::Output moving_objects;
-    std::optional<CameraPose> pose;  ///< see cameraPose
     std::string event;  ///< why this frame starts a new sequence or has no prediction; else empty
     StageTimes times;
   };

@@ -1,4 +1,5 @@
 #include <image_transport/camera_common.h>
+#include <image_transport/image_transport.h>
 #include <nodelet/nodelet.h>
 
 #include <boost/pointer_cast.hpp>
@@ -9,7 +10,6 @@
 #include <vector>
 
 #include "nodelets/health.h"
-#include "nodelets/outputs.h"
 #include "nodelets/rectifier.h"
 #include "nodelets/synced_topics.h"
 
@@ -40,7 +40,11 @@ class RectifyNodelet : public nodelet::Nodelet {
     health_->setAsleep(true);
     const std::lock_guard<std::mutex> lock(mutex_);  // a callback may run before this has returned
     makeInput(node);
-    rectified_ = outputs_.advertiseImage(node, "image_rect", kQueue);
+    const auto connect = [this](const image_transport::SingleSubscriberPublisher&) {
+      followSubscribers();
+    };
+    rectified_ =
+        image_transport::ImageTransport(node).advertise("image_rect", kQueue, connect, connect);
     health_->start();
   }
 
@@ -86,7 +90,6 @@ class RectifyNodelet : public nodelet::Nodelet {
   Rectifier rectifier_;
   std::mutex mutex_;
   std::unique_ptr<SyncedTopics> input_;
-  Outputs outputs_{[this] { followSubscribers(); }};
   image_transport::Publisher rectified_;
 };
 

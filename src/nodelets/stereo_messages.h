@@ -74,6 +74,16 @@ struct StereoPair {
   sensor_msgs::CameraInfoConstPtr left_info, right_info;
 };
 
+/// The messages of one frame for MovingObjects, all with the left image's stamp. The predicted maps
+/// may be nullptr; the paper's scheme needs them.
+struct MovingObjectsInput {
+  sensor_msgs::ImageConstPtr left;
+  sensor_msgs::CameraInfoConstPtr left_info;
+  stereo_msgs::DisparityImageConstPtr measured_disparity, predicted_disparity;
+  sensor_msgs::ImageConstPtr measured_variance, predicted_variance;
+  RowAlignmentConstPtr row_alignment;  ///< has the column offset; nullptr: keep the last one
+};
+
 /// The rig of a pair's calibration, reduced to the region of interest and binning of the images.
 /// @throws std::invalid_argument for a calibration that cannot be used (see
 ///   StereoRig::fromProjections) or for images of another size.

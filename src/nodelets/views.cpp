@@ -157,25 +157,23 @@ sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity) {
   return message;
 }
 
-sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair) {
-  auto info = boost::make_shared<sensor_msgs::CameraInfo>(*pair.left_info);
-  info->header = pair.left->header;
+sensor_msgs::CameraInfoPtr depthCameraInfo(const MovingObjectsInput& frame) {
+  auto info = boost::make_shared<sensor_msgs::CameraInfo>(*frame.left_info);
+  info->header = frame.left->header;
   return info;
 }
 
-sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& disparity,
-                                       const StereoRig& rig, const sensor_msgs::Image& left,
-                                       const sensor_msgs::Image* moving_mask,
-                                       const PointsParams& params, MovingPoints moving) {
+sensor_msgs::PointCloud2Ptr pointCloud(const CloudSource& source, MovingPoints moving) {
+  const stereo_msgs::DisparityImage& disparity = *source.disparity;
   const cv::Mat1f map = floatView(disparity.image, "disparity");
-  const cv::Mat3b bgr = bgrImage(left, "left");
+  const cv::Mat3b bgr = bgrImage(*source.left, "left");
   cv::Mat1b unused;
   const cv::Mat1b mask =
-      moving_mask ? greyImage(*moving_mask, "moving_objects/mask", unused) : cv::Mat1b();
+      source.mask ? greyImage(*source.mask, "moving_objects/mask", unused) : cv::Mat1b();
   requireOneCamera("left image", bgr.size(), "disparity", map.size());
   if (!mask.empty()) requireOneCamera("moving_objects/mask", mask.size(), "disparity", map.size());
 
-  const int stride = params.stride;
+  const int stride = source.params.stride;
   auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
   cloud->header = disparity.header;
   cloud->width = static_cast<uint32_t>((map.cols + stride - 1) / stride);
@@ -187,11 +185,13 @@ sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& dispar
       "rgb", 1, PointField::FLOAT32);
 
   const float nan = std::numeric_limits<float>::quiet_NaN();
+  const StereoRig& rig = source.rig;
   const auto fB = static_cast<float>(rig.disparityTimesDepth());
   const auto fx = static_cast<float>(rig.fx_px), fy = static_cast<float>(rig.fy_px);
   const auto cx = static_cast<float>(rig.cx_left_px), cy = static_cast<float>(rig.cy_px);
-  const double max_range_m =
-      params.max_range_m > 0 ? params.max_range_m : std::numeric_limits<double>::infinity();
+  const double max_range_m = source.params.max_range_m > 0
+                                 ? source.params.max_range_m
+                                 : std::numeric_limits<double>::infinity();
   const auto max_range2 = static_cast<float>(max_range_m * max_range_m);
   sensor_msgs::PointCloud2Iterator<float> xyz(*cloud, "x");
   sensor_msgs::PointCloud2Iterator<uint8_t> rgb(*cloud, "rgb");
@@ -252,10 +252,9 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
   return message;
 }
 
-sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
-                                    const sensor_msgs::Image& measured_variance,
-                                    const stereo_msgs::DisparityImage& predicted,
-                                    const sensor_msgs::Image& predicted_variance) {
+sensor_msgs::ImagePtr residualImage(const MovingObjectsInput& frame) {
+  if (!frame.predicted_disparity) return nullptr;
+  const stereo_msgs::DisparityImage& measured = *frame.measured_disparity;
   const cv::Mat1f measured_px = floatView(measured.image, "measured_disparity");
   const auto view = [&](const sensor_msgs::Image& map, const char* name) {
     requireOneCamera(name, sizeOf(map), "measured_disparity", measured_px.size());
@@ -263,9 +262,10 @@ sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
   };
   const auto message = newImage(measured.header, measured_px.size(), encodings::TYPE_32FC1);
   cv::Mat1f residual = writableView<float>(*message);
-  normalizedResidual(measured_px, view(measured_variance, "measured_variance"),
-                     view(predicted.image, "predicted_disparity"),
-                     view(predicted_variance, "predicted_variance"), rangeOf(measured), residual);
+  normalizedResidual(measured_px, view(*frame.measured_variance, "measured_variance"),
+                     view(frame.predicted_disparity->image, "predicted_disparity"),
+                     view(*frame.predicted_variance, "predicted_variance"), rangeOf(measured),
+                     residual);
   return message;
 }
 

@@ -33,21 +33,25 @@ sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance)
 sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity);
 
 /// The left camera's calibration with the stamp of the left image.
-sensor_msgs::CameraInfoPtr depthCameraInfo(const StereoPair& pair);
+sensor_msgs::CameraInfoPtr depthCameraInfo(const MovingObjectsInput& frame);
 
 enum class MovingPoints { kTinted, kLeftOut };
+
+/// What clouds of one frame are made from.
+struct CloudSource {
+  stereo_msgs::DisparityImageConstPtr disparity;
+  sensor_msgs::ImageConstPtr left;  ///< gives the colours
+  StereoRig rig;
+  PointsParams params;
+  /// mono8, of the disparity's size: not 0 on moving objects; nullptr: these are not known.
+  sensor_msgs::ImageConstPtr mask;
+};
 
 /// Organised cloud (x, y, z [m], rgb) in the left camera's optical frame. Points that are unknown,
 /// left out or beyond the range are NaN. With a stride n the cloud has every n-th row and column,
 /// starting with the first one.
-/// @param left  gives the colours.
-/// @param moving_mask  mono8, of the disparity's size: not 0 on moving objects; may be null.
 /// @throws std::invalid_argument for a mask or an image with another size or encoding.
-sensor_msgs::PointCloud2Ptr pointCloud(const stereo_msgs::DisparityImage& disparity,
-                                       const StereoRig& rig, const sensor_msgs::Image& left,
-                                       const sensor_msgs::Image* moving_mask,
-                                       const PointsParams& params = {},
-                                       MovingPoints moving = MovingPoints::kTinted);
+sensor_msgs::PointCloud2Ptr pointCloud(const CloudSource& source, MovingPoints moving);
 
 /// The first marker deletes those of the previous frame. Then each object has a 3-D box, a label
 /// with id, distance and speed, and an arrow for its motion in one second (if its velocity and the
@@ -60,12 +64,9 @@ visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
 sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects,
                               const sensor_msgs::Image& mask);
 
-/// The residual of normalizedResidual as 32FC1.
+/// The residual of normalizedResidual as 32FC1; nullptr without predicted maps.
 /// @throws std::invalid_argument for maps that are not 32FC1 or differ in size.
-sensor_msgs::ImagePtr residualImage(const stereo_msgs::DisparityImage& measured,
-                                    const sensor_msgs::Image& measured_variance,
-                                    const stereo_msgs::DisparityImage& predicted,
-                                    const sensor_msgs::Image& predicted_variance);
+sensor_msgs::ImagePtr residualImage(const MovingObjectsInput& frame);
 
 /// Moving objects as vision_msgs/Detection3DArray, which has no fields for velocity and distance.
 /// `results` has one hypothesis: the object's id, score and pose, whose covariance is zero

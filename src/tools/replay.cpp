@@ -198,7 +198,7 @@ class Replay {
     if (!frame->event.empty())
       std::cerr << "\npair " << figures_.pairs() << ": " << frame->event << "\n";
     if (params_.ego_motion.publish_tf) out.writeTf(time, frame->ego_motion.transform);
-    out.write({*frame, pair, params_.disparity.points}, time);
+    out.write({*frame, params_.disparity.points}, time);
     table_.add(frame->times);
   }
 

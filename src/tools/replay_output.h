@@ -5,13 +5,14 @@
 
 #include <boost/algorithm/string/join.hpp>
 #include <filesystem>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <set>
 #include <sstream>
 #include <string>
 
+#include "nodelets/output_topics.h"
 #include "nodelets/pipeline_processor.h"
-#include "nodelets/views.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/stage_table.h"
@@ -21,16 +22,11 @@ namespace predictive_stereo {
 /// What the outputs of a pair are made of.
 struct ReplayedFrame {
   const PipelineProcessor::Output& out;
-  const StereoPair& pair;
   const PointsParams& points;
 
-  sensor_msgs::PointCloud2Ptr cloud(MovingPoints which) const {
-    return pointCloud(*out.disparity.disparity, stereoRig(pair), *pair.left,
-                      out.moving_objects.mask.get(), points, which);
-  }
-  sensor_msgs::ImagePtr residual() const {
-    return residualImage(*out.disparity.measured_disparity, *out.disparity.measured_variance,
-                         *out.disparity.predicted_disparity, *out.disparity.predicted_variance);
+  CloudSource clouds() const {
+    return {out.disparity.disparity, out.disparity.left, out.disparity.rig, points,
+            out.moving_objects.mask};
   }
 };
 
@@ -38,33 +34,18 @@ struct ReplayedFrame {
 template <class Visit>
 void visitOutputs(const Visit& visit) {
   using F = ReplayedFrame;
-  visit("odometry", [](const F& f) { return f.out.ego_motion.odometry; });
-  visit("odometry/pose", [](const F& f) { return f.out.ego_motion.pose; });
-  visit("odometry/row_alignment", [](const F& f) { return f.out.ego_motion.row_alignment; });
-  visit("disparity", [](const F& f) { return f.out.disparity.disparity; });
-  visit("disparity_variance", [](const F& f) { return f.out.disparity.disparity_variance; });
-  visit("measured_disparity", [](const F& f) { return f.out.disparity.measured_disparity; });
-  visit("measured_variance", [](const F& f) { return f.out.disparity.measured_variance; });
-  visit("predicted_disparity", [](const F& f) { return f.out.disparity.predicted_disparity; });
-  visit("predicted_variance", [](const F& f) { return f.out.disparity.predicted_variance; });
-  visit("row_alignment", [](const F& f) { return f.out.disparity.row_alignment; });
-  visit("search_range", [](const F& f) { return f.out.disparity.search_range; });
-  visit("disparity/image", [](const F& f) { return innerImage(f.out.disparity.disparity); });
-  visit("disparity/color", [](const F& f) { return colourImage(*f.out.disparity.disparity); });
-  visit("disparity/standard_deviation",
-        [](const F& f) { return standardDeviationImage(*f.out.disparity.disparity_variance); });
-  visit("depth/image_rect", [](const F& f) { return depthImage(*f.out.disparity.disparity); });
-  visit("depth/camera_info", [](const F& f) { return depthCameraInfo(f.pair); });
-  visit("points2", [](const F& f) { return f.cloud(MovingPoints::kTinted); });
-  visit("points2_static", [](const F& f) { return f.cloud(MovingPoints::kLeftOut); });
-  visit("moving_objects", [](const F& f) { return f.out.moving_objects.objects; });
-  visit("moving_objects/mask", [](const F& f) { return f.out.moving_objects.mask; });
-  visit("moving_objects/residual", [](const F& f) { return f.residual(); });
-  visit("moving_objects/markers",
-        [](const F& f) { return markers(*f.out.moving_objects.objects, f.out.pose); });
-  visit("moving_objects/image", [](const F& f) {
-    return overlay(*f.pair.left, *f.out.moving_objects.objects, *f.out.moving_objects.mask);
-  });
+  // @param part  gives what the outputs of a nodelet are made of.
+  const auto of = [&](const auto& part) {
+    return [&visit, part](const OutputTopic& topic, const auto& make) {
+      visit(topic.name, [&](const F& frame) { return std::invoke(make, part(frame)); });
+    };
+  };
+  const auto of_motion = of([](const F& f) -> const auto& { return f.out.ego_motion; });
+  const auto of_disparity = of([](const F& f) -> const auto& { return f.out.disparity; });
+  visitEgoMotionOutputs(of_motion, of_motion);
+  visitDisparityOutputs(of_disparity, of_disparity);
+  visitCloudOutputs(of([](const F& f) { return f.clouds(); }));
+  visitMovingObjectsOutputs(of([](const F& f) -> const auto& { return f.out.moving_objects; }));
 }
 
 /// The output bag with the selected topics; see BagFile.
@@ -74,7 +55,7 @@ class OutputBag {
             bool compress)
       : wanted_(wanted), ns_(ns), file_(path) {
     std::set<std::string> known;
-    visitOutputs([&](const char* topic, const auto&) { known.insert(topic); });
+    visitOutputs([&](const std::string& topic, const auto&) { known.insert(topic); });
     for (const std::string& topic : wanted_)
       if (!known.count(topic))
         throw UsageError("--topics: there is no output '" + topic + "'; choose from " +
@@ -83,7 +64,7 @@ class OutputBag {
   }
 
   void write(const ReplayedFrame& frame, ros::Time time) {
-    visitOutputs([&](const char* topic, const auto& make) {
+    visitOutputs([&](const std::string& topic, const auto& make) {
       if (wanted_.empty() || wanted_.count(topic))
         file_.write(ns_ + "/" + topic, time, *make(frame));
     });

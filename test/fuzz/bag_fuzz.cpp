@@ -242,9 +242,10 @@ void lookAt(const PipelineProcessor::Output& frame, const StereoPair& pair) {
   colourImage(disparity);
   standardDeviationImage(*frame.disparity.disparity_variance);
   depthImage(disparity);
-  pointCloud(disparity, stereoRig(pair), *pair.left, frame.moving_objects.mask.get());
+  pointCloud({frame.disparity.disparity, pair.left, stereoRig(pair), {}, frame.moving_objects.mask},
+             MovingPoints::kTinted);
   overlay(*pair.left, *frame.moving_objects.objects, *frame.moving_objects.mask);
-  markers(*frame.moving_objects.objects, frame.pose);
+  markers(*frame.moving_objects.objects, frame.moving_objects.pose);
 }
 
 AllNodeletParams params() {
@@ -284,16 +285,11 @@ void processPairs(Bytes& bytes) {
       if (!frame) return;
       lookAt(*frame, pair);
       if (bytes.left() == 0) return;
-      MovingObjectsInput input;
-      input.left = pair.left;
-      input.left_info = pair.left_info;
-      input.row_alignment = frame->disparity.row_alignment;
+      MovingObjectsInput input = frame->disparity;
       const auto disparity =
           boost::make_shared<stereo_msgs::DisparityImage>(*frame->disparity.measured_disparity);
       const auto variance =
           boost::make_shared<sensor_msgs::Image>(*frame->disparity.measured_variance);
-      input.predicted_disparity = frame->disparity.predicted_disparity;
-      input.predicted_variance = frame->disparity.predicted_variance;
       changeMaps(bytes, *disparity, *variance);
       input.measured_disparity = disparity;
       input.measured_variance = variance;
@@ -304,7 +300,7 @@ void processPairs(Bytes& bytes) {
       mayRefuse([&] { colourImage(*disparity); });
       mayRefuse([&] { depthImage(*disparity); });
       mayRefuse([&] { standardDeviationImage(*variance); });
-      moving.process(input, frame->pose);
+      moving.process(input, frame->moving_objects.pose);
     });
   }
 }

@@ -57,6 +57,15 @@ sensor_msgs::Image mask() {
   return image(moving, "mono8");
 }
 
+sensor_msgs::PointCloud2Ptr cloudOf(const sensor_msgs::Image& left, const sensor_msgs::Image* mask,
+                                    const PointsParams& params = {},
+                                    MovingPoints moving = MovingPoints::kTinted) {
+  CloudSource source{boost::make_shared<stereo_msgs::DisparityImage>(disparity()),
+                     boost::make_shared<sensor_msgs::Image>(left), rig(), params, nullptr};
+  if (mask) source.mask = boost::make_shared<sensor_msgs::Image>(*mask);
+  return pointCloud(source, moving);
+}
+
 struct Point {
   cv::Vec3f xyz;
   cv::Vec3b bgr;
@@ -99,7 +108,7 @@ TEST(DepthImage, below_the_range_is_unknown) {
 }
 
 TEST(PointCloud, is_organised_as_the_image) {
-  const auto cloud = pointCloud(disparity(), rig(), grey(), nullptr);
+  const auto cloud = cloudOf(grey(), nullptr);
   EXPECT_EQ(cloud->header.frame_id, "camera");
   EXPECT_EQ(cloud->width, 7u);
   EXPECT_EQ(cloud->height, 5u);
@@ -112,10 +121,10 @@ TEST(PointCloud, is_organised_as_the_image) {
 }
 
 TEST(PointCloud, with_a_stride_has_every_so_many_rows_and_columns) {
-  const auto all = pointCloud(disparity(), rig(), grey(), nullptr);
+  const auto all = cloudOf(grey(), nullptr);
   PointsParams params;
   params.stride = 3;
-  const auto few = pointCloud(disparity(), rig(), grey(), nullptr, params);
+  const auto few = cloudOf(grey(), nullptr, params);
   ASSERT_EQ(few->width, 3u);
   ASSERT_EQ(few->height, 2u);
   EXPECT_EQ(few->row_step, few->width * few->point_step);
@@ -131,7 +140,7 @@ TEST(PointCloud, with_a_stride_has_every_so_many_rows_and_columns) {
 TEST(PointCloud, ends_at_the_range) {
   PointsParams params;
   params.max_range_m = 5.1;
-  const auto cloud = pointCloud(disparity(), rig(), grey(), nullptr, params);
+  const auto cloud = cloudOf(grey(), nullptr, params);
   EXPECT_TRUE(at(*cloud, 2, 4).known());  // (0.33, 0, 3.33)
   EXPECT_FALSE(at(*cloud, 2, 6).known());
   // Depth 5 m, but (1, 1, 5) is 5.2 m away.
@@ -141,8 +150,8 @@ TEST(PointCloud, ends_at_the_range) {
 
 TEST(PointCloud, tints_or_leaves_out_what_moves) {
   const sensor_msgs::Image moving = mask();
-  const auto tinted = pointCloud(disparity(), rig(), grey(), &moving);
-  const auto without = pointCloud(disparity(), rig(), grey(), &moving, {}, MovingPoints::kLeftOut);
+  const auto tinted = cloudOf(grey(), &moving);
+  const auto without = cloudOf(grey(), &moving, {}, MovingPoints::kLeftOut);
   for (uint32_t row = 1; row < kHeight; ++row)
     for (uint32_t column = 0; column < kWidth; ++column) {
       EXPECT_TRUE(at(*tinted, row, column).known());
@@ -156,8 +165,8 @@ TEST(PointCloud, tints_or_leaves_out_what_moves) {
 
 TEST(PointCloud, refuses_a_mask_of_another_size) {
   const sensor_msgs::Image other = image(cv::Mat1b(3, 3, uint8_t{0}), "mono8");
-  EXPECT_THROW(pointCloud(disparity(), rig(), grey(), &other), std::invalid_argument);
-  EXPECT_THROW(pointCloud(disparity(), rig(), other, nullptr), std::invalid_argument);
+  EXPECT_THROW(cloudOf(grey(), &other), std::invalid_argument);
+  EXPECT_THROW(cloudOf(other, nullptr), std::invalid_argument);
 }
 
 }  // namespace

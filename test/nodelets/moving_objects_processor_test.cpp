@@ -17,17 +17,8 @@ const StreetCamera& street() {
 
 MovingObjectsInput inputAt(int index) {
   DisparityProcessor disparity{DisparityNodeletParams()};
-  const StereoPair pair = street().pair(index);
-  disparity.begin(pair);
-  const DisparityMessages maps = disparity.process({});
-  MovingObjectsInput input;
-  input.left = pair.left;
-  input.left_info = pair.left_info;
-  input.measured_disparity = maps.measured_disparity;
-  input.predicted_disparity = maps.predicted_disparity;
-  input.measured_variance = maps.measured_variance;
-  input.predicted_variance = maps.predicted_variance;
-  return input;
+  disparity.begin(street().pair(index));
+  return disparity.process({});
 }
 
 MovingObjectsInput withLargestDisparity(MovingObjectsInput input, float max_px) {

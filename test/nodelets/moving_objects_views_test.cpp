@@ -203,16 +203,28 @@ stereo_msgs::DisparityImage disparities(cv::Size size, float value) {
   return message;
 }
 
+sensor_msgs::ImagePtr residual(const stereo_msgs::DisparityImage& measured,
+                               const sensor_msgs::Image& measured_variance,
+                               const stereo_msgs::DisparityImage& predicted,
+                               const sensor_msgs::Image& predicted_variance) {
+  MovingObjectsInput frame;
+  frame.measured_disparity = boost::make_shared<stereo_msgs::DisparityImage>(measured);
+  frame.measured_variance = boost::make_shared<sensor_msgs::Image>(measured_variance);
+  frame.predicted_disparity = boost::make_shared<stereo_msgs::DisparityImage>(predicted);
+  frame.predicted_variance = boost::make_shared<sensor_msgs::Image>(predicted_variance);
+  return residualImage(frame);
+}
+
 TEST(MovingObjectResidual, IsInStandardDeviations) {
   stereo_msgs::DisparityImage measured = disparities({40, 20}, 10);
   writableView<float>(measured.image)(3, 5) = -1;
-  const auto result = residualImage(measured, floats({40, 20}, 0.36f), disparities({40, 20}, 8),
-                                    floats({40, 20}, 0.64f));
+  const auto result = residual(measured, floats({40, 20}, 0.36f), disparities({40, 20}, 8),
+                               floats({40, 20}, 0.64f));
   EXPECT_EQ(result->encoding, "32FC1");
   EXPECT_EQ(result->header.frame_id, "camera");
   EXPECT_FLOAT_EQ(writableView<float>(*result)(10, 10), 2.0f);
   EXPECT_EQ(writableView<float>(*result)(3, 5), 0.0f);
-  EXPECT_THROW(residualImage(measured, floats({40, 10}, 1), measured, floats({40, 20}, 1)),
+  EXPECT_THROW(residual(measured, floats({40, 10}, 1), measured, floats({40, 20}, 1)),
                std::invalid_argument);
 }
 

@@ -210,8 +210,10 @@ def topics():
     """Topics that the nodelets advertise, without namespaces."""
     names = set()
     folder = REPOSITORY / 'src/nodelets'
-    for source in [*folder.glob('*_nodelet.cpp'), folder / 'view_output.h']:
-        for call in re.findall(r'advertise\w*(?:<[^;(]*?>)?\(([^;]*?)\)', source.read_text(), re.DOTALL):
+    for source in [*folder.glob('*_nodelet.cpp'), folder / 'output_topics.h']:
+        text = source.read_text()
+        names |= set(re.findall(r'\(\{"([a-z0-9_/]+)"', text))
+        for call in re.findall(r'advertise\w*(?:<[^;(]*?>)?\(([^;]*?)\)', text, re.DOTALL):
             names |= set(re.findall(r'"([a-z0-9_/]+)"', call))
     mask = (REPOSITORY / 'src/nodelets/mask_input.h').read_text()
     return names | set(re.findall(r'k\w*Topic\[?\]? = "([a-z_/]+)"', mask))
