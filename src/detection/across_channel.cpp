@@ -72,15 +72,13 @@ void search(const PastView& view, SuspectGroup& group) {
 
 // None if the motion of these points is not significant.
 std::optional<Hypothesis> hypothesisOf(const PastView& view, const std::vector<PointTrack>& alike) {
-  const Displacement fit = fitDisplacement(view, alike);
-  if (static_cast<int>(fit.inliers.size()) < view.params().min_tracks ||
-      !fit.isSignificant(view.params()))
-    return std::nullopt;
+  const auto motion = significantMotion(view, alike);
+  if (!motion) return std::nullopt;
   Hypothesis hypothesis;
   hypothesis.source = Hypothesis::Source::kAcross;
-  hypothesis.moved_m = fit.moved_m;
-  hypothesis.covariance = fit.covariance;
-  for (size_t i : fit.inliers)
+  hypothesis.moved_m = motion->moved_m;
+  hypothesis.covariance = motion->covariance;
+  for (size_t i : motion->inliers)
     hypothesis.seeds.emplace_back(static_cast<int>(alike[i].position.x) / 2,
                                   static_cast<int>(alike[i].position.y) / 2);
   setLayer(view.frame, hypothesis);

@@ -174,7 +174,7 @@ std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
   // shorter ones too.
   for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
     const PastView view = frame.since(pairs_[k].past);
-    const auto motion = motionOf(view, group.points);
+    const auto motion = significantMotion(view, group.points);
     if (!motion) continue;
     hypothesis.moved_m = motion->moved_m;
     hypothesis.covariance = motion->covariance;

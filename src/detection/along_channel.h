@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "detection/hypothesis.h"
 #include "detection/long_residual.h"
+#include "detection/point_tracks.h"
 #include "detection/verification.h"
 
 namespace predictive_stereo {

@@ -2,9 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
+#include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "detection/frame_history.h"
+#include "detection/tracker.h"
 
 namespace predictive_stereo {
 
@@ -45,16 +48,56 @@ struct Displacement {
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   std::vector<size_t> inliers;  ///< of the tracks
-
-  /// Whether its squared Mahalanobis distance from zero reaches params.min_mahalanobis.
-  bool isSignificant(const MotionDetectionParams& params) const;
 };
 
-/// Robust fit of the translation of these points since the previous frame.
-Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>& tracks);
+/// Robust fit of the translation of these points since the previous frame. None if fewer than
+/// params.min_tracks of them have it, or if it is not significant: its squared Mahalanobis distance
+/// from zero does not reach params.min_mahalanobis.
+std::optional<Displacement> significantMotion(const PastView& view,
+                                              const std::vector<PointTrack>& tracks);
+
+/// The same for lattice points, which are sought in the past frame and tracked.
+std::optional<Displacement> significantMotion(const PastView& view,
+                                              const std::vector<cv::Point>& lattice_points);
 
 /// Groups moving points that are close in space and move alike; the largest group first.
 std::vector<std::vector<PointTrack>> clusterTracks(const PastView& view,
                                                    const std::vector<PointTrack>& tracks);
+
+/// The hypothesis that an object at some depth moves by some displacement.
+struct Hypothesis {
+  /// Origin: AcrossChannel, AlongChannel, or a track of the tracker.
+  enum class Source { kAcross, kAlong, kKnown };
+
+  Source source = Source::kAcross;
+  std::vector<cv::Point> seeds;                          ///< lattice points that belong to it
+  float disparity_px = 0;                                ///< median of the seeds
+  float nearest_px = 0, farthest_px = 0;                 ///< known disparities of its layer
+  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();     ///< in the previous camera's frame
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of moved_m; not set for kKnown
+};
+
+/// Sets the layer: the disparities of the seeds, with a margin.
+void setLayer(const FrameView& frame, Hypothesis& hypothesis);
+
+/// The hypothesis of a known object at its predicted position. None if too few pixels there have
+/// its disparity.
+std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& known);
+
+/// Largest number of hypotheses per frame, which bounds the time. Crowds and foliage have about 5
+/// across the line of sight and 20 along it; the largest ones come first.
+constexpr size_t kMostAcross = 8, kMostAlong = 12;
+
+/// The first `most` results of `make`; further items are not used.
+/// @param make  called with an item; returns a std::optional.
+template <class Items, class Make>
+auto firstResults(size_t most, const Items& items, const Make& make) {
+  std::vector<typename std::invoke_result_t<Make, decltype(*items.begin())>::value_type> made;
+  for (const auto& item : items) {
+    if (made.size() == most) break;
+    if (auto one = make(item)) made.push_back(std::move(*one));
+  }
+  return made;
+}
 
 }  // namespace predictive_stereo

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "detection/frame_history.h"
-#include "detection/hypothesis.h"
+#include "detection/point_tracks.h"
 
 namespace predictive_stereo {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "detection/frame_history.h"
-#include "detection/hypothesis.h"
 #include "detection/observation.h"
+#include "detection/point_tracks.h"
 #include "detection/segmentation.h"
 #include "parallel/tasks.h"
 

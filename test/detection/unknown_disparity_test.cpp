@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "detection/hypothesis.h"
+#include "detection/point_tracks.h"
 #include "evaluation/simulation/street.h"
 #include "predictive_stereo/moving_objects.h"
 

@@ -1,5 +1,5 @@
 /// Limits of candidates: the first useful ones are kept in their order, and no others.
-#include "detection/hypothesis.h"
+#include "detection/point_tracks.h"
 
 #include <gtest/gtest.h>
 
