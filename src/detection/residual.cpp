@@ -32,17 +32,12 @@ void normalizedResidual(const cv::Mat1f& measured_disparity_px,
 void absoluteDifference(const cv::Mat1f& measured_disparity_px,
                         const cv::Mat1f& predicted_disparity_px, const DisparityRange& range,
                         float largest_px, cv::Mat1f& difference_px) {
-  difference_px.create(measured_disparity_px.size());
-  const auto smallest = static_cast<float>(range.min_disparity);
-  for (int y = 0; y < difference_px.rows; ++y) {
-    const float* measured = measured_disparity_px[y];
-    const float* predicted = predicted_disparity_px[y];
-    float* out = difference_px[y];
-    for (int x = 0; x < difference_px.cols; ++x)
-      out[x] = std::min(measured[x], predicted[x]) >= smallest
-                   ? std::min(std::abs(measured[x] - predicted[x]), largest_px)
-                   : 0.0f;
-  }
+  const int smallest = range.min_disparity;
+  const cv::Mat1b known =
+      (measured_disparity_px >= smallest) & (predicted_disparity_px >= smallest);
+  cv::absdiff(measured_disparity_px, predicted_disparity_px, difference_px);
+  cv::min(difference_px, largest_px, difference_px);
+  difference_px.setTo(0, ~known);
 }
 
 }  // namespace predictive_stereo
