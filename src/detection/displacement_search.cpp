@@ -89,21 +89,13 @@ float mismatchAt(const cv::Mat1b& previous, const Samples& samples, int step, cv
   int32_t difference[kMostPoints + 1];
   int n = 0;
   int32_t sum = 0;
-  const cv::Rect image(cv::Point(), previous.size());
-  if (((samples.around + shift) & image) == samples.around + shift) {
-    const uchar* before =
-        previous.data + shift.y * static_cast<std::ptrdiff_t>(previous.step) + shift.x;
-    for (int i = 0; i < samples.count; i += step) {
-      difference[n] = samples.grey[i] - before[samples.offset[i]];
-      sum += difference[n++];
-    }
-  } else {
-    for (int i = 0; i < samples.count; i += step) {
-      const cv::Point at = samples.at[i] + shift;
-      if (!image.contains(at)) continue;
-      difference[n] = samples.grey[i] - previous(at);
-      sum += difference[n++];
-    }
+  const cv::Rect image(cv::Point(), previous.size()), shifted = samples.around + shift;
+  const bool all_inside = (shifted & image) == shifted;
+  const std::ptrdiff_t offset = shift.y * static_cast<std::ptrdiff_t>(previous.step) + shift.x;
+  for (int i = 0; i < samples.count; i += step) {
+    if (!all_inside && !image.contains(samples.at[i] + shift)) continue;
+    difference[n] = samples.grey[i] - previous.data[offset + samples.offset[i]];
+    sum += difference[n++];
   }
   if (3 * n * step < 2 * samples.count) return std::numeric_limits<float>::infinity();
   int32_t total = 0;
