@@ -25,6 +25,7 @@ struct GroundLimits {
   float reach_by_disparity;   // [lattice rows / px]
   float horizon_distance_px;  // of the row, positive below
   float baseline_m;
+  float reachable;  // lattice rows inside the map, both up and down
 };
 
 }  // namespace predictive_stereo
@@ -36,24 +37,16 @@ namespace HWY_NAMESPACE {
 
 // Distance of a row's points below the camera [m] if the disparity grows as on a level surface; 0
 // elsewhere.
-// @param above, beneath  rows at distances 1, ... from it; null outside the map. Every second float
-//   of all rows is used.
+// @param above, beneath  rows at distances 1, ... from it; any rows where limits.reachable ends.
+//   Every second float of all rows is used.
 HWY_NOINLINE void levelRow(const float* HWY_RESTRICT disparity_px,
                            const float* const above[kMostGroundReach],
                            const float* const beneath[kMostGroundReach], int width,
                            const GroundLimits& limits, float* HWY_RESTRICT below_m) {
   static_assert(kMostGroundReach == 4, "written out");
-  // A row outside the map is replaced by the point's own row, which has no growth.
-  const auto row = [&](const float* rows) { return rows ? rows : disparity_px; };
-  const float *a1 = row(above[0]), *a2 = row(above[1]), *a3 = row(above[2]), *a4 = row(above[3]);
-  const float *b1 = row(beneath[0]), *b2 = row(beneath[1]), *b3 = row(beneath[2]),
-              *b4 = row(beneath[3]);
-  // Number of rows inside the map.
-  const float reachable = above[3] && beneath[3]   ? 4.0f
-                          : above[2] && beneath[2] ? 3.0f
-                          : above[1] && beneath[1] ? 2.0f
-                          : above[0] && beneath[0] ? 1.0f
-                                                   : 0.0f;
+  const float *a1 = above[0], *a2 = above[1], *a3 = above[2], *a4 = above[3];
+  const float *b1 = beneath[0], *b2 = beneath[1], *b3 = beneath[2], *b4 = beneath[3];
+  const float reachable = limits.reachable;
   const float smallest = limits.smallest_px, by_disparity = limits.reach_by_disparity,
               horizon = limits.horizon_distance_px, baseline = limits.baseline_m;
   for (int u = 0; u < width; ++u) {
@@ -113,16 +106,17 @@ void LevelGround::setFrame(const StereoRig& rig, const DisparityRange& range,
   below_m_.rowRange(0, first_row_).setTo(0);
   parallelForEach(below_m_.rows - first_row_, [&](int i) {
     const int v = first_row_ + i;
+    const int reachable = std::min({kMostGroundReach, v, below_m_.rows - 1 - v});
     const float *above[kMostGroundReach], *beneath[kMostGroundReach];
     for (int k = 0; k < kMostGroundReach; ++k) {
-      const int upper = 2 * (v - k - 1), lower = 2 * (v + k + 1);
-      above[k] = upper >= 0 ? disparity_px[upper] : nullptr;
-      beneath[k] = lower < disparity_px.rows ? disparity_px[lower] : nullptr;
+      const int step = k < reachable ? k + 1 : 0;
+      above[k] = disparity_px[2 * (v - step)];
+      beneath[k] = disparity_px[2 * (v + step)];
     }
     const GroundLimits limits{static_cast<float>(range.min_disparity),
                               static_cast<float>(0.5 * kReach_m / rig.baseline_m),
                               static_cast<float>(2 * v - rig.cy_px),
-                              static_cast<float>(rig.baseline_m)};
+                              static_cast<float>(rig.baseline_m), static_cast<float>(reachable)};
     HWY_DYNAMIC_DISPATCH(levelRow)
     (disparity_px[2 * v], above, beneath, below_m_.cols, limits, below_m_[v]);
   });
