@@ -43,18 +43,18 @@ cv::Mat1b usableCells(const StereoRig& rig, const DepthCells& cells,
                       const std::optional<GroundPlane>& ground) {
   const float least_px = std::max(static_cast<float>(rig.disparityTimesDepth() / kFarthest_m),
                                   std::numeric_limits<float>::denorm_min());
-  // Its height is h (1 - expected / d): see GroundPlane::heightOf.
-  const auto h = ground ? static_cast<float>(ground->camera_height_m) : 0.0f;
-  const auto per_column_px = ground ? static_cast<float>(kCellSide_px * ground->a) : 0.0f;
+  // Its height is h (1 - expected / d): see GroundPlane::heightOf. Without a ground all are 0.
+  const GroundPlane plane = ground.value_or(GroundPlane());
+  const auto h = static_cast<float>(plane.camera_height_m);
+  const auto per_column_px = static_cast<float>(kCellSide_px * plane.a);
   const auto margin_m = ground ? static_cast<float>(kGroundMargin_m) : -1.0f;
   cv::Mat1b usable(cells.disparity_px.size());
   const int columns = usable.cols;
   for (int v = 0; v < usable.rows; ++v) {
     const float* const disparity = cells.disparity_px[v];
     uchar* const of_row = usable[v];
-    const auto first_px = ground ? static_cast<float>(ground->disparityAt(
-                                       kCellCentre_px, kCellSide_px * v + kCellCentre_px))
-                                 : 0.0f;
+    const auto first_px =
+        static_cast<float>(plane.disparityAt(kCellCentre_px, kCellSide_px * v + kCellCentre_px));
     for (int u = 0; u < columns; ++u) {
       const float d = disparity[u], expected = first_px + per_column_px * static_cast<float>(u);
       of_row[u] = ((d >= least_px) & (d * (h - margin_m) > expected * h)) ? 1 : 0;
