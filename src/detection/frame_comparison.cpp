@@ -21,14 +21,13 @@ namespace predictive_stereo {
 
 // Lattice points of one row, and the previous image.
 struct LatticeRow {
-  const float* H;             // 4x4, column-major: maps (x, y, d, 1) to the previous frame
+  PastMap past;               // the previous image at half resolution, continuous in memory
   const float* disparity_px;  // of the first point; the next one is two floats further
   int x, y;                   // pixel of the first point
   int width;                  // points
   float smallest_px;          // points with smaller disparities are left out
   const uint8_t* grey;        // current grey values of the points
-  const uint8_t* before;      // the previous image at half resolution, continuous in memory
-  int columns, rows;          // of that image
+  const uint8_t* before;      // those of the previous image
 };
 
 // Side of the squares over which comparisons are summed, and their reach from the centre.
@@ -57,16 +56,16 @@ HWY_INLINE float greyOf(uint32_t lowest_byte) {
 // @param known  1, or 0 for points without a disparity and those outside of the previous image.
 HWY_NOINLINE void compareRow(const LatticeRow& row, float* HWY_RESTRICT difference,
                              float* HWY_RESTRICT known) {
-  if (row.columns < 2 || row.rows < 2) {
+  if (row.past.columns < 2 || row.past.rows < 2) {
     std::fill_n(difference, row.width, 0.0f);
     std::fill_n(known, row.width, 0.0f);
     return;
   }
-  const RowMotion motion(row.H, row.y);
-  const auto end_x = static_cast<float>(2 * (row.columns - 1)),
-             end_y = static_cast<float>(2 * (row.rows - 1));
+  const RowMotion motion(row.past, row.y);
+  const auto end_x = static_cast<float>(2 * (row.past.columns - 1)),
+             end_y = static_cast<float>(2 * (row.past.rows - 1));
   const float smallest = row.smallest_px;
-  const int step = row.columns;
+  const int step = row.past.stride;
   const uint8_t *const before = row.before, *const below = before + step;
   float is_seen[kChunk], fx[kChunk], fy[kChunk];
   int32_t offset[kChunk];
@@ -191,6 +190,7 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
   const cv::Mat1b& now = current.level(1);
   const cv::Mat1b& before = previous.level(1);
   CV_Assert(before.isContinuous());
+  const PastMap past{source_of.H().data(), before.cols, before.cols, before.rows};
   comparison.area = area;
   comparison.mismatch.create(area.size());
   const int rows = area.height;
@@ -203,8 +203,8 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
       if (!exists(v)) return difference.clear(v), known.clear(v);
       const int x = 2 * area.x, y = area.y + v;
       HWY_DYNAMIC_DISPATCH(compareRow)
-      ({source_of.H().data(), disparity_px[2 * y] + x, x, 2 * y, area.width, smallest_px,
-        now[y] + area.x, before.data, before.cols, before.rows},
+      ({past, disparity_px[2 * y] + x, x, 2 * y, area.width, smallest_px, now[y] + area.x,
+        before.data},
        difference.row(v), known.row(v));
     };
     const auto deviate = [&](int v) {

@@ -25,6 +25,12 @@ class SourceOf {
   Eigen::Matrix4f h_;
 };
 
+/// A map of a past frame, for loops over rows.
+struct PastMap {
+  const float* H;  ///< 4x4, column-major: maps (x, y, d, 1) to that frame, see SourceOf
+  int stride, columns, rows;
+};
+
 /// Difference between the image and its prediction by an assumed motion, on a lattice of every
 /// second pixel and row: lattice point (u, v) is pixel (2u, 2v).
 struct Comparison {

@@ -38,8 +38,7 @@ struct Places {
 
 HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Cells& cells,
                          Places& places) {
-  const RowMotion motion(past.H, row.y);
-  const PastMap map{past.stride, past.columns, past.rows};
+  const RowMotion motion(past, row.y);
   constexpr float kPerStep = 1.0f / kLatticeStep_px;
   const float per_fB = 1 / row.disparity_times_depth, per_focal = 1 / row.focal_px;
   const DepthNoiseOfRow noise = past.noise;
@@ -53,7 +52,7 @@ HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Cells
     const float column = motion.x(x, d) * per_w * kPerStep + 0.5f;
     const float line = motion.y(x, d) * per_w * kPerStep + 0.5f;
     const float expected = motion.d(x, d) * per_w;
-    places.offset[i] = map.offset(column, line, expected > 0, places.inside[i]);
+    places.offset[i] = motion.offset(column, line, expected > 0, places.inside[i]);
     places.expected[i] = expected;
     const float of_depth = noise.variance((x - row.cx_px) * per_focal, cells.depth[i]);
     const float by_depth = expected * expected * per_fB;
@@ -150,12 +149,10 @@ void sightsRow(const SightRow& row, const PastSight* past, int count, float leas
 
 PastSight FreeSpace::sightOf(const StereoRig& rig, const Lag& lag, int y) {
   const Remembered& past = lag.past;
-  return {lag.into_past.H().data(),
-          past.nearest_px[0],
+  const cv::Mat1f& map = past.nearest_px;
+  return {{lag.into_past.H().data(), static_cast<int>(map.step1()), map.cols, map.rows},
+          map[0],
           past.farthest_px[0],
-          static_cast<int>(past.nearest_px.step1()),
-          past.nearest_px.cols,
-          past.nearest_px.rows,
           lag.noise.along(static_cast<float>((y - rig.cy_px) / rig.fy_px))};
 }
 
@@ -181,15 +178,16 @@ void FreeSpace::continueMotions(const DetectionInput& input) {
 }
 
 // Whether a past image contradicts that the surface has come since then.
-bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cell& cell) {
-  const GreyPatchOf now(half_image, cell.x / kLatticeStep_px, cell.y / kLatticeStep_px);
+bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image,
+                          const Eigen::Vector3f& cell) {
+  const GreyPatchOf now(half_image, cell.x() / kLatticeStep_px, cell.y() / kLatticeStep_px);
   const auto looksLike = [&](const Eigen::Vector3f& at_px, float scale) {
     return now.differenceFrom(lag.past.half_image, at_px.x() / kLatticeStep_px,
                               at_px.y() / kLatticeStep_px, scale) < kMostDifference;
   };
   // The surface was there, and its disparity was not measured.
-  Eigen::Vector3f at = lag.into_past(cell.x, cell.y, cell.disparity_px);
-  if (looksLike(at, at.z() / cell.disparity_px)) return true;
+  Eigen::Vector3f at = lag.into_past(cell.x(), cell.y(), cell.z());
+  if (looksLike(at, at.z() / cell.z())) return true;
   // The background is still there, and the current disparity is wrong. Its place in the past image
   // depends on its own disparity.
   float scale = 1;
@@ -201,8 +199,8 @@ bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cel
     if (!(background > 0)) return false;
     const Eigen::Vector3f seen_now = lag.into_now(at.x(), at.y(), background);
     if (!(seen_now.z() > 0)) return false;
-    at.x() += cell.x - seen_now.x();
-    at.y() += cell.y - seen_now.y();
+    at.x() += cell.x() - seen_now.x();
+    at.y() += cell.y() - seen_now.y();
     scale = background / seen_now.z();
   }
   return looksLike(at, scale);
@@ -241,8 +239,8 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
                 disparity_times_depth / kFarthest_m, moved, fixed);
       for (int u = 0; u < row.cells; ++u) {
         if (moved[u] == 0) continue;
-        const Cell cell{static_cast<float>(kCellSide_px * u + kCellCentre_px),
-                        static_cast<float>(y), row.disparity_px[u]};
+        const Eigen::Vector3f cell(static_cast<float>(kCellSide_px * u + kCellCentre_px),
+                                   static_cast<float>(y), row.disparity_px[u]);
         const Lag& last_through = lags[static_cast<size_t>(moved[u] - 1)];
         moved[u] = isRefuted(last_through, half_image, cell) ? 0 : 255;
         if (moved[u] != 0) fixed[u] = 0;

@@ -15,10 +15,8 @@
 namespace predictive_stereo {
 
 /// A past frame as one row of cells sees it.
-struct PastSight {
-  const float* H;                         ///< 4x4, column-major: maps (x, y, d, 1) to that frame
+struct PastSight : PastMap {
   const float *nearest_px, *farthest_px;  ///< see DepthCells; of the whole frame
-  int stride, columns, rows;              ///< of these maps
   DepthNoiseOfRow noise;
 };
 
@@ -96,17 +94,14 @@ class FreeSpace {
     PastDepthNoise noise;
     const Remembered& past;
   };
-  // A cell of the current frame.
-  struct Cell {
-    float x, y, disparity_px;
-  };
 
   void endPastBefore(double stamp_s);
   void continueMotions(const DetectionInput& input);
   std::vector<Lag> lagsOf(const DetectionInput& input) const;
   // The lag as the cells of one row of pixels see it.
   static PastSight sightOf(const StereoRig& rig, const Lag& lag, int y);
-  static bool isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Cell& cell);
+  // @param cell  (x, y, d) [px] of a current one.
+  static bool isRefuted(const Lag& lag, const cv::Mat1b& half_image, const Eigen::Vector3f& cell);
 
   std::array<Remembered, kRemembered> frames_;                     // the last one first
   Eigen::Isometry3d T_odom_last_ = Eigen::Isometry3d::Identity();  // of the last compared frame

@@ -34,12 +34,8 @@ struct PastCamera {
   }
 };
 
-// A past frame: H, 4x4 and column-major, maps static points (x, y, d) of the current frame to it
-// (see SourceOf); and its measured disparities.
-struct PastDisparities {
-  const float* H;
+struct PastDisparities : PastMap {
   const float* disparity_px;
-  int stride, columns, rows;  // of that map
 };
 
 struct PastPairOfRow {
@@ -80,8 +76,7 @@ struct Residuals {
 // Past disparities of static points minus measured ones.
 HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
                                 const Points& points, Residuals& residuals) {
-  const RowMotion motion(then.H, row.y);
-  const PastMap map{then.stride, then.columns, then.rows};
+  const RowMotion motion(then, row.y);
   const float smallest = row.smallest_valid_px;
   const int x0 = kLongStep_px * points.first;
   float expected[kChunk], measured[kChunk];
@@ -92,7 +87,7 @@ HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
     const float w = motion.w(x, d);
     const float column = motion.x(x, d) / w + 0.5f, line = motion.y(x, d) / w + 0.5f;
     expected[i] = motion.d(x, d) / w;
-    offset[i] = map.offset(column, line, expected[i] > 0, inside[i]);
+    offset[i] = motion.offset(column, line, expected[i] > 0, inside[i]);
   }
   for (int i = 0; i < points.count; ++i) measured[i] = then.disparity_px[offset[i]];
   for (int i = 0; i < points.count; ++i) {
@@ -175,7 +170,7 @@ PastCamera cameraOf(const StereoRig& rig, const PastFrame& past) {
 
 PastDisparities disparitiesOf(const PastFrame& past, const SourceOf& source_of) {
   const cv::Mat1f& map = past.frame->disparity_px;
-  return {source_of.H().data(), map[0], static_cast<int>(map.step1()), map.cols, map.rows};
+  return {{source_of.H().data(), static_cast<int>(map.step1()), map.cols, map.rows}, map[0]};
 }
 
 template <class T>

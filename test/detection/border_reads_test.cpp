@@ -54,7 +54,7 @@ TEST(BorderReads, OfFreeSpace) {
       constexpr int kRows = 3;
       const Floats nearest = floats(guard, -1, 30, n * kRows),
                    farthest = floats(guard, -1, 30, n * kRows);
-      const PastSight past{kMoved, nearest(n * kRows), farthest(n * kRows), n, n, kRows, {}};
+      const PastSight past{{kMoved, n, n, kRows}, nearest(n * kRows), farthest(n * kRows), {}};
       sightsRow({disparity(n), variance(n), width(n), n, 4, 10, 100, 50}, &past, 1, 1,
                 through_by(n), fixed(n));
     });

@@ -269,12 +269,9 @@ class FreeSpaceRows : public testing::TestWithParam<int> {
         }
       // Moves by columns, by a row and in depth.
       H[k] = {1, 0, 0, 0, 0, 1, 0, 0, 0.1f, 0, 1, 0.001f, value(-9, 9), 3, 0.2f, 1};
-      past.push_back({H[k].data(),
+      past.push_back({{H[k].data(), int(nearest[k].step1()), nearest[k].cols, nearest[k].rows},
                       nearest[k][0],
                       farthest[k][0],
-                      int(nearest[k].step1()),
-                      nearest[k].cols,
-                      nearest[k].rows,
                       {0.01f, {0.001f, 0.002f}, {0.0001f, 0.0002f, 0.0003f}}});
     }
   }
