@@ -120,67 +120,61 @@ std::vector<cv::Point> takeConnected(const cv::Mat1f& disparity_px, cv::Point fi
 
 }  // namespace
 
-std::vector<ResidualGroup> groupResiduals(const cv::Mat1f& residual_px, const cv::Mat1b& pair,
-                                          const cv::Mat1f& disparity_px, float least_mean_px) {
+std::vector<std::vector<cv::Point>> groupResiduals(const cv::Mat1f& residual_px,
+                                                   const cv::Mat1b& pair,
+                                                   const cv::Mat1f& disparity_px,
+                                                   float least_mean_px) {
   cv::Mat1b seeds = findSeeds(residual_px, pair, least_mean_px);
-  std::vector<ResidualGroup> groups;
+  std::vector<std::vector<cv::Point>> groups;
   for (int v = 0; v < seeds.rows; ++v) {
     if (cv::countNonZero(seeds.row(v)) == 0) continue;
     for (int u = 0; u < seeds.cols; ++u) {
       if (seeds(v, u) == kNoSeed) continue;
       std::vector<cv::Point> points = takeConnected(disparity_px, {u, v}, seeds);
-      if (points.size() < kFewestPoints) continue;
-      const float median_px = medianDisparity(disparity_px, points);
-      groups.push_back({std::move(points), median_px});
+      if (points.size() >= kFewestPoints) groups.push_back(std::move(points));
     }
   }
   std::stable_sort(groups.begin(), groups.end(),
-                   [](const ResidualGroup& a, const ResidualGroup& b) {
-                     return a.points.size() > b.points.size();
-                   });
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return groups;
 }
 
 void AlongChannel::compare(const FrameView& frame, const std::vector<PastFrame>& past) {
-  pairs_.clear();
+  pairs.clear();
   for (size_t k : kFramesBack)
-    if (k <= past.size()) pairs_.push_back({past[k - 1], past[k / 2 - 1]});
-  longResidual(frame.input.rig, frame.input.measured_disparity_px, frame.range, pairs_,
-               kMostParallax_px, frame.lattice(), residual_px_, pair_);
+    if (k <= past.size()) pairs.push_back({past[k - 1], past[k / 2 - 1]});
+  longResidual(frame.input.rig, frame.input.measured_disparity_px, frame.range, pairs,
+               kMostParallax_px, frame.lattice(), residual_px, pair);
 }
 
-void AlongChannel::find(const FrameView& frame, Verification& verification) {
-  const auto groups = firstResults(
-      kMostAlong,
-      groupResiduals(residual_px_, pair_, frame.input.measured_disparity_px,
-                     static_cast<float>(frame.params.dense_min_residual_px)),
-      [](const ResidualGroup& group) {
-        return group.disparity_px >= kLeastDisparity_px ? std::optional(group) : std::nullopt;
+void AlongChannel::find(const FrameView& frame, Verification& verification) const {
+  const cv::Mat1f& disparity_px = frame.input.measured_disparity_px;
+  const auto groups = groupResiduals(residual_px, pair, disparity_px,
+                                     static_cast<float>(frame.params.dense_min_residual_px));
+  const auto hypotheses =
+      firstResults(kMostAlong, groups, [&](const auto& points) -> std::optional<Hypothesis> {
+        if (medianDisparity(disparity_px, points) < kLeastDisparity_px) return std::nullopt;
+        Hypothesis hypothesis;
+        hypothesis.source = Hypothesis::Source::kAlong;
+        hypothesis.seeds = points;
+        return hypothesis;
       });
-  verification.addAll(frame, groups, [&](const ResidualGroup& group) {
-    return verify(frame, group, verification);
-  });
-}
-
-std::optional<VerifiedObject> AlongChannel::verify(const FrameView& frame,
-                                                   const ResidualGroup& group,
-                                                   const Verification& verification) const {
-  Hypothesis hypothesis;
-  hypothesis.source = Hypothesis::Source::kAlong;
-  hypothesis.seeds = group.points;
-  if (!verification.isFree(hypothesis)) return std::nullopt;
-  setLayer(frame, hypothesis);
-  // An approaching object changes its size too much to be tracked over the longest time: try
-  // shorter ones too.
-  for (size_t k = pair_(group.points.front()); k < pairs_.size(); ++k) {
-    const PastView view = frame.since(pairs_[k].past);
-    const auto motion = significantMotion(view, group.points);
-    if (!motion) continue;
-    hypothesis.moved_m = motion->moved_m;
-    hypothesis.covariance = motion->covariance;
-    if (auto found = verification.verify(view, nullptr, hypothesis)) return found;
-  }
-  return std::nullopt;
+  const auto verify = [&](Hypothesis hypothesis) -> std::optional<VerifiedObject> {
+    if (!verification.isFree(hypothesis)) return std::nullopt;
+    setLayer(frame, hypothesis);
+    // An approaching object changes its size too much to be tracked over the longest time: try
+    // shorter ones too.
+    for (size_t k = pair(hypothesis.seeds.front()); k < pairs.size(); ++k) {
+      const PastView view = frame.since(pairs[k].past);
+      const auto motion = significantMotion(view, hypothesis.seeds);
+      if (!motion) continue;
+      hypothesis.moved_m = motion->moved_m;
+      hypothesis.covariance = motion->covariance;
+      if (auto found = verification.verify(view, nullptr, hypothesis)) return found;
+    }
+    return std::nullopt;
+  };
+  verification.addAll(frame, hypotheses, verify);
 }
 
 }  // namespace predictive_stereo

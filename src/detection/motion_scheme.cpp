@@ -45,7 +45,7 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
 void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
                                 const ObjectTracker& known) {
   along_.compare(frame, past);
-  verification_.setFrame(frame, along_.residual_px());
+  verification_.setFrame(frame, along_.residual_px);
   const PastView since_last = frame.since(past[0]);
   since_last_.find(since_last, verification_);
   // Far or slow objects may move too little between two successive frames: also compare with the
