@@ -117,13 +117,13 @@ std::vector<PointTrack> followGroups(const PastView& view,
 }
 
 void AcrossChannel::compare(const PastView& view, const cv::Mat1f& texture) {
-  view.compare(view.static_source, cv::Rect(cv::Point(), view.frame.lattice()), static_world_);
-  suspects_ = findSuspects(view.frame, texture, static_world_.mismatch);
+  view.compare(view.static_source, cv::Rect(cv::Point(), view.frame.lattice()), static_world);
+  suspects = findSuspects(view.frame, texture, static_world);
 }
 
 void AcrossChannel::find(const PastView& view, Verification& verification) const {
   std::vector<cv::Point> points_px;
-  for (cv::Point p_px : suspects_.points_px)
+  for (cv::Point p_px : suspects.points_px)
     if (!verification.isTaken(p_px / 2)) points_px.push_back(p_px);
   const std::vector<PointTrack> tracks =
       followGroups(view, groupSuspects(view, unexplainedPoints(view, points_px)));
@@ -131,7 +131,7 @@ void AcrossChannel::find(const PastView& view, Verification& verification) const
       firstResults(kMostAcross, clusterTracks(view, tracks),
                    [&](const std::vector<PointTrack>& alike) { return hypothesisOf(view, alike); });
   verification.addAll(view.frame, hypotheses, [&](const Hypothesis& hypothesis) {
-    return verification.verify(view, &static_world_, hypothesis);
+    return verification.verify(view, static_world, hypothesis);
   });
 }
 

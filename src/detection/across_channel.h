@@ -32,23 +32,16 @@ std::vector<PointTrack> followGroups(const PastView& view, const std::vector<Sus
 /// Finds objects that move across the line of sight, or fast. Points whose image a static world
 /// does not explain are grouped and tracked into one frame of the past. Groups that move alike are
 /// verified.
-class AcrossChannel {
- public:
+struct AcrossChannel {
+  cv::Mat1f static_world;  ///< see compareFrames; of the whole lattice
+  Suspects suspects;
+
   /// Compares the current frame with one of the past.
   /// @param texture  see greyTexture.
   void compare(const PastView& view, const cv::Mat1f& texture);
-  /// Share of the image that a static world does not explain. Call after compare().
-  double contradictingShare() const { return suspects_.share; }
-  /// The comparison, of the whole lattice. Valid until the next compare().
-  const Comparison& staticWorld() const { return static_world_; }
-
   /// Adds the objects that it finds; those that were found before are not sought again. Call after
   /// compare(), with the same frames.
   void find(const PastView& view, Verification& verification) const;
-
- private:
-  Comparison static_world_;
-  Suspects suspects_;
 };
 
 }  // namespace predictive_stereo

@@ -170,7 +170,7 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) cons
       if (!motion) continue;
       hypothesis.moved_m = motion->moved_m;
       hypothesis.covariance = motion->covariance;
-      if (auto found = verification.verify(view, nullptr, hypothesis)) return found;
+      if (auto found = verification.verify(view, cv::Mat1f(), hypothesis)) return found;
     }
     return std::nullopt;
   };

@@ -144,8 +144,7 @@ HWY_NOINLINE void mismatchRow(SurroundingRows deviation, const float* HWY_RESTRI
     sumOfSquares(deviation, u, n, sum);
     for (int i = 0; i < n; ++i) {
       const float mean = sum[i] / std::max(count[u + i], 1.0f);
-      mismatch[u + i] =
-          ((count[u + i] >= kFewest) & (known[u + i] > 0)) ? mean : Comparison::kUnknown;
+      mismatch[u + i] = ((count[u + i] >= kFewest) & (known[u + i] > 0)) ? mean : kUnknownMismatch;
     }
   }
 }
@@ -186,13 +185,12 @@ class LastRows {
 
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison) {
+                   const SourceOf& source_of, const cv::Rect& area, cv::Mat1f& mismatch) {
   const cv::Mat1b& now = current.level(1);
   const cv::Mat1b& before = previous.level(1);
   CV_Assert(before.isContinuous());
   const PastMap past{source_of.H().data(), before.cols, before.cols, before.rows};
-  comparison.area = area;
-  comparison.mismatch.create(area.size());
+  mismatch.create(area.size());
   const int rows = area.height;
   const float smallest_px = std::max(static_cast<float>(range.min_disparity), kNearestDisparity);
   const auto exists = [rows](int v) { return v >= 0 && v < rows; };
@@ -221,7 +219,7 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
       compare(v + 2 * kComparedReach);
       deviate(v + kComparedReach);
       HWY_DYNAMIC_DISPATCH(mismatchRow)
-      (deviation.around(v).data(), known.row(v), count.row(v), area.width, comparison.mismatch[v]);
+      (deviation.around(v).data(), known.row(v), count.row(v), area.width, mismatch[v]);
     }
   };
   parallelFor(cv::Range(0, rows), compareBand, cv::getNumThreads());

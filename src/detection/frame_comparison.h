@@ -31,20 +31,16 @@ struct PastMap {
   int stride, columns, rows;
 };
 
-/// Difference between the image and its prediction by an assumed motion, on a lattice of every
-/// second pixel and row: lattice point (u, v) is pixel (2u, 2v).
-struct Comparison {
-  cv::Rect area;       ///< the part of the lattice that the maps cover
-  cv::Mat1f mismatch;  ///< mean |difference| over 5x5 lattice points after subtracting the mean
-                       ///< difference [grey levels]; kUnknown if too few points are known
-  static constexpr float kUnknown = -1;
-};
+constexpr float kUnknownMismatch = -1;
 
 /// Compares the current image with the previous one, warped by source_of through the measured
-/// disparities. The loops are compiled for every SIMD target: each gives the same results, bit by
-/// bit.
+/// disparities, on a lattice of every second pixel and row: lattice point (u, v) is pixel (2u, 2v).
+/// The loops are compiled for every SIMD target: each gives the same results, bit by bit.
+/// @param area  the part of the lattice that is compared.
+/// @param mismatch  of the area's size: mean |difference| over 5x5 lattice points after subtracting
+///   the mean difference [grey levels]; kUnknownMismatch if too few points are known.
 void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
                    const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, Comparison& comparison);
+                   const SourceOf& source_of, const cv::Rect& area, cv::Mat1f& mismatch);
 
 }  // namespace predictive_stereo

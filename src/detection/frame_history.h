@@ -116,9 +116,8 @@ struct PastView {
                          disparity_px()(pixel));
   }
   /// See compareFrames.
-  void compare(const SourceOf& source_of, const cv::Rect& area, Comparison& comparison) const {
-    compareFrames(images(), disparity_px(), frame.range, past_images(), source_of, area,
-                  comparison);
+  void compare(const SourceOf& source_of, const cv::Rect& area, cv::Mat1f& mismatch) const {
+    compareFrames(images(), disparity_px(), frame.range, past_images(), source_of, area, mismatch);
   }
 };
 

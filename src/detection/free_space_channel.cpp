@@ -38,8 +38,8 @@ bool poseFits(const FreeSpaceEvidence& evidence) {
 constexpr double kLeastPart = 0.2;  // share of the cells that the part has
 
 // The cells whose centre is in the object.
-cv::Mat1b cellsOf(const ObservedObject& object, cv::Size cells) {
-  const cv::Rect box = object.observation.box_px;
+cv::Mat1b cellsOf(const Observation& object, cv::Size cells) {
+  const cv::Rect box = object.box_px;
   cv::Mat1b inside = cv::Mat1b::zeros(cells);
   for (int v = box.y / kCellSide_px; v < std::min(cells.height, box.br().y / kCellSide_px + 1); ++v)
     for (int u = box.x / kCellSide_px; u < std::min(cells.width, box.br().x / kCellSide_px + 1);
@@ -71,10 +71,10 @@ cv::Rect pixelsOf(const cv::Rect& cells) {
 // Measures an object. False if the obstacle's size and height above the ground are not those of
 // one.
 bool measureIfPossible(const FrameView& frame, const std::vector<cv::Point>& obstacle,
-                       ObservedObject& object) {
+                       Observation& object) {
   if (!measureShape(frame.input, frame.range, object)) return false;
   const StereoRig& rig = frame.input.rig;
-  const double distance_m = object.observation.distance_m, cell_m = kCellSide_px * distance_m;
+  const double distance_m = object.distance_m, cell_m = kCellSide_px * distance_m;
   const cv::Rect area = cv::boundingRect(obstacle);
   Extent extent{area.width * cell_m / rig.fx_px, area.height * cell_m / rig.fy_px, {}};
   if (frame.ground) {
@@ -96,11 +96,12 @@ bool measureIfPossible(const FrameView& frame, const std::vector<cv::Point>& obs
 
 }  // namespace
 
-ObservedObject objectOf(const FrameView& frame, const std::vector<cv::Point>& obstacle) {
+Observation objectOf(const FrameView& frame, const std::vector<cv::Point>& obstacle) {
   const cv::Mat1f& disparity_px = frame.input.measured_disparity_px;
   const cv::Rect box = pixelsOf(cv::boundingRect(obstacle));
-  ObservedObject object{Observation(), cv::Mat1b::zeros(box.size())};
-  object.observation.box_px = box;
+  Observation object;
+  object.box_px = box;
+  object.mask = cv::Mat1b::zeros(box.size());
   for (const cv::Point cell : obstacle) {
     const float d = frame.cells.disparity_px(cell);
     const cv::Point first = kCellSide_px * cell;
@@ -113,7 +114,7 @@ ObservedObject objectOf(const FrameView& frame, const std::vector<cv::Point>& ob
   return object;
 }
 
-int wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
+int wholeObstacle(const Observation& part, const Obstacles& obstacles,
                   const FreeSpaceEvidence& evidence) {
   const cv::Mat1b inside = cellsOf(part, obstacles.number.size());
   const int k = commonObstacle(inside, obstacles.number);
@@ -125,12 +126,12 @@ int wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
   return is_part ? k : -1;
 }
 
-std::vector<ObservedObject> FreeSpaceChannel::find(const FrameView& frame, DepthCells& cells) {
+std::vector<Observation> FreeSpaceChannel::find(const FrameView& frame, DepthCells& cells) {
   const DetectionInput& input = frame.input;
   const cv::Mat1b& half_image = frame.current.pyramid.level(1);
   obstacles_ = findObstacles(input.rig, cells, frame.ground);
   free_space_.compare(input, cells, half_image, obstacleWidths(obstacles_, cells));
-  std::vector<ObservedObject> objects;
+  std::vector<Observation> objects;
   if (!poseFits(free_space_.evidence())) {
     free_space_.reset();
     obstacles_ = {};
@@ -143,23 +144,22 @@ std::vector<ObservedObject> FreeSpaceChannel::find(const FrameView& frame, Depth
     const auto [moved, fixed] = counts[k];
     if (size < kFewestCells || moved < kLeastMoved * size || moved < fixed) continue;
     const std::vector<cv::Point> obstacle = obstacles_.cellsOf(static_cast<int>(k));
-    ObservedObject object = objectOf(frame, obstacle);
-    if (!measureIfPossible(frame, obstacle, object)) continue;
-    Observation& seen = object.observation;
+    Observation seen = objectOf(frame, obstacle);
+    if (!measureIfPossible(frame, obstacle, seen)) continue;
     seen.centre_covariance =
         centreCovariance(input.rig, input.rig.disparityTimesDepth() / seen.centre_m.z());
     seen.score = static_cast<double>(moved) / (moved + fixed);
-    objects.push_back(std::move(object));
+    objects.push_back(std::move(seen));
   }
   return objects;
 }
 
-void FreeSpaceChannel::complete(const FrameView& frame, ObservedObject& part) const {
+void FreeSpaceChannel::complete(const FrameView& frame, Observation& part) const {
   if (obstacles_.sizes.empty()) return;
   const int k = wholeObstacle(part, obstacles_, free_space_.evidence());
   if (k < 0) return;
   const std::vector<cv::Point> obstacle = obstacles_.cellsOf(k);
-  ObservedObject whole = joined(part, objectOf(frame, obstacle));
+  Observation whole = joined(part, objectOf(frame, obstacle));
   if (measureIfPossible(frame, obstacle, whole)) part = std::move(whole);
 }
 

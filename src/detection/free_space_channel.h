@@ -11,13 +11,13 @@
 namespace predictive_stereo {
 
 /// The cells of an obstacle's object, in full resolution: their pixels with their disparity.
-ObservedObject objectOf(const FrameView& frame, const std::vector<cv::Point>& obstacle);
+Observation objectOf(const FrameView& frame, const std::vector<cv::Point>& obstacle);
 
 /// The obstacle that an object is a part of. A walker's leg that stands does not move as his body
 /// does, and trousers without texture show no motion.
 /// @returns its number. -1 if the part is too small, or if too few of them have moved into free
 ///   space: static things have grown together with the object.
-int wholeObstacle(const ObservedObject& part, const Obstacles& obstacles,
+int wholeObstacle(const Observation& part, const Obstacles& obstacles,
                   const FreeSpaceEvidence& evidence);
 
 /// Finds whole obstacles that have moved to where the camera has looked through before. Needs
@@ -29,10 +29,10 @@ class FreeSpaceChannel {
   /// pose is taken for wrong: the past is forgotten, and nothing is found.
   /// @param frame  with a pose.
   /// @param cells  those of the frame. nearest_px and farthest_px are taken over.
-  std::vector<ObservedObject> find(const FrameView& frame, DepthCells& cells);
+  std::vector<Observation> find(const FrameView& frame, DepthCells& cells);
   /// Extends an object that another channel found in this frame to the whole, see wholeObstacle, if
   /// that is plausible.
-  void complete(const FrameView& frame, ObservedObject& part) const;
+  void complete(const FrameView& frame, Observation& part) const;
   /// See FreeSpace.
   void addToDisparities(double step_px) {
     free_space_.addToDisparities(static_cast<float>(step_px));

@@ -12,8 +12,8 @@ constexpr double kMostOfPart = 0.8;
 
 }  // namespace
 
-const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& input,
-                                                         const ObjectTracker& known) {
+const std::vector<Observation>& MotionScheme::observe(const DetectionInput& input,
+                                                      const ObjectTracker& known) {
   const cv::Mat1f& disparity_px = input.measured_disparity_px;
   frames_.remember(input, {[&] {
                              cells_.setFrame(range_, disparity_px, input.measured_variance_px2);
@@ -29,7 +29,7 @@ const std::vector<ObservedObject>& MotionScheme::observe(const DetectionInput& i
   if (!past.empty()) {
     greyTexture(frames_.current().pyramid.level(1), texture_);
     since_last_.compare(frame.since(past[0]), texture_);
-    const double contradicting = since_last_.contradictingShare();
+    const double contradicting = since_last_.suspects.share;
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
     if (PoseCheck::contradictsMost(contradicting)) free_space_.reset();
     sought_known_ = frames_.current().follows;
@@ -62,22 +62,22 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
         if (!track.confirmed) return std::nullopt;
         const auto hypothesis = hypothesisOf(since_last, track);
         if (!hypothesis) return std::nullopt;
-        return verification_.verify(since_last, &since_last_.staticWorld(), *hypothesis);
+        return verification_.verify(since_last, since_last_.static_world, *hypothesis);
       });
 }
 
 // What free space and motion have both found gets the pixels of both; free space may show several
 // parts of what moves as one. What motion alone has found is completed.
-void MotionScheme::addMoving(const FrameView& frame, const std::vector<ObservedObject>& moving) {
-  for (const ObservedObject& object : moving) {
-    const cv::Rect2d box = object.observation.box_px;
-    ObservedObject whole = object;
+void MotionScheme::addMoving(const FrameView& frame, const std::vector<Observation>& moving) {
+  for (const Observation& object : moving) {
+    const cv::Rect2d box = object.box_px;
+    Observation whole = object;
     bool is_found = false;
     for (auto part = objects_.begin(); part != objects_.end();) {
-      const cv::Rect2d of_part = part->observation.box_px;
+      const cv::Rect2d of_part = part->box_px;
       const bool is_within = (box & of_part).area() > kMostOfPart * of_part.area();
-      if (overlaps(params_, object.observation, part->observation) && (is_within || !is_found)) {
-        ObservedObject both = joined(whole, *part);
+      if (overlaps(params_, object, *part) && (is_within || !is_found)) {
+        Observation both = joined(whole, *part);
         if (measureShape(frame.input, range_, both))
           whole = std::move(both);
         else if (!is_found)

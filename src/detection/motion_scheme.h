@@ -21,8 +21,7 @@ class MotionScheme {
 
   /// @param known  tracks, predicted to this frame.
   /// @returns the objects of this frame; valid until the next call.
-  const std::vector<ObservedObject>& observe(const DetectionInput& input,
-                                             const ObjectTracker& known);
+  const std::vector<Observation>& observe(const DetectionInput& input, const ObjectTracker& known);
   /// Whether the known objects were sought in this frame: not without a pose, nor in the first
   /// frame after that, nor with a wrong one.
   bool soughtKnown() const { return sought_known_; }
@@ -36,7 +35,7 @@ class MotionScheme {
  private:
   void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
                     const ObjectTracker& known);
-  void addMoving(const FrameView& frame, const std::vector<ObservedObject>& moving);
+  void addMoving(const FrameView& frame, const std::vector<Observation>& moving);
 
   DisparityRange range_;
   MotionDetectionParams params_;
@@ -52,7 +51,7 @@ class MotionScheme {
   AlongChannel along_;
   FreeSpaceChannel free_space_;
   Verification verification_;
-  std::vector<ObservedObject> objects_;
+  std::vector<Observation> objects_;
   bool sought_known_ = false;
 };
 

@@ -65,6 +65,26 @@ TrackingParams trackingOf(const DetectionParams& params) {
   return tracking;
 }
 
+// The objects of a frame by the paper's scheme.
+std::vector<Observation> observeAsPaper(const DetectionInput& input,
+                                        const DetectionParams& params) {
+  constexpr float kMovingPx = 1.0f;
+  cv::Mat1f difference_px;
+  absoluteDifference(input.measured_disparity_px, input.predicted_disparity_px, params.range,
+                     static_cast<float>(params.paper.max_difference_px), difference_px);
+  std::vector<Observation> observed;
+  for (const cv::Rect& box : movingBoxes(difference_px, params.paper)) {
+    Observation seen;
+    seen.box_px = box;
+    seen.mask = difference_px(box) >= kMovingPx;
+    if (!measureShape(input, params.range, seen)) continue;
+    seen.centre_covariance = Eigen::Vector3d(0.25, 0.25, 1.0).asDiagonal();
+    seen.score = cv::mean(seen.mask)[0] / 255;
+    observed.push_back(std::move(seen));
+  }
+  return observed;
+}
+
 // Whether an object that is not seen in this frame was seen in the three before. It may then be
 // missing, as when it was occluded in the previous frame.
 bool wasSteadilySeen(const ObjectTrack& track) {
@@ -81,9 +101,6 @@ struct MovingObjectDetector::State {
   ObjectTracker tracker;
   MotionScheme motion;
   StereoRig rig;
-  cv::Mat1f difference_px;
-  std::vector<ObservedObject> observed;
-  cv::Mat1b unseen_mask;
 
   explicit State(const DetectionParams& p)
       : params(p), tracker(trackingOf(p), p.motion.largest_speed_mps), motion(p.range, p.motion) {}
@@ -93,7 +110,6 @@ struct MovingObjectDetector::State {
     motion.reset();
   }
   void setRig(const StereoRig& new_rig);
-  void observeAsPaper(const DetectionInput& input);
 };
 
 // Another column correction changes all disparities by a constant: the past is corrected by it. Any
@@ -108,22 +124,6 @@ void MovingObjectDetector::State::setRig(const StereoRig& new_rig) {
   rig = new_rig;
 }
 
-void MovingObjectDetector::State::observeAsPaper(const DetectionInput& input) {
-  constexpr float kMovingPx = 1.0f;
-  absoluteDifference(input.measured_disparity_px, input.predicted_disparity_px, params.range,
-                     static_cast<float>(params.paper.max_difference_px), difference_px);
-  for (const cv::Rect& box : movingBoxes(difference_px, params.paper)) {
-    const cv::Mat1b mask = difference_px(box) >= kMovingPx;
-    ObservedObject object{Observation(), mask};
-    Observation& seen = object.observation;
-    seen.box_px = box;
-    if (!measureShape(input, params.range, object)) continue;
-    seen.centre_covariance = Eigen::Vector3d(0.25, 0.25, 1.0).asDiagonal();
-    seen.score = cv::mean(mask)[0] / 255;
-    observed.push_back(std::move(object));
-  }
-}
-
 MovingObjectDetector::MovingObjectDetector(const DetectionParams& params) {
   validateDetection(params);
   state_ = std::make_unique<State>(params);
@@ -136,32 +136,28 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
   State& state = *state_;
   requireSizes(input, state.params.scheme);
   state.setRig(input.rig);
-  state.observed.clear();
   state.tracker.predict(
       input.stamp_s, input.rig,
       input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
   const bool by_paper = state.params.scheme == DetectionScheme::kPaper;
-  if (by_paper)
-    state.observeAsPaper(input);
-  else
-    state.observed = state.motion.observe(input, state.tracker);
-  std::vector<Observation> observations;
-  for (const ObservedObject& object : state.observed) observations.push_back(object.observation);
-  state.tracker.update(observations, by_paper || state.motion.soughtKnown());
+  const std::vector<Observation> observed =
+      by_paper ? observeAsPaper(input, state.params) : state.motion.observe(input, state.tracker);
+  state.tracker.update(observed, by_paper || state.motion.soughtKnown());
 
   detections.objects.clear();
   detections.mask.create(input.rig.size);
   detections.mask.setTo(0);
   const cv::Rect image(cv::Point(), input.rig.size);
+  cv::Mat1b unseen_mask;
   for (const ObjectTrack& track : state.tracker.tracks()) {
     if (!track.confirmed) continue;
     if (track.observation >= 0) {
-      const ObservedObject& object = state.observed[static_cast<size_t>(track.observation)];
-      detections.mask(object.observation.box_px).setTo(255, object.mask);
+      const Observation& object = observed[static_cast<size_t>(track.observation)];
+      detections.mask(object.box_px).setTo(255, object.mask);
     } else if (wasSteadilySeen(track) &&
                isStillThere(input.rig, state.params.range, input.measured_disparity_px, track.last,
-                            state.unseen_mask)) {
-      detections.mask(track.last.box_px & image).setTo(255, state.unseen_mask);
+                            unseen_mask)) {
+      detections.mask(track.last.box_px & image).setTo(255, unseen_mask);
     } else {
       continue;
     }

@@ -68,17 +68,15 @@ bool isSurfaceBetween(const cv::Mat1f& disparity_px, const cv::Rect& a, const cv
 
 }  // namespace
 
-bool measureShape(const DetectionInput& input, const DisparityRange& range,
-                  ObservedObject& object) {
-  Observation& seen = object.observation;
+bool measureShape(const DetectionInput& input, const DisparityRange& range, Observation& seen) {
   const cv::Rect& area = seen.box_px;
-  CV_Assert(object.mask.size() == area.size());
+  CV_Assert(seen.mask.size() == area.size());
   const int step = std::max(1, static_cast<int>(std::sqrt(area.area() / double(kMostPoints))));
   std::array<std::vector<float>, 3> points;
   for (int y = 0; y < area.height; y += step)
     for (int x = 0; x < area.width; x += step) {
       const float d = input.measured_disparity_px(area.y + y, area.x + x);
-      if (!object.mask(y, x) || !range.isValid(d) || !(d > 0)) continue;
+      if (!seen.mask(y, x) || !range.isValid(d) || !(d > 0)) continue;
       const Eigen::Vector3d point = input.rig.pointFromDisparity(area.x + x, area.y + y, d);
       for (size_t k = 0; k < 3; ++k) points[k].push_back(static_cast<float>(point[int(k)]));
     }
@@ -98,14 +96,14 @@ Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px) {
   return Eigen::Vector3d(0.04, 0.04, sigma_z_m * sigma_z_m).asDiagonal();
 }
 
-ObservedObject joined(const ObservedObject& part, const ObservedObject& whole) {
-  const cv::Rect of_part = part.observation.box_px, kept = withoutEnds(whole.mask);
+Observation joined(const Observation& part, const Observation& whole) {
+  const cv::Rect of_part = part.box_px, kept = withoutEnds(whole.mask);
   if (kept.empty()) return part;
-  const cv::Rect of_whole = kept + cv::Rect(whole.observation.box_px).tl();
-  ObservedObject both{part.observation, {}};
+  const cv::Rect of_whole = kept + whole.box_px.tl();
+  Observation both = part;
   const cv::Rect box = of_part | of_whole;
-  both.observation.box_px = box;
-  both.mask = cv::Mat1b::zeros(box.size());
+  both.box_px = box;
+  both.mask = cv::Mat1b(box.size(), uchar{0});  // not the memory of the part's
   whole.mask(kept).copyTo(both.mask(of_whole - box.tl()));
   both.mask(of_part - box.tl()).setTo(255, part.mask);
   return both;

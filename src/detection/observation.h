@@ -15,6 +15,7 @@ namespace predictive_stereo {
 /// An object in one frame.
 struct Observation {
   cv::Rect box_px;
+  cv::Mat1b mask;  ///< 255 on its pixels; of the size of its box
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the left camera's optical frame
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< along the axes of that frame
   double distance_m = 0;                               ///< depth of its nearest part
@@ -28,23 +29,17 @@ struct Observation {
   double score = 0;
 };
 
-/// An object of the current frame with its pixels.
-struct ObservedObject {
-  Observation observation;
-  cv::Mat1b mask;  ///< 255 on its pixels; of the size of its box
-};
-
 /// Sets centre, size and distance of an object whose box and mask are known: of the 3-D box around
 /// its pixels with a positive disparity, without the outermost 5 % at both ends of each axis. False
 /// if there are fewer than eight such pixels.
-bool measureShape(const DetectionInput& input, const DisparityRange& range, ObservedObject& object);
+bool measureShape(const DetectionInput& input, const DisparityRange& range, Observation& seen);
 
 /// Covariance [m^2] of the centre of an object with this disparity, in the camera's frame.
 Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px);
 
 /// The pixels of both, without thin ends of the whole: what a matcher adds at silhouettes.
-/// Observation is that of the part, but for box_px.
-ObservedObject joined(const ObservedObject& part, const ObservedObject& whole);
+/// All but box_px and mask is that of the part.
+Observation joined(const Observation& part, const Observation& whole);
 
 /// What the lower end of an object's visible part is.
 enum class LowerEnd {

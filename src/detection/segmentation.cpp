@@ -99,17 +99,19 @@ Layer layerAround(const PastView& view, const Hypothesis& hypothesis, int margin
 }
 
 // How much better the object's motion explains each cell than a static world does; 0: unknown.
-cv::Mat1f supportOf(const PastView& view, const Comparison* static_world,
+cv::Mat1f supportOf(const PastView& view, const cv::Mat1f& static_world,
                     const Hypothesis& hypothesis, const cv::Rect& area) {
   Eigen::Isometry3d T_source = view.past.T_past_cam;
   T_source.translation() -= hypothesis.moved_m;
-  Comparison moving, still;
-  view.compare(SourceOf(disparityMotion(view.rig(), T_source)), area, moving);
-  if (!static_world) view.compare(view.static_source, area, still);
-  const cv::Mat1f by_static = static_world ? static_world->mismatch(area) : still.mismatch;
+  cv::Mat1f by_object, by_static;
+  view.compare(SourceOf(disparityMotion(view.rig(), T_source)), area, by_object);
+  if (static_world.empty())
+    view.compare(view.static_source, area, by_static);
+  else
+    by_static = static_world(area);
   cv::Mat1f support(area.size());
   for (int v = 0; v < area.height; ++v) {
-    const float *const of_static = by_static[v], *const of_object = moving.mismatch[v];
+    const float *const of_static = by_static[v], *const of_object = by_object[v];
     float* const of_row = support[v];
     for (int u = 0; u < area.width; ++u) {
       const float better = std::min(of_static[u] - of_object[u], kMostSupport_grey);
@@ -189,21 +191,20 @@ Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b&
   const auto [better, worse] = countDecisive(layer.mask, support, box);
   result.decisive = better + worse;
   result.explained = result.decisive ? static_cast<double>(better) / result.decisive : 0;
-  int positive = 0, negative = 0, known = 0;
+  int cells = 0, positive = 0, negative = 0, known = 0;
   for (int v = box.y; v < box.br().y; ++v) {
     const float* const residual = residual_px[origin.y + v] + origin.x;
     const uchar* const in_mask = mask[v];
     for (int u = box.x; u < box.br().x; ++u) {
       if (!in_mask[u]) continue;
-      ++result.cells;
+      ++cells;
       if (residual[u] == kUnknownResidual) continue;
       ++known;
       positive += residual[u] > least_residual;
       negative += residual[u] < -least_residual;
     }
   }
-  result.dense =
-      known * 3 >= result.cells ? static_cast<double>(std::max(positive, negative)) / known : 0;
+  result.dense = known * 3 >= cells ? static_cast<double>(std::max(positive, negative)) / known : 0;
   return result;
 }
 
@@ -231,7 +232,7 @@ void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::M
   if (contradicting <= kMostContradicting * supporting) mask = grown;
 }
 
-std::optional<Segment> segment(const PastView& view, const Comparison* static_world,
+std::optional<Segment> segment(const PastView& view, const cv::Mat1f& static_world,
                                const cv::Mat1f& residual_px, const Hypothesis& hypothesis) {
   const std::vector<cv::Point>& seeds = hypothesis.seeds;
   if (seeds.empty()) return std::nullopt;

@@ -10,9 +10,8 @@ namespace predictive_stereo {
 
 /// The part of the image that a hypothesis explains.
 struct Segment {
-  cv::Rect area;   ///< lattice
-  cv::Mat1b mask;  ///< 255 in the segment; of the area's size
-  int cells = 0;
+  cv::Rect area;         ///< lattice
+  cv::Mat1b mask;        ///< 255 in the segment; of the area's size
   double explained = 0;  ///< share of decisive cells that the hypothesis explains better
   int decisive = 0;      ///< cells that one explanation fits clearly better than the other
   double dense = 0;      ///< share of cells with a dense residual of the majority's sign
@@ -21,9 +20,10 @@ struct Segment {
 /// The connected part of the hypothesis' disparity layer around its seeds that the object's motion
 /// explains better than a static world does, with close cells that do not contradict; or a larger
 /// part, see growOverLayer. None if there is no such part.
-/// @param static_world  of the whole lattice; null: segment() compares what it needs.
+/// @param static_world  mismatch of the whole lattice, see compareFrames; empty: segment() compares
+///   what it needs.
 /// @param residual_px  see longResidual.
-std::optional<Segment> segment(const PastView& view, const Comparison* static_world,
+std::optional<Segment> segment(const PastView& view, const cv::Mat1f& static_world,
                                const cv::Mat1f& residual_px, const Hypothesis& hypothesis);
 
 /// Grows a segment over its connected part of the layer, up to depth edges and to cells that a

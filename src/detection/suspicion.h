@@ -24,7 +24,7 @@ struct Suspects {
 /// of the disparity are left out, as they cannot be tracked well, and those on level ground, as
 /// shadows are no objects.
 /// @param texture  see greyTexture; of the current image on the lattice.
-/// @param mismatch  of the whole lattice, see Comparison.
+/// @param mismatch  of the whole lattice, see compareFrames.
 Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv::Mat1f& mismatch);
 
 /// Points at least this far from the border of the lattice are compared.

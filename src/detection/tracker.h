@@ -20,9 +20,9 @@ struct ObjectTrack {
   double evidence =
       0;  ///< that it is right: natural logarithm of the odds, summed over observations
   bool confirmed = false;
-  int observation = -1;               ///< index in the current frame; -1: not observed
-  Observation last;                   ///< the last one; its box is predicted if not observed
-  cv::Rect seen_box_px;               ///< of the last observation, not predicted ...
+  int observation = -1;  ///< index in the current frame; -1: not observed
+  Observation last;      ///< the last one; its box, not its mask, is predicted if not observed
+  cv::Rect seen_box_px;  ///< of the last observation, not predicted ...
   double seen_distance_m = 0;         ///< ... and its distance
   bool located = false;               ///< whether it was observed in a frame with a pose
   Eigen::Matrix<double, 6, 1> state;  ///< position [m], velocity [m/s] in the odom frame

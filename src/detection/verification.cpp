@@ -11,14 +11,14 @@ constexpr int kFewestDecisive = 16;         // see Segment
 constexpr double kLeastWithResidual = 0.7;  // share of pixels, for motion along the line of sight
 
 // The object of a segment in full resolution: pixels of its lattice cells within the layer.
-ObservedObject observedObject(const DetectionInput& input, const Segment& segment, float nearest,
-                              float farthest) {
-  ObservedObject object;
+Observation observedObject(const DetectionInput& input, const Segment& segment, float nearest,
+                           float farthest) {
+  Observation object;
   const cv::Rect image(cv::Point(), input.rig.size);
   const cv::Rect box = cv::Rect(2 * segment.area.x, 2 * segment.area.y, 2 * segment.area.width,
                                 2 * segment.area.height) &
                        image;
-  object.observation.box_px = box;
+  object.box_px = box;
   object.mask.create(box.size());
   for (int y = 0; y < box.height; ++y) {
     const float* disparity = input.measured_disparity_px[box.y + y] + box.x;
@@ -70,7 +70,7 @@ bool Verification::isFree(const Hypothesis& hypothesis) const {
 }
 
 std::optional<VerifiedObject> Verification::verify(const PastView& view,
-                                                   const Comparison* static_world,
+                                                   const cv::Mat1f& static_world,
                                                    const Hypothesis& hypothesis) const {
   const FrameView& frame = view.frame;
   const DetectionInput& input = frame.input;
@@ -84,10 +84,8 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   if (!by_images && (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
     return std::nullopt;
 
-  ObservedObject object =
-      observedObject(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
-  Observation& seen = object.observation;
-  if (!measureShape(input, frame.range, object)) return std::nullopt;
+  Observation seen = observedObject(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
+  if (!measureShape(input, frame.range, seen)) return std::nullopt;
   const LowerEnd lower_end =
       lowerEndOf(frame.cells, frame.ground, seen.box_px, hypothesis.nearest_px);
   if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end,
@@ -101,23 +99,22 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   seen.velocity_covariance =
       R * hypothesis.covariance * R.transpose() / (past.seconds * past.seconds);
   seen.score = std::clamp(by_images ? found->explained : found->dense, 0.0, 1.0);
-  return VerifiedObject{std::move(object), hypothesis, std::move(*found)};
+  return VerifiedObject{std::move(seen), hypothesis, std::move(*found)};
 }
 
 // Adds an object unless it was found already, or is a part of one. What moves as one is joined.
 void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
   const Hypothesis& hypothesis = verified.hypothesis;
-  const Observation& seen = verified.object.observation;
+  const Observation& seen = verified.object;
   if (!isFree(hypothesis)) return;
-  for (const ObservedObject& other : objects_)
-    if (overlaps(frame.params, seen, other.observation) || belongsTo(seen, other.observation))
-      return;
+  for (const Observation& other : objects_)
+    if (overlaps(frame.params, seen, other) || belongsTo(seen, other)) return;
   taken_(verified.segment.area).setTo(255, verified.segment.mask);
-  for (ObservedObject& other : objects_) {
-    if (!moveAsOne(frame.input, frame.params, other.observation, seen)) continue;
-    ObservedObject whole = joined(other, verified.object);
+  for (Observation& other : objects_) {
+    if (!moveAsOne(frame.input, frame.params, other, seen)) continue;
+    Observation whole = joined(other, seen);
     if (!measureShape(frame.input, frame.range, whole) ||
-        whole.observation.size_m.x() > frame.params.max_width_m)
+        whole.size_m.x() > frame.params.max_width_m)
       continue;
     other = std::move(whole);
     return;

@@ -15,7 +15,7 @@ namespace predictive_stereo {
 
 /// A hypothesis that was verified.
 struct VerifiedObject {
-  ObservedObject object;
+  Observation object;
   Hypothesis hypothesis;
   Segment segment;
 };
@@ -29,7 +29,7 @@ class Verification {
   /// Starts a frame in which objects are sought.
   /// @param residual_px  see longResidual; shared, not copied.
   void setFrame(const FrameView& frame, const cv::Mat1f& residual_px);
-  const std::vector<ObservedObject>& objects() const { return objects_; }
+  const std::vector<Observation>& objects() const { return objects_; }
 
   /// Whether a found object has this lattice point.
   bool isTaken(cv::Point lattice_point) const { return taken_(lattice_point) != 0; }
@@ -37,7 +37,7 @@ class Verification {
   bool isFree(const Hypothesis& hypothesis) const;
   /// The object, if the hypothesis is confirmed.
   /// @param static_world  see segment().
-  std::optional<VerifiedObject> verify(const PastView& view, const Comparison* static_world,
+  std::optional<VerifiedObject> verify(const PastView& view, const cv::Mat1f& static_world,
                                        const Hypothesis& hypothesis) const;
   /// Calls `find` for each candidate, in parallel: it returns an optional VerifiedObject. Then adds
   /// the new ones in this order: earlier ones are preferred.
@@ -55,7 +55,7 @@ class Verification {
  private:
   void add(const FrameView& frame, VerifiedObject&& verified);
 
-  std::vector<ObservedObject> objects_;
+  std::vector<Observation> objects_;
   cv::Mat1f residual_px_;
   cv::Mat1b taken_;  // lattice points of objects_
 };

@@ -31,13 +31,13 @@ BoardScene sceneWith(const std::vector<Board>& boards, double wall_m = 20) {
 
 class FreeSpaceChannelTest : public testing::Test {
  protected:
-  std::vector<ObservedObject> find(
+  std::vector<Observation> find(
       const BoardScene& scene, int k,
       const Eigen::Isometry3d& T_odom_cam = Eigen::Isometry3d::Identity()) {
     return find(viewOf(scene, 0.1 * k, T_odom_cam));
   }
-  std::vector<ObservedObject> find(const BoardView& view,
-                                   const DisparityRange& range = DisparityRange()) {
+  std::vector<Observation> find(const BoardView& view,
+                                const DisparityRange& range = DisparityRange()) {
     parts_.input = view.input;
     parts_.range = range;
     parts_.current.pyramid.build(view.input.left, 2);
@@ -52,7 +52,7 @@ class FreeSpaceChannelTest : public testing::Test {
     ground_.reset();
   }
   // What is found where some boards have come to a scene that was seen for 0.6 s.
-  std::vector<ObservedObject> findAfter(
+  std::vector<Observation> findAfter(
       const BoardScene& before, const std::vector<Board>& come,
       const Eigen::Isometry3d& T_odom_cam = Eigen::Isometry3d::Identity()) {
     reset();
@@ -76,8 +76,8 @@ cv::Rect2d boxOf(const Board& board) {
           (lowest_m - board.top_m) * px_per_m};
 }
 
-void expectBox(const ObservedObject& object, const cv::Rect2d& expected) {
-  const cv::Rect& box = object.observation.box_px;
+void expectBox(const Observation& object, const cv::Rect2d& expected) {
+  const cv::Rect& box = object.box_px;
   EXPECT_NEAR(box.x, expected.x, kCellSide_px);
   EXPECT_NEAR(box.y, expected.y, kCellSide_px);
   EXPECT_NEAR(box.br().x, expected.br().x, kCellSide_px);
@@ -97,7 +97,7 @@ TEST_F(FreeSpaceChannelTest, FindsAnObjectWhole) {
     ASSERT_EQ(objects.size(), k < 3 ? 0u : 1u);
     if (objects.empty()) continue;
     expectBox(objects[0], boxOf(runner(k)));
-    const Observation& seen = objects[0].observation;
+    const Observation& seen = objects[0];
     EXPECT_NEAR(seen.distance_m, 5, 1e-3);
     EXPECT_NEAR(seen.centre_m.x(), runner(k).left_m + 0.3, 0.05);
     EXPECT_NEAR(seen.centre_m.z(), 5, 1e-3);
@@ -108,8 +108,8 @@ TEST_F(FreeSpaceChannelTest, FindsAnObjectWhole) {
 TEST_F(FreeSpaceChannelTest, TheBackgroundBesideANarrowObjectIsNoPartOfIt) {
   const auto objects = findAfter(sceneWith({}), {standing(-1.03, 0.6, 1.7, 5)});
   ASSERT_EQ(objects.size(), 1u);
-  EXPECT_NEAR(objects[0].observation.centre_m.z(), 5, 1e-3);
-  EXPECT_NEAR(objects[0].observation.centre_m.x(), -0.73, 0.05);
+  EXPECT_NEAR(objects[0].centre_m.z(), 5, 1e-3);
+  EXPECT_NEAR(objects[0].centre_m.x(), -0.73, 0.05);
 }
 
 TEST_F(FreeSpaceChannelTest, FindsItWhileTheCameraDrives) {
@@ -161,7 +161,7 @@ TEST_F(FreeSpaceChannelTest, UnknownPixelsAreNoPartOfAnObject) {
     if (x % 4 != 1) disparity_px(cv::Rect(x, 92, 1, 56)) = 9.1f + 0.04f * float(x - 116);
   const auto objects = find(view, range);
   ASSERT_EQ(objects.size(), 1u);
-  const cv::Mat1b known = disparity_px(objects[0].observation.box_px) != range.invalid();
+  const cv::Mat1b known = disparity_px(objects[0].box_px) != range.invalid();
   EXPECT_EQ(cv::countNonZero(objects[0].mask & ~known), 0);
   EXPECT_GT(cv::countNonZero(objects[0].mask), 0.9 * cv::countNonZero(known));
 }
@@ -189,22 +189,22 @@ TEST_F(FreeSpaceChannelTest, CompletesWhatMotionHasFoundOfAnObject) {
     EXPECT_TRUE(find(view).empty()) << k;
   }
   const cv::Rect2d whole(166, 108, 36, 102);
-  ObservedObject part;
-  part.observation.box_px = cv::Rect(174, 112, 20, 50);
-  part.observation.score = 0.8;
+  Observation part;
+  part.box_px = cv::Rect(174, 112, 20, 50);
+  part.score = 0.8;
   part.mask = cv::Mat1b(50, 20, 255);
-  const ObservedObject before = part;
+  const Observation before = part;
   channel_.complete(parts_.frame, part);
-  const cv::Rect2d common = whole & cv::Rect2d(cv::Rect(part.observation.box_px));
+  const cv::Rect2d common = whole & cv::Rect2d(cv::Rect(part.box_px));
   EXPECT_GT(common.area(), 0.9 * whole.area());
   EXPECT_GT(cv::countNonZero(part.mask), 0.95 * common.area());
-  EXPECT_EQ(part.observation.score, 0.8);
-  EXPECT_NEAR(part.observation.distance_m, 5, 1e-3);
+  EXPECT_EQ(part.score, 0.8);
+  EXPECT_NEAR(part.distance_m, 5, 1e-3);
 
   part = before;
   params_.max_height_m = 1.2;
   channel_.complete(parts_.frame, part);
-  EXPECT_EQ(part.observation.box_px, before.observation.box_px) << "no plausible object";
+  EXPECT_EQ(part.box_px, before.box_px) << "no plausible object";
 }
 
 // Another plane in each frame, of what noise and walls look like.
@@ -292,8 +292,8 @@ TEST_F(FreeSpaceChannelTest, FindsAPersonFromAbove) {
   ASSERT_EQ(params_.min_height_m, 0.8);
   const auto objects = findAfter(floor, {{-0.3, down_m - 1.1, 0.6, 1.1, 2.5}}, T_odom_cam);
   ASSERT_EQ(objects.size(), 1u);
-  EXPECT_LT(objects[0].observation.box_px.br().y, 236) << "not cut by the image";
-  EXPECT_LT(objects[0].observation.box_px.height * objects[0].observation.distance_m / 300, 0.75);
+  EXPECT_LT(objects[0].box_px.br().y, 236) << "not cut by the image";
+  EXPECT_LT(objects[0].box_px.height * objects[0].distance_m / 300, 0.75);
   EXPECT_TRUE(findAfter(floor, {{-0.3, down_m - 0.7, 0.6, 0.7, 2.5}}, T_odom_cam).empty());
 }
 
@@ -315,7 +315,7 @@ TEST_F(FreeSpaceChannelTest, ForgetsOnResetAndFollowsTheColumnCorrection) {
 
 TEST_F(FreeSpaceChannelTest, IsTheSameOnAnyNumberOfThreads) {
   const int threads_before = cv::getNumThreads();
-  std::vector<std::vector<ObservedObject>> found;
+  std::vector<std::vector<Observation>> found;
   for (const int threads : {1, 2, 3}) {
     cv::setNumThreads(threads);
     reset();
@@ -324,7 +324,7 @@ TEST_F(FreeSpaceChannelTest, IsTheSameOnAnyNumberOfThreads) {
       BoardView view = viewOf(sceneWith({standing(3, 0.6, 1.7, 7), runner(k)}), 0.1 * k);
       cv::RNG random(20 + k);
       for (float& d : view.input.measured_disparity_px) d += float(random.gaussian(0.1));
-      for (ObservedObject& object : find(view)) found.back().push_back(std::move(object));
+      for (Observation& object : find(view)) found.back().push_back(std::move(object));
     }
   }
   cv::setNumThreads(threads_before);
@@ -332,12 +332,12 @@ TEST_F(FreeSpaceChannelTest, IsTheSameOnAnyNumberOfThreads) {
   for (size_t i = 1; i < found.size(); ++i) {
     ASSERT_EQ(found[i].size(), found[0].size());
     for (size_t k = 0; k < found[0].size(); ++k) {
-      const ObservedObject &one = found[0][k], &other = found[i][k];
-      EXPECT_EQ(other.observation.box_px, one.observation.box_px);
-      EXPECT_EQ(other.observation.centre_m, one.observation.centre_m);
-      EXPECT_EQ(other.observation.size_m, one.observation.size_m);
-      EXPECT_EQ(other.observation.distance_m, one.observation.distance_m);
-      EXPECT_EQ(other.observation.score, one.observation.score);
+      const Observation &one = found[0][k], &other = found[i][k];
+      EXPECT_EQ(other.box_px, one.box_px);
+      EXPECT_EQ(other.centre_m, one.centre_m);
+      EXPECT_EQ(other.size_m, one.size_m);
+      EXPECT_EQ(other.distance_m, one.distance_m);
+      EXPECT_EQ(other.score, one.score);
       EXPECT_EQ(cv::countNonZero(other.mask != one.mask), 0);
     }
   }
@@ -358,10 +358,10 @@ class WholeObjectTest : public testing::Test {
     const int k = wholeObstacle(objectAt(part_cells), obstacles, evidence_);
     return k < 0 ? std::vector<cv::Point>() : obstacles.cellsOf(k);
   }
-  static ObservedObject objectAt(const cv::Rect& part) {
-    ObservedObject object;
-    object.observation.box_px = {kCellSide_px * part.tl(), part.size() * kCellSide_px};
-    object.mask = cv::Mat1b(object.observation.box_px.size(), 255);
+  static Observation objectAt(const cv::Rect& part) {
+    Observation object;
+    object.box_px = {kCellSide_px * part.tl(), part.size() * kCellSide_px};
+    object.mask = cv::Mat1b(object.box_px.size(), 255);
     return object;
   }
   static cv::Rect areaOf(const std::vector<cv::Point>& cells) { return cv::boundingRect(cells); }
@@ -399,25 +399,25 @@ TEST_F(WholeObjectTest, NotFromAPartOnSeveralObstacles) {
 }
 
 TEST_F(WholeObjectTest, JoinedHasBothWithoutThinEnds) {
-  ObservedObject part = objectAt({10, 10, 4, 4}), whole = objectAt({8, 8, 40, 40});
-  part.observation.score = 0.7;
+  Observation part = objectAt({10, 10, 4, 4}), whole = objectAt({8, 8, 40, 40});
+  part.score = 0.7;
   whole.mask.setTo(0);
   whole.mask(cv::Rect(12, 12, 80, 80)).setTo(255);  // from 44, 44 on
   whole.mask(cv::Rect(92, 40, 60, 20)).setTo(255);  // a quarter of the height
   whole.mask(cv::Rect(20, 92, 45, 10)).setTo(255);  // a third of the fullest row
-  const ObservedObject both = joined(part, whole);
-  EXPECT_EQ(both.observation.score, 0.7);
-  EXPECT_EQ(cv::Rect(both.observation.box_px), cv::Rect(40, 40, 84, 94));
+  const Observation both = joined(part, whole);
+  EXPECT_EQ(both.score, 0.7);
+  EXPECT_EQ(cv::Rect(both.box_px), cv::Rect(40, 40, 84, 94));
   ASSERT_EQ(both.mask.size(), cv::Size(84, 94));
   EXPECT_EQ(cv::countNonZero(both.mask), 80 * 80 + 45 * 10 + 16 * 16 - 12 * 12);
 }
 
 TEST_F(WholeObjectTest, JoinedWithNothingIsThePart) {
-  const ObservedObject part = objectAt({10, 10, 4, 4});
-  ObservedObject nothing = objectAt({30, 30, 4, 4});
+  const Observation part = objectAt({10, 10, 4, 4});
+  Observation nothing = objectAt({30, 30, 4, 4});
   nothing.mask.setTo(0);
-  const ObservedObject both = joined(part, nothing);
-  EXPECT_EQ(both.observation.box_px, part.observation.box_px);
+  const Observation both = joined(part, nothing);
+  EXPECT_EQ(both.box_px, part.box_px);
   EXPECT_EQ(cv::countNonZero(both.mask != part.mask), 0);
 }
 
@@ -428,8 +428,8 @@ TEST_F(WholeObjectTest, PixelsOfAnotherSurfaceAreNoneOfTheObject) {
   disparity_px(cv::Rect(80, 20, 3, 48)) = 5;
   parts.cells = cells_;
   const Obstacles obstacles = findObstacles(cellRig(), cells_, std::nullopt);
-  const ObservedObject object = objectOf(parts.frame, obstacles.cellsOf(0));
-  EXPECT_EQ(cv::Rect(object.observation.box_px),
+  const Observation object = objectOf(parts.frame, obstacles.cellsOf(0));
+  EXPECT_EQ(cv::Rect(object.box_px),
             cv::Rect(kCellSide_px * kPerson.tl(), kPerson.size() * kCellSide_px));
   EXPECT_EQ(cv::countNonZero(object.mask), 16 * (kBody.area() + kLegs.area()) - 3 * 48);
 }

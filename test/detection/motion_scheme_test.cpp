@@ -24,11 +24,11 @@ TEST(MotionScheme, WhatFreeSpaceAndMotionFindHasThePixelsOfBoth) {
     const BoardView view = viewOf({{wallAt(12), runner}, kCameraHeight_m}, 0.1 * k);
     const auto& objects = scheme.observe(view.input, nothing_known);
     if (k < 4) continue;
-    const auto found = std::find_if(objects.begin(), objects.end(), [](const ObservedObject& o) {
-      return std::abs(o.observation.distance_m - kDepth_m) < 0.1;
+    const auto found = std::find_if(objects.begin(), objects.end(), [](const Observation& o) {
+      return std::abs(o.distance_m - kDepth_m) < 0.1;
     });
     ASSERT_NE(found, objects.end());
-    const Observation& seen = found->observation;
+    const Observation& seen = *found;
     const double px_per_m = 300 / kDepth_m, left_px = 160 + runner.left_m * px_per_m;
     EXPECT_NEAR(seen.box_px.x, left_px, 6);
     EXPECT_NEAR(seen.box_px.br().x, left_px + 0.6 * px_per_m, 6);

@@ -21,9 +21,10 @@ StereoRig testRig() {
 }
 
 // An object whose pixels are in this part of the image.
-ObservedObject objectIn(const cv::Rect& area) {
-  ObservedObject object{Observation(), cv::Mat1b(area.size(), 255)};
-  object.observation.box_px = area;
+Observation objectIn(const cv::Rect& area) {
+  Observation object;
+  object.mask = cv::Mat1b(area.size(), 255);
+  object.box_px = area;
   return object;
 }
 
@@ -35,9 +36,9 @@ TEST(ObjectShape, OfAnUprightRectangle) {
   disparity = cv::Mat1f(input.rig.size, 5.0f);  // 50 m
   disparity(area) = 25.0f;                      // 10 m
   disparity(cv::Rect(250, 100, 51, 2)) = -1.0f;
-  ObservedObject object = objectIn(area);
+  Observation object = objectIn(area);
   ASSERT_TRUE(measureShape(input, DisparityRange(), object));
-  const Observation& seen = object.observation;
+  const Observation& seen = object;
   EXPECT_NEAR(seen.distance_m, 10, 1e-6);
   EXPECT_NEAR(seen.centre_m.x(), 75.0 / 50, 0.03);
   EXPECT_NEAR(seen.centre_m.y(), -10.0 / 50, 0.05);
@@ -54,17 +55,17 @@ TEST(ObjectShape, IgnoresWhatIsNotInTheMaskAndTails) {
   disparity = cv::Mat1f(input.rig.size, 20.0f);
   disparity(cv::Rect(120, 100, 20, 40)) = 60.0f;
   disparity(cv::Rect(100, 100, 20, 1)) = 90.0f;
-  ObservedObject object = objectIn({100, 100, 40, 40});
+  Observation object = objectIn({100, 100, 40, 40});
   object.mask.colRange(20, 40).setTo(0);
   ASSERT_TRUE(measureShape(input, DisparityRange(), object));
-  EXPECT_NEAR(object.observation.distance_m, 12.5, 1e-6);
+  EXPECT_NEAR(object.distance_m, 12.5, 1e-6);
 }
 
 TEST(ObjectShape, NeedsPoints) {
   DetectionInput input;
   input.rig = testRig();
   input.measured_disparity_px = cv::Mat1f(input.rig.size, -1.0f);
-  ObservedObject object = objectIn({100, 100, 40, 40});
+  Observation object = objectIn({100, 100, 40, 40});
   EXPECT_FALSE(measureShape(input, DisparityRange(), object));
 }
 

@@ -31,7 +31,7 @@ struct BehindAPole : Passing {
                               const std::optional<GroundPlane>& ground_plane = {}) {
     ground = ground_plane;
     const PastView seen = view();
-    Comparison static_world;
+    cv::Mat1f static_world;
     seen.compare(seen.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world);
     const cv::Mat1f no_residual(frame.lattice(), -1e6f);
     level.setFrame(rig, range, disparity);
@@ -42,7 +42,7 @@ struct BehindAPole : Passing {
     hypothesis.farthest_px = kMover_px - 2;
     const double depth_m = rig.disparityTimesDepth() / kMover_px;
     hypothesis.moved_m.x() = -kFlow_px * depth_m / rig.fx_px;
-    return segment(seen, &static_world, no_residual, hypothesis);
+    return segment(seen, static_world, no_residual, hypothesis);
   }
 };
 

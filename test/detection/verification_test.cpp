@@ -24,7 +24,7 @@ struct FoundObjects : FrameParts, testing::Test {
   VerifiedObject moving(const cv::Rect& box, double speed_mps) const {
     VerifiedObject found;
     found.object.mask = cv::Mat1b(box.size(), 255);
-    Observation& seen = found.object.observation;
+    Observation& seen = found.object;
     seen.box_px = box;
     EXPECT_TRUE(measureShape(input, range, found.object));
     seen.has_velocity = true;
@@ -38,9 +38,9 @@ struct FoundObjects : FrameParts, testing::Test {
     verification.addAll(frame, found,
                         [](const VerifiedObject& object) { return std::optional(object); });
     std::vector<cv::Rect> boxes;
-    for (const ObservedObject& object : verification.objects()) {
-      boxes.push_back(object.observation.box_px);
-      EXPECT_EQ(object.mask.size(), object.observation.box_px.size());
+    for (const Observation& object : verification.objects()) {
+      boxes.push_back(object.box_px);
+      EXPECT_EQ(object.mask.size(), object.box_px.size());
     }
     return boxes;
   }
@@ -54,7 +54,7 @@ TEST_F(FoundObjects, AreOneIfTheyMoveAsOne) {
   const auto boxes = boxesOf({moving(kRear, 5), moving(kFront, 5.2)});
   ASSERT_EQ(boxes.size(), 1u);
   EXPECT_EQ(boxes[0], kRear | kFront);
-  EXPECT_NEAR(verification.objects()[0].observation.size_m.x(), 120 * 10 / 500., 0.3);
+  EXPECT_NEAR(verification.objects()[0].size_m.x(), 120 * 10 / 500., 0.3);
   EXPECT_TRUE(verification.isTaken(kFront.tl() / 2)) << "not found again";
   EXPECT_FALSE(verification.isTaken(kDoor.tl() / 2));
 }
