@@ -5,12 +5,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A box given by two corners.
-Primitive& addBox(Builder& b, Material material, const Vector3d& low, const Vector3d& high,
-                  double albedo) {
-  return b.box(material, 0.5 * (low + high), 0.5 * (high - low), albedo);
-}
-
 Builder startWorld(uint32_t seed, double albedo, double contrast, Primitives& out) {
   Builder b({}, seed, 0, out, 0);
   b.add(Shape::kGround, Material::kLinoleum, Vector3d::Zero(), Vector3d::Ones(), albedo).contrast =
@@ -25,12 +19,16 @@ struct Front {
   Vector3d at(double a, double o, double z) const {
     return origin + a * along + o * out + Vector3d(0, 0, z);
   }
+  // A box given by two corners.
   Primitive& box(Builder& b, Material material, const Vector3d& low, const Vector3d& high,
                  double albedo) const {
     const Vector3d p = at(low.x(), low.y(), low.z()), q = at(high.x(), high.y(), high.z());
-    return addBox(b, material, p.cwiseMin(q), p.cwiseMax(q), albedo);
+    return b.box(material, 0.5 * (p + q), 0.5 * (q - p).cwiseAbs(), albedo);
   }
 };
+
+// Coordinates of the world.
+const Front kWorld{Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitY()};
 
 // A door with its frame, handle and number.
 void addDoor(const Front& front, double at, Random& random, Builder& b) {
@@ -115,12 +113,12 @@ void addHall(uint32_t seed, Primitives& out) {
   constexpr double kHeight_m = 7;
   Builder b = startWorld(seed, 0.42, 0.02, out);
   Random random(hashOf(seed, 1));
-  addBox(b, Material::kMetal, {-8, -8, kHeight_m}, {16, 8, kHeight_m + 0.1}, 0.4);
+  kWorld.box(b, Material::kMetal, {-8, -8, kHeight_m}, {16, 8, kHeight_m + 0.1}, 0.4);
   for (double x = -6; x < 16; x += 4)  // girders and lamps
-    addBox(b, Material::kMetal, {x - 0.1, -8, kHeight_m - 0.5}, {x + 0.1, 8, kHeight_m}, 0.25);
+    kWorld.box(b, Material::kMetal, {x - 0.1, -8, kHeight_m - 0.5}, {x + 0.1, 8, kHeight_m}, 0.25);
   for (double x = -4; x < 16; x += 4)
     for (const double y : {-4.0, 0.0, 4.0})
-      addBox(b, Material::kLamp, {x - 0.6, y - 0.1, 5.9}, {x + 0.6, y + 0.1, 5.98}, 0.8);
+      kWorld.box(b, Material::kLamp, {x - 0.6, y - 0.1, 5.9}, {x + 0.6, y + 0.1, 5.98}, 0.8);
   const Front walls[] = {{{16, -8, 0}, Vector3d::UnitY(), -Vector3d::UnitX()},
                          {{16, 8, 0}, -Vector3d::UnitX(), -Vector3d::UnitY()},
                          {{-8, 8, 0}, -Vector3d::UnitY(), Vector3d::UnitX()},
@@ -153,10 +151,10 @@ void addHall(uint32_t seed, Primitives& out) {
   for (const Vector3d& at : {Vector3d(9, -3, 0), Vector3d(10.5, 3.5, 0), Vector3d(-4, 4, 0),
                              Vector3d(-3.5, -4, 0), Vector3d(2, -5, 0), Vector3d(6, 5.2, 0)}) {
     const double half = random.uniform(0.3, 0.5), height = random.uniform(0.5, 1.1);
-    addBox(b, Material::kBark, at - Vector3d(half, half, 0), at + Vector3d(half, half, height),
-           0.35);
-    addBox(b, Material::kPrint, at + Vector3d(-0.2, -0.25, height),
-           at + Vector3d(0.25, 0.2, height + 0.35), 0.6);
+    kWorld.box(b, Material::kBark, at - Vector3d(half, half, 0), at + Vector3d(half, half, height),
+               0.35);
+    kWorld.box(b, Material::kPrint, at + Vector3d(-0.2, -0.25, height),
+               at + Vector3d(0.25, 0.2, height + 0.35), 0.6);
     const Vector3d barrel = at + Vector3d(0.3, half + 0.5, 0);
     b.rod(Material::kPaint, barrel, barrel + Vector3d(0, 0, 0.9), 0.29, random.uniform(0.1, 0.4));
   }
@@ -167,7 +165,7 @@ void addCorridor(uint32_t seed, Primitives& out) {
   constexpr double kHeight_m = 2.7;
   Builder b = startWorld(seed, 0.36, 0.5, out);
   Random random(hashOf(seed, 1));
-  addBox(b, Material::kPanels, {-6.2, -22.2, kHeight_m}, {44.2, 22.2, kHeight_m + 0.1}, 0.7);
+  kWorld.box(b, Material::kPanels, {-6.2, -22.2, kHeight_m}, {44.2, 22.2, kHeight_m + 0.1}, 0.7);
   const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY();
   // The walls of one corridor end at the backs of the other one's walls: no coplanar faces.
   addCorridorWall({{-6, -1.25, 0}, x, y}, 19.3, random, b);
@@ -189,13 +187,13 @@ void addCorridor(uint32_t seed, Primitives& out) {
   }
   for (double at = -4.8; at < 43; at += 2.4)
     if (at < 12.5 || at > 17)
-      addBox(b, Material::kLamp, {at - 0.6, -0.15, kHeight_m - 0.03}, {at + 0.6, 0.15, kHeight_m},
-             0.9);
+      kWorld.box(b, Material::kLamp, {at - 0.6, -0.15, kHeight_m - 0.03},
+                 {at + 0.6, 0.15, kHeight_m}, 0.9);
   for (double at = -21.6; at < 22; at += 2.4)
-    addBox(b, Material::kLamp, {14.6, at - 0.6, kHeight_m - 0.03}, {14.9, at + 0.6, kHeight_m},
-           0.9);
+    kWorld.box(b, Material::kLamp, {14.6, at - 0.6, kHeight_m - 0.03}, {14.9, at + 0.6, kHeight_m},
+               0.9);
   for (const double at : {13.0, 16.5})  // signs that hang from the ceiling
-    addBox(b, Material::kSign, {at - 0.02, -0.25, 2.25}, {at + 0.02, 0.25, 2.45}, 0.6);
+    kWorld.box(b, Material::kSign, {at - 0.02, -0.25, 2.25}, {at + 0.02, 0.25, 2.45}, 0.6);
 }
 
 }  // namespace predictive_stereo::simulation
