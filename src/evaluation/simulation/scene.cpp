@@ -15,6 +15,25 @@ Traffic busyTraffic() {
   return t;
 }
 
+class SceneList {
+ public:
+  // An empty street, straight on; the caller changes it before adding the next one.
+  Scene& add(const char* name, const char* summary) {
+    Scene& scene = scenes.emplace_back();
+    scene.name = name;
+    scene.summary = summary;
+    return scene;
+  }
+  // The same with traffic.
+  Scene& addBusy(const char* name, const char* summary) {
+    Scene& scene = add(name, summary);
+    scene.traffic = busyTraffic();
+    return scene;
+  }
+
+  std::vector<Scene> scenes;
+};
+
 // Light and noise of a room with ceiling lamps.
 void setIndoorLight(Scene& scene, float lamp_pitch_m, float lamp_height_m, float lamp_strength) {
   scene.look.to_sun = Eigen::Vector3f(0.08f, 0.05f, 1).normalized();
@@ -27,10 +46,9 @@ void setIndoorLight(Scene& scene, float lamp_pitch_m, float lamp_height_m, float
   scene.sensor.noise = 1.5;
 }
 
-Scene drone() {
-  Scene s;
-  s.name = "drone";
-  s.summary = "in a hall: vibrates at rest, takes off, turns at 90 deg/s, hovers (300 frames)";
+void addDrone(SceneList& list) {
+  Scene& s = list.add(
+      "drone", "in a hall: vibrates at rest, takes off, turns at 90 deg/s, hovers (300 frames)");
   s.site = Site::kHall;
   s.camera = {752, 480, 20, 436, 367.5, 0.51, 0.11, 0.2, 0.05, {0.6, 0.6, 0.4}};
   setIndoorLight(s, 4, 5.9f, 6);
@@ -53,13 +71,11 @@ Scene drone() {
   s.shakes = {{0, 1e9, 0.0003, 0.06, 0.03},  // rotors
               {2.2, 1e9, 0.01, 0.5, 0.25},   // balance
               {2.2, 1e9, 0.03, 0.8, 0.9}};
-  return s;
 }
 
-Scene robot() {
-  Scene s;
-  s.name = "robot";
-  s.summary = "low above the floor of a corridor with white walls and people, 5 Hz (100 frames)";
+void addRobot(SceneList& list) {
+  Scene& s = list.add(
+      "robot", "low above the floor of a corridor with white walls and people, 5 Hz (100 frames)");
   s.site = Site::kCorridor;
   s.camera = {640, 480, 5, 385, 321.5, 0.5, 0.12, 0.3, -0.1, {0.5, 0.45, 0.5}};
   setIndoorLight(s, 2.4f, 2.65f, 1.2f);
@@ -84,40 +100,29 @@ Scene robot() {
       {Kind::kPerson, {15.45, 18}, {15.45, -20}, 2, 1.3},
       {Kind::kPerson, {15.45, 21}, {15.45, -21}, 11, 1.1},
   };
-  return s;
 }
 
 // A small camera at a hall's end, among people who pass near it.
-Scene amongPeople(const char* name, const char* summary) {
-  Scene s;
-  s.name = name;
-  s.summary = summary;
-  s.site = Site::kHall;
-  s.camera = {640, 480, 10, 385, 321.5, 0.5, 0.12, 0.9, 0.05, {0.5, 0.45, 1.0}};
-  setIndoorLight(s, 4, 5.9f, 6);
-  s.traffic.passers_s = 1.5;
-  return s;
+void addPeople(SceneList& list) {
+  for (const bool stands : {true, false}) {
+    Scene& s = stands
+                   ? list.add("people_standing", "a small camera stands; people pass at 0.8 to 6 m")
+                   : list.add("people_slow", "a robot rolls at 0.2 m/s; people pass at 0.8 to 6 m");
+    s.site = Site::kHall;
+    s.camera = {640, 480, 10, 385, 321.5, 0.5, 0.12, 0.9, 0.05, {0.5, 0.45, 1.0}};
+    setIndoorLight(s, 4, 5.9f, 6);
+    s.traffic.passers_s = 1.5;
+    s.waypoints = {{0, {-6.5, 0, 0}, 0, 0, 0}, {60, {-6.5, 0, 0}, 0, 0, 0}};
+    if (stands) continue;
+    s.waypoints.back() = {10, {-4.5, 0, 0}, 0, 0, 0};
+    s.shakes = {{0, 1e9, 0.001, 0.1, 0.25}};
+  }
 }
 
-Scene standing() {
-  Scene s = amongPeople("people_standing", "a small camera stands; people pass at 0.8 to 6 m");
-  s.waypoints = {{0, {-6.5, 0, 0}, 0, 0, 0}, {60, {-6.5, 0, 0}, 0, 0, 0}};
-  return s;
-}
-
-Scene slow() {
-  Scene s = amongPeople("people_slow", "a robot rolls at 0.2 m/s; people pass at 0.8 to 6 m");
-  s.waypoints = {{0, {-6.5, 0, 0}, 0, 0, 0}, {10, {-4.5, 0, 0}, 0, 0, 0}};
-  s.shakes = {{0, 1e9, 0.001, 0.1, 0.25}};
-  return s;
-}
-
-Scene handheld() {
-  Scene s;
-  s.name = "handheld";
-  s.summary = "held by a person who walks along a pavement and looks around (200 frames)";
+void addHandheld(SceneList& list) {
+  Scene& s = list.addBusy(
+      "handheld", "held by a person who walks along a pavement and looks around (200 frames)");
   s.camera = {640, 480, 15, 500, 318.5, 0.49, 0.1, 0, 0, {0.6, 0.6, 1.8}};
-  s.traffic = busyTraffic();
   s.waypoints = {{0, {-60, -8.7, 1.45}, 0, 0, 0},      {1, {-59.6, -8.7, 1.45}, 5, 3, 0},
                  {3, {-57.2, -8.8, 1.4}, 10, 5, -4},   {4.2, {-55.8, -8.8, 1.45}, 55, 0, 6},
                  {5.5, {-54.6, -8.7, 1.5}, 60, -8, 3}, {6.5, {-53.8, -8.7, 1.3}, 20, 6, -12},
@@ -125,22 +130,7 @@ Scene handheld() {
                  {9.5, {-53.1, -8.8, 1.4}, -8, 6, 4},  {11.5, {-50.8, -8.8, 1.45}, -5, 8, -3},
                  {13.5, {-48.2, -8.7, 1.45}, 25, 0, 2}};
   s.shakes = {{-1, 1e9, 0.015, 1.2, 0.12}, {-1, 1e9, 0.04, 4, 0.45}};
-  return s;
 }
-
-class SceneList {
- public:
-  // A scene among traffic, straight on; the caller changes it before adding the next one.
-  Scene& add(const char* name, const char* summary) {
-    Scene& scene = scenes.emplace_back();
-    scene.name = name;
-    scene.summary = summary;
-    scene.traffic = busyTraffic();
-    return scene;
-  }
-
-  std::vector<Scene> scenes;
-};
 
 void setStopsAndTurns(Drive& drive) {
   drive.stop_first_m = 48;
@@ -150,29 +140,29 @@ void setStopsAndTurns(Drive& drive) {
 
 // What the camera's vehicle does.
 void addDrives(SceneList& list) {
-  Scene& street = list.add("street", "drives, brakes, stands, turns; all kinds of traffic");
+  Scene& street = list.addBusy("street", "drives, brakes, stands, turns; all kinds of traffic");
   setStopsAndTurns(street.drive);
-  list.add("straight", "drives straight on among traffic");
-  Scene& turn = list.add("turn", "turns left and right at every junction");
+  list.addBusy("straight", "drives straight on among traffic");
+  Scene& turn = list.addBusy("turn", "turns left and right at every junction");
   turn.drive.start_m = -30;
   turn.drive.turns = "LR";
-  Scene& brake = list.add("brake", "drives fast and brakes hard, again and again");
+  Scene& brake = list.addBusy("brake", "drives fast and brakes hard, again and again");
   brake.drive.cruise_mps = 13;
   brake.drive.brake_mps2 = 8;
   brake.drive.stop_first_m = 25;
   brake.drive.stop_every_m = 45;
   brake.drive.stop_s = 1;
-  Scene& standstill = list.add("standstill", "stands before a junction; only the others move");
+  Scene& standstill = list.addBusy("standstill", "stands before a junction; only the others move");
   standstill.drive.start_m = -14;
   standstill.drive.cruise_mps = 0;
-  list.add("static", "drives straight on; nothing else moves").traffic = Traffic();
-  Scene& rotation = list.add("rotation", "stands and turns to both sides, up to 10 deg/s");
+  list.add("static", "drives straight on; nothing else moves");
+  Scene& rotation = list.addBusy("rotation", "stands and turns to both sides, up to 10 deg/s");
   rotation.drive.cruise_mps = 0;
   rotation.drive.start_m = -40;
   rotation.drive.sways = false;
   rotation.drive.look_deg = 12;
   rotation.drive.look_period_s = 7.5;
-  Scene& fast = list.add("fast_rotation", "drives and swings to both sides at up to 20 deg/s");
+  Scene& fast = list.addBusy("fast_rotation", "drives and swings to both sides at up to 20 deg/s");
   fast.drive.cruise_mps = 4;
   fast.drive.look_deg = 15;
   fast.drive.look_period_s = 4.7;
@@ -180,22 +170,21 @@ void addDrives(SceneList& list) {
 
 // Vehicles that drive with the camera.
 void addCompanions(SceneList& list) {
-  list.add("leader", "follows another car among oncoming traffic").traffic.companions = {
+  list.addBusy("leader", "follows another car among oncoming traffic").traffic.companions = {
       {Kind::kCar, 13, 0, 3, 9}};
-  Scene& crowded = list.add("crowded", "among tall vehicles that cover 40 % of the view");
+  Scene& crowded = list.addBusy("crowded", "among tall vehicles that cover 40 % of the view");
   crowded.traffic.companions = {{Kind::kTruck, 15, 0, 2, 9},
                                 {Kind::kBus, 6.5, 3.2, 1.5, 13},
                                 {Kind::kTruck, 11, -3.0, 2, 11}};
   crowded.parked_cars = 0;
   Scene& near =
-      list.add("near_half_moves", "close to two trucks and a bus: half of the view moves");
+      list.addBusy("near_half_moves", "close to two trucks and a bus: half of the view moves");
   near.traffic.companions = {{Kind::kTruck, 10, 0, 1.5, 9},
                              {Kind::kBus, 5.5, 3.2, 1, 13},
                              {Kind::kTruck, 11, -3.0, 2, 11}};
   near.parked_cars = 0;
   Scene& highway =
       list.add("highway", "drives at 100 km/h among a car, a van and a truck of that speed");
-  highway.traffic = Traffic();
   highway.traffic.companions = {
       {Kind::kCar, 18, 0, 4, 9}, {Kind::kVan, 9, 3.2, 3, 13}, {Kind::kTruck, 35, 0, 3, 11}};
   highway.drive.cruise_mps = 28;
@@ -204,13 +193,13 @@ void addCompanions(SceneList& list) {
 
 // Light, and faults of the sensors.
 void addConditions(SceneList& list) {
-  Scene& rain = list.add("rain", "streaks of rain, different in every image, and dull light");
+  Scene& rain = list.addBusy("rain", "streaks of rain, different in every image, and dull light");
   rain.sensor.rain = 1500;
   rain.sensor.noise = 2.5;
   rain.look.sun = 0.2f;
   rain.look.ambient = 0.6f;
   rain.look.sky = 0.9f;
-  Scene& night = list.add("night", "dark and noisy, with saturated lamps");
+  Scene& night = list.addBusy("night", "dark and noisy, with saturated lamps");
   night.look.sun = 0.0f;
   night.look.ambient = 0.10f;
   night.look.sky = 0.02f;
@@ -219,27 +208,28 @@ void addConditions(SceneList& list) {
   night.look.reflections = 0.3f;
   night.sensor.noise = 3;
   night.sensor.exposure = 1.6;
-  Scene& saturated = list.add("saturated", "over-exposed, with quickly changing exposure");
+  Scene& saturated = list.addBusy("saturated", "over-exposed, with quickly changing exposure");
   saturated.sensor.exposure = 2.2;
   saturated.sensor.exposure_swing = 0.35;
   saturated.sensor.exposure_period_s = 3;
-  list.add("low_texture", "surfaces nearly without texture").look.contrast = 0.12f;
-  Scene& blur = list.add("blur", "long exposure: motion blur while driving and turning");
+  list.addBusy("low_texture", "surfaces nearly without texture").look.contrast = 0.12f;
+  Scene& blur = list.addBusy("blur", "long exposure: motion blur while driving and turning");
   blur.sensor.exposure_time_s = 0.03;
   blur.drive.turns = "LR";
   blur.drive.start_m = -30;
-  Scene& misaligned = list.add("misaligned", "right camera up to 1.5 rows off, as KITTI's are");
+  Scene& misaligned = list.addBusy("misaligned", "right camera up to 1.5 rows off, as KITTI's are");
   misaligned.sensor.row_offset_px = 1.5;
   setStopsAndTurns(misaligned.drive);
-  Scene& glossy = list.add(
+  Scene& glossy = list.addBusy(
       "glossy_cars", "dark, glossy and metallic cars that reflect sky and street, clear windows");
   glossy.look.glossy_cars = true;
   glossy.traffic.companions = {{Kind::kCar, 8, 0, 2, 9}};
   glossy.parked_cars = 0.9;
   glossy.trees = 0.3;
   glossy.drive.cruise_mps = 5;
-  list.add("dropped", "every fifth frame is missing").sensor.drop_every = 5;
-  list.add("duplicated", "every fifth frame repeats the previous one").sensor.duplicate_every = 5;
+  list.addBusy("dropped", "every fifth frame is missing").sensor.drop_every = 5;
+  list.addBusy("duplicated", "every fifth frame repeats the previous one").sensor.duplicate_every =
+      5;
 }
 
 std::vector<Scene> makeScenes() {
@@ -247,7 +237,10 @@ std::vector<Scene> makeScenes() {
   addDrives(list);
   addCompanions(list);
   addConditions(list);
-  list.scenes.insert(list.scenes.end(), {drone(), robot(), standing(), slow(), handheld()});
+  addDrone(list);
+  addRobot(list);
+  addPeople(list);
+  addHandheld(list);
   return list.scenes;
 }
 
