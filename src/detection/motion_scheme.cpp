@@ -78,10 +78,7 @@ void MotionScheme::addMoving(const FrameView& frame, const std::vector<Observati
       const bool is_within = (box & of_part).area() > kMostOfPart * of_part.area();
       if (overlaps(params_, object, *part) && (is_within || !is_found)) {
         Observation both = joined(whole, *part);
-        if (measureShape(frame.input, range_, both))
-          whole = std::move(both);
-        else if (!is_found)
-          whole = std::move(*part);
+        if (measureShape(frame.input, range_, both)) whole = std::move(both);
         is_found = true;
         part = objects_.erase(part);
       } else {
