@@ -1,7 +1,6 @@
 #include "evaluation/kitti_scenes.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
@@ -95,9 +94,7 @@ class KittiScene : public Sequence {
   static constexpr int kTruthFile = 10;  // number of the pair with truth
 
   std::string file(const std::string& folder, int number) const {
-    char suffix[16];
-    std::snprintf(suffix, sizeof(suffix), "_%02d.png", number);
-    return dir_ + "/" + folder + "/" + name_ + suffix;
+    return dir_ + "/" + folder + "/" + name_ + cv::format("_%02d.png", number);
   }
 
   const Layout& layout_;

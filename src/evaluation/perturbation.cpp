@@ -1,7 +1,6 @@
 #include "evaluation/perturbation.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -213,9 +212,8 @@ std::unique_ptr<Sequence> shiftedRightSequence(std::unique_ptr<Sequence> sequenc
                                                double shift_px) {
   Perturbation shift;
   shift.right_shift_px = shift_px;
-  char suffix[64];
-  std::snprintf(suffix, sizeof suffix, ", right %+g px", shift_px);
-  return std::make_unique<PerturbedSequence>(std::move(sequence), shift, suffix);
+  return std::make_unique<PerturbedSequence>(std::move(sequence), shift,
+                                             cv::format(", right %+g px", shift_px));
 }
 
 }  // namespace predictive_stereo

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/algorithm/string.hpp>
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <utility>
 
@@ -59,10 +58,7 @@ std::string Table::csv() const {
 }
 
 std::string fixed(double value, int decimals, const char* otherwise) {
-  if (!std::isfinite(value)) return otherwise;
-  char text[48];
-  std::snprintf(text, sizeof(text), "%.*f", decimals, value);
-  return text;
+  return std::isfinite(value) ? cv::format("%.*f", decimals, value) : otherwise;
 }
 
 Report::Report(std::filesystem::path dir, const std::string& title, const std::string& provenance)
@@ -87,8 +83,7 @@ std::string Report::writeMap(const cv::Mat& values, const cv::Mat1b& known) {
 }
 
 std::string Report::write(const cv::Mat& picture) {
-  char file[32];
-  std::snprintf(file, sizeof(file), "maps/%04d.png", maps_++);
+  const std::string file = cv::format("maps/%04d.png", maps_++);
   writePicture(dir_ / file, picture);
   return file;
 }

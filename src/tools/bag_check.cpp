@@ -159,7 +159,8 @@ class Checker {
       } else if (type->second != kinds[i]) {
         result_.fault(topic + " has type " + type->second + ", not " + kinds[i]);
       } else if (streams_[i].stamps.empty()) {
-        result_.fault("no messages on " + topic + " in the first " + format("%g s", kLookedAt_s));
+        result_.fault("no messages on " + topic + " in the first " +
+                      cv::format("%g s", kLookedAt_s));
       } else {
         continue;
       }
@@ -173,14 +174,14 @@ class Checker {
       cv::Mat1b buffer;
       greyImage(*pair_.right, "right", buffer);
       checkBrightness(greyImage(*pair_.left, "left", buffer));
-      result_.good(format("images: %ux%u %s", pair_.left->width, pair_.left->height,
-                          pair_.left->encoding.c_str()));
+      result_.good(cv::format("images: %ux%u %s", pair_.left->width, pair_.left->height,
+                              pair_.left->encoding.c_str()));
       const StereoRig rig = stereoRig(pair_);
-      result_.good(
-          format("calibration: focal length %.1f px, baseline %.4f m", rig.fx_px, rig.baseline_m));
+      result_.good(cv::format("calibration: focal length %.1f px, baseline %.4f m", rig.fx_px,
+                              rig.baseline_m));
       if (rig.baseline_m < 0.01 || rig.baseline_m > 5)
-        result_.advice(
-            format("a baseline of %g m is unusual: are the P matrices in metres?", rig.baseline_m));
+        result_.advice(cv::format("a baseline of %g m is unusual: are the P matrices in metres?",
+                                  rig.baseline_m));
       return true;
     } catch (const std::invalid_argument& error) {
       result_.fault(error.what());
@@ -194,7 +195,8 @@ class Checker {
     cv::minMaxLoc(left, nullptr, &brightest);
     if (brightest >= kDark) return;
     result_.advice(
-        format("the first left image is dark: no pixel is brighter than %.0f of 255", brightest) +
+        cv::format("the first left image is dark: no pixel is brighter than %.0f of 255",
+                   brightest) +
         (pair_.left->encoding.find("16") == std::string::npos
              ? ""
              : ". The upper 8 of 16 bits are used: if the camera has fewer than 16 bits, set its "

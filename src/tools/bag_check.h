@@ -4,7 +4,6 @@
 #include <rosbag/bag.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -69,13 +68,5 @@ struct StampStream {
 /// differ.
 /// @param streams  left, right, left_info, right_info; each has stamps.
 void checkStamps(const std::vector<StampStream>& streams, BagCheck& result);
-
-/// As printf.
-template <class... Values>
-std::string format(const char* text, Values... values) {
-  char buffer[1024];
-  std::snprintf(buffer, sizeof(buffer), text, values...);
-  return buffer;
-}
 
 }  // namespace predictive_stereo

@@ -3,7 +3,6 @@
 #include <Eigen/SVD>
 #include <boost/algorithm/string/trim.hpp>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -210,9 +209,7 @@ KittiDrive::KittiDrive(const std::string& date_dir, const std::string& drive, Ki
 
 std::string KittiDrive::dataFile(const std::string& folder, int frame,
                                  const std::string& extension) const {
-  char number[16];
-  std::snprintf(number, sizeof(number), "%010d", fileNumber(frame));
-  return dir_ + "/" + folder + "/data/" + number + "." + extension;
+  return dir_ + "/" + folder + "/data/" + cv::format("%010d.", fileNumber(frame)) + extension;
 }
 
 std::string KittiDrive::imageFolder(const KittiCamera& camera) {

@@ -110,9 +110,8 @@ int run(const CommandLine& line) {
   for (const double rate_hz : rates) {
     const LiveLoadResult result = load.run(rate_hz, frames, params);
     const LoadSummary all = result.summary(), warm = result.summary(kWarmUp, frames);
-    char asked[32];
-    std::snprintf(asked, sizeof(asked), rate_hz > 0 ? "%.1f" : "max", rate_hz);
-    std::printf("%8s %8d %8d %8ld %10.1f %8.1f %8.1f %8.1f %8.1f %10.1f\n", asked, all.sent,
+    const std::string asked = rate_hz > 0 ? cv::format("%.1f", rate_hz) : "max";
+    std::printf("%8s %8d %8d %8ld %10.1f %8.1f %8.1f %8.1f %8.1f %10.1f\n", asked.c_str(), all.sent,
                 all.lost, static_cast<long>(result.reported_losses), result.reachedHz(),
                 warm.p50_ms, warm.p95_ms, warm.p99_ms, warm.max_ms, megabytes(all));
     printWindows(result, window);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <opencv2/core.hpp>
 
 namespace predictive_stereo {
 namespace {
@@ -16,12 +17,8 @@ constexpr double kEarliest_s = 1;                         // first estimate of t
 // 75 s as 1:15, 3675 s as 1:01:15.
 std::string clockText(double seconds) {
   const long s = std::lround(seconds);
-  char text[32];
-  if (s < 3600)
-    std::snprintf(text, sizeof(text), "%ld:%02ld", s / 60, s % 60);
-  else
-    std::snprintf(text, sizeof(text), "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
-  return text;
+  return s < 3600 ? cv::format("%ld:%02ld", s / 60, s % 60)
+                  : cv::format("%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
 }
 
 }  // namespace
@@ -31,11 +28,8 @@ std::string progressText(const std::string& what, int done, int frames, double e
   done = std::clamp(done, 0, frames);
   const double share = static_cast<double>(done) / frames;
   const auto full = static_cast<size_t>(share * kBar);
-  char figures[64];
-  std::snprintf(figures, sizeof(figures), "]  %3d %%  %d of %d", static_cast<int>(100 * share),
-                done, frames);
-  std::string text =
-      what + "  [" + std::string(full, '#') + std::string(kBar - full, '.') + figures;
+  std::string text = what + "  [" + std::string(full, '#') + std::string(kBar - full, '.') +
+                     cv::format("]  %3d %%  %d of %d", static_cast<int>(100 * share), done, frames);
   if (done == frames)
     text += "  in " + clockText(elapsed_s);
   else if (done > 0 && elapsed_s >= kEarliest_s)

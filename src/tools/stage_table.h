@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <opencv2/core.hpp>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -41,14 +41,10 @@ class StageTable {
   }
 
   void print(std::ostream& out) const {
-    char line[128];
-    std::snprintf(line, sizeof(line), "%-24s %10s %10s\n", "stage", "median ms", "p95 ms");
-    out << line;
-    for (const auto& [name, ms] : stages_) {
-      std::snprintf(line, sizeof(line), "%-24s %10.2f %10.2f\n", name.c_str(), quantile(ms, 0.5),
-                    quantile(ms, 0.95));
-      out << line;
-    }
+    out << cv::format("%-24s %10s %10s\n", "stage", "median ms", "p95 ms");
+    for (const auto& [name, ms] : stages_)
+      out << cv::format("%-24s %10.2f %10.2f\n", name.c_str(), quantile(ms, 0.5),
+                        quantile(ms, 0.95));
   }
 
  private:

@@ -39,26 +39,26 @@ void checkSynchronisation(const std::vector<StampStream>& streams, double period
     if (distance_s < 0.5 * period_s) continue;
     result.fault(
         streams[i].topic +
-        format(": its stamps differ from those of the left images by %.3f s, half the time "
-               "between two frames (%.3f s) or more: the cameras are not synchronised; trigger "
-               "them together",
-               distance_s, period_s));
+        cv::format(": its stamps differ from those of the left images by %.3f s, half the time "
+                   "between two frames (%.3f s) or more: the cameras are not synchronised; trigger "
+                   "them together",
+                   distance_s, period_s));
     return;
   }
   if (largest_s == 0) {
     result.good("stamps of both cameras are equal");
   } else if (largest_s <= defaults.sync_tolerance) {
     result.good(
-        format("stamps of both cameras differ by up to %.2f ms: approximate_sync, which is the "
-               "default, is needed",
-               1e3 * largest_s));
+        cv::format("stamps of both cameras differ by up to %.2f ms: approximate_sync, which is the "
+                   "default, is needed",
+                   1e3 * largest_s));
   } else {
     const double tolerance_s = std::min(0.49 * period_s, 1.2 * largest_s);
-    result.arguments.push_back(format("sync_tolerance:=%.4f", tolerance_s));
-    result.advice(
-        format("stamps of both cameras differ by up to %.1f ms: give sync_tolerance:=%.4f; fast "
-               "motion makes disparities wrong",
-               1e3 * largest_s, tolerance_s));
+    result.arguments.push_back(cv::format("sync_tolerance:=%.4f", tolerance_s));
+    result.advice(cv::format(
+        "stamps of both cameras differ by up to %.1f ms: give sync_tolerance:=%.4f; fast "
+        "motion makes disparities wrong",
+        1e3 * largest_s, tolerance_s));
   }
 }
 
@@ -87,18 +87,18 @@ void checkStamps(const std::vector<StampStream>& streams, BagCheck& result) {
   std::nth_element(periods.begin(), periods.begin() + periods.size() / 2, periods.end());
   const double period_s = periods[periods.size() / 2];
   const double rate_hz = period_s > 0 ? 1 / period_s : 0;
-  result.good(format("%zu left images in the first %.1f s, %.1f Hz", left.size(),
-                     (left.back() - left.front()).toSec(), rate_hz));
+  result.good(cv::format("%zu left images in the first %.1f s, %.1f Hz", left.size(),
+                         (left.back() - left.front()).toSec(), rate_hz));
   if (backward)
-    result.advice(format("stamps go back %zu times: all nodelets reset there", backward));
+    result.advice(cv::format("stamps go back %zu times: all nodelets reset there", backward));
   if (gaps)
-    result.advice(format("%zu gaps of more than max_gap = %g s: all nodelets reset after them",
-                         gaps, kLargestGap_s));
+    result.advice(cv::format("%zu gaps of more than max_gap = %g s: all nodelets reset after them",
+                             gaps, kLargestGap_s));
   if (rate_hz < kSlow_hz)
-    result.advice(
-        format("%.1f Hz is slow: the prediction gets worse with the camera's motion between two "
-               "frames; record at a higher rate",
-               rate_hz));
+    result.advice(cv::format(
+        "%.1f Hz is slow: the prediction gets worse with the camera's motion between two "
+        "frames; record at a higher rate",
+        rate_hz));
   checkSynchronisation(streams, period_s, result);
 }
 

@@ -1,6 +1,5 @@
 /// Estimates process and measurement noise from LiDAR and writes a parameter file.
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <filesystem>
 #include <iostream>
@@ -44,15 +43,12 @@ figure 3.
 )";
 
 std::string textOf(const char* name, const ErrorHistogram& errors) {
-  char line[320];
-  std::snprintf(
-      line, sizeof(line),
+  return cv::format(
       "%s: %lld errors, mean %+.3f px, sigma %.3f px, robust sigma %.3f px, %.1f %% within "
       "1 px, %.2f %% gross (> 3 px), sigma of all %.3f px\n",
       name, static_cast<long long>(errors.count()), errors.mean_px(),
       std::sqrt(errors.variance_px2()), errors.robustSigma_px(), 100 * errors.shareWithin(1),
       100 * errors.grossShare(), std::sqrt(errors.varianceOfAll_px2()));
-  return line;
 }
 
 std::string today() {

@@ -123,10 +123,8 @@ class Evaluator {
     evaluations_.push_back(evaluateDetection(
         sequence, labels, detector, max_frames_,
         [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
-          if (!report_) return;
-          char number[16];
-          std::snprintf(number, sizeof(number), "%06d.png", frame.index);
-          writePicture(report_->dir() / (filesOf(sequence) + number), images.left);
+          const std::string file = filesOf(sequence) + cv::format("%06d.png", frame.index);
+          if (report_) writePicture(report_->dir() / file, images.left);
         }));
     lefts_[sequence.name()] = filesOf(sequence);
     if (!runs_.empty()) addPerturbed(sequence, labels);
