@@ -8,7 +8,7 @@
 
 namespace predictive_stereo {
 
-BagFile::BagFile(const std::string& path)
+BagFile::BagFile(const std::string& path, bool compress)
     : path_(path),
       temporary_(path + ".part" + std::to_string(getpid())),
       bag_(std::make_unique<rosbag::Bag>()) {
@@ -16,6 +16,7 @@ BagFile::BagFile(const std::string& path)
     throw std::runtime_error(path + ": is a folder; give the name of a file");
   try {
     bag_->open(temporary_, rosbag::bagmode::Write);
+    if (compress) bag_->setCompression(rosbag::compression::LZ4);
   } catch (const rosbag::BagException& error) {
     const bool made = std::filesystem::exists(temporary_);
     abandon();

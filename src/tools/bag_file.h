@@ -11,13 +11,13 @@ namespace predictive_stereo {
 /// the file is removed.
 class BagFile {
  public:
+  /// @param compress  by lz4.
   /// @throws std::runtime_error if the file cannot be made.
-  explicit BagFile(const std::string& path);
+  explicit BagFile(const std::string& path, bool compress = false);
   ~BagFile();
   BagFile(const BagFile&) = delete;
   BagFile& operator=(const BagFile&) = delete;
 
-  void setCompression(rosbag::compression::CompressionType type) { bag_->setCompression(type); }
   /// See rosbag::Bag::write.
   /// @throws std::runtime_error if the disk is full, or if writing fails for another reason.
   template <class... Arguments>

@@ -4,6 +4,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/join.hpp>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "nodelets/pipeline_processor.h"
 #include "nodelets/rectifier.h"
 #include "params/yaml_params.h"
+#include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/output_file.h"
 #include "tools/progress.h"
@@ -67,6 +69,7 @@ struct Options {
     topics.raw = line.has("rectify");
     std::istringstream list(line.get("topics"));
     for (std::string topic; std::getline(list, topic, ',');) outputs.insert(topic);
+    requireKnownOutputs();
     if (line.has("start")) start_s = seconds(line, "start");
     if (line.has("duration")) duration_s = seconds(line, "duration");
   }
@@ -79,6 +82,15 @@ struct Options {
   bool compress;
 
  private:
+  void requireKnownOutputs() const {
+    std::set<std::string> known;
+    visitOutputs([&](const std::string& topic, const auto&) { known.insert(topic); });
+    for (const std::string& topic : outputs)
+      if (!known.count(topic))
+        throw UsageError("--topics: there is no output '" + topic + "'; choose from " +
+                         boost::algorithm::join(known, " "));
+  }
+
   static double seconds(const CommandLine& line, const std::string& name) {
     double value = 0;
     parseParam("--" + name, line.get(name), value);
@@ -101,8 +113,7 @@ class Replay {
 
   void run() {
     readTf();
-    OutputBag out(options_.output, options_.outputs, cameraNamespace(options_.topics.camera),
-                  options_.compress);
+    BagFile out(options_.output, options_.compress);
     for (const rosbag::MessageInstance& message :
          rosbag::View(in_, rosbag::TopicQuery("/tf_static"), ros::TIME_MIN, begin_))
       if (message.getTime() < begin_) copyTf(message, begin_, out);
@@ -181,7 +192,7 @@ class Replay {
                    "ego_motion/publish_tf=false keeps them)\n";
   }
 
-  void processPair(StereoPair pair, ros::Time time, OutputBag& out) {
+  void processPair(StereoPair pair, ros::Time time, BagFile& out) {
     const auto rectify = [&] {
       pair.left = left_rectifier_.rectify(*pair.left, *pair.left_info);
       pair.right = right_rectifier_.rectify(*pair.right, *pair.right_info);
@@ -197,20 +208,33 @@ class Replay {
     figures_.add(*frame);
     if (!frame->event.empty())
       std::cerr << "\npair " << figures_.pairs() << ": " << frame->event << "\n";
-    if (params_.ego_motion.publish_tf) out.writeTf(time, frame->ego_motion.transform);
-    out.write({*frame, params_.disparity.points}, time);
+    write({*frame, params_.disparity.points}, time, out);
     table_.add(frame->times);
   }
 
+  void write(const ReplayedFrame& frame, ros::Time time, BagFile& out) const {
+    if (params_.ego_motion.publish_tf) {
+      tf2_msgs::TFMessage tf;
+      tf.transforms = {frame.out.ego_motion.transform};
+      out.write("/tf", time, tf);
+    }
+    const std::string ns = cameraNamespace(options_.topics.camera);
+    visitOutputs([&](const std::string& topic, const auto& make) {
+      if (options_.outputs.empty() || options_.outputs.count(topic))
+        out.write(ns + "/" + topic, time, *make(frame));
+    });
+  }
+
   // Copies the bag's transforms, so that OUT is complete without the input bag.
-  void copyTf(const rosbag::MessageInstance& message, ros::Time time, OutputBag& out) const {
+  void copyTf(const rosbag::MessageInstance& message, ros::Time time, BagFile& out) const {
     const auto tf = message.instantiate<tf2_msgs::TFMessage>();
     if (!tf) return;
     auto& transforms = tf->transforms;
     transforms.erase(std::remove_if(transforms.begin(), transforms.end(),
                                     [&](const auto& transform) { return isOurs(transform); }),
                      transforms.end());
-    if (!transforms.empty()) out.writeAs(message, time, *tf);
+    if (!transforms.empty())
+      out.write(message.getTopic(), time, *tf, message.getConnectionHeader());
   }
 
   std::string describeMissingPairs(size_t lefts, const BagPairs& pairs) const {

@@ -1,20 +1,13 @@
 #pragma once
 
-#include <rosbag/message_instance.h>
-#include <tf2_msgs/TFMessage.h>
-
-#include <boost/algorithm/string/join.hpp>
 #include <filesystem>
 #include <functional>
 #include <opencv2/core.hpp>
-#include <set>
 #include <sstream>
 #include <string>
 
 #include "nodelets/output_topics.h"
 #include "nodelets/pipeline_processor.h"
-#include "tools/bag_file.h"
-#include "tools/command_line.h"
 #include "tools/stage_table.h"
 
 namespace predictive_stereo {
@@ -47,46 +40,6 @@ void visitOutputs(const Visit& visit) {
   visitCloudOutputs(of([](const F& f) { return f.clouds(); }));
   visitMovingObjectsOutputs(of([](const F& f) -> const auto& { return f.out.moving_objects; }));
 }
-
-/// The output bag with the selected topics; see BagFile.
-class OutputBag {
- public:
-  OutputBag(const std::string& path, const std::set<std::string>& wanted, const std::string& ns,
-            bool compress)
-      : wanted_(wanted), ns_(ns), file_(path) {
-    std::set<std::string> known;
-    visitOutputs([&](const std::string& topic, const auto&) { known.insert(topic); });
-    for (const std::string& topic : wanted_)
-      if (!known.count(topic))
-        throw UsageError("--topics: there is no output '" + topic + "'; choose from " +
-                         boost::algorithm::join(known, " "));
-    if (compress) file_.setCompression(rosbag::compression::LZ4);
-  }
-
-  void write(const ReplayedFrame& frame, ros::Time time) {
-    visitOutputs([&](const std::string& topic, const auto& make) {
-      if (wanted_.empty() || wanted_.count(topic))
-        file_.write(ns_ + "/" + topic, time, *make(frame));
-    });
-  }
-  // A message of the input bag, changed.
-  template <class Message>
-  void writeAs(const rosbag::MessageInstance& original, ros::Time time, const Message& message) {
-    file_.write(original.getTopic(), time, message, original.getConnectionHeader());
-  }
-  void writeTf(ros::Time time, const geometry_msgs::TransformStamped& transform) {
-    tf2_msgs::TFMessage message;
-    message.transforms.push_back(transform);
-    file_.write("/tf", time, message);
-  }
-
-  void finish() { file_.finish(); }
-
- private:
-  std::set<std::string> wanted_;
-  std::string ns_;
-  BagFile file_;
-};
 
 /// Quality figures that need no ground truth, for replay.
 class ReplayFigures {

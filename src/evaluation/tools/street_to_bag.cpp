@@ -190,8 +190,7 @@ int streetToBag(const CommandLine& line) {
   const Eigen::Isometry3d T_world_odom = basePose(street, street.exposureTimeOf(0));
   const std::string ns = cameraNamespace(line.get("namespace", "/street"));
 
-  BagFile file(line.positional()[0]);
-  if (line.has("compress")) file.setCompression(rosbag::compression::LZ4);
+  BagFile file(line.positional()[0], line.has("compress"));
   catchInterruptions();
   Progress progress(line.positional()[0], street.frames());
   const ros::Time begin(kEpoch_s);
