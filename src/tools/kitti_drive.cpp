@@ -181,13 +181,13 @@ std::vector<int64_t> readKittiTimestamps(const std::string& path, size_t max_cou
   return stamps;
 }
 
-KittiDrive::KittiDrive(const std::string& date_dir, const std::string& drive, KittiCameras cameras)
+KittiDrive::KittiDrive(const std::string& date_dir, const std::string& drive, int left_camera)
     : date_dir_(date_dir), name_(drive), dir_((fs::path(date_dir) / drive).string()) {
   if (!fs::is_directory(date_dir)) fail(date_dir, "folder not found");
   if (!fs::is_directory(dir_)) fail(dir_, "folder not found");
   const KittiCalibrationFile calibration((fs::path(date_dir) / "calib_cam_to_cam.txt").string());
-  left_ = kittiCamera(calibration, cameras == KittiCameras::kGray ? 0 : 2);
-  right_ = kittiCamera(calibration, left_.number + 1);
+  left_ = kittiCamera(calibration, left_camera);
+  right_ = kittiCamera(calibration, left_camera + 1);
 
   const auto left_files = fileNumbers(dir_ + "/" + imageFolder(left_) + "/data", ".png");
   const auto right_files = fileNumbers(dir_ + "/" + imageFolder(right_) + "/data", ".png");

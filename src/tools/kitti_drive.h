@@ -47,8 +47,6 @@ struct KittiCamera {
 /// @param calibration  calib_cam_to_cam.txt.
 KittiCamera kittiCamera(const KittiCalibrationFile& calibration, int number);
 
-enum class KittiCameras { kGray, kColor };
-
 /// One point of a laser scan, in the scanner's frame (x forward, y left, z up) [m].
 struct LidarPoint {
   float x, y, z, reflectance;
@@ -86,8 +84,8 @@ class KittiDrive {
  public:
   /// @param date_dir  folder of a day, with calib_cam_to_cam.txt.
   /// @param drive  name of a drive's folder in it.
-  KittiDrive(const std::string& date_dir, const std::string& drive,
-             KittiCameras cameras = KittiCameras::kGray);
+  /// @param left_camera  0: the grey pair; 2: the colour pair.
+  KittiDrive(const std::string& date_dir, const std::string& drive, int left_camera = 0);
 
   const std::string& name() const { return name_; }
   const StereoRig& rig() const { return rig_; }

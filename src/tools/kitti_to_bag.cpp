@@ -226,8 +226,7 @@ int convert(const CommandLine& command_line) {
     throw UsageError("--cameras = " + cameras + ": must be gray or color");
 
   catchInterruptions();
-  const KittiDrive drive(arguments[0], arguments[1],
-                         cameras == "gray" ? KittiCameras::kGray : KittiCameras::kColor);
+  const KittiDrive drive(arguments[0], arguments[1], cameras == "gray" ? 0 : 2);
   {
     BagFile bag(arguments[2]);
     DriveWriter writer(drive, bag);

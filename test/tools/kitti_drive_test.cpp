@@ -26,7 +26,7 @@ TEST(KittiDrive, ReadsRigImagesAndCapsToImages) {
 
 TEST(KittiDrive, ColourPairHasItsOwnBaselineAndPosition) {
   const KittiFixture files;
-  const KittiDrive drive(files.path(), KittiFixture::kDrive, KittiCameras::kColor);
+  const KittiDrive drive(files.path(), KittiFixture::kDrive, 2);
   EXPECT_DOUBLE_EQ(drive.rig().baseline_m, 0.5);
   EXPECT_NEAR(drive.T_cam_velo().translation().x(), 0.06, 1e-12);
   EXPECT_EQ(drive.left(1)(0, 0), 12);
