@@ -129,8 +129,7 @@ Detector pipelineDetector(const PipelineParams& params) {
 }
 
 DetectionEvaluation evaluateDetection(
-    const Sequence& sequence, const std::optional<std::vector<ObjectLabel>>& labels,
-    const Detector& detector, int max_frames,
+    const Sequence& sequence, const Detector& detector, int max_frames,
     const std::function<void(const EvaluatedFrame&, const SequenceFrame&)>& seen) {
   DetectionEvaluation evaluation;
   evaluation.name = sequence.name();
@@ -139,8 +138,7 @@ DetectionEvaluation evaluateDetection(
   Progress progress(sequence.name(), frames);
   for (int index = 0; index < frames; ++index) {
     const SequenceFrame images = sequence.frame(index);
-    const auto known =
-        labels ? labelsOf(*labels, sequence.fileNumber(index)) : sequence.objects(index);
+    const auto known = sequence.objects(index);
     if (!known)
       throw std::runtime_error(sequence.name() +
                                ": has no labels of moving objects; give --labels");

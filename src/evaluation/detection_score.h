@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -107,13 +106,11 @@ struct DetectionEvaluation {
   double median_ms = 0;  ///< per frame; 0: not known
 };
 
-/// @param labels  by Sequence::fileNumber; none: the sequence has ground truth of moving objects.
 /// @param max_frames  0: all.
 /// @param seen  called after each frame; may be empty.
 /// @throws std::runtime_error if there are no labels of moving objects.
 DetectionEvaluation evaluateDetection(
-    const Sequence& sequence, const std::optional<std::vector<ObjectLabel>>& labels,
-    const Detector& detector, int max_frames,
+    const Sequence& sequence, const Detector& detector, int max_frames,
     const std::function<void(const EvaluatedFrame&, const SequenceFrame&)>& seen);
 
 /// The score of all sequences together.

@@ -85,14 +85,14 @@ class KittiScene : public Sequence {
     if (layout_.vehicles) frame.vehicles = readGrey(file(layout_.vehicles, number), rig_.size) > 0;
     return frame;
   }
-  std::optional<std::vector<ObjectLabel>> objects(int) const override {
-    if (layout_.vehicles) return std::nullopt;
-    return std::vector<ObjectLabel>();
-  }
 
  private:
   static constexpr int kTruthFile = 10;  // number of the pair with truth
 
+  std::optional<std::vector<ObjectLabel>> trueObjects(int) const override {
+    if (layout_.vehicles) return std::nullopt;
+    return std::vector<ObjectLabel>();
+  }
   std::string file(const std::string& folder, int number) const {
     return dir_ + "/" + folder + "/" + name_ + cv::format("_%02d.png", number);
   }

@@ -9,34 +9,26 @@ namespace {
 
 class RememberedSequence : public Sequence {
  public:
-  RememberedSequence(const Sequence& from, const std::optional<std::vector<ObjectLabel>>& labels,
-                     int max_frames)
-      : Sequence(from.name(), from.rig()) {
+  RememberedSequence(const Sequence& from, int max_frames) : Sequence(from.name(), from.rig()) {
     const int frames = framesOf(from, max_frames);
     for (int i = 0; i < frames; ++i) {
       const SequenceFrame images = from.frame(i);
-      const int number = from.fileNumber(i);
-      frames_.push_back({{images.left, images.right, {}, {}},
-                         from.stamp_s(i),
-                         number,
-                         labels ? labelsOf(*labels, number) : from.objects(i)});
+      frames_.push_back({{images.left, images.right, {}, {}}, from.stamp_s(i), from.objects(i)});
     }
   }
   int frames() const override { return static_cast<int>(frames_.size()); }
   SequenceFrame frame(int index) const override { return at(index).images; }
   double stamp_s(int index) const override { return at(index).stamp_s; }
-  int fileNumber(int index) const override { return at(index).number; }
-  std::optional<std::vector<ObjectLabel>> objects(int index) const override {
-    return at(index).objects;
-  }
 
  private:
   struct Frame {
     SequenceFrame images;
     double stamp_s;
-    int number;
     std::optional<std::vector<ObjectLabel>> objects;
   };
+  std::optional<std::vector<ObjectLabel>> trueObjects(int index) const override {
+    return at(index).objects;
+  }
   const Frame& at(int index) const { return frames_.at(static_cast<size_t>(index)); }
 
   std::vector<Frame> frames_;
@@ -102,14 +94,14 @@ class PerturbedSequence : public Sequence {
     }
     return frame;
   }
-  std::optional<std::vector<ObjectLabel>> objects(int index) const override {
+
+ private:
+  std::optional<std::vector<ObjectLabel>> trueObjects(int index) const override {
     auto labels = from_->objects(source(index));
     if (labels && change_.mirrored)
       for (ObjectLabel& label : *labels) label = predictive_stereo::mirrored(label, from_->rig());
     return labels;
   }
-
- private:
   cv::Mat1b withWrongColumns(const cv::Mat1b& right, int frame) const {
     const double corner_px = change_.column_offset_px, bow_px = change_.column_bow_px;
     const double jump_px = 2 * frame >= from_->frames() ? change_.column_jump_px : 0;
@@ -178,10 +170,8 @@ const std::vector<Perturbation>& perturbations() {
   return all;
 }
 
-std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence,
-                                         const std::optional<std::vector<ObjectLabel>>& labels,
-                                         int max_frames) {
-  return std::make_unique<RememberedSequence>(sequence, labels, max_frames);
+std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence, int max_frames) {
+  return std::make_unique<RememberedSequence>(sequence, max_frames);
 }
 
 ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,11 +33,8 @@ struct Perturbation {
 const std::vector<Perturbation>& perturbations();
 
 /// A copy of a sequence in memory, with its moving objects, for repeated runs.
-/// @param labels  by Sequence::fileNumber; none: the sequence has ground truth of moving objects.
 /// @param max_frames  0: all.
-std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence,
-                                         const std::optional<std::vector<ObjectLabel>>& labels,
-                                         int max_frames);
+std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence, int max_frames);
 
 /// A label for the mirrored sequence, whose left camera is the right one. It is tolerated if its
 /// distance is not known, or if the right image shows less than half of it.

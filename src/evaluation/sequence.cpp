@@ -40,11 +40,7 @@ class StreetSequence : public Sequence {
     rig_ = street_.rig();
   }
   int frames() const override { return street_.frames(); }
-
   double stamp_s(int index) const override { return street_.stampOf(index); }
-  std::optional<std::vector<ObjectLabel>> objects(int index) const override {
-    return labelsOf(rendered(index));
-  }
   SequenceFrame frame(int index) const override {
     const StreetFrame& street = rendered(index);
     SequenceFrame frame{street.left, street.right, {}, {}};
@@ -60,6 +56,9 @@ class StreetSequence : public Sequence {
   }
 
  private:
+  std::optional<std::vector<ObjectLabel>> trueObjects(int index) const override {
+    return labelsOf(rendered(index));
+  }
   const StreetFrame& rendered(int index) const {
     if (last_.index != index || last_.left.empty()) last_ = street_.render(index);
     return last_;

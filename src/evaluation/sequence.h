@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "evaluation/object_labels.h"
@@ -36,18 +37,27 @@ class Sequence {
   virtual double stamp_s(int index) const { return 0.1 * index; }
   /// Number of the frame in label files.
   virtual int fileNumber(int index) const { return index; }
-  /// The moving objects of a frame, if the sequence has ground truth of them.
-  virtual std::optional<std::vector<ObjectLabel>> objects(int /*index*/) const {
-    return std::nullopt;
+  /// The moving objects of a frame: its labels, or else its ground truth, if there is some.
+  std::optional<std::vector<ObjectLabel>> objects(int index) const {
+    return labels_ ? labelsOf(*labels_, fileNumber(index)) : trueObjects(index);
   }
+  /// @param labels  of all frames, by fileNumber.
+  void setLabels(std::vector<ObjectLabel> labels) { labels_ = std::move(labels); }
   /// True poses T_world_cam of the left camera's optical frame, if they are known.
   virtual std::optional<std::vector<Eigen::Isometry3d>> poses() const { return std::nullopt; }
 
  protected:
   explicit Sequence(const std::string& name, const StereoRig& rig = {}) : name_(name), rig_(rig) {}
+  /// The moving objects of a frame, if the sequence has ground truth of them.
+  virtual std::optional<std::vector<ObjectLabel>> trueObjects(int /*index*/) const {
+    return std::nullopt;
+  }
 
   const std::string name_;
   StereoRig rig_;
+
+ private:
+  std::optional<std::vector<ObjectLabel>> labels_;
 };
 
 /// Its number of frames, or `max_frames` if this is less; 0: no limit.

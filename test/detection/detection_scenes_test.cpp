@@ -247,8 +247,8 @@ TEST(DetectionScenes, ThreadsDoNotMatter) {
 DetectionEvaluation kittiDrive(const std::string& kitti, const std::string& date,
                                const std::string& drive) {
   const auto sequence = kittiDriveSequence(kitti + "/" + date, drive);
-  const auto labels = readObjectLabels(kitti + "/labels/" + drive + ".csv");
-  return evaluateDetection(*sequence, labels, pipelineDetector(PipelineParams()), 0, {});
+  sequence->setLabels(readObjectLabels(kitti + "/labels/" + drive + ".csv"));
+  return evaluateDetection(*sequence, pipelineDetector(PipelineParams()), 0, {});
 }
 
 class KittiDetection : public testing::Test {
@@ -300,8 +300,7 @@ TEST_F(KittiDetection, StaticScenesOf2012) {
     const auto sequence = kittiScene(KittiStereo::k2012, training, scene);
     score.startSequence();
     for (const EvaluatedFrame& frame :
-         evaluateDetection(*sequence, std::nullopt, pipelineDetector(PipelineParams()), 0, {})
-             .frames)
+         evaluateDetection(*sequence, pipelineDetector(PipelineParams()), 0, {}).frames)
       score.add(frame.labels, frame.objects);
   }
   EXPECT_GT(score.frames(), 0);

@@ -55,8 +55,7 @@ std::optional<std::pair<std::string, std::string>> drive(const std::string& sour
 struct Recording {
   std::string path;
   std::unique_ptr<Sequence> sequence;
-  std::optional<std::vector<ObjectLabel>> labels;  ///< none: the sequence has ground truth
-  std::vector<cv::Mat1f> disparity_px;             ///< empty: no truth in this frame
+  std::vector<cv::Mat1f> disparity_px;  ///< empty: no truth in this frame
   Poses T_world_cam;
 };
 
@@ -67,7 +66,7 @@ Recording kitti(const std::string& path, const std::string& date, const std::str
   Recording recording;
   recording.path = path;
   recording.sequence = kittiDriveSequence(date_dir, name);
-  recording.labels = readObjectLabels(excerpts + "/labels/" + name + ".csv");
+  recording.sequence->setLabels(readObjectLabels(excerpts + "/labels/" + name + ".csv"));
   for (int i = 0; i < recording.sequence->frames(); ++i)
     recording.disparity_px.push_back(recording.sequence->frame(i).truth_px);
   recording.T_world_cam = recording.sequence->poses().value();
@@ -237,8 +236,7 @@ class Bag : public testing::Test {
         output.objects.push_back(detectedObject(object));
       return output;
     };
-    const DetectionScore detection =
-        evaluateDetection(*recording_->sequence, recording_->labels, live, 0, {}).score;
+    const DetectionScore detection = evaluateDetection(*recording_->sequence, live, 0, {}).score;
     const Poses poses = cameraPoses();
     std::vector<Figure> result;
     const auto add = [&](const char* name, double value, double factor, double slack) {

@@ -67,7 +67,8 @@ class BagSequence : public Sequence {
     return frame;
   }
 
-  std::optional<std::vector<ObjectLabel>> objects(int index) const override {
+ private:
+  std::optional<std::vector<ObjectLabel>> trueObjects(int index) const override {
     if (truth_.empty()) return std::nullopt;
     const auto found = truth_.find(pairAt(index).left->header.stamp);
     if (found == truth_.end())
@@ -78,7 +79,6 @@ class BagSequence : public Sequence {
     return labels;
   }
 
- private:
   // Stores the positions of the pairs' messages, because the images would fill the memory.
   void findPairs(const std::string& path) {
     RefusedMessages refused(

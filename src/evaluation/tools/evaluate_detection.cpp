@@ -77,19 +77,16 @@ least half visible, and have a box of 400 px^2 or more. Errors are medians of ab
 speed errors are of objects up to 25 m away.
 )";
 
-using Labels = std::optional<std::vector<ObjectLabel>>;
-
-// Labels of one sequence; none: it has ground truth.
-Labels labelsFor(const CommandLine& command_line, const Sequence& sequence) {
+// Reads the labels of a sequence, unless it has ground truth.
+void setLabels(const CommandLine& command_line, Sequence& sequence) {
   const fs::path path = command_line.get("labels");
   fs::path file = path;
   if (fs::is_directory(path)) file = path / (sequence.recording() + ".csv");
   const bool has_truth = sequence.objects(0).has_value();
   if (command_line.has("labels") && (file == path || fs::exists(file) || !has_truth))
-    return readObjectLabels(file.string());
-  if (!has_truth)
+    sequence.setLabels(readObjectLabels(file.string()));
+  else if (!has_truth)
     throw UsageError(sequence.name() + ": has no labels of moving objects; give --labels CSV");
-  return std::nullopt;
 }
 
 void requireValidChoice(const CommandLine& command_line, size_t sequences) {
@@ -112,7 +109,7 @@ class Evaluator {
       if (line_.has("perturb")) runs_.push_back({change.name, {}});
   }
 
-  void add(const Sequence& sequence, const Labels& labels) {
+  void add(const Sequence& sequence) {
     const bool recorded = line_.has("objects");
     if (!recorded && params_.detection.scheme == DetectionScheme::kDefault &&
         sequence.rig() != last_rig_)
@@ -121,13 +118,13 @@ class Evaluator {
     const Detector detector =
         recorded ? recordedDetector(line_.get("objects"), sequence) : pipelineDetector(params_);
     evaluations_.push_back(evaluateDetection(
-        sequence, labels, detector, max_frames_,
+        sequence, detector, max_frames_,
         [&](const EvaluatedFrame& frame, const SequenceFrame& images) {
           const std::string file = filesOf(sequence) + cv::format("%06d.png", frame.index);
           if (report_) writePicture(report_->dir() / file, images.left);
         }));
     lefts_[sequence.name()] = filesOf(sequence);
-    if (!runs_.empty()) addPerturbed(sequence, labels);
+    if (!runs_.empty()) addPerturbed(sequence);
   }
 
   void print() const {
@@ -156,13 +153,13 @@ class Evaluator {
     return "frames/" + fileName(sequence.name()) + "_";
   }
 
-  void addPerturbed(const Sequence& sequence, const Labels& labels) {
-    const auto known = loadIntoMemory(sequence, labels, max_frames_);
+  void addPerturbed(const Sequence& sequence) {
+    const auto known = loadIntoMemory(sequence, max_frames_);
     for (size_t i = 0; i < runs_.size(); ++i) {
       const Perturbation& change = perturbations()[i];
       runs_[i].evaluations.push_back(
           i == 0 ? evaluations_.back()
-                 : evaluateDetection(*perturbed(*known, change), std::nullopt,
+                 : evaluateDetection(*perturbed(*known, change),
                                      pipelineDetector(change.applyTo(params_)), 0, {}));
     }
   }
@@ -185,14 +182,16 @@ int evaluate(const CommandLine& command_line) {
   const auto groups = openSequences(
       command_line, [&](const std::string& path) { return bagSequence(path, topics); });
   // Checks the inputs now, not after an hour of computing.
-  std::vector<std::pair<const Sequence*, Labels>> sequences;
+  std::vector<const Sequence*> sequences;
   for (const SequenceGroup& group : groups)
-    for (const auto& sequence : group.sequences)
-      sequences.emplace_back(sequence.get(), labelsFor(command_line, *sequence));
+    for (const auto& sequence : group.sequences) {
+      setLabels(command_line, *sequence);
+      sequences.push_back(sequence.get());
+    }
   requireValidChoice(command_line, sequences.size());
   makeFolderOf(command_line.get("csv"));
   Evaluator evaluator(command_line, params);
-  for (const auto& [sequence, labels] : sequences) evaluator.add(*sequence, labels);
+  for (const Sequence* sequence : sequences) evaluator.add(*sequence);
   evaluator.print();
   evaluator.write();
   return 0;
