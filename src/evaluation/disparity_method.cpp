@@ -35,7 +35,7 @@ class PredictiveMethod : public DisparityMethod {
 
 class OpencvMethod : public DisparityMethod {
  public:
-  OpencvMethod(OpencvMode mode, const DisparityParams& params, bool aligned)
+  OpencvMethod(int mode, const DisparityParams& params, bool aligned)
       : mode_(mode),
         range_(params.matcher.range),
         aligned_(aligned),
@@ -87,7 +87,7 @@ class OpencvMethod : public DisparityMethod {
     return aligned;
   }
 
-  OpencvMode mode_;
+  int mode_;
   DisparityRange range_;
   bool aligned_;
   CoarseMatcher coarse_matcher_;
@@ -98,12 +98,11 @@ class OpencvMethod : public DisparityMethod {
 }  // namespace
 
 void opencvDisparity(const cv::Mat1b& left, const cv::Mat1b& right, const DisparityRange& range,
-                     OpencvMode mode, cv::Mat1f& disparity_px, double principal_offset_px) {
+                     int mode, cv::Mat1f& disparity_px, double principal_offset_px) {
   constexpr int kBlock = 3, kP1 = 26, kP2 = 470;
   const int first = range.min_disparity + cvFloor(principal_offset_px);
   const auto matcher = cv::StereoSGBM::create(first, range.count, kBlock, kP1, kP2);
-  matcher->setMode(mode == OpencvMode::kHh ? cv::StereoSGBM::MODE_HH
-                                           : cv::StereoSGBM::MODE_SGBM_3WAY);
+  matcher->setMode(mode);
   cv::Mat1s fixed_point;
   matcher->compute(left, right, fixed_point);
   fixed_point.convertTo(disparity_px, CV_32F, 1.0 / cv::StereoMatcher::DISP_SCALE,
@@ -118,7 +117,7 @@ std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params) 
   return std::make_unique<PredictiveMethod>(params);
 }
 
-std::unique_ptr<DisparityMethod> opencvMethod(OpencvMode mode, const DisparityParams& params,
+std::unique_ptr<DisparityMethod> opencvMethod(int mode, const DisparityParams& params,
                                               bool aligned) {
   return std::make_unique<OpencvMethod>(mode, params, aligned);
 }

@@ -39,21 +39,18 @@ class DisparityMethod {
 /// This package with a given ego-motion; moving objects are detected and fed back.
 std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params);
 
-enum class OpencvMode {
-  kHh,    ///< StereoSGBM::MODE_HH, 8 paths: the paper's baseline
-  k3Way,  ///< StereoSGBM::MODE_SGBM_3WAY: OpenCV's fastest
-};
-
 /// OpenCV's semi-global matching with the paper's parameters (P1 26, P2 470, block 3; OpenCV's
 /// defaults for all others).
+/// @param mode  of cv::StereoSGBM: MODE_HH, 8 paths, the paper's baseline, or MODE_SGBM_3WAY,
+///   OpenCV's fastest.
 /// @param disparity_px  range.invalid() where OpenCV finds nothing.
 /// @param principal_offset_px  is subtracted, as in this package; see StereoRig::principalOffset.
 void opencvDisparity(const cv::Mat1b& left, const cv::Mat1b& right, const DisparityRange& range,
-                     OpencvMode mode, cv::Mat1f& disparity_px, double principal_offset_px = 0);
+                     int mode, cv::Mat1f& disparity_px, double principal_offset_px = 0);
 
 /// OpenCV.
 /// @param aligned  whether the rows of the images are aligned first, as in this package.
-std::unique_ptr<DisparityMethod> opencvMethod(OpencvMode mode, const DisparityParams& params,
+std::unique_ptr<DisparityMethod> opencvMethod(int mode, const DisparityParams& params,
                                               bool aligned);
 
 }  // namespace predictive_stereo

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/core/utility.hpp>
 
 #include "benchmark/sequences.h"
@@ -69,10 +70,12 @@ int run(const CommandLine& line) {
       ours_ms.push_back(ms);
       stages.add(pipeline.times().all());
       widths += cv::mean(output.disparity.search_width_px)[0];
-      hh_ms.push_back(timeOf(
-          [&] { opencvDisparity(frame.left, frame.right, range, OpencvMode::kHh, disparity_px); }));
+      hh_ms.push_back(timeOf([&] {
+        opencvDisparity(frame.left, frame.right, range, cv::StereoSGBM::MODE_HH, disparity_px);
+      }));
       three_way_ms.push_back(timeOf([&] {
-        opencvDisparity(frame.left, frame.right, range, OpencvMode::k3Way, disparity_px);
+        opencvDisparity(frame.left, frame.right, range, cv::StereoSGBM::MODE_SGBM_3WAY,
+                        disparity_px);
       }));
     }
   }

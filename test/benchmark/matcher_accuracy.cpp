@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <functional>
+#include <opencv2/calib3d.hpp>
 
 #include "evaluation/disparity_method.h"
 #include "evaluation/disparity_metrics.h"
@@ -44,7 +45,7 @@ void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityP
   if (std::none_of(jobs.begin(), jobs.end(), has_truth)) return;
   const DisparityRange& range = params.matcher.range;
 
-  const auto opencv = [&](OpencvMode mode, bool aligned) -> Method {
+  const auto opencv = [&](int mode, bool aligned) -> Method {
     return [=](const MatchingJob& job) {
       Result result{{}, static_cast<double>(range.count)};
       opencvDisparity(job.left, aligned ? job.aligned_right : job.right, range, mode,
@@ -81,9 +82,9 @@ void printMatcherAccuracy(const std::vector<MatchingJob>& jobs, const DisparityP
     printRow(name, jobs, range, method, baseline);
   };
   constexpr PathSet kFour = PathSet::kStraight4, kEight = PathSet::kAll8;
-  row("OpenCV MODE_HH", opencv(OpencvMode::kHh, false));
-  row("OpenCV MODE_HH, rows aligned", opencv(OpencvMode::kHh, true));
-  row("OpenCV MODE_SGBM_3WAY", opencv(OpencvMode::k3Way, false));
+  row("OpenCV MODE_HH", opencv(cv::StereoSGBM::MODE_HH, false));
+  row("OpenCV MODE_HH, rows aligned", opencv(cv::StereoSGBM::MODE_HH, true));
+  row("OpenCV MODE_SGBM_3WAY", opencv(cv::StereoSGBM::MODE_SGBM_3WAY, false));
   row("full search, 4 paths, rows as given", ours(kFour, false, true));
   row("full search, 4 paths", ours(kFour, true, true));
   row("full search, 8 paths", ours(kEight, true, true));

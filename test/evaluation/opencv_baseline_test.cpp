@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "evaluation/disparity_method.h"
@@ -18,7 +19,7 @@ TEST(OpencvBaseline, FindsAShiftAndMarksTheRest) {
   cv::GaussianBlur(left, left, {}, 1.0);
   cv::Mat1b right(left.size(), uchar{0});
   left.colRange(10, 300).copyTo(right.colRange(0, 290));
-  for (const OpencvMode mode : {OpencvMode::kHh, OpencvMode::k3Way}) {
+  for (const int mode : {cv::StereoSGBM::MODE_HH, cv::StereoSGBM::MODE_SGBM_3WAY}) {
     cv::Mat1f disparity_px;
     opencvDisparity(left, right, DisparityRange{}, mode, disparity_px);
     EXPECT_NEAR(disparity_px(40, 200), 10, 0.1);
@@ -34,8 +35,8 @@ TEST(OpencvBaseline, ReproducesKnownFiguresOnKitti) {
   MeanDisparityScore mean;
   for (int frame = 1; frame < drive.frames(); ++frame) {
     cv::Mat1f disparity_px;
-    opencvDisparity(drive.left(frame), drive.right(frame), DisparityRange{}, OpencvMode::kHh,
-                    disparity_px);
+    opencvDisparity(drive.left(frame), drive.right(frame), DisparityRange{},
+                    cv::StereoSGBM::MODE_HH, disparity_px);
     mean.add(scoreDisparity(disparity_px, DisparityRange{}, lidarTruth(drive, frame)));
   }
   EXPECT_NEAR(mean.d1_percent, 3.4, 0.1);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <opencv2/calib3d.hpp>
 #include <optional>
 #include <sstream>
 
@@ -57,7 +58,7 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
   const auto ours = [](PipelineParams changed) {
     return [changed] { return predictiveMethod(changed); };
   };
-  const auto opencv = [&](OpencvMode mode, bool aligned) {
+  const auto opencv = [&](int mode, bool aligned) {
     return [=] { return opencvMethod(mode, params.disparity, aligned); };
   };
   PipelineParams diagonal = params, all = params, full = params;
@@ -65,9 +66,9 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
   all.disparity.matcher.paths = PathSet::kAll8;
   full.disparity.search.scheme = SearchScheme::kFull;
   std::vector<NamedMethod> known = {
-      {kOpencvHh, opencv(OpencvMode::kHh, false)},
-      {"opencv_3way", opencv(OpencvMode::k3Way, false)},
-      {"opencv_hh_aligned", opencv(OpencvMode::kHh, true)},
+      {kOpencvHh, opencv(cv::StereoSGBM::MODE_HH, false)},
+      {"opencv_3way", opencv(cv::StereoSGBM::MODE_SGBM_3WAY, false)},
+      {"opencv_hh_aligned", opencv(cv::StereoSGBM::MODE_HH, true)},
       {kOurs, ours(params)},
       {"ours_diagonal", ours(diagonal)},
       {"ours_8", ours(all)},
