@@ -90,13 +90,6 @@ void VarianceCalibration::add(double error_px, double variance_px2) {
   sum_nll_ += 0.5 * (std::log(2 * M_PI * variance_px2) + error_px * error_px / variance_px2);
 }
 
-VarianceCalibration& VarianceCalibration::operator+=(const VarianceCalibration& other) {
-  sigmas_px_ += other.sigmas_px_;
-  sum_nll_ += other.sum_nll_;
-  for (size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
-  return *this;
-}
-
 double VarianceCalibration::shareWithin(double sigmas) const {
   const int bins = std::min(kBins, static_cast<int>(std::ceil(sigmas / kBinWidth - 1e-9)));
   int64_t within = 0;

@@ -83,7 +83,6 @@ class VarianceCalibration {
 
   /// @throws std::invalid_argument if the variance is not positive.
   void add(double error_px, double variance_px2);
-  VarianceCalibration& operator+=(const VarianceCalibration& other);
 
   int64_t count() const { return sigmas_px_.count(); }
   /// Share of errors within `sigmas` standard deviations (rounded up to kBinWidth).

@@ -20,8 +20,8 @@ bool interpolateRow(const DisparityRange& range, int width, float* row) {
 
 // Of all pixels, background and vehicles.
 std::string triple(const KittiScore& score, double (KittiCounts::*figure)() const) {
-  return fixed((score.all().*figure)(), 2) + " / " + fixed((score.background.*figure)(), 2) +
-         " / " + fixed((score.vehicles.*figure)(), 2);
+  return fixed((score.all.*figure)(), 2) + " / " + fixed((score.background.*figure)(), 2) + " / " +
+         fixed((score.vehicles.*figure)(), 2);
 }
 Row figures(const KittiScore& score) {
   return {triple(score, &KittiCounts::d1_percent), triple(score, &KittiCounts::d1_valid_percent),
@@ -45,20 +45,11 @@ void interpolateAsKitti(const DisparityRange& range, cv::Mat1f& disparity_px) {
     disparity_px.row(filled).copyTo(disparity_px.row(missing));
 }
 
-KittiCounts& KittiCounts::operator+=(const KittiCounts& other) {
-  found += other.found;
-  interpolated += other.interpolated;
-  return *this;
-}
-
-KittiCounts KittiScore::all() const {
-  KittiCounts sum = background;
-  return sum += vehicles;
-}
-
 KittiScore& KittiScore::operator+=(const KittiScore& other) {
-  background += other.background;
-  vehicles += other.vehicles;
+  for (const auto pixels : {&KittiScore::all, &KittiScore::background, &KittiScore::vehicles}) {
+    (this->*pixels).found += (other.*pixels).found;
+    (this->*pixels).interpolated += (other.*pixels).interpolated;
+  }
   return *this;
 }
 
@@ -70,7 +61,7 @@ KittiScore scoreAsKitti(const cv::Mat1f& disparity_px, const DisparityRange& ran
     return KittiCounts{scoreDisparity(disparity_px, range, truth_px, mask),
                        scoreDisparity(interpolated_px, range, truth_px, mask)};
   };
-  return {countsOf(vehicles == 0), countsOf(vehicles)};
+  return {countsOf({}), countsOf(vehicles == 0), countsOf(vehicles)};
 }
 
 KittiEvaluation2015::KittiEvaluation2015(const std::vector<NamedMethod>& methods) : shown_(0) {
@@ -95,8 +86,10 @@ void KittiEvaluation2015::add(const std::string& scene, const SequenceFrame& fra
     if (m == shown_) scenes_.emplace_back(scene, score);
     if (!maps.disparity_variance_px2.empty())
       forEachError(maps.disparity_px, range, frame.truth_px, [&](int x, int y, double error_px) {
+        const float variance_px2 = maps.disparity_variance_px2(y, x);
+        method.variance.add(error_px, variance_px2);
         (frame.vehicles(y, x) ? method.vehicle_variance : method.background_variance)
-            .add(error_px, maps.disparity_variance_px2(y, x));
+            .add(error_px, variance_px2);
       });
     const cv::Mat1f doubt = running[m]->doubt(input, output);
     const auto addDoubt = [&](int x, int y, double error_px) {
@@ -119,7 +112,7 @@ Table KittiEvaluation2015::table() const {
 
 std::vector<std::pair<std::string, KittiScore>> KittiEvaluation2015::worst() const {
   constexpr size_t kWorst = 10;
-  const auto wrong = [](const auto& scene) { return scene.second.all().interpolated.wrong(); };
+  const auto wrong = [](const auto& scene) { return scene.second.all.interpolated.wrong(); };
   auto worst = scenes_;
   std::stable_sort(worst.begin(), worst.end(),
                    [&](const auto& a, const auto& b) { return wrong(a) > wrong(b); });
@@ -133,16 +126,14 @@ Table KittiEvaluation2015::worstTable() const {
       {"scene", "D1 % interpolated", "D1 % of valid pixels", "density %", "wrong",
        "of them on vehicles"}};
   for (const auto& [scene, score] : worst())
-    table.add(scene, figures(score), score.all().interpolated.wrong(),
+    table.add(scene, figures(score), score.all.interpolated.wrong(),
               score.vehicles.interpolated.wrong());
   return table;
 }
 
 Table KittiEvaluation2015::variances() const {
   const Method& shown = methods_[shown_];
-  VarianceCalibration all = shown.background_variance;
-  all += shown.vehicle_variance;
-  return calibrationTable({{"all", all},
+  return calibrationTable({{"all", shown.variance},
                            {"background", shown.background_variance},
                            {"vehicles", shown.vehicle_variance}});
 }

@@ -23,13 +23,11 @@ struct KittiCounts {
   double d1_percent() const { return interpolated.d1_filled_percent(); }  ///< the benchmark's D1
   double d1_valid_percent() const { return found.d1_percent(); }  ///< of pixels with a disparity
   double density_percent() const { return found.density_percent(); }
-  KittiCounts& operator+=(const KittiCounts& other);
 };
 
 struct KittiScore {
-  KittiCounts background, vehicles;
+  KittiCounts all, background, vehicles;
 
-  KittiCounts all() const;
   KittiScore& operator+=(const KittiScore& other);
 };
 
@@ -67,7 +65,7 @@ class KittiEvaluation2015 {
   struct Method {
     std::string name;
     KittiScore score;  ///< against all truth, occluded pixels included
-    VarianceCalibration background_variance, vehicle_variance;
+    VarianceCalibration variance, background_variance, vehicle_variance;
     Sparsification sparsification;
     double ms = 0;  ///< of all pairs
   };

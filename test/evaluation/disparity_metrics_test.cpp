@@ -63,11 +63,10 @@ TEST(VarianceCalibration, NormalErrorsGiveTheNormalShares) {
   EXPECT_THROW(right.add(0.1, 0.0), std::invalid_argument);
 }
 
-TEST(VarianceCalibration, LikelihoodByHandAndSums) {
-  VarianceCalibration a, b;
+TEST(VarianceCalibration, LikelihoodByHand) {
+  VarianceCalibration a;
   a.add(2.0, 4.0);
-  b.add(0.0, 1.0);
-  a += b;
+  a.add(0.0, 1.0);
   EXPECT_EQ(a.count(), 2);
   EXPECT_NEAR(a.negativeLogLikelihood(),
               (std::log(std::sqrt(2 * M_PI) * 2) + 0.5 + std::log(std::sqrt(2 * M_PI))) / 2, 1e-12);

@@ -71,9 +71,9 @@ TEST(ScoreAsKitti, CountsBackgroundAndVehicles) {
   EXPECT_EQ(3, score.vehicles.found.valid_pixels);
   EXPECT_EQ(1, score.vehicles.found.outliers);
   EXPECT_EQ(2, score.vehicles.interpolated.wrong());
-  EXPECT_NEAR(100.0 * 3 / 7, score.all().d1_percent(), 1e-9);
-  EXPECT_NEAR(100.0 * 2 / 5, score.all().d1_valid_percent(), 1e-9);
-  EXPECT_NEAR(100.0 * 5 / 7, score.all().density_percent(), 1e-9);
+  EXPECT_NEAR(100.0 * 3 / 7, score.all.d1_percent(), 1e-9);
+  EXPECT_NEAR(100.0 * 2 / 5, score.all.d1_valid_percent(), 1e-9);
+  EXPECT_NEAR(100.0 * 5 / 7, score.all.density_percent(), 1e-9);
 }
 
 TEST(ScoreAsKitti, CountsWhatCouldNotBeInterpolatedAsWrong) {
