@@ -59,7 +59,7 @@ bool isSurfaceBetween(const cv::Mat1f& disparity_px, const cv::Rect& a, const cv
   const cv::Point first(std::max(a.x, b.x), std::max(a.y, b.y)),
       end(std::min(a.br().x, b.br().x), std::min(a.br().y, b.br().y));
   if (end.x >= first.x && end.y >= first.y) return true;
-  if (end.x < first.x && end.y < first.y) return false;
+  if (end.x <= first.x && end.y <= first.y) return false;
   const cv::Mat1f between = disparity_px(cv::Rect(first, end));
   const double tolerance_px = kSameSurface_px + kSameSurface * expected_px;
   const int alike = cv::countNonZero(cv::abs(between - expected_px) <= tolerance_px);

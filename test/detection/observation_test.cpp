@@ -313,6 +313,11 @@ TEST_F(MoveAsOne, SideBySideOrOneAboveTheOther) {
   EXPECT_TRUE(areOne(rear, above));
   above.box_px.x = 131;
   EXPECT_FALSE(areOne(rear, above)) << "diagonal";
+  above.box_px.y = rear.box_px.y - above.box_px.height;
+  EXPECT_FALSE(areOne(rear, above)) << "diagonal, and no row is between them";
+  above.box_px.y = 40;
+  above.box_px.x = rear.box_px.br().x;
+  EXPECT_FALSE(areOne(rear, above)) << "diagonal, and no column is between them";
 }
 
 }  // namespace
