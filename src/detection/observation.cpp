@@ -169,19 +169,22 @@ bool belongsTo(const Observation& seen, const Observation& object) {
   const double depth_gap_m = std::max(seen.distance_m - (object.distance_m + object.size_m.z()),
                                       object.distance_m - (seen.distance_m + seen.size_m.z()));
   if (depth_gap_m > kDepthGap_m) return false;
-  return seen.has_velocity && object.has_velocity && haveSameVelocity(seen, object, kSigma_mps);
+  return haveSameVelocity(seen, object, kSigma_mps);
 }
 
 bool moveAsOne(const DetectionInput& input, const MotionDetectionParams& params,
                const Observation& one, const Observation& other) {
   constexpr double kSigma_mps = 0.5, kNoise_px = 1;
+  constexpr double kLeastCovered = 0.5;  // areas of both boxes / of the box around them
   const double disparity_times_depth = input.rig.disparityTimesDepth();
   const double d_one = disparity_times_depth / one.centre_m.z(),
                d_other = disparity_times_depth / other.centre_m.z();
   const bool same_depth =
       std::abs(one.centre_m.z() - other.centre_m.z()) <= params.layer_margin_m ||
       std::abs(d_one - d_other) <= kNoise_px;
-  return same_depth && haveSameVelocity(one, other, kSigma_mps) &&
+  const bool cover_most = one.box_px.area() + other.box_px.area() >=
+                          kLeastCovered * (one.box_px | other.box_px).area();
+  return same_depth && cover_most && haveSameVelocity(one, other, kSigma_mps) &&
          isSurfaceBetween(input.measured_disparity_px, one.box_px, other.box_px,
                           0.5 * (d_one + d_other));
 }

@@ -77,12 +77,13 @@ double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b);
 bool overlaps(const MotionDetectionParams& params, const Observation& seen,
               const Observation& object);
 
-/// Whether `seen` is a small part of `object`: it is beside it and has the same velocity, measured
-/// in this frame, like the side of a vehicle whose rear was found.
+/// Whether `seen` is a small part of `object`: it is beside it and has the same velocity, like the
+/// side of a vehicle whose rear was found.
 bool belongsTo(const Observation& seen, const Observation& object);
 
 /// Whether two observations are parts of one object, like the ends of a car with a dark door
-/// between them: they have the same velocity and depth, and so has the surface between them.
+/// between them: they have the same velocity and depth, and so has the surface between them, which
+/// must not be larger than they are.
 bool moveAsOne(const DetectionInput& input, const MotionDetectionParams& params,
                const Observation& one, const Observation& other);
 

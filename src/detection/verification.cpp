@@ -102,14 +102,12 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   return VerifiedObject{std::move(seen), hypothesis, std::move(*found)};
 }
 
-// Adds an object unless it was found already, or is a part of one. What moves as one is joined.
+// Joins an object with another one if they move as one. Otherwise adds it, unless it was found
+// already, or is a part of another one.
 void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
-  const Hypothesis& hypothesis = verified.hypothesis;
   const Observation& seen = verified.object;
-  if (!isFree(hypothesis)) return;
-  for (const Observation& other : objects_)
-    if (overlaps(frame.params, seen, other) || belongsTo(seen, other)) return;
-  taken_(verified.segment.area).setTo(255, verified.segment.mask);
+  if (!isFree(verified.hypothesis)) return;
+  const auto take = [&] { taken_(verified.segment.area).setTo(255, verified.segment.mask); };
   for (Observation& other : objects_) {
     if (!moveAsOne(frame.input, frame.params, other, seen)) continue;
     Observation whole = joined(other, seen);
@@ -117,8 +115,11 @@ void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
         whole.size_m.x() > frame.params.max_width_m)
       continue;
     other = std::move(whole);
-    return;
+    return take();
   }
+  for (const Observation& other : objects_)
+    if (overlaps(frame.params, seen, other) || belongsTo(seen, other)) return;
+  take();
   objects_.push_back(std::move(verified.object));
 }
 

@@ -254,7 +254,6 @@ TEST(BelongsTo, OfAVelocityWithinThreeSigmas) {
   EXPECT_TRUE(belongsTo(part({0, 0, 5 + 26.9}), car));
   EXPECT_FALSE(belongsTo(part({0, 0, 5 + 27.1}), car));
   EXPECT_FALSE(belongsTo(part({20, 0, 5 + 20}), car));
-  EXPECT_FALSE(belongsTo(at(beside, 10), at(kCar, 10))) << "velocities of tracks do not tell";
 }
 
 // Two ends of a car, 10 m away, with a door of 40 columns between them.
@@ -305,6 +304,12 @@ TEST_F(MoveAsOne, WithASurfaceBetweenThem) {
   EXPECT_TRUE(areOne(rear, front)) << "most of it is enough";
   input.measured_disparity_px(door).setTo(DisparityRange().invalid());
   EXPECT_FALSE(areOne(rear, front));
+}
+
+// Two people who walk along a wall are not one.
+TEST_F(MoveAsOne, IfHalfOfTheWholeIsTheirs) {
+  EXPECT_TRUE(areOne(rear, endOfCar(190)));
+  EXPECT_FALSE(areOne(rear, endOfCar(191)));
 }
 
 TEST_F(MoveAsOne, SideBySideOrOneAboveTheOther) {

@@ -59,6 +59,13 @@ TEST_F(FoundObjects, AreOneIfTheyMoveAsOne) {
   EXPECT_FALSE(verification.isTaken(kDoor.tl() / 2));
 }
 
+TEST_F(FoundObjects, AreOneIfTheyOverlap) {
+  const cv::Rect most = kRear | kDoor;
+  VerifiedObject rest = moving(kDoor | kFront, 5.2);
+  rest.hypothesis.seeds = {kFront.tl() / 2};
+  EXPECT_EQ(boxesOf({moving(most, 5), rest}), std::vector<cv::Rect>{kRear | kFront});
+}
+
 TEST_F(FoundObjects, AreTwoOfTwoVelocities) {
   EXPECT_EQ(boxesOf({moving(kRear, 5), moving(kFront, 1)}), (std::vector<cv::Rect>{kRear, kFront}));
 }
