@@ -19,6 +19,9 @@ constexpr int kReach = 2;           // residuals are summed over squares of 5x5 
 constexpr float kFewestKnown = 15;  // points of a square
 constexpr float kLeastSign = 0.8f;  // 90 % of one sign, 10 % of the other
 constexpr size_t kFewestPoints = 20;
+constexpr int kFewestCells = 6;      // of an obstacle
+constexpr float kOfObstacle = 0.5f;  // least mean residual of an obstacle / of a square
+constexpr float kLeastSignOfObstacle = 0.6f;
 constexpr float kMostStep_px = 1.5f;  // of the disparity, between neighbours
 constexpr uchar kNoSeed = 0, kCandidate = 255;
 
@@ -118,6 +121,11 @@ std::vector<cv::Point> takeConnected(const cv::Mat1f& disparity_px, cv::Point fi
   return points;
 }
 
+void sortByPoints(std::vector<std::vector<cv::Point>>& groups) {
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+}
+
 }  // namespace
 
 std::vector<std::vector<cv::Point>> groupResiduals(const cv::Mat1f& residual_px,
@@ -134,9 +142,49 @@ std::vector<std::vector<cv::Point>> groupResiduals(const cv::Mat1f& residual_px,
       if (points.size() >= kFewestPoints) groups.push_back(std::move(points));
     }
   }
-  std::stable_sort(groups.begin(), groups.end(),
-                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  sortByPoints(groups);
   return groups;
+}
+
+std::vector<std::vector<cv::Point>> shiftedObstacles(const Obstacles& obstacles,
+                                                     const cv::Mat1f& residual_px,
+                                                     const cv::Mat1f& disparity_px,
+                                                     const DisparityRange& range,
+                                                     float least_mean_px) {
+  static_assert(kLongStep_px == kCellSide_px && kLongStep_px == 4, "a cell is 2x2 lattice points");
+  struct Residuals {
+    float sum_px = 0;
+    int cells = 0, signs = 0;
+  };
+  std::vector<Residuals> residuals(obstacles.sizes.size());
+  for (int v = 0; v < obstacles.number.rows; ++v)
+    for (int u = 0; u < obstacles.number.cols; ++u) {
+      const int k = obstacles.number(v, u);
+      const float r = residual_px(2 * v, 2 * u);
+      if (k < 0 || r == kUnknownResidual) continue;
+      Residuals& of_obstacle = residuals[static_cast<size_t>(k)];
+      of_obstacle.sum_px += r;
+      ++of_obstacle.cells;
+      of_obstacle.signs += (r > 0) - (r < 0);
+    }
+  std::vector<std::vector<cv::Point>> shifted;
+  for (size_t k = 0; k < residuals.size(); ++k) {
+    const auto [sum_px, cells, signs] = residuals[k];
+    const auto count = static_cast<float>(cells);
+    if (cells < kFewestCells || std::abs(sum_px) < least_mean_px * count ||
+        static_cast<float>(std::abs(signs)) < kLeastSignOfObstacle * count)
+      continue;
+    std::vector<cv::Point> points;
+    for (const cv::Point cell : obstacles.cellsOf(static_cast<int>(k)))
+      for (const cv::Point step : {cv::Point(0, 0), {1, 0}, {0, 1}, {1, 1}}) {
+        const cv::Point p = 2 * cell + step;
+        if (residual_px(p) != kUnknownResidual && range.isValid(disparity_px(2 * p)))
+          points.push_back(p);
+      }
+    if (points.size() >= kFewestPoints) shifted.push_back(std::move(points));
+  }
+  sortByPoints(shifted);
+  return shifted;
 }
 
 void AlongChannel::compare(const FrameView& frame, const std::vector<PastFrame>& past) {
@@ -149,8 +197,11 @@ void AlongChannel::compare(const FrameView& frame, const std::vector<PastFrame>&
 
 void AlongChannel::find(const FrameView& frame, Verification& verification) const {
   const cv::Mat1f& disparity_px = frame.input.measured_disparity_px;
-  const auto groups = groupResiduals(residual_px, pair, disparity_px,
-                                     static_cast<float>(frame.params.dense_min_residual_px));
+  const auto least_mean_px = static_cast<float>(frame.params.dense_min_residual_px);
+  auto groups = groupResiduals(residual_px, pair, disparity_px, least_mean_px);
+  for (auto& points : shiftedObstacles(frame.obstacles, residual_px, disparity_px, frame.range,
+                                       kOfObstacle * least_mean_px))
+    groups.push_back(std::move(points));
   const auto hypotheses =
       firstResults(kMostAlong, groups, [&](const auto& points) -> std::optional<Hypothesis> {
         if (medianDisparity(disparity_px, points) < kLeastDisparity_px) return std::nullopt;

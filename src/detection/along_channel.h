@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "detection/long_residual.h"
+#include "detection/obstacles.h"
 #include "detection/point_tracks.h"
 #include "detection/verification.h"
 
@@ -18,6 +19,15 @@ std::vector<std::vector<cv::Point>> groupResiduals(const cv::Mat1f& residual_px,
                                                    const cv::Mat1b& pair,
                                                    const cv::Mat1f& disparity_px,
                                                    float least_mean_px);
+
+/// Obstacles whose mean residual is large and mostly of one sign, as lattice points with a
+/// disparity and a residual. A far one hardly fills a square of 5x5 points, but has more points.
+/// @param least_mean_px  least |mean residual| over an obstacle.
+std::vector<std::vector<cv::Point>> shiftedObstacles(const Obstacles& obstacles,
+                                                     const cv::Mat1f& residual_px,
+                                                     const cv::Mat1f& disparity_px,
+                                                     const DisparityRange& range,
+                                                     float least_mean_px);
 
 /// Finds objects that move along the line of sight, which changes the disparity but hardly the
 /// image. Between two successive frames the change is too small. Therefore the current frame is

@@ -12,6 +12,7 @@
 #include "detection/frame_comparison.h"
 #include "detection/ground_plane.h"
 #include "detection/level_ground.h"
+#include "detection/obstacles.h"
 #include "imaging/image_pyramid.h"
 #include "predictive_stereo/moving_objects.h"
 #include "predictive_stereo/path_covariance.h"
@@ -91,6 +92,7 @@ struct FrameView {
   const RememberedFrame& current;
   const DepthCells& cells;
   const std::optional<GroundPlane>& ground;  ///< none: this frame shows none
+  const Obstacles& obstacles;
   const LevelGround& level;
 
   cv::Size lattice() const { return current.pyramid.level(1).size(); }

@@ -129,21 +129,21 @@ int wholeObstacle(const Observation& part, const Obstacles& obstacles,
 std::vector<Observation> FreeSpaceChannel::find(const FrameView& frame, DepthCells& cells) {
   const DetectionInput& input = frame.input;
   const cv::Mat1b& half_image = frame.current.pyramid.level(1);
-  obstacles_ = findObstacles(input.rig, cells, frame.ground);
-  free_space_.compare(input, cells, half_image, obstacleWidths(obstacles_, cells));
+  const Obstacles& obstacles = frame.obstacles;
+  free_space_.compare(input, cells, half_image, obstacleWidths(obstacles, cells));
   std::vector<Observation> objects;
-  if (!poseFits(free_space_.evidence())) {
+  pose_fits_ = poseFits(free_space_.evidence());
+  if (!pose_fits_) {
     free_space_.reset();
-    obstacles_ = {};
     return objects;
   }
   free_space_.remember(input, cells, half_image);
-  const std::vector<CellCounts> counts = countCells(obstacles_, free_space_.evidence());
+  const std::vector<CellCounts> counts = countCells(obstacles, free_space_.evidence());
   for (size_t k = 0; k < counts.size(); ++k) {
-    const int size = obstacles_.sizes[k];
+    const int size = obstacles.sizes[k];
     const auto [moved, fixed] = counts[k];
     if (size < kFewestCells || moved < kLeastMoved * size || moved < fixed) continue;
-    const std::vector<cv::Point> obstacle = obstacles_.cellsOf(static_cast<int>(k));
+    const std::vector<cv::Point> obstacle = obstacles.cellsOf(static_cast<int>(k));
     Observation seen = objectOf(frame, obstacle);
     if (!measureIfPossible(frame, obstacle, seen)) continue;
     seen.centre_covariance =
@@ -155,10 +155,10 @@ std::vector<Observation> FreeSpaceChannel::find(const FrameView& frame, DepthCel
 }
 
 void FreeSpaceChannel::complete(const FrameView& frame, Observation& part) const {
-  if (obstacles_.sizes.empty()) return;
-  const int k = wholeObstacle(part, obstacles_, free_space_.evidence());
+  if (!pose_fits_) return;
+  const int k = wholeObstacle(part, frame.obstacles, free_space_.evidence());
   if (k < 0) return;
-  const std::vector<cv::Point> obstacle = obstacles_.cellsOf(k);
+  const std::vector<cv::Point> obstacle = frame.obstacles.cellsOf(k);
   Observation whole = joined(part, objectOf(frame, obstacle));
   if (measureIfPossible(frame, obstacle, whole)) part = std::move(whole);
 }

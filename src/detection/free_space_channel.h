@@ -38,11 +38,14 @@ class FreeSpaceChannel {
     free_space_.addToDisparities(static_cast<float>(step_px));
   }
   /// Forgets the past frames.
-  void reset() { free_space_.reset(); }
+  void reset() {
+    free_space_.reset();
+    pose_fits_ = false;
+  }
 
  private:
   FreeSpace free_space_;
-  Obstacles obstacles_;  // of this frame; none if its pose is wrong
+  bool pose_fits_ = false;  // of this frame
 };
 
 }  // namespace predictive_stereo

@@ -45,6 +45,7 @@ class MotionScheme {
   // Of the current frame.
   DepthCells cells_;
   SteadyGround ground_;
+  Obstacles obstacles_;
   LevelGround level_;
   cv::Mat1f texture_;
   AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame

@@ -182,8 +182,8 @@ bool moveAsOne(const DetectionInput& input, const MotionDetectionParams& params,
   const bool same_depth =
       std::abs(one.centre_m.z() - other.centre_m.z()) <= params.layer_margin_m ||
       std::abs(d_one - d_other) <= kNoise_px;
-  const bool cover_most = one.box_px.area() + other.box_px.area() >=
-                          kLeastCovered * (one.box_px | other.box_px).area();
+  const bool cover_most =
+      one.box_px.area() + other.box_px.area() >= kLeastCovered * (one.box_px | other.box_px).area();
   return same_depth && cover_most && haveSameVelocity(one, other, kSigma_mps) &&
          isSurfaceBetween(input.measured_disparity_px, one.box_px, other.box_px,
                           0.5 * (d_one + d_other));

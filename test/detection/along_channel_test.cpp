@@ -116,5 +116,71 @@ TEST(ResidualGroups, AreThoseOfAReference) {
   }
 }
 
+// One obstacle of 3x9 cells.
+struct ShiftedObstacles : testing::Test {
+  ShiftedObstacles() : scene({80, 60}) {
+    obstacles.number = cv::Mat1i(30, 40, -1);
+    obstacles.number(kCells).setTo(0);
+    obstacles.sizes = {kCells.area()};
+    scene.residual_px.setTo(kUnknownResidual);
+  }
+  // Of a part of the obstacle.
+  void setResidual(const cv::Rect& cells, float residual_px) {
+    scene.residual_px(cv::Rect(2 * cells.tl(), cells.size() * 2)) = residual_px;
+  }
+  std::vector<std::vector<cv::Point>> groups() const {
+    return shiftedObstacles(obstacles, scene.residual_px, scene.disparity_px, DisparityRange(),
+                            kLeastMean_px);
+  }
+
+  const cv::Rect kCells{10, 8, 3, 9};
+  Scene scene;
+  Obstacles obstacles;
+};
+
+TEST_F(ShiftedObstacles, AreWhole) {
+  setResidual(kCells, -1.02f * kLeastMean_px);
+  ASSERT_EQ(groups().size(), 1u);
+  EXPECT_EQ(groups()[0].size(), 4u * 27);
+  EXPECT_EQ(cv::boundingRect(groups()[0]), cv::Rect(20, 16, 6, 18));
+  setResidual(kCells, -0.98f * kLeastMean_px);
+  EXPECT_TRUE(groups().empty());
+}
+
+TEST_F(ShiftedObstacles, HaveOnlyKnownPoints) {
+  setResidual(kCells, 1);
+  setResidual({10, 8, 1, 9}, kUnknownResidual);
+  scene.disparity_px.col(2 * 22) = DisparityRange().invalid();
+  const auto found = groups();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].size(), 4u * 18 - 18);
+  for (const cv::Point p : found[0]) EXPECT_GT(p.x, 22);
+}
+
+TEST_F(ShiftedObstacles, HaveOneSign) {
+  setResidual(kCells, 2);
+  setResidual({10, 8, 3, 1}, -0.1f);
+  EXPECT_EQ(groups().size(), 1u);
+  setResidual({10, 8, 3, 2}, -0.1f);
+  EXPECT_TRUE(groups().empty()) << "2 of 9 rows: less than 80 %";
+}
+
+TEST_F(ShiftedObstacles, HaveEnoughCells) {
+  setResidual({10, 8, 3, 2}, 1);
+  EXPECT_EQ(groups().size(), 1u);
+  setResidual({10, 8, 1, 1}, kUnknownResidual);
+  EXPECT_TRUE(groups().empty());
+}
+
+TEST_F(ShiftedObstacles, TheLargestComesFirst) {
+  const cv::Rect larger(20, 8, 5, 9);
+  obstacles.number(larger).setTo(1);
+  obstacles.sizes.push_back(larger.area());
+  setResidual(kCells, 1);
+  setResidual(larger, -1);
+  ASSERT_EQ(groups().size(), 2u);
+  EXPECT_EQ(groups()[0].size(), 4u * 45);
+}
+
 }  // namespace
 }  // namespace predictive_stereo

@@ -12,8 +12,9 @@ struct FrameParts {
   RememberedFrame current;
   DepthCells cells;
   std::optional<GroundPlane> ground;
+  Obstacles obstacles;
   LevelGround level;
-  const FrameView frame{input, range, params, current, cells, ground, level};
+  const FrameView frame{input, range, params, current, cells, ground, obstacles, level};
 };
 
 }  // namespace predictive_stereo

@@ -45,6 +45,7 @@ class FreeSpaceChannelTest : public testing::Test {
                           view.input.measured_variance_px2);
     ground_.setFrame(view.input.rig, parts_.cells);
     parts_.ground = ground_.plane();
+    parts_.obstacles = findObstacles(view.input.rig, parts_.cells, parts_.ground);
     return channel_.find(parts_.frame, parts_.cells);
   }
   void reset() {
