@@ -29,12 +29,11 @@ class PhotometricResidual {
 
  private:
   /// Of a pixel or a window: matches; left - right, its square; left, its square.
-  using Sums = cv::Vec<float, 5>;
+  using Sums = cv::Vec<int, 5>;
 
   float medianResidual(const cv::Mat1f& residual);
 
   cv::Mat_<Sums> pixels_, windows_;
-  cv::Mat1f contrast_;
   std::vector<float> sample_;
 };
 

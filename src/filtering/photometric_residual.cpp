@@ -19,16 +19,15 @@ struct Images {
   double principal_offset_px;
 };
 
-cv::Vec<float, 5> sumsOf(const Images& images, int x, int y) {
+cv::Vec<int, 5> sumsOf(const Images& images, int x, int y) {
   const float disparity_px = images.disparity_px(y, x);
   if (disparity_px < images.smallest_valid) return {};
   const int match = cvRound(x - disparity_px - images.principal_offset_px);
   if (match < 0 || match >= images.right.cols) return {};
-  const float left = images.left(y, x), difference = left - images.right(y, match);
+  const int left = images.left(y, x), difference = left - images.right(y, match);
   return {1, difference, difference * difference, left, left * left};
 }
 
-// The sums are integers, and exact: the order in which OpenCV adds them does not matter.
 float deviation(double count, double sum, double squares) {
   return count == 0 ? 0.0f : static_cast<float>(std::sqrt(count * squares - sum * sum) / count);
 }
@@ -49,18 +48,20 @@ void PhotometricResidual::measure(const cv::Mat1b& left, const cv::Mat1b& right,
   cv::boxFilter(pixels_, windows_, -1, {kWindow, kWindow}, {-1, -1}, false, cv::BORDER_CONSTANT);
 
   share.create(pixels_.size());
-  contrast_.create(pixels_.size());
   parallelForEach(share.rows, [&](int y) {
     for (int x = 0; x < share.cols; ++x) {
       const Sums& sums = windows_(y, x);
       share(y, x) = deviation(sums[0], sums[1], sums[2]);
-      contrast_(y, x) = deviation(sums[0], sums[3], sums[4]);
     }
   });
   const float usual = medianResidual(share);
   parallelForEach(share.rows, [&](int y) {
-    for (int x = 0; x < share.cols; ++x)
-      share(y, x) = std::clamp((share(y, x) - usual) / (contrast_(y, x) + 1.0f), 0.0f, 1.0f);
+    for (int x = 0; x < share.cols; ++x) {
+      const Sums& sums = windows_(y, x);
+      const float above = share(y, x) - usual;
+      share(y, x) =
+          above > 0 ? std::min(above / (deviation(sums[0], sums[3], sums[4]) + 1), 1.0f) : 0;
+    }
   });
 }
 
