@@ -19,10 +19,10 @@ constexpr int kReach = 2;           // residuals are summed over squares of 5x5 
 constexpr float kFewestKnown = 15;  // points of a square
 constexpr float kLeastSign = 0.8f;  // 90 % of one sign, 10 % of the other
 constexpr size_t kFewestPoints = 20;
-constexpr int kFewestCells = 6;      // of an obstacle
-constexpr float kOfObstacle = 0.5f;  // least mean residual of an obstacle / of a square
-constexpr float kLeastSignOfObstacle = 0.6f;
-constexpr float kMostStep_px = 1.5f;  // of the disparity, between neighbours
+constexpr int kFewestCells = 6;               // of an obstacle
+constexpr float kOfObstacle = 0.5f;           // least mean residual of an obstacle / of a square
+constexpr float kLeastSignOfObstacle = 0.6f;  // 80 % of one sign, 20 % of the other
+constexpr float kMostStep_px = 1.5f;          // of the disparity, between neighbours
 constexpr uchar kNoSeed = 0, kCandidate = 255;
 
 float orZero(float residual_px) { return residual_px == kUnknownResidual ? 0.0f : residual_px; }

@@ -313,16 +313,17 @@ TEST_F(MoveAsOne, IfHalfOfTheWholeIsTheirs) {
 }
 
 TEST_F(MoveAsOne, SideBySideOrOneAboveTheOther) {
-  Observation above = endOfCar(100);
-  above.box_px.y = 40;
-  EXPECT_TRUE(areOne(rear, above));
-  above.box_px.x = 131;
-  EXPECT_FALSE(areOne(rear, above)) << "diagonal";
-  above.box_px.y = rear.box_px.y - above.box_px.height;
-  EXPECT_FALSE(areOne(rear, above)) << "diagonal, and no row is between them";
-  above.box_px.y = 40;
-  above.box_px.x = rear.box_px.br().x;
-  EXPECT_FALSE(areOne(rear, above)) << "diagonal, and no column is between them";
+  // Small enough that both boxes cover most of the box around them.
+  const auto areOneWith = [&](const cv::Rect& box) {
+    Observation small = endOfCar(100);
+    small.box_px = box;
+    return areOne(rear, small);
+  };
+  EXPECT_TRUE(areOneWith({110, 92, 4, 4})) << "above";
+  EXPECT_TRUE(areOneWith({130, 96, 4, 4})) << "they touch";
+  EXPECT_FALSE(areOneWith({131, 94, 4, 4})) << "diagonal";
+  EXPECT_FALSE(areOneWith({131, 96, 4, 4})) << "diagonal, and no row is between them";
+  EXPECT_FALSE(areOneWith({130, 94, 4, 4})) << "diagonal, and no column is between them";
 }
 
 }  // namespace
