@@ -1,153 +1,35 @@
 #include "detection/suspicion.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "detection/patches.h"
 #include "parallel/tasks.h"
-#include "simd/simd_dispatch.h"
 
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "detection/suspicion.cpp"
-#include <hwy/foreach_target.h>
-#include <hwy/highway.h>
-
-#ifndef PREDICTIVE_STEREO_SUSPICION_CELL
-#define PREDICTIVE_STEREO_SUSPICION_CELL
-namespace predictive_stereo {
-
-// Side of the squares over which texture is summed, and their reach from the centre.
-constexpr int kTextureSide = 5, kTextureReach = kTextureSide / 2;
-constexpr int kCell = 4;  // side of a cell [lattice points]
-
-}  // namespace predictive_stereo
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-constexpr int kChunk = 128;
-constexpr int kSquare = kTextureSide * kTextureSide;
-static_assert(kTextureSide == 5, "sums are written out, and fit into 16 bits");
-
-// Sums over five rows, from column u on.
-template <class T, class Sum>
-HWY_INLINE void sumColumns(const T* const rows[kTextureSide], int u, int n,
-                           Sum* HWY_RESTRICT sums) {
-  const T *r0 = rows[0] + u, *r1 = rows[1] + u, *r2 = rows[2] + u, *r3 = rows[3] + u,
-          *r4 = rows[4] + u;
-  for (int i = 0; i < n; ++i) sums[i] = static_cast<Sum>(r0[i] + r1[i] + r2[i] + r3[i] + r4[i]);
-}
-
-// 25 |grey - mean grey over the square| for each point of the middle one of five rows. 0 for the
-// first and last kTextureReach points, which have no such square.
-HWY_NOINLINE void greyDeviationRow(const uint8_t* const rows[kTextureSide], int width,
-                                   uint16_t* HWY_RESTRICT deviation) {
-  const int edge = std::min(kTextureReach, width);
-  std::fill_n(deviation, edge, uint16_t{0});
-  std::fill_n(deviation + width - edge, edge, uint16_t{0});
-  const uint8_t* const middle = rows[kTextureReach];
-  int16_t columns[kChunk + 2 * kTextureReach];
-  for (int u = kTextureReach; u < width - kTextureReach; u += kChunk) {
-    const int n = std::min(kChunk, width - kTextureReach - u);
-    sumColumns(rows, u - kTextureReach, n + 2 * kTextureReach, columns);
-    for (int i = 0; i < n; ++i) {
-      const auto sum = static_cast<int16_t>(columns[i] + columns[i + 1] + columns[i + 2] +
-                                            columns[i + 3] + columns[i + 4]);
-      const auto scaled = static_cast<int16_t>(kSquare * middle[u + i]);
-      deviation[u + i] = static_cast<uint16_t>(std::max(scaled, sum) - std::min(scaled, sum));
-    }
-  }
-}
-
-// Mean of `deviations` / 25 over the square. Not for the first and last kTextureReach points.
-HWY_NOINLINE void textureRow(const uint16_t* const deviations[kTextureSide], int width,
-                             float* HWY_RESTRICT texture) {
-  int32_t columns[kChunk + 2 * kTextureReach];
-  for (int u = kTextureReach; u < width - kTextureReach; u += kChunk) {
-    const int n = std::min(kChunk, width - kTextureReach - u);
-    sumColumns(deviations, u - kTextureReach, n + 2 * kTextureReach, columns);
-    for (int i = 0; i < n; ++i) {
-      const int32_t sum =
-          columns[i] + columns[i + 1] + columns[i + 2] + columns[i + 3] + columns[i + 4];
-      texture[u + i] = static_cast<float>(sum) / (kSquare * kSquare);
-    }
-  }
-}
-
-// mismatch / (texture + noise); 0 if the mismatch is negative (unknown).
-HWY_NOINLINE void suspicionRow(const float* HWY_RESTRICT texture,
-                               const float* HWY_RESTRICT mismatch, int count, float noise,
-                               float* HWY_RESTRICT suspicion) {
-  for (int i = 0; i < count; ++i)
-    suspicion[i] = mismatch[i] >= 0 ? mismatch[i] / (texture[i] + noise) : 0.0f;
-}
-
-// The first maximum of a cell, without branches, which would be unpredictable.
-HWY_INLINE int32_t placeOfLargest(const float* const rows[kCell], int first) {
-  float largest = rows[0][first];
-  for (int k = 0; k < kCell; ++k)
-    for (int i = 0; i < kCell; ++i) largest = std::max(largest, rows[k][first + i]);
-  uint32_t places = 0;
-  for (int k = 0; k < kCell; ++k)
-    for (int i = 0; i < kCell; ++i)
-      places |= (rows[k][first + i] == largest ? 1u : 0u) << (kCell * k + i);
-  return static_cast<int32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(places));
-}
-
-// Finds cells with a maximum of at least `least`; returns their number.
-// @param rows  kCell rows, from the first cell's first point on.
-// @param found  indices of these cells.
-// @param worst  kCell * row + column of the maximum in each of them; of the first one of equals.
-HWY_NOINLINE int suspiciousCells(const float* const rows[kCell], int cells, float least,
-                                 int32_t* HWY_RESTRICT found, int32_t* HWY_RESTRICT worst) {
-  static_assert(kCell == 4, "written out");
-  int count = 0;
-  float largest[kChunk];
-  for (int first = 0; first < cells; first += kChunk / kCell) {
-    const int n = std::min(kChunk / kCell, cells - first);
-    const float *r0 = rows[0] + kCell * first, *r1 = rows[1] + kCell * first,
-                *r2 = rows[2] + kCell * first, *r3 = rows[3] + kCell * first;
-    for (int i = 0; i < kCell * n; ++i) {
-      const float upper = r0[i] > r1[i] ? r0[i] : r1[i], lower = r2[i] > r3[i] ? r2[i] : r3[i];
-      largest[i] = upper > lower ? upper : lower;
-    }
-    for (int c = 0; c < n; ++c) {
-      const float* of_cell = largest + kCell * c;
-      found[count] = first + c;
-      count += (of_cell[0] >= least) | (of_cell[1] >= least) | (of_cell[2] >= least) |
-               (of_cell[3] >= least);
-    }
-  }
-  for (int k = 0; k < count; ++k) worst[k] = placeOfLargest(rows, kCell * found[k]);
-  return count;
-}
-
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
 namespace predictive_stereo {
 namespace {
 
-HWY_EXPORT(greyDeviationRow);
-HWY_EXPORT(textureRow);
-HWY_EXPORT(suspicionRow);
-HWY_EXPORT(suspiciousCells);
+constexpr int kTextureSide = 5;  // of the squares over which texture is summed
+constexpr int kCell = 4;         // side of a cell [lattice points]
+constexpr int kMargin = 5;       // lattice points along the border that are left out
+static_assert(kMargin >= 2 * (kTextureSide / 2), "texture is not known closer to the border");
 
-constexpr int kMargin = 5;  // lattice points along the border that are left out
-static_assert(kMargin >= 2 * kTextureReach, "texture is not known closer to the border");
-
-template <class Map>
-auto rowsAround(const Map& map, int v) {
-  std::array<const typename Map::value_type*, kTextureSide> rows;
-  for (int k = 0; k < kTextureSide; ++k) rows[k] = map[v + k - kTextureReach];
-  return rows;
+// The first point of a cell with the largest mismatch relative to its texture.
+std::pair<float, cv::Point> mostSuspicious(const cv::Mat1f& texture, const cv::Mat1f& mismatch,
+                                           cv::Point first) {
+  std::pair<float, cv::Point> worst(0, first);
+  for (int v = first.y; v < first.y + kCell; ++v) {
+    const float *const of_texture = texture[v], *const of_mismatch = mismatch[v];
+    for (int u = first.x; u < first.x + kCell; ++u) {
+      const float suspicion = of_mismatch[u] / (of_texture[u] + kGreyNoise);
+      if (suspicion > worst.first) worst = {suspicion, {u, v}};
+    }
+  }
+  return worst;
 }
 
 // Whether most pixels around a pixel have a similar disparity.
@@ -240,46 +122,34 @@ bool isExplained(const PastView& view, cv::Point p) {
 
 }  // namespace
 
+// Sums over squares are exact.
 void greyTexture(const cv::Mat1b& grey, cv::Mat1f& texture) {
-  texture.create(grey.size());
-  const int first = 2 * kTextureReach, last = std::max(grey.rows - first, first);
-  const auto ofBand = [&](const cv::Range& band) {
-    cv::Mat1w deviation(band.size() + 2 * kTextureReach, grey.cols);
-    for (int k = 0; k < deviation.rows; ++k) HWY_DYNAMIC_DISPATCH(greyDeviationRow)
-    (rowsAround(grey, band.start - kTextureReach + k).data(), grey.cols, deviation[k]);
-    for (int v = band.start; v < band.end; ++v) HWY_DYNAMIC_DISPATCH(textureRow)
-    (rowsAround(deviation, v - band.start + kTextureReach).data(), grey.cols, texture[v]);
-  };
-  parallelFor(cv::Range(first, last), ofBand, cv::getNumThreads());
+  constexpr int kSquare = kTextureSide * kTextureSide;
+  const cv::Size square(kTextureSide, kTextureSide);
+  cv::Mat1w sum, scaled;
+  cv::Mat1i deviation;
+  cv::boxFilter(grey, sum, CV_16U, square, {-1, -1}, false);
+  grey.convertTo(scaled, CV_16U, kSquare);
+  cv::absdiff(scaled, sum, scaled);
+  cv::boxFilter(scaled, deviation, CV_32S, square, {-1, -1}, false);
+  deviation.convertTo(texture, CV_32F, 1.0 / (kSquare * kSquare));
 }
 
 Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv::Mat1f& mismatch) {
   const int rows = std::max(texture.rows - 2 * kMargin, 0) / kCell;
   const int columns = std::max(texture.cols - 2 * kMargin, 0) / kCell;
-  // A map without columns has no rows of cells.
-  std::vector<int> cells_of_row(static_cast<size_t>(columns > 0 ? rows : 0), 0);
+  std::vector<int> cells_of_row(static_cast<size_t>(rows), 0);
   std::vector<std::vector<cv::Point>> points_of_row(cells_of_row.size());
   const auto least = static_cast<float>(frame.params.min_mismatch);
-  parallelFor(cv::Range(0, static_cast<int>(cells_of_row.size())), [&](const cv::Range& part) {
-    cv::Mat1f suspicion(kCell, kCell * columns);
-    std::vector<int32_t> cells(static_cast<size_t>(columns)), worst(cells.size());
-    for (int r = part.start; r < part.end; ++r) {
-      const int first = kMargin + r * kCell;
-      const float* of_cells[kCell];
-      for (int k = 0; k < kCell; ++k) {
-        HWY_DYNAMIC_DISPATCH(suspicionRow)
-        (texture[first + k] + kMargin, mismatch[first + k] + kMargin, suspicion.cols, kGreyNoise,
-         suspicion[k]);
-        of_cells[k] = suspicion[k];
-      }
-      const int suspicious = HWY_DYNAMIC_DISPATCH(suspiciousCells)(of_cells, columns, least,
-                                                                   cells.data(), worst.data());
-      cells_of_row[static_cast<size_t>(r)] = suspicious;
-      for (size_t k = 0; k < static_cast<size_t>(suspicious); ++k) {
-        const cv::Point at(kMargin + cells[k] * kCell + worst[k] % kCell, first + worst[k] / kCell);
-        if (!frame.level.isLevel(at) && isWithinSurface(frame, 2 * at))
-          points_of_row[static_cast<size_t>(r)].push_back(2 * at);
-      }
+  parallelForEach(rows, [&](int row) {
+    const auto r = static_cast<size_t>(row);
+    for (int column = 0; column < columns; ++column) {
+      const cv::Point first(kMargin + kCell * column, kMargin + kCell * row);
+      const auto [suspicion, worst] = mostSuspicious(texture, mismatch, first);
+      if (suspicion < least) continue;
+      ++cells_of_row[r];
+      if (!frame.level.isLevel(worst) && isWithinSurface(frame, 2 * worst))
+        points_of_row[r].push_back(2 * worst);
     }
   });
   Suspects suspects;
@@ -307,4 +177,3 @@ std::vector<cv::Point> unexplainedPoints(const PastView& view,
 }
 
 }  // namespace predictive_stereo
-#endif

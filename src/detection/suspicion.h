@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 
 /// Texture around each lattice point: the mean over 5x5 points of |grey - mean grey over 5x5
-/// points|. Not computed for the four outermost rows and columns.
+/// points|.
 void greyTexture(const cv::Mat1b& grey, cv::Mat1f& texture);
 
 /// Texture below this is noise [grey levels].
