@@ -180,7 +180,7 @@ void FreeSpace::continueMotions(const DetectionInput& input) {
 // Whether a past image contradicts that the surface has come since then.
 bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image,
                           const Eigen::Vector3f& cell) {
-  const GreyPatchOf now(half_image, cell.x() / kLatticeStep_px, cell.y() / kLatticeStep_px);
+  const GreyPatch now(half_image, cell.x() / kLatticeStep_px, cell.y() / kLatticeStep_px);
   const auto looksLike = [&](const Eigen::Vector3f& at_px, float scale) {
     return now.differenceFrom(lag.past.half_image, at_px.x() / kLatticeStep_px,
                               at_px.y() / kLatticeStep_px, scale) < kMostDifference;

@@ -47,12 +47,12 @@ bool isWithinSurface(const FrameView& frame, cv::Point p) {
   return alike >= kFewestAlike;
 }
 
-static_assert(2 * kPatchReach + 1 == GreyPatch::kSide);
 constexpr int kAround_px = 4;               // distance of the neighbours whose disparity is tried
 constexpr float kDisparityError_px = 1.0f;  // of the point's own disparity
 constexpr float kSameDisparity_px = 0.5f;
 constexpr double kFastestAway_mps = 30;  // of an object that moves along the line of sight
 constexpr float kHidingMargin_px = 1.0f;
+constexpr float kMostDifference = 4;  // of patches that are the same, see GreyPatch
 
 // Whether a static point was occluded in the past frame: at its position there was a surface so
 // much nearer that it cannot be the same one, even if it moves with the camera.
@@ -69,44 +69,16 @@ bool wasHidden(const PastView& view, cv::Point pixel) {
          before * hiding_m > disparity_times_depth;
 }
 
-// Bytes of a patch at a sub-pixel position, copied if a read would leave the image.
-struct PatchBytes {
-  const uint8_t* upper_left;
-  std::ptrdiff_t stride;
-  uint8_t copy[kPatchRows * kPatchColumns];
-
-  PatchBytes(const cv::Mat1b& image, int column, int row)
-      : upper_left(image[row] + column), stride(static_cast<std::ptrdiff_t>(image.step)) {
-    if (column + kPatchColumns <= image.cols && row + kPatchRows <= image.rows) return;
-    for (int v = 0; v < kPatchRows; ++v)
-      for (int u = 0; u < kPatchColumns; ++u)
-        copy[kPatchColumns * v + u] =
-            image(std::min(row + v, image.rows - 1), std::min(column + u, image.cols - 1));
-    upper_left = copy;
-    stride = kPatchColumns;
-  }
-  PatchBytes(const PatchBytes&) = delete;
-};
-
 bool isExplained(const PastView& view, cv::Point p) {
   const float own = view.disparity_px()(p);
-  const PatchBytes here(view.images().level(1), p.x / 2 - kPatchReach, p.y / 2 - kPatchReach);
-  GreyPatch now;
-  patchBetween(here.upper_left, here.stride, 0, 0, now);
-  const float most =
-      static_cast<float>(view.params().min_mismatch) * (patchTexture(now) + kGreyNoise);
+  const GreyPatch now(view.images().level(1), 0.5f * static_cast<float>(p.x),
+                      0.5f * static_cast<float>(p.y));
   const cv::Mat1b& previous = view.past_images().level(1);
-  const auto end_x = static_cast<float>(previous.cols - kPatchReach - 1),
-             end_y = static_cast<float>(previous.rows - kPatchReach - 1);
   const auto explains = [&](float disparity) {
     const Eigen::Vector3f from =
         view.static_source(static_cast<float>(p.x), static_cast<float>(p.y), disparity);
-    const float x = 0.5f * from.x(), y = 0.5f * from.y();
-    if (!(x >= kPatchReach && y >= kPatchReach && x < end_x && y < end_y)) return false;
-    const int column = static_cast<int>(x), row = static_cast<int>(y);
-    const PatchBytes then(previous, column - kPatchReach, row - kPatchReach);
-    return patchDifference(now, then.upper_left, then.stride, x - static_cast<float>(column),
-                           y - static_cast<float>(row)) < most;
+    return now.differenceFrom(previous, 0.5f * from.x(), 0.5f * from.y(), 1,
+                              GreyPatch::Brightness::kMayDiffer) < kMostDifference;
   };
   for (float error : {0.0f, kDisparityError_px, -kDisparityError_px})
     if (own + error > 0 && explains(own + error)) return true;

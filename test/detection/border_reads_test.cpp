@@ -10,7 +10,6 @@
 #include "detection/free_space.h"
 #include "detection/level_ground.h"
 #include "detection/long_residual.h"
-#include "detection/patches.h"
 #include "detection/suspicion.h"
 #include "frame_parts.h"
 #include "guarded_memory.h"
@@ -128,18 +127,6 @@ TEST(BorderReads, OfTexture) {
     FrameParts parts;
     parts.input.measured_disparity_px = noise<float>(lattice * 2, -1, 30);
     findSuspects(parts.frame, texture, noise<float>(lattice, -1, 9));
-  });
-}
-
-TEST(BorderReads, OfPatches) {
-  forEveryGuardAndTarget([](Guard guard) {
-    for (std::ptrdiff_t stride = kPatchColumns; stride < 40; ++stride) {
-      const int size = static_cast<int>((kPatchRows - 1) * stride + kPatchColumns);
-      const Bytes image(size, guard, 0, 256);
-      GreyPatch patch;
-      patchBetween(image(size), stride, 0.3f, 0.6f, patch);
-      patchDifference(patch, image(size), stride, 0.2f, 0.7f);
-    }
   });
 }
 
