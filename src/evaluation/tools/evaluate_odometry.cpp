@@ -31,8 +31,6 @@ GPS is poor).
   --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
   --frames N          use at most N frames of each sequence
   --every N           use every Nth frame only
-  --rotation-prior KIND  rotation between frames from a simulated sensor: none (default), gyro, or a
-                      faulty one: opposite, axes, scaled, biased, stale, zero, random, nan
   --threads N         (default: all cores)
 
 Printed: mean error of the motion per frame; KITTI's relative errors over 5 to 100 m; the mean
@@ -51,12 +49,6 @@ void print(const OdometryEvaluation& e) {
                   error.translation_percent, error.rotation_deg_per_m, error.stretches);
   std::printf("  normalised error    %.3f (mean of e'C^-1e / 6), median %.3f\n",
               e.mean_normalized_error, e.median_normalized_error);
-  for (const OdometryEvaluation::Window& window : e.windows)
-    std::printf(
-        "  over %5d motions   %.4f m  %.4f deg (root mean square); e'C^-1e / 6: mean %.2f, median "
-        "%.2f, beyond the truth's jitter %.2f\n",
-        window.motions, window.translation_m, window.rotation_rad * 180 / M_PI,
-        window.mean_normalized, window.median_normalized, window.median_without_jitter);
   std::printf("  frames lost         %d\n", e.lost);
   std::printf("  ms per frame        mean %.2f, median %.2f, 95 %% %.2f\n", e.mean_ms, e.median_ms,
               e.p95_ms);
@@ -101,7 +93,6 @@ int evaluate(const CommandLine& command_line) {
   OdometryInput input;
   input.max_frames = command_line.getInt("frames", 0, 2);
   input.every = command_line.getInt("every", 1, 1);
-  input.rotation_prior = RotationPrior(command_line.get("rotation-prior", "none"));
   useThreads(command_line);
   std::optional<Report> report;
   if (command_line.has("report"))
@@ -128,6 +119,6 @@ int main(int argc, char** argv) {
   return predictive_stereo::runTool(
       argc, argv, predictive_stereo::kHelp,
       {"street", "street-frames", "shift-right", "csv", "report", "config", "set", "frames",
-       "every", "street-rate", "rotation-prior", "threads"},
+       "every", "street-rate", "threads"},
       {}, predictive_stereo::evaluate);
 }
