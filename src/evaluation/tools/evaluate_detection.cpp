@@ -154,12 +154,12 @@ class Evaluator {
   }
 
   void addPerturbed(const Sequence& sequence) {
-    const auto known = loadIntoMemory(sequence, max_frames_);
+    const std::shared_ptr<const Sequence> known = loadIntoMemory(sequence, max_frames_);
     for (size_t i = 0; i < runs_.size(); ++i) {
       const Perturbation& change = perturbations()[i];
       runs_[i].evaluations.push_back(
           i == 0 ? evaluations_.back()
-                 : evaluateDetection(*perturbed(*known, change),
+                 : evaluateDetection(*perturbed(known, change),
                                      pipelineDetector(change.applyTo(params_)), 0, {}));
     }
   }
