@@ -85,7 +85,8 @@ void addDrive(const DriveArgument& argument, const CommandLine& command_line,
                                      std::pair("measurement", &seen.measurement_image)}) {
     const std::string file = name + "_" + kind + "_error.png";
     writePicture(report.dir() / file, errors->map());
-    report.add(ReportItem("error_image", file).set("title", drive.name() + ", " + kind + " error"));
+    report.add(
+        reportItem("error_image", file, {{"title", drive.name() + ", " + kind + " error"}}));
   }
   all.process += seen.process;
   all.measurement += seen.measurement;
@@ -122,7 +123,7 @@ int estimate(const CommandLine& command_line) {
        {std::tuple("Process noise", "process_noise.csv", &all.process),
         std::tuple("Measurement noise", "measurement_noise.csv", &all.measurement)}) {
     writeText(report.dir() / file, errors->csv());
-    report.add(ReportItem("errors", file).set("title", title));
+    report.add(reportItem("errors", file, {{"title", title}}));
   }
   writeText(report.dir() / "noise.yaml", yaml);
   std::cout << yaml.substr(yaml.find("# all"));

@@ -128,9 +128,7 @@ class Evaluator {
   }
 
   void print() const {
-    std::cout << (evaluations_.size() == 1 ? scoreTable(evaluations_[0]) : scoreTable(evaluations_))
-                     .text()
-              << "\n"
+    std::cout << scoreTables(evaluations_).back().text() << "\n"
               << pooledTable(evaluations_).text() << "\n"
               << reliabilityTable(evaluations_).text() << "\n";
     if (!runs_.empty())
@@ -141,9 +139,12 @@ class Evaluator {
   void write() {
     if (line_.has("csv")) writeCsv(line_.get("csv"), csv(evaluations_), framesCsv(evaluations_));
     if (!report_) return;
-    predictive_stereo::add(evaluations_, limits_, *report_);
+    for (const Table& table : scoreTables(evaluations_)) report_->add(table);
+    for (const Table& table : limits_) report_->add(table);
     writeText(report_->dir() / "frames.csv", framesCsv(evaluations_));
-    report_->add(ReportItem("detections", "frames.csv").set("left", lefts_));
+    YAML::Node boxes = reportItem("detections", "frames.csv");
+    boxes["left"] = lefts_;
+    report_->add(boxes);
     report_->finish();
   }
 

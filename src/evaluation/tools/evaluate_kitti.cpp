@@ -127,8 +127,8 @@ MethodInput pairInput(const Sequence& scene, const SequenceFrame& pair, int inde
 void addPictures(const Sequence& scene, const std::vector<NamedMethod>& methods,
                  const DisparityRange& range, Report& report) {
   const SequenceFrame pair = scene.frame(scene.frames() - 1);
-  report.add({"heading", "Scene " + scene.name()});
-  ReportItem item = frameItem(pair, scene.name(), report);
+  report.add(reportItem("heading", "Scene " + scene.name()));
+  const YAML::Node item = frameItem(pair, scene.name(), report);
   for (const NamedMethod& method : methods) {
     MethodOutput output;
     method.make()->run(pairInput(scene, pair, 0), output);
@@ -169,11 +169,6 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   for (const Table& table : tables)
     if (!table.rows.empty()) std::cout << table.text();
   if (!report) return;
-  report->add(
-      {"text",
-       "D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity are "
-       "filled as the devkit does. Ground truth includes pixels that the right camera does not "
-       "see."});
   for (const Table& table : tables) report->add(table);
   for (const auto& [name, score] : evaluation.worst())
     addPictures(*kittiScene(KittiStereo::k2015, training_dir, name), methods, range, *report);

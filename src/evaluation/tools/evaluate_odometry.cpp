@@ -104,7 +104,7 @@ int evaluate(const CommandLine& command_line) {
   for (const OdometryEvaluation& evaluation : evaluations) print(evaluation);
   if (report) {
     writeText(report->dir() / "paths.csv", pathsCsv(evaluations));
-    report->add({"paths", "paths.csv"});
+    report->add(reportItem("paths", "paths.csv"));
     report->finish();
   }
   if (command_line.has("csv"))
