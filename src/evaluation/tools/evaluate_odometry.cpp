@@ -11,32 +11,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr char kHelp[] =
-    R"(Usage: evaluate_odometry DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
-
-Measures ego-motion against true poses: those of poses_gt_cam0.txt if the drive has this file,
-otherwise those of oxts (whose positions jitter by about 0.05 m from frame to frame, and drift where
-GPS is poor).
-
-  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it
-  --street SCENE      a scene of the synthetic street; may be given several times
-  --street-frames N   its number of frames (default 40)
-  --street-rate HZ    its frames per second (default: the scene's own)
-  --shift-right PX    shifts all right images to the right, as if the right camera had been turned
-                      after the calibration
-  --csv FILE          writes the figures of each sequence, and those of each frame into a second
-                      file, with _frames added to its name
-  --report DIR        writes each path; scripts/report DIR makes a page that shows them from above
-  --config YAML       parameters, as in evaluate_kitti
-  --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
-  --frames N          use at most N frames of each sequence
-  --every N           use every Nth frame only
-  --threads N         (default: all cores)
-
-Printed: mean error of the motion per frame; KITTI's relative errors over 5 to 100 m; the mean
-normalised error squared, divided by 6 (1: the covariance is consistent); ms per frame.
-)";
-
 void print(const OdometryEvaluation& e) {
   std::printf("%s, %zu motions, %.1f m\n", e.name.c_str(), e.motions.size(), e.length_m);
   std::printf("  per frame           %.4f m  %.4f deg (largest %.4f m  %.4f deg)\n",
@@ -93,7 +67,6 @@ int evaluate(const CommandLine& command_line) {
   OdometryInput input;
   input.max_frames = command_line.getInt("frames", 0, 2);
   input.every = command_line.getInt("every", 1, 1);
-  useThreads(command_line);
   std::optional<Report> report;
   if (command_line.has("report"))
     report.emplace(command_line.get("report"), "Paths, seen from above", command_line.command());
@@ -116,9 +89,6 @@ int evaluate(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(
-      argc, argv, predictive_stereo::kHelp,
-      {"street", "street-frames", "shift-right", "csv", "report", "config", "set", "frames",
-       "every", "street-rate", "threads"},
-      {}, predictive_stereo::evaluate);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
+                                    predictive_stereo::evaluate);
 }

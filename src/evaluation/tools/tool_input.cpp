@@ -80,8 +80,8 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
   if (shift.right_shift_px == 0) return groups;
   for (SequenceGroup& group : groups) {
     for (auto& sequence : group.sequences)
-      sequence = perturbed(std::move(sequence), shift,
-                           cv::format(", right %+g px", shift.right_shift_px));
+      sequence =
+          perturbed(std::move(sequence), shift, cv::format(", right %+g px", shift.right_shift_px));
     group.name += ", right " + command_line.get("shift-right") + " px";
   }
   return groups;
@@ -98,10 +98,6 @@ PipelineParams readParams(const CommandLine& command_line) {
   pipeline.disparity = params.disparity.disparity;
   pipeline.detection = params.moving_objects.detection;
   return pipeline;
-}
-
-void useThreads(const CommandLine& command_line) {
-  if (command_line.has("threads")) cv::setNumThreads(command_line.getInt("threads", 1, 1));
 }
 
 std::string fileName(const std::string& name) {
