@@ -14,7 +14,7 @@ target_link_libraries(predictive_stereo_evaluation
 )
 
 function(predictive_stereo_evaluation_tool name)
-  predictive_stereo_executable(${name} src/evaluation/tools/${name}.cpp)
+  predictive_stereo_tool(${name} src/evaluation/tools/${name}.cpp)
   target_link_libraries(predictive_stereo_${name} predictive_stereo_evaluation ${ARGN})
 endfunction()
 foreach(tool estimate_noise evaluate_kitti evaluate_odometry)

@@ -35,3 +35,17 @@ function(predictive_stereo_executable name)
   set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name})
   install(TARGETS ${target} RUNTIME DESTINATION ${predictive_stereo_bin})
 endfunction()
+
+# An executable with the command line of src/tools/command_line.h. Its help is docs/help/NAME.txt, where
+# @sequences@ and @parameters@ stand for the files of docs/help/common.
+function(predictive_stereo_tool name source)
+  foreach(file common/sequences common/parameters ${name})
+    get_filename_component(part ${file} NAME)
+    file(READ docs/help/${file}.txt text)
+    string(REGEX REPLACE "\n$" "" ${part} "${text}")
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS docs/help/${file}.txt)
+  endforeach()
+  string(CONFIGURE "${${name}}" help @ONLY)
+  configure_file(cmake/help.cpp.in ${name}_help.cpp @ONLY)
+  predictive_stereo_executable(${name} ${source} ${CMAKE_CURRENT_BINARY_DIR}/${name}_help.cpp)
+endfunction()

@@ -156,15 +156,16 @@ Table spreadTable(const std::vector<PerturbedEvaluation>& runs) {
   return table;
 }
 
-Table scoreTable(const DetectionEvaluation& evaluation) {
-  std::string name = evaluation.name;
-  if (evaluation.median_ms > 0)
-    name += " (detection " + fixed(evaluation.median_ms, 1) + " ms, median)";
-  return tableOf(name, evaluation.score);
-}
-
-Table scoreTable(const std::vector<DetectionEvaluation>& evaluations) {
-  return tableOf("all sequences", scoreOf(evaluations));
+std::vector<Table> scoreTables(const std::vector<DetectionEvaluation>& evaluations) {
+  std::vector<Table> tables;
+  for (const DetectionEvaluation& evaluation : evaluations) {
+    const double ms = evaluation.median_ms;
+    tables.push_back(
+        tableOf(evaluation.name + (ms > 0 ? " (detection " + fixed(ms, 1) + " ms, median)" : ""),
+                evaluation.score));
+  }
+  if (evaluations.size() > 1) tables.push_back(tableOf("all sequences", scoreOf(evaluations)));
+  return tables;
 }
 
 Table limitsTable(const Sequence& sequence, const PipelineParams& params) {
@@ -226,20 +227,6 @@ std::string framesCsv(const std::vector<DetectionEvaluation>& evaluations) {
       }
     }
   return csv.csv();
-}
-
-void add(const std::vector<DetectionEvaluation>& evaluations, const std::vector<Table>& limits,
-         Report& page) {
-  page.add(
-      {"text",
-       "A box is correct if its IoU with a demanded object is 0.3 or more. An object is demanded "
-       "from the third frame on in which it is visible. Errors are medians of absolute values; "
-       "speed errors are of objects up to 25 m away. Labels are thin (demanded white, missed "
-       "magenta, tolerated grey, parked blue), detected boxes thick (correct green, tolerated "
-       "yellow, false red)."});
-  for (const DetectionEvaluation& evaluation : evaluations) page.add(scoreTable(evaluation));
-  if (evaluations.size() > 1) page.add(scoreTable(evaluations));
-  for (const Table& table : limits) page.add(table);
 }
 
 }  // namespace predictive_stereo

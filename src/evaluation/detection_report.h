@@ -9,10 +9,9 @@
 
 namespace predictive_stereo {
 
-/// Recall, precision and errors: of all objects, by direction of motion, by distance.
-Table scoreTable(const DetectionEvaluation& evaluation);
-/// The same for all sequences together.
-Table scoreTable(const std::vector<DetectionEvaluation>& evaluations);
+/// Recall, precision and errors of each sequence: of all objects, by direction of motion, by
+/// distance. For several sequences the last table is that of all together.
+std::vector<Table> scoreTables(const std::vector<DetectionEvaluation>& evaluations);
 
 /// Recall and precision at IoU 0.3 and 0.5: one line per sequence, and one for all together.
 Table pooledTable(const std::vector<DetectionEvaluation>& evaluations);
@@ -38,10 +37,5 @@ Table limitsTable(const Sequence& sequence, const PipelineParams& params);
 std::string csv(const std::vector<DetectionEvaluation>& evaluations);
 /// One line per label and per detected object of each frame, with its outcome.
 std::string framesCsv(const std::vector<DetectionEvaluation>& evaluations);
-
-/// All figures, for a page.
-/// @param limits  see limitsTable.
-void add(const std::vector<DetectionEvaluation>& evaluations, const std::vector<Table>& limits,
-         Report& page);
 
 }  // namespace predictive_stereo

@@ -127,56 +127,50 @@ std::string sharesCsv(const std::vector<SequenceReport>& reports) {
   return csv.csv();
 }
 
-ReportItem frameItem(const SequenceFrame& frame, const std::string& title, Report& page) {
-  ReportItem item("frame", title);
-  item.set("left", page.write(frame.left));
-  if (!frame.truth_px.empty())
-    item.set("truth", page.writeMap(frame.truth_px, frame.truth_px >= 0));
+YAML::Node frameItem(const SequenceFrame& frame, const std::string& title, Report& page) {
+  YAML::Node item = reportItem("frame", title);
+  item["left"] = page.write(frame.left);
+  if (!frame.truth_px.empty()) item["truth"] = page.writeMap(frame.truth_px, frame.truth_px >= 0);
   return item;
 }
 
 void addMethod(const std::string& method, const DisparityRange& range, const MethodOutput& output,
-               ReportItem& frame, Report& page) {
+               YAML::Node frame, Report& page) {
   const DisparityOutput& maps = output.maps;
   const auto write = [&](const cv::Mat1f& disparity_px) {
     return page.writeMap(disparity_px, disparity_px >= range.min_disparity);
   };
-  ReportItem item("name", method);
-  item.set("disparity", write(maps.disparity_px));
+  YAML::Node item = reportItem("name", method);
+  item["disparity"] = write(maps.disparity_px);
   if (!maps.disparity_variance_px2.empty()) {
     cv::Mat1f sigma_px;
     cv::sqrt(maps.disparity_variance_px2, sigma_px);
-    item.set("sigma", page.writeMap(sigma_px, maps.disparity_px >= range.min_disparity));
-    item.set("width", page.writeMap(maps.search_width_px, maps.search_width_px >= 0));
-    item.set("range", range.count);
+    item["sigma"] = page.writeMap(sigma_px, maps.disparity_px >= range.min_disparity);
+    item["width"] = page.writeMap(maps.search_width_px, maps.search_width_px >= 0);
+    item["range"] = range.count;
   }
   if (maps.predicted) {
-    item.set("measured", write(maps.measured_disparity_px));
-    item.set("predicted", write(maps.predicted_disparity_px));
+    item["measured"] = write(maps.measured_disparity_px);
+    item["predicted"] = write(maps.predicted_disparity_px);
     for (const DetectedObject& object : output.objects) {
       const cv::Rect box(object.box_px);
-      item.node["boxes"].push_back(std::vector<int>{box.x, box.y, box.width, box.height});
+      item["boxes"].push_back(std::vector<int>{box.x, box.y, box.width, box.height});
     }
   }
-  frame.node["methods"].push_back(item.node);
+  frame["methods"].push_back(item);
 }
 
 void add(const std::vector<SequenceReport>& reports, Report& page) {
-  page.add({"text",
-            "D1: outliers, off by more than 3 px and 5 %, among pixels with a disparity. D1f: the "
-            "same with pixels without a disparity counted as outliers. All figures are means over "
-            "frames; the first frame is left out. hh: OpenCV StereoSGBM MODE_HH with the paper's "
-            "parameters; full: ours, searching all disparities under the same temporal rules."});
   writeText(page.dir() / "frames.csv", framesCsv(reports));
   writeText(page.dir() / "variance.csv", sharesCsv(reports));
   for (const SequenceReport& report : reports) {
-    page.add({"heading", report.name});
+    page.add(reportItem("heading", report.name));
     for (const Table& table : tables(report)) page.add(table);
     if (report.evaluations.front().score.frames > 0)
-      page.add(ReportItem("outliers", "frames.csv").set("sequence", report.name));
+      page.add(reportItem("outliers", "frames.csv", {{"sequence", report.name}}));
     if (const auto* ours = report.find(kOurs); ours && ours->variance.count() > 0)
-      page.add(ReportItem("variance", "variance.csv").set("sequence", report.name));
-    for (const ReportItem& frame : report.frames) page.add(frame);
+      page.add(reportItem("variance", "variance.csv", {{"sequence", report.name}}));
+    for (const YAML::Node& frame : report.frames) page.add(frame);
   }
 }
 

@@ -17,7 +17,7 @@ constexpr char kOursFull[] = "ours_full";
 struct SequenceReport {
   std::string name;
   std::vector<DisparityEvaluation> evaluations;  ///< one per method
-  std::vector<ReportItem> frames;                ///< maps of some frames, see frameItem
+  std::vector<YAML::Node> frames;                ///< maps of some frames, see frameItem
 
   /// nullptr if that method was not run.
   const DisparityEvaluation* find(const std::string& method) const;
@@ -41,12 +41,12 @@ std::string framesCsv(const std::vector<SequenceReport>& reports);
 std::string sharesCsv(const std::vector<SequenceReport>& reports);
 
 /// Writes the left image and the truth of a frame into a page's folder.
-ReportItem frameItem(const SequenceFrame& frame, const std::string& title, Report& page);
+YAML::Node frameItem(const SequenceFrame& frame, const std::string& title, Report& page);
 /// Adds a method's maps to the frame: disparities and (ours) standard deviations, search widths
 /// and, with a past, measured and predicted disparities with the boxes of the detected objects (the
 /// paper's figure 4).
 void addMethod(const std::string& method, const DisparityRange& range, const MethodOutput& output,
-               ReportItem& frame, Report& page);
+               YAML::Node frame, Report& page);
 
 /// All results, for a page.
 void add(const std::vector<SequenceReport>& reports, Report& page);

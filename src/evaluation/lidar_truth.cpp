@@ -7,13 +7,9 @@
 
 namespace predictive_stereo {
 
-namespace {
-
 cv::Point pixelOf(const Eigen::Vector3d& omega) {
   return {static_cast<int>(std::lround(omega.x())), static_cast<int>(std::lround(omega.y()))};
 }
-
-}  // namespace
 
 std::vector<Eigen::Vector3d> visibleLidarPoints(const std::vector<LidarPoint>& points,
                                                 const Eigen::Isometry3d& T_cam_velo,

@@ -7,6 +7,9 @@
 
 namespace predictive_stereo {
 
+/// The pixel of a point (x, y, disparity).
+cv::Point pixelOf(const Eigen::Vector3d& omega);
+
 /// The points of a laser scan that the left camera sees: (x, y, disparity) [px], not rounded.
 ///
 /// These are the points with a depth above 1 m that project into the image; of several points in

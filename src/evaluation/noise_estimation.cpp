@@ -21,42 +21,40 @@ class PointGrid {
  public:
   PointGrid(const std::vector<Eigen::Vector3d>& points, cv::Size size)
       : index_(size, -1), points_(points) {
-    for (size_t i = 0; i < points.size(); ++i)
-      index_(static_cast<int>(std::lround(points[i].y())),
-             static_cast<int>(std::lround(points[i].x()))) = static_cast<int>(i);
+    for (size_t i = 0; i < points.size(); ++i) index_(pixelOf(points[i])) = static_cast<int>(i);
   }
 
-  /// Disparity at (x, y) of the plane through the points around it. False if these are not on one
+  /// Disparity at (x, y) of the plane through the points around it. None if these are not on one
   /// plane, or not on all sides.
-  bool planeAt(double x_px, double y_px, double& disparity_px) const {
+  std::optional<double> planeAt(const Eigen::Vector3d& omega) const {
     constexpr int kColumns = 8, kRows = 6, kMinPoints = 8;
     constexpr double kMaxRms_px = 0.25;
-    const int cx = static_cast<int>(std::lround(x_px)), cy = static_cast<int>(std::lround(y_px));
-    if (cx < kColumns || cy < kRows || cx >= index_.cols - kColumns || cy >= index_.rows - kRows)
-      return false;
+    const cv::Point centre = pixelOf(omega);
+    if (!cv::Rect(kColumns, kRows, index_.cols - 2 * kColumns, index_.rows - 2 * kRows)
+             .contains(centre))
+      return std::nullopt;
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     double squares = 0;
     int count = 0, sides = 0;
-    for (int y = cy - kRows; y <= cy + kRows; ++y)
-      for (int x = cx - kColumns; x <= cx + kColumns; ++x) {
+    for (int y = centre.y - kRows; y <= centre.y + kRows; ++y)
+      for (int x = centre.x - kColumns; x <= centre.x + kColumns; ++x) {
         if (index_(y, x) < 0) continue;
         const Eigen::Vector3d& point = points_[static_cast<size_t>(index_(y, x))];
-        const Eigen::Vector3d row(1, point.x() - x_px, point.y() - y_px);
+        const Eigen::Vector3d row(1, point.x() - omega.x(), point.y() - omega.y());
         A += row * row.transpose();
         b += row * point.z();
         squares += point.z() * point.z();
         sides |= 1 << ((row.y() > 0 ? 1 : 0) + (row.z() > 0 ? 2 : 0));
         ++count;
       }
-    if (count < kMinPoints || sides != 15) return false;
+    if (count < kMinPoints || sides != 15) return std::nullopt;
     const Eigen::LDLT<Eigen::Matrix3d> ldlt(A);
-    if (ldlt.rcond() < 1e-6) return false;
+    if (ldlt.rcond() < 1e-6) return std::nullopt;
     const Eigen::Vector3d plane = ldlt.solve(b);
     const double residual = std::max(0.0, squares - b.dot(plane));
-    if (residual > kMaxRms_px * kMaxRms_px * count) return false;
-    disparity_px = plane[0];
-    return true;
+    if (residual > kMaxRms_px * kMaxRms_px * count) return std::nullopt;
+    return plane[0];
   }
 
  private:
@@ -122,7 +120,7 @@ ErrorImage::ErrorImage(cv::Size size)
                0.0) {}
 
 void ErrorImage::add(double x_px, double y_px, double error_px) {
-  const cv::Point pixel(static_cast<int>(std::lround(x_px)), static_cast<int>(std::lround(y_px)));
+  const cv::Point pixel = pixelOf({x_px, y_px, 0});
   if (cv::Rect(cv::Point(), size_).contains(pixel))
     sums_px_(pixel / kCell_px) += std::abs(error_px);
 }
@@ -144,14 +142,12 @@ void addProcessErrors(const std::vector<Eigen::Vector3d>& points_prev,
   const Eigen::Matrix4d H = disparityMotion(rig, T_cam_prev);
   for (const Eigen::Vector3d& point : points_prev) {
     const Eigen::Vector3d moved = (H * point.homogeneous()).hnormalized();
-    const int x = static_cast<int>(std::lround(moved.x())),
-              y = static_cast<int>(std::lround(moved.y()));
-    if (x < 0 || y < 0 || x >= rig.size.width || y >= rig.size.height) continue;
-    if (!moving.empty() && moving(y, x)) continue;
-    double truth_px = 0;
-    if (!grid.planeAt(moved.x(), moved.y(), truth_px)) continue;
-    errors.add(moved.z() - truth_px);
-    image.add(moved.x(), moved.y(), moved.z() - truth_px);
+    const cv::Point pixel = pixelOf(moved);
+    if (!cv::Rect({}, rig.size).contains(pixel) || (!moving.empty() && moving(pixel))) continue;
+    const auto truth_px = grid.planeAt(moved);
+    if (!truth_px) continue;
+    errors.add(moved.z() - *truth_px);
+    image.add(moved.x(), moved.y(), moved.z() - *truth_px);
   }
 }
 

@@ -54,65 +54,6 @@ void summarize(OdometryEvaluation& e) {
   e.p95_ms = nearestQuantile(ms, 0.95);
 }
 
-// Error of a window of motions, and its estimated covariance.
-struct WindowError {
-  Vector6d error;
-  Matrix6d covariance;
-
-  double normalized(const Vector6d& jitter_variance) const {
-    const Matrix6d C = covariance + Matrix6d(jitter_variance.asDiagonal());
-    return error.dot(C.ldlt().solve(error)) / 6;
-  }
-};
-
-// @param estimates  one for each true pose: the motion from the previous frame.
-std::vector<WindowError> windowErrors(const std::vector<EgoMotionEstimate>& estimates,
-                                      const OdometryEvaluation& e, size_t motions) {
-  std::vector<WindowError> errors;
-  for (size_t first = 0; first + motions < e.truth.size(); ++first) {
-    const size_t last = first + motions;
-    PathCovariance path;
-    bool tracked = true;
-    for (size_t i = first + 1; i <= last; ++i) {
-      tracked = tracked && estimates[i].state == PoseState::kKnown && estimates[i].frames == 1;
-      path.add(estimates[i].motion, estimates[i].common_errors);
-    }
-    if (!tracked) continue;
-    errors.push_back({perturbation(relative(e.estimated[last], e.estimated[first]),
-                                   relative(e.truth[last], e.truth[first])),
-                      path.covariance()});
-  }
-  return errors;
-}
-
-void evaluateWindows(const std::vector<EgoMotionEstimate>& estimates, OdometryEvaluation& e) {
-  constexpr size_t kJitterWindow = 5;
-  Vector6d jitter_variance = Vector6d::Zero();
-  for (const WindowError& w : windowErrors(estimates, e, kJitterWindow))
-    jitter_variance += w.error.cwiseAbs2() - w.covariance.diagonal();
-  jitter_variance = (jitter_variance / static_cast<double>(e.truth.size() - kJitterWindow))
-                        .cwiseMax(Vector6d::Zero());
-  for (const size_t motions : {1, 2, 5, 10, 20}) {
-    const std::vector<WindowError> errors = windowErrors(estimates, e, motions);
-    if (errors.empty()) continue;
-    OdometryEvaluation::Window window{static_cast<int>(motions), 0, 0, 0, 0, 0};
-    std::vector<double> normalized, without_jitter;
-    for (const WindowError& w : errors) {
-      normalized.push_back(w.normalized(Vector6d::Zero()));
-      without_jitter.push_back(w.normalized(jitter_variance));
-      window.translation_m += w.error.head<3>().squaredNorm();
-      window.rotation_rad += w.error.tail<3>().squaredNorm();
-    }
-    const auto count = static_cast<double>(errors.size());
-    window.translation_m = std::sqrt(window.translation_m / count);
-    window.rotation_rad = std::sqrt(window.rotation_rad / count);
-    window.mean_normalized = mean(normalized);
-    window.median_normalized = nearestQuantile(normalized, 0.5);
-    window.median_without_jitter = nearestQuantile(without_jitter, 0.5);
-    e.windows.push_back(window);
-  }
-}
-
 }  // namespace
 
 MotionError motionError(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth) {
@@ -190,24 +131,17 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   e.name = sequence.name();
   for (int k = 0; k < frames; ++k)
     e.truth.push_back((*poses)[static_cast<size_t>(k * input.every)]);
-  RotationPrior prior = input.rotation_prior;
   e.estimated = {e.truth.front()};
   size_t last_good = 0;  // last frame whose pose was known
   VisualOdometry odometry(params, PipelineParams().max_gap);
-  std::vector<EgoMotionEstimate> estimates;
   Progress progress(sequence.name(), frames);
   for (int index = 0; index < frames; ++index) {
     const int place = index * input.every;
     const SequenceFrame frame = sequence.frame(place);
-    OdometryHints hints;
-    if (index > 0)
-      hints.R_cam_prev = prior.next(
-          relative(e.truth[static_cast<size_t>(index)], e.truth[static_cast<size_t>(index - 1)]),
-          sequence.stamp_s(place) - sequence.stamp_s(place - input.every));
-    const OdometryOutput& output = odometry.process(stereoFrame(sequence, place, frame), hints);
+    const OdometryOutput& output = odometry.process(stereoFrame(sequence, place, frame));
     const EgoMotionEstimate& estimate = output.ego_motion;
     progress.update(index);
-    estimates.push_back(estimate);
+    e.estimates.push_back(estimate);
     if (index == 0) continue;
     const auto i = static_cast<size_t>(index);
     const bool tracked = output.motion_start.has_value();
@@ -223,7 +157,6 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     if (output.pose.state == PoseState::kKnown) last_good = i;
   }
   summarize(e);
-  if (e.truth.size() > 5) evaluateWindows(estimates, e);
   return e;
 }
 

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "evaluation/rotation_prior.h"
 #include "evaluation/sequence.h"
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/ego_motion.h"
@@ -54,20 +53,8 @@ struct OdometryEvaluation {
     double residual_px, ms;
   };
   std::vector<Motion> motions;
-  Poses estimated, truth;  ///< both start at the true first pose
-
-  /// Over windows of several motions: root mean square errors, and e'C^-1e / 6, where C is that of
-  /// PathCovariance.
-  struct Window {
-    int motions;
-    double translation_m, rotation_rad;
-    double mean_normalized, median_normalized;
-    /// With the jitter of the true poses added to C. Its variance is the part of the squared errors
-    /// over 5 motions that C does not explain: jitter is the same over windows of all lengths,
-    /// while errors of the odometry grow.
-    double median_without_jitter;
-  };
-  std::vector<Window> windows;  ///< of 1, 2, 5, 10, 20 motions, if the sequence is long enough
+  Poses estimated, truth;                    ///< both start at the true first pose
+  std::vector<EgoMotionEstimate> estimates;  ///< one per frame: the motion from the previous one
 
   double length_m = 0;              ///< of the true path
   double length_error_percent = 0;  ///< of the estimated path's length
@@ -78,11 +65,10 @@ struct OdometryEvaluation {
   double mean_ms = 0, median_ms = 0, p95_ms = 0;
 };
 
-/// The part of a sequence that the ego-motion gets, and its rotation prior.
+/// The part of a sequence that the ego-motion gets.
 struct OdometryInput {
   int max_frames = 0;  ///< 0: all
   int every = 1;       ///< only every n-th frame
-  RotationPrior rotation_prior{"none"};
 
   int frames(const Sequence& sequence) const;
 };

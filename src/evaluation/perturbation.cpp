@@ -48,7 +48,7 @@ cv::Mat1b withNoise(const cv::Mat1b& image, double sigma, uint64_t seed) {
 class PerturbedSequence : public Sequence {
  public:
   PerturbedSequence(std::shared_ptr<const Sequence> from, const Perturbation& change,
-                    const std::string& suffix = "")
+                    const std::string& suffix)
       : Sequence(from->name() + suffix, from->rig()), from_(std::move(from)), change_(change) {
     if (change.mirrored) {
       const double last = rig_.size.width - 1;
@@ -127,35 +127,11 @@ class PerturbedSequence : public Sequence {
   std::vector<int> kept_;
 };
 
-std::vector<Perturbation> makePerturbations() {
-  std::vector<Perturbation> all;
-  const auto add = [&all](const char* name) -> Perturbation& {
-    all.emplace_back();
-    all.back().name = name;
-    return all.back();
-  };
-  add("as it is");
-  add("ranges 2 px").margin_px = 2;
-  add("ranges 2.5 px").margin_px = 2.5;
-  add("ranges 3 px").margin_px = 3;
-  add("noise 2 grey levels").noise_sigma = 2;
-  Perturbation& weak = add("contrast 0.7");
-  weak.gain = 0.7;
-  weak.offset = 20;
-  Perturbation& strong = add("contrast 1.3");
-  strong.gain = 1.3;
-  strong.offset = -20;
-  add("mirrored").mirrored = true;
-  add("columns off 1 px").column_offset_px = 1;
-  add("columns off 3 px at the borders").column_bow_px = 3;
-  add("columns jump by 2 px").column_jump_px = 2;
-  add("right image darker by a quarter").right_gain = 0.75;
-  add("every 7th frame missing").drop_every = 7;
-  add("even frames").every = 2;
-  Perturbation& odd = add("odd frames");
-  odd.every = 2;
-  odd.first = 1;
-  return all;
+Perturbation with(const char* name, void (*change)(Perturbation&)) {
+  Perturbation perturbation;
+  perturbation.name = name;
+  change(perturbation);
+  return perturbation;
 }
 
 }  // namespace
@@ -166,7 +142,24 @@ PipelineParams Perturbation::applyTo(PipelineParams params) const {
 }
 
 const std::vector<Perturbation>& perturbations() {
-  static const std::vector<Perturbation> all = makePerturbations();
+  using P = Perturbation;
+  static const std::vector<P> all = {
+      with("as it is", [](P&) {}),
+      with("ranges 2 px", [](P& p) { p.margin_px = 2; }),
+      with("ranges 2.5 px", [](P& p) { p.margin_px = 2.5; }),
+      with("ranges 3 px", [](P& p) { p.margin_px = 3; }),
+      with("noise 2 grey levels", [](P& p) { p.noise_sigma = 2; }),
+      with("contrast 0.7", [](P& p) { p.gain = 0.7, p.offset = 20; }),
+      with("contrast 1.3", [](P& p) { p.gain = 1.3, p.offset = -20; }),
+      with("mirrored", [](P& p) { p.mirrored = true; }),
+      with("columns off 1 px", [](P& p) { p.column_offset_px = 1; }),
+      with("columns off 3 px at the borders", [](P& p) { p.column_bow_px = 3; }),
+      with("columns jump by 2 px", [](P& p) { p.column_jump_px = 2; }),
+      with("right image darker by a quarter", [](P& p) { p.right_gain = 0.75; }),
+      with("every 7th frame missing", [](P& p) { p.drop_every = 7; }),
+      with("even frames", [](P& p) { p.every = 2; }),
+      with("odd frames", [](P& p) { p.every = 2, p.first = 1; }),
+  };
   return all;
 }
 
@@ -186,9 +179,9 @@ ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig) {
   return result;
 }
 
-std::unique_ptr<Sequence> perturbed(const Sequence& sequence, const Perturbation& perturbation) {
-  const std::shared_ptr<const Sequence> not_owned(std::shared_ptr<void>(), &sequence);
-  return std::make_unique<PerturbedSequence>(not_owned, perturbation);
+std::unique_ptr<Sequence> perturbed(std::shared_ptr<const Sequence> sequence,
+                                    const Perturbation& perturbation, const std::string& suffix) {
+  return std::make_unique<PerturbedSequence>(std::move(sequence), perturbation, suffix);
 }
 
 cv::Mat1b shiftedRight(const cv::Mat1b& right, double shift_px) {
@@ -196,14 +189,6 @@ cv::Mat1b shiftedRight(const cv::Mat1b& right, double shift_px) {
   cv::Mat1b shifted;
   cv::warpAffine(right, shifted, shift, right.size(), cv::INTER_LANCZOS4, cv::BORDER_REPLICATE);
   return shifted;
-}
-
-std::unique_ptr<Sequence> shiftedRightSequence(std::unique_ptr<Sequence> sequence,
-                                               double shift_px) {
-  Perturbation shift;
-  shift.right_shift_px = shift_px;
-  return std::make_unique<PerturbedSequence>(std::move(sequence), shift,
-                                             cv::format(", right %+g px", shift_px));
 }
 
 }  // namespace predictive_stereo

@@ -40,15 +40,14 @@ std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence, int max_frame
 /// distance is not known, or if the right image shows less than half of it.
 ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig);
 
-/// A view of `sequence`, which must outlive it. Without true poses if it is mirrored.
-std::unique_ptr<Sequence> perturbed(const Sequence& sequence, const Perturbation& perturbation);
+/// The sequence, perturbed. Without true poses if it is mirrored.
+/// @param suffix  of its name.
+std::unique_ptr<Sequence> perturbed(std::shared_ptr<const Sequence> sequence,
+                                    const Perturbation& perturbation,
+                                    const std::string& suffix = "");
 
 /// The right image, shifted to the right (Lanczos interpolation, borders replicated), as after a
 /// small turn of that camera.
 cv::Mat1b shiftedRight(const cv::Mat1b& right, double shift_px);
-
-/// The given sequence with shifted right images, as if the right camera had been turned after its
-/// calibration.
-std::unique_ptr<Sequence> shiftedRightSequence(std::unique_ptr<Sequence> sequence, double shift_px);
 
 }  // namespace predictive_stereo

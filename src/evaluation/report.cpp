@@ -61,6 +61,14 @@ std::string fixed(double value, int decimals, const char* otherwise) {
   return std::isfinite(value) ? cv::format("%.*f", decimals, value) : otherwise;
 }
 
+YAML::Node reportItem(const std::string& kind, const std::string& value,
+                      const std::map<std::string, std::string>& more) {
+  YAML::Node item;
+  item[kind] = value;  // scripts/report takes the first key for the kind
+  for (const auto& [key, text] : more) item[key] = text;
+  return item;
+}
+
 Report::Report(std::filesystem::path dir, const std::string& title, const std::string& provenance)
     : dir_(std::move(dir)) {
   makeFolder(dir_);
@@ -70,8 +78,11 @@ Report::Report(std::filesystem::path dir, const std::string& title, const std::s
 }
 
 void Report::add(const Table& table) {
-  if (!table.rows.empty())
-    add(ReportItem("table", table.title).set("header", table.header).set("rows", table.rows));
+  if (table.rows.empty()) return;
+  YAML::Node item = reportItem("table", table.title);
+  item["header"] = table.header;
+  item["rows"] = table.rows;
+  add(item);
 }
 
 std::string Report::writeMap(const cv::Mat& values, const cv::Mat1b& known) {

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
+#include <map>
 #include <opencv2/core.hpp>
 #include <sstream>
 #include <string>
@@ -57,19 +58,12 @@ struct Table {
   std::string csv() const;
 };
 
-/// A part of a page: the data and where they are. scripts/report knows the kinds and draws them.
-class ReportItem {
- public:
-  /// @param kind  e.g. "heading"; `value` is its text, or the file with its figures.
-  ReportItem(const std::string& kind, const std::string& value) { set(kind, value); }
-  template <class Value>
-  ReportItem& set(const std::string& key, const Value& value) {
-    node[key] = value;
-    return *this;
-  }
-
-  YAML::Node node;
-};
+/// A part of a page: the data and where they are. scripts/report knows the kinds, says what the
+/// figures mean, and draws them.
+/// @param kind  e.g. "heading"; `value` is its text, or the file with its figures.
+/// @param more  further values by their keys.
+YAML::Node reportItem(const std::string& kind, const std::string& value,
+                      const std::map<std::string, std::string>& more = {});
 
 /// Results as data for a page: a folder with report.yaml, CSV and maps. scripts/report makes
 /// index.html of it.
@@ -82,7 +76,7 @@ class Report {
 
   const std::filesystem::path& dir() const { return dir_; }
 
-  void add(const ReportItem& item) { root_["items"].push_back(item.node); }
+  void add(const YAML::Node& item) { root_["items"].push_back(item); }
   /// Nothing if it has no rows.
   void add(const Table& table);
   /// Writes a map as a 16-bit PNG, as KITTI does: 256 times the value, at least 1; 0 where it is

@@ -11,19 +11,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr char kHelp[] = R"(Usage: check_bag BAG [options]
-
-Checks whether the nodelets can use a bag. Prints the launch file and its arguments, and each fault
-with its cure: topics, encodings, sizes, calibrations, stamps, tf. Needs no ROS master.
-
-  --camera NS           check this camera: NS/{left,right}/{image_rect,camera_info}
-  --left T --right T    check these image topics, with camera_info beside them
-  --launch              print only the launch file and its arguments, quoted for a shell if
-                        necessary; faults go to stderr
-
-Exit status: 0: the bag can be used; 1: it cannot be used; 2: wrong command line.
-)";
-
 constexpr const char* kMarks[] = {"ok    ", "note  ", "FAULT "};  // of each BagFinding::Level
 
 // Quotes a word for a shell: names of files and topics may contain any character.
@@ -72,7 +59,6 @@ int check(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
-                                    {"camera", "left", "right"}, {"launch"},
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
                                     predictive_stereo::check);
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <opencv2/core/utility.hpp>
+#include <regex>
 
 #include "params/param_table.h"
 
@@ -19,10 +21,19 @@ Number parsed(const CommandLine& line, const std::string& name, Number value) {
   return value;
 }
 
+// Whether each option of a help text, "--name VALUE" or "--name", has a value.
+std::map<std::string, bool> optionsIn(const std::string& help) {
+  static const std::regex form("--([a-z0-9-]+)( [A-Z])?");
+  std::map<std::string, bool> options{{"help", false}};
+  for (std::sregex_iterator found(help.begin(), help.end(), form), end; found != end; ++found)
+    options[(*found)[1]] |= (*found)[2].matched;
+  return options;
+}
+
 }  // namespace
 
-CommandLine::CommandLine(int argc, const char* const* argv, const std::set<std::string>& options,
-                         const std::set<std::string>& flags) {
+CommandLine::CommandLine(int argc, const char* const* argv, const std::string& help) {
+  const std::map<std::string, bool> known = optionsIn(help);
   for (int i = 0; i < argc; ++i) command_ += (i ? " " : "") + std::string(argv[i]);
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -34,21 +45,21 @@ CommandLine::CommandLine(int argc, const char* const* argv, const std::set<std::
     std::string name = argument.substr(0, equals);
     name.erase(0, std::min(name.find_first_not_of('-'), name.size()));
     if (name == "h") name = "help";
-    if (options.count(name)) {
-      if (equals != std::string::npos)
-        values_[name].push_back(argument.substr(equals + 1));
-      else if (i + 1 < argc)
-        values_[name].push_back(argv[++i]);
-      else
-        throw UsageError("option " + argument + " needs a value");
-    } else if ((flags.count(name) || name == "help") && equals == std::string::npos) {
-      values_[name].push_back("");
-    } else {
-      std::vector<std::string> known(options.begin(), options.end());
-      known.insert(known.end(), flags.begin(), flags.end());
-      throw UsageError("unknown option " + argument +
-                       (known.empty() ? "" : "; did you mean --" + nearestName(name, known) + "?"));
+    const auto option = known.find(name);
+    if (option == known.end() || (!option->second && equals != std::string::npos)) {
+      std::vector<std::string> names;
+      for (const auto& each : known) names.push_back(each.first);
+      throw UsageError("unknown option " + argument + "; did you mean --" +
+                       nearestName(name, names) + "?");
     }
+    if (!option->second)
+      values_[name].push_back("");
+    else if (equals != std::string::npos)
+      values_[name].push_back(argument.substr(equals + 1));
+    else if (i + 1 < argc)
+      values_[name].push_back(argv[++i]);
+    else
+      throw UsageError("option " + argument + " needs a value");
   }
 }
 
@@ -72,15 +83,15 @@ double CommandLine::getDouble(const std::string& name, double otherwise) const {
   return parsed(*this, name, otherwise);
 }
 
-int runTool(int argc, char** argv, const char* help, const std::set<std::string>& options,
-            const std::set<std::string>& flags, int (*body)(const CommandLine&)) {
+int runTool(int argc, char** argv, const std::string& help, int (*body)(const CommandLine&)) {
   const std::string tool = std::filesystem::path(argv[0]).filename().string();
   try {
-    const CommandLine command_line(argc, argv, options, flags);
+    const CommandLine command_line(argc, argv, help);
     if (command_line.has("help")) {
       std::cout << help;
       return 0;
     }
+    if (command_line.has("threads")) cv::setNumThreads(command_line.getInt("threads", 1, 1));
     return body(command_line);
   } catch (const UsageError& error) {
     std::cerr << tool << ": " << error.what() << "\nSee " << tool << " --help\n";

@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <map>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -19,11 +18,10 @@ struct UsageError : std::runtime_error {
 /// Options and positional arguments of a tool: "--name value", "--name=value" and "--flag".
 class CommandLine {
  public:
-  /// @param options  names (without dashes) of options with a value; they may be repeated.
-  /// @param flags  names of options without a value; "help" is always one.
+  /// @param help  the tool's help text: the options are those that it names. One has a value if a
+  ///   word with a capital follows, "--name VALUE"; it may be repeated. "--help" is always one.
   /// @throws UsageError for unknown options (it suggests the nearest known one) or missing values.
-  CommandLine(int argc, const char* const* argv, const std::set<std::string>& options,
-              const std::set<std::string>& flags);
+  CommandLine(int argc, const char* const* argv, const std::string& help);
 
   bool has(const std::string& name) const { return values_.count(name) > 0; }
   /// The last value of the option; `otherwise` without the option.
@@ -51,11 +49,14 @@ void setFromOptions(const CommandLine& line, Params& params) {
   for (const std::string& assignment : line.all("set")) table.setAssignment(assignment);
 }
 
-/// Runs the body of a tool. Prints `help` for --help. Prints exceptions as "tool: message" to
-/// stderr.
+/// The help of this program, docs/help/NAME.txt; see predictive_stereo_tool in cmake/targets.cmake.
+extern const char kToolHelp[];
+
+/// Runs the body of a tool, with as many threads as the option --threads says.
+/// @param help  printed for --help; see CommandLine. Exceptions are printed to stderr as
+///   "tool: message".
 /// @returns the exit status: 0, 1 after an exception, 2 after a UsageError.
-int runTool(int argc, char** argv, const char* help, const std::set<std::string>& options,
-            const std::set<std::string>& flags, int (*body)(const CommandLine&));
+int runTool(int argc, char** argv, const std::string& help, int (*body)(const CommandLine&));
 
 struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}

@@ -22,20 +22,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr char kHelp[] = R"(Usage: kitti_to_bag DATE_DIR DRIVE OUT.bag [--cameras gray|color]
-
-Converts a rectified ("sync") drive of KITTI's raw recordings to a bag in the layout of kitti2bag's
-raw_synced bags. Needs no ROS master. An existing OUT.bag is replaced.
-
-  DATE_DIR            a day's folder with calib_cam_to_cam.txt, e.g. 2011_09_26
-  DRIVE               a drive's folder in it, e.g. 2011_09_26_drive_0009_sync
-  --cameras           the pair to convert (default: gray)
-
-Topics: /kitti/camera_gray_left/{image_raw,camera_info} and the right one's (or camera_color_...),
-/kitti/oxts/{imu,gps/fix,gps/vel}, /kitti/velo/pointcloud, /tf (world -> base_link), /tf_static.
-The images are rectified, although they are named image_raw.
-)";
-
 /// Rotation from the axes of a base (x forward, y left, z up) to those of a camera (x right, y
 /// down, z forward).
 Eigen::Isometry3d baseInCamera() {
@@ -85,7 +71,7 @@ sensor_msgs::PointCloud2 pointCloud(const std::vector<LidarPoint>& points) {
   return cloud;
 }
 
-/// Writes a drive with the topics of kitti2bag's `raw_synced` bags, see kHelp.
+/// Writes a drive with the topics of kitti2bag's `raw_synced` bags, see its help.
 ///
 /// K and D of a camera_info are of the unrectified, R and P of the rectified camera; each camera
 /// has its own stamps. /tf_static has base_link to imu_link, from there to velo_link and the
@@ -246,6 +232,6 @@ int convert(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp, {"cameras"}, {},
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
                                     predictive_stereo::convert);
 }

@@ -12,34 +12,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr char kHelp[] = R"(load_test --bag BAG [options]
-
-Sends the stereo pairs of a bag to the three nodelets. Measures the latency from a left image to its
-moving objects, the number of lost frames, and the rate that the nodelets sustain. Nodelets and
-images are in one process, as in a camera driver's nodelet manager. Needs a running roscore.
-
-  --bag BAG             bag with a rectified stereo pair; it is read into memory, then played
-                        forwards and backwards as often as necessary
-  --camera NS           topics NS/{left,right}/{image_rect,camera_info}
-  --left T --right T    image topics, with camera_info topics beside them
-                        (without these options: the only camera with a known layout)
-  --rates A,B,...       frames per second; max: the highest rate without lost frames
-                        (default: 10,30,max)
-  --frames N            number of frames to send at each rate (default: 300)
-  --pairs N             use at most N pairs of the bag (default: 100)
-  --config YAML         parameters: sections ego_motion, disparity, moving_objects
-  --set NAME=VALUE      one parameter, e.g. disparity/matcher/p1=12; may be repeated
-  --threads N           threads of each nodelet (default: all cores)
-  --window N            frames of a window (default: 1000). A run of at least three windows prints
-                        one line per window, and the growth of memory (from the end of the first
-                        window to the end of the run) and of p99 latency (from the second to the
-                        last window)
-  --help
-
-Latencies leave out the first 10 frames. Memory is that of the process at the end. A long run shows
-whether memory or latency grow: --frames 20000 --rates 15.
-)";
-
 constexpr int kWarmUp = 10;
 
 double megabytes(const LoadSummary& summary) {
@@ -95,7 +67,6 @@ int run(const CommandLine& line) {
   AllNodeletParams params;
   params.ego_motion.sync.sync_tolerance = params.disparity.sync.sync_tolerance = 0.02;
   setFromOptions(line, params);
-  if (line.has("threads")) cv::setNumThreads(line.getInt("threads", 0, 1));
 
   ros::M_string no_remappings;
   ros::init(no_remappings, "load_test",
@@ -124,9 +95,6 @@ int run(const CommandLine& line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  using namespace predictive_stereo;
-  return runTool(argc, argv, kHelp,
-                 {"bag", "camera", "left", "right", "rates", "frames", "pairs", "config", "set",
-                  "threads", "window"},
-                 {}, run);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
+                                    predictive_stereo::run);
 }

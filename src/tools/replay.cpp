@@ -27,93 +27,46 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr char kHelp[] = R"(replay --bag IN --output OUT [options]
+std::set<std::string> chosenOutputs(const CommandLine& line) {
+  std::set<std::string> known, chosen;
+  visitOutputs([&](const std::string& topic, const auto&) { known.insert(topic); });
+  std::istringstream list(line.get("topics"));
+  for (std::string topic; std::getline(list, topic, ','); chosen.insert(topic))
+    if (!known.count(topic))
+      throw UsageError("--topics: there is no output '" + topic + "'; choose from " +
+                       boost::algorithm::join(known, " "));
+  return chosen.empty() ? known : chosen;
+}
 
-Estimates ego-motion, disparity and moving objects for every stereo pair of the bag IN, in order and
-without dropping one. Writes the topics that the nodelets publish to the bag OUT. The results do not
-depend on the number of threads.
+StereoTopicChoice chosenTopics(const CommandLine& line) {
+  StereoTopicChoice choice = topicChoice(line);
+  choice.raw = line.has("rectify");
+  return choice;
+}
 
-  --bag IN              bag with a rectified stereo pair
-  --output OUT          bag to write; it exists only when it is complete
-  --camera NS           topics NS/{left,right}/{image_rect,camera_info}; outputs go to NS too
-  --left T --right T    image topics, with camera_info topics beside them; outputs go to /
-                        (without these options: the only camera with a known layout, outputs in /)
-  --rectify             rectifies the images (NS/{left,right}/image_raw) first, by their camera_info
-  --config YAML         parameters: sections ego_motion, disparity, moving_objects
-  --set NAME=VALUE      one parameter, e.g. disparity/matcher/p1=12; may be repeated
-  --start S             begin S seconds after the beginning of the bag
-  --duration S          end S seconds later
-  --topics A,B,...      write these outputs only, e.g. disparity,odometry (default: all of them,
-                        about 30 MB a pair of 1242x375)
-  --compress            compress OUT (lz4)
-  --csv FILE            writes the figures that need no ground truth: number of pairs, share of
-                        pairs that were lost or without prediction, density, objects, ms per frame
-  --threads N           threads to use (default: all cores)
-  --parameters          print all parameters with their values and limits as yaml, and exit
-  --help
-
-The transform from base_frame to the left camera is taken from the bag's tf. If the bag does not
-have it, the camera itself becomes the base, and a note says so.
-)";
-
-struct Options {
-  explicit Options(const CommandLine& line)
-      : bag(line.get("bag")),
-        output(line.get("output")),
-        csv(line.get("csv")),
-        topics(topicChoice(line)),
-        compress(line.has("compress")) {
-    if (bag.empty()) throw UsageError("--bag is missing");
-    if (output.empty()) throw UsageError("--output is missing");
-    if (!line.positional().empty()) throw UsageError("unexpected argument " + line.positional()[0]);
-    topics.raw = line.has("rectify");
-    std::istringstream list(line.get("topics"));
-    for (std::string topic; std::getline(list, topic, ',');) outputs.insert(topic);
-    requireKnownOutputs();
-    if (line.has("start")) start_s = seconds(line, "start");
-    if (line.has("duration")) duration_s = seconds(line, "duration");
-  }
-
-  std::string bag, output, csv;
-  StereoTopicChoice topics;
-  std::set<std::string> outputs;
-  double start_s = 0;
-  std::optional<double> duration_s;
-  bool compress;
-
- private:
-  void requireKnownOutputs() const {
-    std::set<std::string> known;
-    visitOutputs([&](const std::string& topic, const auto&) { known.insert(topic); });
-    for (const std::string& topic : outputs)
-      if (!known.count(topic))
-        throw UsageError("--topics: there is no output '" + topic + "'; choose from " +
-                         boost::algorithm::join(known, " "));
-  }
-
-  static double seconds(const CommandLine& line, const std::string& name) {
-    double value = 0;
-    parseParam("--" + name, line.get(name), value);
-    if (!(value >= 0))
-      throw UsageError("--" + name + " = " + line.get(name) + ": must not be negative");
-    return value;
-  }
-};
+double seconds(const CommandLine& line, const std::string& name, double otherwise) {
+  const double value = line.getDouble(name, otherwise);
+  if (!(value >= 0))
+    throw UsageError("--" + name + " = " + line.get(name) + ": must not be negative");
+  return value;
+}
 
 class Replay {
  public:
-  Replay(const Options& options, const AllNodeletParams& params)
-      : options_(options), params_(params) {
-    openBag(options.bag, in_);
-    topics_ = findStereoTopics(in_, options.topics);
-    rosbag::View everything(in_);
-    begin_ = timeAfter(everything.getBeginTime(), options.start_s);
-    end_ = options.duration_s ? timeAfter(begin_, *options.duration_s) : ros::TIME_MAX;
+  explicit Replay(const CommandLine& line)
+      : line_(line), choice_(chosenTopics(line)), outputs_(chosenOutputs(line)) {
+    const double start_s = seconds(line, "start", 0),
+                 duration_s = seconds(line, "duration", ros::TIME_MAX.toSec());
+    setFromOptions(line, params_);
+    openBag(line.get("bag"), in_);
+    topics_ = findStereoTopics(in_, choice_);
+    begin_ = timeAfter(rosbag::View(in_).getBeginTime(), start_s);
+    end_ = timeAfter(begin_, duration_s);
   }
 
   void run() {
     readTf();
-    BagFile out(options_.output, options_.compress);
+    BagFile out(line_.get("output"), line_.has("compress"));
     for (const rosbag::MessageInstance& message :
          rosbag::View(in_, rosbag::TopicQuery("/tf_static"), ros::TIME_MIN, begin_))
       if (message.getTime() < begin_) copyTf(message, begin_, out);
@@ -138,8 +91,8 @@ class Replay {
       throw std::runtime_error(refused_.first().empty() ? describeMissingPairs(lefts.size(), pairs)
                                                         : refused_.first());
     out.finish();
-    if (!options_.csv.empty())
-      writeText(options_.csv, figures_.csv(options_.bag, pairs.unmatched(), ignored_, table_));
+    if (const std::string csv = line_.get("csv"); !csv.empty())
+      writeText(csv, figures_.csv(line_.get("bag"), pairs.unmatched(), ignored_, table_));
     report(pairs);
   }
 
@@ -197,7 +150,7 @@ class Replay {
       pair.left = left_rectifier_.rectify(*pair.left, *pair.left_info);
       pair.right = right_rectifier_.rectify(*pair.right, *pair.right_info);
     };
-    if (options_.topics.raw && refused_.refuses("pairs", rectify)) return;
+    if (choice_.raw && refused_.refuses("pairs", rectify)) return;
     if (!processor_) startPipeline(pair);
     std::optional<PipelineProcessor::Output> frame;
     if (refused_.refuses("pairs", [&] { frame = processor_->process(pair); })) return;
@@ -218,10 +171,9 @@ class Replay {
       tf.transforms = {frame.out.ego_motion.transform};
       out.write("/tf", time, tf);
     }
-    const std::string ns = cameraNamespace(options_.topics.camera);
+    const std::string ns = cameraNamespace(choice_.camera);
     visitOutputs([&](const std::string& topic, const auto& make) {
-      if (options_.outputs.empty() || options_.outputs.count(topic))
-        out.write(ns + "/" + topic, time, *make(frame));
+      if (outputs_.count(topic)) out.write(ns + "/" + topic, time, *make(frame));
     });
   }
 
@@ -239,9 +191,9 @@ class Replay {
 
   std::string describeMissingPairs(size_t lefts, const BagPairs& pairs) const {
     if (lefts == 0)
-      return options_.bag + ": has no left image between --start and --start plus --duration";
+      return line_.get("bag") + ": has no left image between --start and --start plus --duration";
     const std::string mismatch = pairs.describeMismatch();
-    return options_.bag + ": has " + std::to_string(lefts) +
+    return line_.get("bag") + ": has " + std::to_string(lefts) +
            " left images but not one stereo pair; run check_bag" +
            (mismatch.empty() ? "" : ": " + mismatch);
   }
@@ -256,7 +208,9 @@ class Replay {
     table_.print(std::cout);
   }
 
-  Options options_;
+  const CommandLine& line_;
+  const StereoTopicChoice choice_;
+  const std::set<std::string> outputs_;
   AllNodeletParams params_;
   rosbag::Bag in_;
   StereoTopics topics_;
@@ -278,12 +232,11 @@ int run(const CommandLine& line) {
     std::cout << toYaml(ParamTable(params));
     return 0;
   }
-  const Options options(line);
+  for (const char* option : {"bag", "output"})
+    if (line.get(option).empty()) throw UsageError("--" + std::string(option) + " is missing");
+  if (!line.positional().empty()) throw UsageError("unexpected argument " + line.positional()[0]);
   catchInterruptions();
-  if (line.has("threads")) cv::setNumThreads(line.getInt("threads", 0, 1));
-  AllNodeletParams params;
-  setFromOptions(line, params);
-  Replay(options, params).run();
+  Replay(line).run();
   return 0;
 }
 
@@ -291,9 +244,6 @@ int run(const CommandLine& line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  using namespace predictive_stereo;
-  return runTool(argc, argv, kHelp,
-                 {"bag", "output", "camera", "left", "right", "config", "csv", "set", "start",
-                  "duration", "topics", "threads"},
-                 {"compress", "parameters", "rectify"}, run);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
+                                    predictive_stereo::run);
 }

@@ -342,6 +342,5 @@ int run(const CommandLine& line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  using namespace predictive_stereo;
-  return runTool(argc, argv, kHelp, {"frames", "rounds", "loop-us"}, {}, run);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp, predictive_stereo::run);
 }

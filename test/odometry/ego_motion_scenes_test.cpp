@@ -6,6 +6,7 @@
 
 #include "evaluation/odometry_evaluation.h"
 #include "evaluation/simulation/street.h"
+#include "odometry/path_windows.h"
 #include "predictive_stereo/ego_motion.h"
 
 namespace predictive_stereo {
@@ -163,7 +164,7 @@ TEST(EgoMotionScenes, KittiDrive0020) {
   EXPECT_LE(result.mean.translation_m, 0.013);
   EXPECT_LE(result.mean.rotation_rad, 0.054 * kDegree);
   EXPECT_LT(std::abs(result.length_error_percent), 0.5);
-  for (const OdometryEvaluation::Window& window : result.windows) {
+  for (const PathWindows& window : pathWindows(result)) {
     if (window.motions < 10) continue;
     EXPECT_GT(window.median_without_jitter, 0.4) << window.motions << " motions";
     EXPECT_LT(window.median_without_jitter, 2.5) << window.motions << " motions";
@@ -178,7 +179,7 @@ TEST(EgoMotionScenes, CovarianceOfAPath) {
   params.frames = 26;
   const auto sequence = streetSequence(params);
   const OdometryEvaluation result = evaluateOdometry(*sequence, perfectlyCalibrated());
-  for (const OdometryEvaluation::Window& window : result.windows) {
+  for (const PathWindows& window : pathWindows(result)) {
     EXPECT_GT(window.mean_normalized, 0.4) << window.motions << " motions";
     EXPECT_LT(window.mean_normalized, 2.5) << window.motions << " motions";
   }

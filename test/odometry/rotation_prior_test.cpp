@@ -1,12 +1,11 @@
 /// A rotation prior of another sensor helps in fast turns, and does no harm if it is wrong.
-#include "evaluation/rotation_prior.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
 #include "evaluation/simulation/street.h"
+#include "odometry/simulated_gyro.h"
 #include "predictive_stereo/ego_motion.h"
 #include "predictive_stereo/rigid_motion.h"
 
@@ -29,7 +28,7 @@ class Clip {
 
   Errors follow(const std::string& kind) const {
     EgoMotion ego_motion{EgoMotionParams()};
-    RotationPrior prior(kind);
+    SimulatedGyro prior(kind);
     Errors errors;
     for (size_t i = 0; i < frames_.size(); ++i) {
       const StreetFrame& frame = frames_[i];
@@ -87,7 +86,7 @@ TEST(RotationPrior, DoesNoHarmWhereItIsWrong) {
   for (const char* scene : {"handheld", "fast_rotation"}) {
     const Clip clip(scene, 30, 48, 2);
     const Errors alone = clip.follow("none");
-    for (const std::string& kind : RotationPrior::kinds()) {
+    for (const std::string& kind : SimulatedGyro::kinds()) {
       SCOPED_TRACE(scene + (", " + kind));
       const Errors told = clip.follow(kind);
       EXPECT_LE(told.lost, alone.lost);

@@ -2,6 +2,7 @@
 """scripts/report on a folder as the tools write it. Argument: the repository."""
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -30,9 +31,9 @@ class Report(unittest.TestCase):
         cv2.imwrite(str(self.dir / name), coded)
         return name
 
-    def page(self, *items):
+    def page(self, *items, title='a <b>'):
         (self.dir / 'report.yaml').write_text(
-            yaml.dump({'title': 'a <b>', 'provenance': 'by <me>', 'items': list(items)}, sort_keys=False))
+            yaml.dump({'title': title, 'provenance': 'by <me>', 'items': list(items)}, sort_keys=False))
         result = subprocess.run([SCRIPT, self.dir], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                 check=False)
         self.assertEqual(result.returncode, 0, result.stdout)
@@ -95,6 +96,16 @@ class Report(unittest.TestCase):
         self.assertEqual(page.count('<svg'), 5)
         self.assertIn('Noise: mean +0.004, sigma 0.009', page)
         self.assertNotIn('>hh<', page)
+
+    def test_figures_are_explained(self):
+        """By the titles that the programs give their pages."""
+        script = SCRIPT.read_text()
+        titles = re.findall(r"^    '([^']+)':$", script[script.index('LEGENDS = {'):script.index('class Page')], re.MULTILINE)
+        self.assertEqual(len(titles), 3)
+        programs = ''.join(path.read_text() for path in (SCRIPT.parent.parent / 'src/evaluation/tools').glob('*.cpp'))
+        for title in titles:
+            self.assertIn('"%s"' % title, programs)
+        self.assertIn('filled as the devkit', self.page({'heading': 'all'}, title='KITTI 2015, single pairs'))
 
     def test_names_what_is_wrong(self):
         def refused():

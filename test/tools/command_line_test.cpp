@@ -7,7 +7,8 @@ namespace {
 
 CommandLine parse(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), "tool");
-  return {static_cast<int>(arguments.size()), arguments.data(), {"frames", "set"}, {"quick"}};
+  return {static_cast<int>(arguments.size()), arguments.data(),
+          "tool [--frames N]\n  --set NAME=VALUE  see other --help\n  --quick  without a value"};
 }
 
 std::string refusal(const std::vector<const char*>& arguments) {

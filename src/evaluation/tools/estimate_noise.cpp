@@ -18,30 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kHelp[] =
-    R"(Usage: estimate_noise DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] --output DIR [options]
-
-Estimates from laser scans of the static scene (the paper's section 3):
-  process noise q      scans, moved by the estimated ego-motion, against the next frame's scans
-  measurement noise r  full search of each pair by itself, against the scan
-
-Writes to DIR: noise.yaml (parameters in the format of config/*.yaml, with provenance),
-process_noise.csv, measurement_noise.csv, and for each drive DRIVE_process_error.png and
-DRIVE_measurement_error.png: absolute errors accumulated over the image, as 16 bits relative to the
-largest. scripts/report DIR makes a page of them, with plots of the distributions and the paper's
-figure 3.
-
-  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it with laser scans
-  --labels DIR        labels of moving objects, DIR/DRIVE.csv (frame,track,class,x1,y1,x2,y2,...):
-                      they are left out. Without labels the whole scene counts as static.
-  --all-errors        q and r are the variances of all errors, as in the paper; without this option
-                      gross errors (> 3 px) do not count, as they are not noise
-  --config YAML       parameters, as in evaluate_kitti
-  --set NAME=VALUE    one parameter; may be given several times
-  --frames N          use at most N frames of each drive
-  --threads N         (default: all cores)
-)";
-
 std::string textOf(const char* name, const ErrorHistogram& errors) {
   return cv::format(
       "%s: %lld errors, mean %+.3f px, sigma %.3f px, robust sigma %.3f px, %.1f %% within "
@@ -85,7 +61,7 @@ void addDrive(const DriveArgument& argument, const CommandLine& command_line,
                                      std::pair("measurement", &seen.measurement_image)}) {
     const std::string file = name + "_" + kind + "_error.png";
     writePicture(report.dir() / file, errors->map());
-    report.add(ReportItem("error_image", file).set("title", drive.name() + ", " + kind + " error"));
+    report.add(reportItem("error_image", file, {{"title", drive.name() + ", " + kind + " error"}}));
   }
   all.process += seen.process;
   all.measurement += seen.measurement;
@@ -113,7 +89,6 @@ int estimate(const CommandLine& command_line) {
   const auto drives = driveArguments(command_line.positional());
   if (drives.empty()) throw UsageError("expected DATE_DIR DRIVE");
   const PipelineParams params = readParams(command_line);
-  useThreads(command_line);
   Report report(command_line.get("output"), "Noise, estimated from LiDAR", command_line.command());
   Observations all;
   for (const DriveArgument& drive : drives) addDrive(drive, command_line, params, all, report);
@@ -122,7 +97,7 @@ int estimate(const CommandLine& command_line) {
        {std::tuple("Process noise", "process_noise.csv", &all.process),
         std::tuple("Measurement noise", "measurement_noise.csv", &all.measurement)}) {
     writeText(report.dir() / file, errors->csv());
-    report.add(ReportItem("errors", file).set("title", title));
+    report.add(reportItem("errors", file, {{"title", title}}));
   }
   writeText(report.dir() / "noise.yaml", yaml);
   std::cout << yaml.substr(yaml.find("# all"));
@@ -134,7 +109,6 @@ int estimate(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp,
-                                    {"output", "labels", "config", "set", "frames", "threads"},
-                                    {"all-errors"}, predictive_stereo::estimate);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
+                                    predictive_stereo::estimate);
 }

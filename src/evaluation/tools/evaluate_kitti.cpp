@@ -19,40 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kHelp[] =
-    R"(Usage: evaluate_kitti DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
-
-Measures disparities against ground truth: KITTI raw drives against their laser scans, scenes of
-KITTI 2012 and synthetic streets against dense ground truth. Outliers have an error above 3 px and
-5 %.
-
-  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it, e.g.
-                      2011_09_26 2011_09_26_drive_0009_sync
-  --kitti2012 DIR     all scenes of a KITTI 2012 "training" folder, counted as one sequence
-  --kitti2015 DIR     all pairs of a KITTI 2015 "training" folder, each by itself: D1 of background,
-                      vehicles and all pixels, counted as the devkit does, pooled over pairs. --report
-                      writes into DIR/kitti2015
-  --kitti2015-as-sequence
-                      its pairs as one sequence; only some neighbouring pairs show the same place
-  --street SCENE      a scene of the synthetic street; may be given several times
-  --street-frames N   its number of frames (default 40)
-  --shift-right PX    shifts all right images to the right, as if the right camera had been turned
-                      after the calibration
-  --methods LIST      of opencv_hh, opencv_3way, opencv_hh_aligned, ours, ours_diagonal, ours_8,
-                      ours_full; comma-separated (default: all). With matcher/exact_ranges, as in
-                      config/paper.yaml, also ours_widened and ours_8_widened: search ranges as
-                      widened by vector code; compare the times of these
-  --quick             only opencv_hh and ours
-  --config YAML       parameters of this package, e.g. one of config/*.yaml
-  --set NAME=VALUE    one parameter, e.g. disparity/matcher/p1=12; may be given several times
-  --csv FILE          writes all figures, and those of each frame into a second file, with _frames
-                      added to its name
-  --report DIR        writes all figures, and maps of the last frames; scripts/report DIR makes a page
-                      of them
-  --frames N          use at most N frames of each sequence
-  --threads N         for all methods (default: all cores)
-)";
-
 std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
                                        const PipelineParams& params) {
   const auto ours = [](PipelineParams changed) {
@@ -80,8 +46,7 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
     known.push_back({"ours_widened", ours(widened)});
     known.push_back({"ours_8_widened", ours(all_widened)});
   }
-  const std::string list =
-      command_line.get("methods", command_line.has("quick") ? "opencv_hh,ours" : "");
+  const std::string list = command_line.get("methods");
   if (list.empty()) return known;
   std::vector<NamedMethod> chosen;
   std::istringstream names(list);
@@ -127,8 +92,8 @@ MethodInput pairInput(const Sequence& scene, const SequenceFrame& pair, int inde
 void addPictures(const Sequence& scene, const std::vector<NamedMethod>& methods,
                  const DisparityRange& range, Report& report) {
   const SequenceFrame pair = scene.frame(scene.frames() - 1);
-  report.add({"heading", "Scene " + scene.name()});
-  ReportItem item = frameItem(pair, scene.name(), report);
+  report.add(reportItem("heading", "Scene " + scene.name()));
+  const YAML::Node item = frameItem(pair, scene.name(), report);
   for (const NamedMethod& method : methods) {
     MethodOutput output;
     method.make()->run(pairInput(scene, pair, 0), output);
@@ -169,11 +134,6 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   for (const Table& table : tables)
     if (!table.rows.empty()) std::cout << table.text();
   if (!report) return;
-  report->add(
-      {"text",
-       "D1: outliers, off by more than 3 px and 5 %. Interpolated: pixels without a disparity are "
-       "filled as the devkit does. Ground truth includes pixels that the right camera does not "
-       "see."});
   for (const Table& table : tables) report->add(table);
   for (const auto& [name, score] : evaluation.worst())
     addPictures(*kittiScene(KittiStereo::k2015, training_dir, name), methods, range, *report);
@@ -182,7 +142,6 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
 
 int evaluate(const CommandLine& command_line) {
   const PipelineParams params = readParams(command_line);
-  useThreads(command_line);
   const int max_frames = command_line.getInt("frames", 0, 1);
   const auto methods = chooseMethods(command_line, params);
   const auto groups = openSequences(command_line);
@@ -230,9 +189,6 @@ int evaluate(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(
-      argc, argv, predictive_stereo::kHelp,
-      {"csv", "report", "kitti2012", "kitti2015", "street", "street-frames", "shift-right",
-       "methods", "config", "set", "frames", "threads"},
-      {"quick", "kitti2015-as-sequence"}, predictive_stereo::evaluate);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
+                                    predictive_stereo::evaluate);
 }

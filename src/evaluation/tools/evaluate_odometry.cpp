@@ -11,34 +11,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr char kHelp[] =
-    R"(Usage: evaluate_odometry DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] [options]
-
-Measures ego-motion against true poses: those of poses_gt_cam0.txt if the drive has this file,
-otherwise those of oxts (whose positions jitter by about 0.05 m from frame to frame, and drift where
-GPS is poor).
-
-  DATE_DIR DRIVE      a day's folder with calib_cam_to_cam.txt, and drives in it
-  --street SCENE      a scene of the synthetic street; may be given several times
-  --street-frames N   its number of frames (default 40)
-  --street-rate HZ    its frames per second (default: the scene's own)
-  --shift-right PX    shifts all right images to the right, as if the right camera had been turned
-                      after the calibration
-  --csv FILE          writes the figures of each sequence, and those of each frame into a second
-                      file, with _frames added to its name
-  --report DIR        writes each path; scripts/report DIR makes a page that shows them from above
-  --config YAML       parameters, as in evaluate_kitti
-  --set NAME=VALUE    one parameter, e.g. ego_motion/features=800; may be given several times
-  --frames N          use at most N frames of each sequence
-  --every N           use every Nth frame only
-  --rotation-prior KIND  rotation between frames from a simulated sensor: none (default), gyro, or a
-                      faulty one: opposite, axes, scaled, biased, stale, zero, random, nan
-  --threads N         (default: all cores)
-
-Printed: mean error of the motion per frame; KITTI's relative errors over 5 to 100 m; the mean
-normalised error squared, divided by 6 (1: the covariance is consistent); ms per frame.
-)";
-
 void print(const OdometryEvaluation& e) {
   std::printf("%s, %zu motions, %.1f m\n", e.name.c_str(), e.motions.size(), e.length_m);
   std::printf("  per frame           %.4f m  %.4f deg (largest %.4f m  %.4f deg)\n",
@@ -51,12 +23,6 @@ void print(const OdometryEvaluation& e) {
                   error.translation_percent, error.rotation_deg_per_m, error.stretches);
   std::printf("  normalised error    %.3f (mean of e'C^-1e / 6), median %.3f\n",
               e.mean_normalized_error, e.median_normalized_error);
-  for (const OdometryEvaluation::Window& window : e.windows)
-    std::printf(
-        "  over %5d motions   %.4f m  %.4f deg (root mean square); e'C^-1e / 6: mean %.2f, median "
-        "%.2f, beyond the truth's jitter %.2f\n",
-        window.motions, window.translation_m, window.rotation_rad * 180 / M_PI,
-        window.mean_normalized, window.median_normalized, window.median_without_jitter);
   std::printf("  frames lost         %d\n", e.lost);
   std::printf("  ms per frame        mean %.2f, median %.2f, 95 %% %.2f\n", e.mean_ms, e.median_ms,
               e.p95_ms);
@@ -101,8 +67,6 @@ int evaluate(const CommandLine& command_line) {
   OdometryInput input;
   input.max_frames = command_line.getInt("frames", 0, 2);
   input.every = command_line.getInt("every", 1, 1);
-  input.rotation_prior = RotationPrior(command_line.get("rotation-prior", "none"));
-  useThreads(command_line);
   std::optional<Report> report;
   if (command_line.has("report"))
     report.emplace(command_line.get("report"), "Paths, seen from above", command_line.command());
@@ -113,7 +77,7 @@ int evaluate(const CommandLine& command_line) {
   for (const OdometryEvaluation& evaluation : evaluations) print(evaluation);
   if (report) {
     writeText(report->dir() / "paths.csv", pathsCsv(evaluations));
-    report->add({"paths", "paths.csv"});
+    report->add(reportItem("paths", "paths.csv"));
     report->finish();
   }
   if (command_line.has("csv"))
@@ -125,9 +89,6 @@ int evaluate(const CommandLine& command_line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  return predictive_stereo::runTool(
-      argc, argv, predictive_stereo::kHelp,
-      {"street", "street-frames", "shift-right", "csv", "report", "config", "set", "frames",
-       "every", "street-rate", "rotation-prior", "threads"},
-      {}, predictive_stereo::evaluate);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
+                                    predictive_stereo::evaluate);
 }

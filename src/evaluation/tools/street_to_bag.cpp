@@ -24,33 +24,7 @@ namespace predictive_stereo {
 namespace {
 
 std::string helpText() {
-  std::string text = R"(street_to_bag OUT.bag [options]
-
-Renders a synthetic street into the bag OUT.bag, as a driver of a rectified stereo camera would
-publish it, with exact ground truth. The same options give the same bag.
-
-  --scene NAME      one of the scenes below (default: street)
-  --frames N        number of stereo pairs (default: 150)
-  --seed S          seed of the town and its traffic (default: 1)
-  --size WxH        image size; the field of view stays the same
-  --rate HZ         frames per second
-                    (default of both: the scene's; for cars 1242x375 and 10 Hz, with KITTI's field
-                    of view)
-  --namespace NS    of all topics except tf (default: /street)
-  --compress        compress the bag (lz4)
-  --help
-
-Topics in NS:
-  left/image_rect, left/camera_info, right/image_rect, right/camera_info
-  truth/disparity         stereo_msgs/DisparityImage: of every pixel; 0 in the sky (infinitely far)
-  truth/odometry          nav_msgs/Odometry: odom is base_link in the first frame
-  truth/moving_objects    predictive_stereo/MovingObjectArray: moving objects with visible pixels;
-                          score is the visible share of their outline
-and /tf_static: base_link -> camera_link -> camera_left_optical_frame. The messages of both cameras
-have the left camera's frame_id, as usual for stereo pairs in ROS. About 2.8 MB per pair.
-
-Scenes:
-)";
+  std::string text = kToolHelp;
   for (const simulation::Scene& scene : simulation::scenes()) {
     std::string name = scene.name;
     name.resize(std::max<size_t>(name.size(), 17), ' ');
@@ -226,8 +200,6 @@ int streetToBag(const CommandLine& line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
-  using namespace predictive_stereo;
-  const std::string help = helpText();
-  return runTool(argc, argv, help.c_str(), {"scene", "frames", "seed", "size", "rate", "namespace"},
-                 {"compress"}, streetToBag);
+  return predictive_stereo::runTool(argc, argv, predictive_stereo::helpText(),
+                                    predictive_stereo::streetToBag);
 }

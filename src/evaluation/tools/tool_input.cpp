@@ -75,12 +75,15 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
   }
   if (groups.empty() && !command_line.has("kitti2015"))
     throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
-  if (const double shift_px = command_line.getDouble("shift-right", 0); shift_px != 0)
-    for (SequenceGroup& group : groups) {
-      for (auto& sequence : group.sequences)
-        sequence = shiftedRightSequence(std::move(sequence), shift_px);
-      group.name += ", right " + command_line.get("shift-right") + " px";
-    }
+  Perturbation shift;
+  shift.right_shift_px = command_line.getDouble("shift-right", 0);
+  if (shift.right_shift_px == 0) return groups;
+  for (SequenceGroup& group : groups) {
+    for (auto& sequence : group.sequences)
+      sequence =
+          perturbed(std::move(sequence), shift, cv::format(", right %+g px", shift.right_shift_px));
+    group.name += ", right " + command_line.get("shift-right") + " px";
+  }
   return groups;
 }
 
@@ -95,10 +98,6 @@ PipelineParams readParams(const CommandLine& command_line) {
   pipeline.disparity = params.disparity.disparity;
   pipeline.detection = params.moving_objects.detection;
   return pipeline;
-}
-
-void useThreads(const CommandLine& command_line) {
-  if (command_line.has("threads")) cv::setNumThreads(command_line.getInt("threads", 1, 1));
 }
 
 std::string fileName(const std::string& name) {

@@ -32,7 +32,7 @@ struct SequenceGroup {
 using OpenFile = std::function<std::unique_ptr<Sequence>(const std::string& path)>;
 
 /// Positional arguments DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] and the options
-/// --kitti2012, --street, --street-frames, --shift-right.
+/// of docs/help/common/sequences.txt.
 /// @param open_file  opens positional arguments that are files; empty: files are not allowed.
 /// @throws UsageError if there is no sequence.
 /// @throws std::runtime_error if a sequence cannot be read.
@@ -42,9 +42,6 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
 /// The default parameters, changed by the options --config, --set and --scheme. Files and names are
 /// those of the nodelets (config/*.yaml), so robot, replay and evaluation can use the same file.
 PipelineParams readParams(const CommandLine& command_line);
-
-/// Applies the option --threads.
-void useThreads(const CommandLine& command_line);
 
 /// The name with all characters except letters and digits replaced by underscores.
 std::string fileName(const std::string& name);
