@@ -29,8 +29,6 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/rectify_nodelet.cpp
   src/nodelets/rotation_prior.cpp
   src/nodelets/synced_topics.cpp
-  src/nodelets/tf_input.cpp
-  src/nodelets/tf_output.cpp
 )
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)
