@@ -4,7 +4,6 @@
 predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/disparity_processor.cpp
   src/nodelets/ego_motion_processor.cpp
-  src/nodelets/message_checks.cpp
   src/nodelets/moving_objects_processor.cpp
   src/nodelets/pipeline_processor.cpp
   src/nodelets/rectifier.cpp
