@@ -7,7 +7,6 @@ predictive_stereo_library(predictive_stereo_ros FILES
   src/nodelets/moving_objects_processor.cpp
   src/nodelets/pipeline_processor.cpp
   src/nodelets/rectifier.cpp
-  src/nodelets/stamp_matcher.cpp
   src/nodelets/stereo_messages.cpp
   src/nodelets/transforms.cpp
   src/nodelets/views.cpp
@@ -27,7 +26,6 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/moving_objects_nodelet.cpp
   src/nodelets/rectify_nodelet.cpp
   src/nodelets/rotation_prior.cpp
-  src/nodelets/synced_topics.cpp
 )
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)
