@@ -21,7 +21,6 @@ target_link_libraries(predictive_stereo_ros
 predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/disparity_nodelet.cpp
   src/nodelets/ego_motion_nodelet.cpp
-  src/nodelets/health.cpp
   src/nodelets/live_params.cpp
   src/nodelets/moving_objects_nodelet.cpp
   src/nodelets/rectify_nodelet.cpp
