@@ -2,11 +2,6 @@
 
 # Message processing without nodes, used by the nodelets and by replay.
 predictive_stereo_library(predictive_stereo_ros FILES
-  src/nodelets/disparity_processor.cpp
-  src/nodelets/ego_motion_processor.cpp
-  src/nodelets/moving_objects_processor.cpp
-  src/nodelets/pipeline_processor.cpp
-  src/nodelets/rectifier.cpp
   src/nodelets/stereo_messages.cpp
   src/nodelets/transforms.cpp
   src/nodelets/views.cpp
@@ -24,7 +19,6 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/live_params.cpp
   src/nodelets/moving_objects_nodelet.cpp
   src/nodelets/rectify_nodelet.cpp
-  src/nodelets/rotation_prior.cpp
 )
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)
