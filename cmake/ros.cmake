@@ -2,13 +2,6 @@
 
 # Message processing without nodes, used by the nodelets and by replay.
 predictive_stereo_library(predictive_stereo_ros FILES
-  src/nodelets/disparity_processor.cpp
-  src/nodelets/ego_motion_processor.cpp
-  src/nodelets/message_checks.cpp
-  src/nodelets/moving_objects_processor.cpp
-  src/nodelets/pipeline_processor.cpp
-  src/nodelets/rectifier.cpp
-  src/nodelets/stamp_matcher.cpp
   src/nodelets/stereo_messages.cpp
   src/nodelets/transforms.cpp
   src/nodelets/views.cpp
@@ -23,14 +16,9 @@ target_link_libraries(predictive_stereo_ros
 predictive_stereo_library(predictive_stereo_nodelets FILES
   src/nodelets/disparity_nodelet.cpp
   src/nodelets/ego_motion_nodelet.cpp
-  src/nodelets/health.cpp
   src/nodelets/live_params.cpp
   src/nodelets/moving_objects_nodelet.cpp
   src/nodelets/rectify_nodelet.cpp
-  src/nodelets/rotation_prior.cpp
-  src/nodelets/synced_topics.cpp
-  src/nodelets/tf_input.cpp
-  src/nodelets/tf_output.cpp
 )
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)

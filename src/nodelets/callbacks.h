@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <utility>
 
@@ -59,28 +58,5 @@ ros::ServiceServer advertiseService(ros::NodeHandle& node, Health& health, const
                   return done;
                 }));
 }
-
-/// A subscriber that one thread replaces while others ask for its publishers.
-class Subscription {
- public:
-  /// After this has returned, the callback of the previous subscriber is not called.
-  void replace(ros::Subscriber next) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      std::swap(next, subscriber_);
-    }
-    next.shutdown();  // without the lock: it waits for callbacks, and these may take the lock
-  }
-  void shutdown() { replace(ros::Subscriber()); }
-
-  bool isPublished() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return subscriber_.getNumPublishers() > 0;
-  }
-
- private:
-  mutable std::mutex mutex_;
-  ros::Subscriber subscriber_;
-};
 
 }  // namespace predictive_stereo

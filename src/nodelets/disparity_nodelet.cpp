@@ -1,4 +1,3 @@
-#include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
@@ -11,19 +10,8 @@
 
 namespace predictive_stereo {
 
-/// Dense disparity with variance, predicted from the past by the camera's motion.
-///
-/// Subscribes: left/image_rect, left/camera_info, right/image_rect, right/camera_info; /tf (motion
-///   relative to odom_frame); odometry (its covariance); odometry/row_alignment;
-///   moving_objects/mask if ~use_moving_mask is set or points2 has subscribers
-///   (moving_objects/passive_mask if only the inputs of MovingObjects have subscribers).
-/// Publishes: disparity, measured_disparity, predicted_disparity, disparity_variance,
-///   measured_variance, predicted_variance, row_alignment, and on demand disparity/image,
-///   disparity/color, disparity/standard_deviation, search_range, depth/image_rect,
-///   depth/camera_info, points2, points2_static; /diagnostics. Without subscribers of its outputs
-///   it subscribes only to /tf.
-/// Services: ~reset, and those of dynamic_reconfigure.
-/// Parameters: DisparityNodeletParams.
+/// Dense disparity with variance, predicted from the past by the camera's motion. Topics, services
+/// and parameters: docs/nodes.md.
 class DisparityNodelet
     : public FrameNodelet<DisparityNodeletParams, StereoInput, DisparityProcessor,
                           DisparityLoop::Stages, DisparityParams> {
@@ -36,26 +24,20 @@ class DisparityNodelet
  private:
   void connect(ros::NodeHandle& node) override {
     reportSimdTarget();
-    odometry_ =
-        std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
-                                        params_.transform_timeout, "odometry/row_alignment");
-    clouds_ = std::make_unique<CloudOutput>(
+    odometry_.emplace(node, *health_, arrivals_, *tf_, params_, "odometry/row_alignment");
+    clouds_.emplace(
         node, [this] { updateDemand(); }, *health_, params_.points);
-    masks_ = std::make_unique<MaskInput>(
-        node, *health_, arrivals_,
-        [this](const sensor_msgs::ImageConstPtr& mask) { clouds_->finish(mask); });
+    masks_.emplace(node, *health_, arrivals_,
+                   [this](const sensor_msgs::ImageConstPtr& mask) { clouds_->finish(mask); });
     makeInput(node, params_.sync);
     for_detection_.emplace(node, [this] { updateDemand(); });
     visitDisparityOutputs(*outputs_, *for_detection_);
   }
 
-  void subscribeInputs() override {
-    clouds_->forget();
-    odometry_->start();
-  }
-
+  void subscribeInputs() override { odometry_->start(); }
   void unsubscribeInputs() override {
-    if (masks_) masks_->stop();
+    if (masks_) masks_->listenTo("");
+    if (clouds_) clouds_->forget();
     if (odometry_) odometry_->stop();
   }
 
@@ -78,7 +60,7 @@ class DisparityNodelet
     const SequenceGuard::Result sequence = processor_->begin(job.frame);
     tell(sequence);
     if (sequence.isIgnored()) return;
-    if (sequence.verdict != SequenceGuard::Verdict::kContinues) masks_->forget();
+    if (sequence.verdict != SequenceGuard::Verdict::kContinues) masks_->history().clear();
 
     StageTimes waiting;
     sensor_msgs::ImageConstPtr mask;  // owns the memory of the view below
@@ -96,8 +78,7 @@ class DisparityNodelet
       watch.lap("waiting for moving objects", waiting);
       return masks_->usable(mask, *job.frame.left);
     };
-    // The row alignment comes first: MovingObjects does not wait for it.
-    sources.measured = [&](const auto& frame) { for_detection_->publishBackwards(frame); };
+    sources.measured = [&](const auto& frame) { for_detection_->publish(frame); };
     if (const RowAlignmentConstPtr told = odometry_->columns().before(job.frame.left->header.stamp))
       sources.column_offset = columnOffset(*told);
     const DisparityMessages messages = processor_->process(sources);
@@ -116,14 +97,13 @@ class DisparityNodelet
 
   void report(const DisparityMessages& messages) {
     constexpr double kMostContradicted = 0.3;
-    if (messages.contradicted_fraction > kMostContradicted)
-      health_->problem("prediction",
-                       "many measured disparities contradict the prediction by the motion of "
-                       "odom_frame '" +
-                           params_.odom_frame +
-                           "': does this odometry jump? Use another one, or the EgoMotion nodelet");
-    else
-      health_->solved("prediction");
+    const bool fits = messages.contradicted_fraction <= kMostContradicted;
+    health_->problem(
+        "prediction",
+        fits ? ""
+             : "many measured disparities contradict the prediction by the motion of odom_frame '" +
+                   params_.odom_frame +
+                   "': does this odometry jump? Use another one, or the EgoMotion nodelet");
     health_->figure("prediction contradicted [%]", 100 * messages.contradicted_fraction, "%.1f");
     reportSimdTarget();
     health_->figure("predicted", messages.predicted ? "yes" : "no");
@@ -135,9 +115,9 @@ class DisparityNodelet
   }
 
   std::optional<Outputs<MovingObjectsInput>> for_detection_;
-  std::unique_ptr<OdometryInput> odometry_;
-  std::unique_ptr<CloudOutput> clouds_;
-  std::unique_ptr<MaskInput> masks_;
+  std::optional<OdometryInput> odometry_;
+  std::optional<CloudOutput> clouds_;
+  std::optional<MaskInput> masks_;
 };
 
 }  // namespace predictive_stereo

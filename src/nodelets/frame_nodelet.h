@@ -54,7 +54,8 @@ class FrameNodelet : public nodelet::Nodelet {
   /// Makes inputs and outputs, the input of the frames by makeInput(). The nodelet is asleep.
   virtual void connect(ros::NodeHandle& node) = 0;
   virtual bool wanted() const { return outputs_->wanted(); }
-  /// Inputs other than the frames. Before the frames, so that no motion is missed.
+  /// Inputs other than the frames. Before the frames, so that no motion is missed. Does nothing for
+  /// those that it has, so that it can try again after something was thrown.
   virtual void subscribeInputs() = 0;
   /// Also called if connect() was not, or was not completed. After it has returned, no callback of
   /// an input runs.
@@ -111,10 +112,14 @@ class FrameNodelet : public nodelet::Nodelet {
     const std::lock_guard<std::mutex> lock(demand_mutex_);
     if (!follows_demand_) return;
     const auto follow = [this] {
-      const bool wanted = this->wanted();
-      if (!wanted && awake_) sleep();
-      if (wanted && (!awake_ || wake_failed_)) wake();
-      if (wanted) input_->start(neededTopics());
+      if (wanted()) {
+        awake_ = true;
+        health_->setAsleep(false);
+        subscribeInputs();
+        input_->start(neededTopics());
+      } else if (awake_) {
+        sleep();
+      }
       followDemand();
     };
     health_->guard("subscriptions", follow, Health::Severity::kBroken);
@@ -163,14 +168,6 @@ class FrameNodelet : public nodelet::Nodelet {
     updateDemand();
   }
 
-  void wake() {
-    wake_failed_ = true;  // if something throws: the next update tries again
-    awake_ = true;
-    health_->setAsleep(false);
-    subscribeInputs();
-    wake_failed_ = false;
-  }
-
   void sleep() {
     if (input_) input_->stop();
     unsubscribeInputs();
@@ -207,7 +204,7 @@ class FrameNodelet : public nodelet::Nodelet {
   std::unique_ptr<LiveParams<Live>> live_params_;
   ros::ServiceServer reset_service_;
   std::mutex demand_mutex_;
-  bool follows_demand_ = false, wake_failed_ = false;
+  bool follows_demand_ = false;
   LatestWorker<Job> worker_{[this](const Job& job) {
     health_->guard(
         "input", [&] { processNewest(job); }, Health::Severity::kBroken);

@@ -1,11 +1,9 @@
 #include "nodelets/live_params.h"
 
 #include <dynamic_reconfigure/config_tools.h>
-#include <ros/console.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <algorithm>
-#include <exception>
 #include <map>
 
 namespace predictive_stereo {
@@ -31,17 +29,10 @@ void useAs(const Entry& entry, const std::string& text, const Use& use) {
     parseParam(entry.name, text, value);
     use(value);
   };
-  switch (entry.type) {
-    case Type::kInt:
-      return parsed(int());
-    case Type::kDouble:
-      return parsed(double());
-    case Type::kBool:
-      return parsed(bool());
-    case Type::kChoice:
-    case Type::kText:
-      return use(text);
-  }
+  if (entry.type == Type::kInt) return parsed(int());
+  if (entry.type == Type::kDouble) return parsed(double());
+  if (entry.type == Type::kBool) return parsed(bool());
+  use(text);
 }
 
 // Description of an enum for dynamic_reconfigure's clients: a Python expression.
@@ -79,10 +70,12 @@ std::vector<Group> groupsOf(const ParamTable& table, const std::string& section 
   return groups;
 }
 
-Config configOf(const ParamTable& table) {
+// @param text_of  gives the value of an entry.
+template <class TextOf>
+Config configOf(const ParamTable& table, const TextOf& text_of) {
   Config config;
   for (const Entry& entry : table.entries())
-    useAs(entry, entry.get(),
+    useAs(entry, text_of(entry),
           [&](const auto& value) { ConfigTools::appendParameter(config, entry.name, value); });
   for (const Group& group : groupsOf(table)) {
     config.groups.emplace_back();
@@ -93,35 +86,13 @@ Config configOf(const ParamTable& table) {
   return config;
 }
 
-ConfigDescription descriptionOf(const ParamTable& defaults, const std::string& section) {
-  ConfigDescription description;
-  description.groups = groupsOf(defaults, section);
-  description.dflt = configOf(defaults);
-  description.min = description.max = description.dflt;
-  for (auto* limits : {&description.min, &description.max}) {
-    const bool smallest = limits == &description.min;
-    limits->ints.clear();
-    limits->doubles.clear();
-    for (const Entry& entry : defaults.entries()) {
-      const double limit = smallest ? entry.smallest : entry.largest;
-      if (entry.type == Type::kInt)
-        ConfigTools::appendParameter(*limits, entry.name, static_cast<int>(limit));
-      else if (entry.type == Type::kDouble)
-        ConfigTools::appendParameter(*limits, entry.name, limit);
-    }
-    for (auto& flag : limits->bools) flag.value = !smallest;
-  }
-  return description;
-}
-
-ReconfigureServer::Assignments assignmentsOf(const Config& config) {
-  ReconfigureServer::Assignments values;
-  for (const auto& item : config.ints) values.emplace_back(item.name, formatParam(item.value));
-  for (const auto& item : config.doubles) values.emplace_back(item.name, formatParam(item.value));
-  for (const auto& item : config.bools)
-    values.emplace_back(item.name, formatParam(static_cast<bool>(item.value)));
-  for (const auto& item : config.strs) values.emplace_back(item.name, item.value);
-  return values;
+Config limitsOf(const ParamTable& table, bool smallest) {
+  return configOf(table, [&](const Entry& entry) {
+    const double limit = smallest ? entry.smallest : entry.largest;
+    if (entry.type == Type::kInt) return formatParam(static_cast<int>(limit));
+    if (entry.type == Type::kDouble) return formatParam(limit);
+    return entry.type == Type::kBool ? formatParam(!smallest) : entry.get();
+  });
 }
 
 // Collects the names of all leaves of nested parameters, and their values as text.
@@ -168,48 +139,37 @@ std::vector<std::string> setFromRosParams(const ros::NodeHandle& node, ParamTabl
   return warnings;
 }
 
-ReconfigureServer::ReconfigureServer(const ros::NodeHandle& node, Health& health,
-                                     const ParamTable& values, const ParamTable& defaults,
-                                     const std::string& section,
-                                     std::function<void(const Assignments&)> set)
-    : node_(node), values_(values), set_(std::move(set)) {
-  description_ = node_.advertise<ConfigDescription>("parameter_descriptions", 1, true);
-  description_.publish(descriptionOf(defaults, section));
-  updates_ = node_.advertise<Config>("parameter_updates", 1, true);
-  updates_.publish(configOf(values_));
-  using dynamic_reconfigure::ReconfigureRequest;
-  using dynamic_reconfigure::ReconfigureResponse;
-  service_ = advertiseService<ReconfigureRequest, ReconfigureResponse>(
-      node_, health, "set_parameters", [this](const auto& request, auto& response) {
-        return onRequest(request.config, response.config);
-      });
+Config configOf(const ParamTable& table) {
+  return configOf(table, [](const Entry& entry) { return entry.get(); });
 }
 
-bool ReconfigureServer::onRequest(const Config& request, Config& response) {
-  // Some clients send all parameters to change one.
+ConfigDescription descriptionOf(const ParamTable& defaults, const std::string& section) {
+  ConfigDescription description;
+  description.groups = groupsOf(defaults, section);
+  description.dflt = configOf(defaults);
+  description.min = limitsOf(defaults, true);
+  description.max = limitsOf(defaults, false);
+  return description;
+}
+
+Assignments changesBy(const Config& request, const ParamTable& table) {
   Assignments changes;
-  for (const auto& [name, text] : assignmentsOf(request))
-    if (!values_.has(name) || values_.get(name) != text) changes.emplace_back(name, text);
-  try {
-    if (!changes.empty()) set_(changes);
-  } catch (const std::exception& error) {
-    ROS_WARN_STREAM(node_.getNamespace() << ": nothing is reconfigured: " << error.what());
-    return false;
-  }
-  for (const auto& [name, text] : changes)
-    ROS_INFO_STREAM(node_.getNamespace() << ": from now on " << name << " = " << text);
-  response = configOf(values_);
-  updates_.publish(response);
-  storeAsRosParams(changes);
-  return true;
+  const auto add = [&](const std::string& name, const std::string& text) {
+    if (!table.has(name) || table.get(name) != text) changes.emplace_back(name, text);
+  };
+  for (const auto& item : request.ints) add(item.name, formatParam(item.value));
+  for (const auto& item : request.doubles) add(item.name, formatParam(item.value));
+  for (const auto& item : request.bools) add(item.name, formatParam(static_cast<bool>(item.value)));
+  for (const auto& item : request.strs) add(item.name, item.value);
+  return changes;
 }
 
-// So a restarted nodelet keeps the changed values.
-void ReconfigureServer::storeAsRosParams(const Assignments& changes) const {
+void storeAsRosParams(const Assignments& changes, const ParamTable& table,
+                      const ros::NodeHandle& node) {
   for (const auto& [name, text] : changes)
-    for (const Entry& entry : values_.entries())
+    for (const Entry& entry : table.entries())
       if (entry.name == name)
-        useAs(entry, text, [&](const auto& value) { node_.setParam(entry.name, value); });
+        useAs(entry, text, [&](const auto& value) { node.setParam(entry.name, value); });
 }
 
 }  // namespace predictive_stereo

@@ -11,19 +11,22 @@
 
 namespace predictive_stereo {
 
-/// Messages (with a header) of the last seconds. Thread-safe.
+/// Messages (with a header) of one topic: the last ones. Thread-safe.
 template <class Message>
 class MessageHistory {
  public:
   using ConstPtr = boost::shared_ptr<const Message>;
+
+  /// @param most  keeps so many at most, and only those of the last three seconds: a frame needs
+  ///   messages since the previous frame.
+  explicit MessageHistory(size_t most = 10000) : most_(most) {}
 
   void add(const ConstPtr& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!messages_.empty() && message->header.stamp < messages_.back()->header.stamp)
       messages_.clear();
     messages_.push_back(message);
-    // A frame needs messages since the previous frame.
-    while (messages_.size() > kMostKept ||
+    while (messages_.size() > most_ ||
            message->header.stamp - messages_.front()->header.stamp > ros::Duration(kKept_s))
       messages_.pop_front();
   }
@@ -72,7 +75,6 @@ class MessageHistory {
 
  private:
   static constexpr double kKept_s = 3.0, kLeastJump_s = 0.5;
-  static constexpr size_t kMostKept = 10000;
 
   // add() keeps the stamps in order.
   auto firstFrom(ros::Time stamp) const {
@@ -81,6 +83,7 @@ class MessageHistory {
         [](const ConstPtr& message, ros::Time time) { return message->header.stamp < time; });
   }
 
+  const size_t most_;
   mutable std::mutex mutex_;
   std::deque<ConstPtr> messages_;
 };

@@ -1,8 +1,6 @@
 #include <Eigen/Cholesky>
 #include <boost/pointer_cast.hpp>
 #include <cmath>
-#include <cstdio>
-#include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
@@ -25,10 +23,7 @@ namespace {
 std::string describeSigma(const Matrix6d& covariance) {
   if (Eigen::LLT<Matrix6d>(covariance).info() != Eigen::Success)
     return "odometry does not tell it: 15 mm are taken";
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.1f mm",
-                1e3 * std::sqrt(covariance.diagonal().head<3>().maxCoeff()));
-  return text;
+  return cv::format("%.1f mm", 1e3 * std::sqrt(covariance.diagonal().head<3>().maxCoeff()));
 }
 
 // Outputs of the Disparity nodelet, and the left image. The first topic has the messages that need
@@ -70,18 +65,8 @@ struct DisparityInput {
 
 }  // namespace
 
-/// Moving objects from images, disparities and their variance.
-///
-/// Subscribes: measured_disparity, measured_variance, left/image_rect, left/camera_info; /tf (the
-///   camera's pose in odom_frame); if they are published, odometry (the covariance of the motion)
-///   and row_alignment (the column offset of the disparities); for moving_objects/residual and for
-///   the paper's scheme predicted_disparity, predicted_variance.
-/// Publishes: moving_objects, moving_objects/mask, and on demand moving_objects/residual,
-///   moving_objects/markers, moving_objects/image, moving_objects/detections3d (if vision_msgs was
-///   installed at build time); /diagnostics. Without subscribers of its outputs it subscribes only
-///   to /tf. Also moving_objects/passive_mask, see MaskInput.
-/// Services: ~reset, and those of dynamic_reconfigure.
-/// Parameters: MovingObjectsNodeletParams.
+/// Moving objects from images, disparities and their variance. Topics, services and parameters:
+/// docs/nodes.md.
 class MovingObjectsNodelet
     : public FrameNodelet<MovingObjectsNodeletParams, DisparityInput, MovingObjectsProcessor,
                           MovingObjectDetector, DetectionParams> {
@@ -93,8 +78,7 @@ class MovingObjectsNodelet
 
  private:
   void connect(ros::NodeHandle& node) override {
-    odometry_ = std::make_unique<OdometryInput>(node, *health_, arrivals_, *tf_, params_.odom_frame,
-                                                params_.transform_timeout, "row_alignment");
+    odometry_.emplace(node, *health_, arrivals_, *tf_, params_, "row_alignment");
     makeInput(node, SyncParams::exact(params_.queue_size, params_.image_transport));
     visitMovingObjectsOutputs(*outputs_);
 #ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
@@ -137,7 +121,7 @@ class MovingObjectsNodelet
   }
 
   ros::Publisher passive_mask_;
-  std::unique_ptr<OdometryInput> odometry_;
+  std::optional<OdometryInput> odometry_;
 };
 
 }  // namespace predictive_stereo

@@ -29,13 +29,27 @@ struct SyncParams {
   }
 };
 
-struct EgoMotionNodeletParams {
+/// What the three nodelets have in common.
+struct FrameNodeletParams {
+  std::string odom_frame = "odom";  ///< fixed frame of the camera's pose, motion, and velocities
+  double transform_timeout = 0.2;   ///< [s] longest wait of a frame for what other nodes send
+  int threads = 0;                  ///< of parallel loops, 0: all cores; see limitThreads
+  double max_gap = 1.0;             ///< [s] frames further apart do not belong together
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("odom_frame", odom_frame);
+    v("transform_timeout", transform_timeout, 0.0, 10.0);
+    v("threads", threads, 0, 1024);
+    v("max_gap", max_gap, 0.01, 3600.0);
+  }
+};
+
+struct EgoMotionNodeletParams : FrameNodeletParams {
   bool publish_tf = true;
   /// Runs only while a node subscribes to the odometry; the pose starts at the origin each time. If
   /// false, it always runs while it publishes tf, because subscribers of tf cannot be detected.
   bool lazy = false;
-  double transform_timeout = 0.2;  ///< [s] longest wait of a frame for base_frame -> camera
-  int threads = 0;                 ///< of parallel loops, 0: all cores; see limitThreads
   /// Ignores features on objects that MovingObjects marked in the previous frame. The result then
   /// depends on whether the mask arrived in time.
   bool use_moving_mask = false;
@@ -46,24 +60,19 @@ struct EgoMotionNodeletParams {
   /// rotation. Empty: no prior.
   std::string guess_frame;
   SyncParams sync;
-  std::string odom_frame = "odom";       ///< fixed frame of the pose
   std::string base_frame = "base_link";  ///< frame of the robot; empty: the left camera
-  double max_gap = 1.0;                  ///< [s] frames further apart do not belong together
   EgoMotionParams ego_motion;
 
   template <class Visitor>
   void visit(Visitor&& v) {
+    FrameNodeletParams::visit(v);
     v("publish_tf", publish_tf);
     v("lazy", lazy);
-    v("transform_timeout", transform_timeout, 0.0, 10.0);
-    v("threads", threads, 0, 1024);
     v("use_moving_mask", use_moving_mask);
     v("use_imu", use_imu);
     v("guess_frame", guess_frame);
     sync.visit(v);
-    v("odom_frame", odom_frame);
     v("base_frame", base_frame);
-    v("max_gap", max_gap, 0.01, 3600.0);
     ego_motion.visit(v);
   }
 };
@@ -80,44 +89,30 @@ struct PointsParams {
   }
 };
 
-struct DisparityNodeletParams {
-  std::string odom_frame = "odom";  ///< fixed frame relative to which tf has the camera's motion
-  double transform_timeout = 0.2;  ///< [s] longest wait of a frame for its motion, and for its mask
-  int threads = 0;                 ///< of parallel loops, 0: all cores; see limitThreads
+struct DisparityNodeletParams : FrameNodeletParams {
   SyncParams sync;
   PointsParams points;
-  double max_gap = 1.0;  ///< [s] frames further apart do not belong together
   DisparityParams disparity;
 
   template <class Visitor>
   void visit(Visitor&& v) {
-    v("odom_frame", odom_frame);
-    v("transform_timeout", transform_timeout, 0.0, 10.0);
-    v("threads", threads, 0, 1024);
+    FrameNodeletParams::visit(v);
     sync.visit(v);
     v("points", points);
-    v("max_gap", max_gap, 0.01, 3600.0);
     disparity.visit(v);
   }
 };
 
-struct MovingObjectsNodeletParams {
-  std::string odom_frame = "odom";      ///< fixed frame in which velocities are given
-  double transform_timeout = 0.2;       ///< [s] longest wait of a frame for its pose
-  int threads = 0;                      ///< of parallel loops, 0: all cores; see limitThreads
+struct MovingObjectsNodeletParams : FrameNodeletParams {
   int queue_size = 20;                  ///< left images that wait for their disparity
   std::string image_transport = "raw";  ///< of the left image, see SyncParams
-  double max_gap = 1.0;                 ///< [s] frames further apart do not belong together
   DetectionParams detection;
 
   template <class Visitor>
   void visit(Visitor&& v) {
-    v("odom_frame", odom_frame);
-    v("transform_timeout", transform_timeout, 0.0, 10.0);
-    v("threads", threads, 0, 1024);
+    FrameNodeletParams::visit(v);
     v("queue_size", queue_size, 1, 1000);
     v("image_transport", image_transport);
-    v("max_gap", max_gap, 0.01, 3600.0);
     detection.visit(v);
   }
 };

@@ -10,33 +10,40 @@
 
 namespace predictive_stereo {
 
-/// @param visit_first  for what must be published before tf.
-template <class Visit, class VisitFirst>
-void visitEgoMotionOutputs(Visit&& visit, VisitFirst&& visit_first) {
+/// The row alignment comes first: a node that waits for the motion then has it for its next frame.
+template <class Visit>
+void visitEgoMotionOutputs(Visit&& visit) {
   using O = EgoMotionProcessor::Output;
+  visit({"odometry/row_alignment", 10}, &O::row_alignment);
   visit({"odometry", 10}, &O::odometry);
   visit({"odometry/pose", 10}, &O::pose);
-  visit_first({"odometry/row_alignment", 10}, &O::row_alignment);
 }
 
-/// @param visit_input  for the inputs of MovingObjects.
+/// @param visit_input  for the inputs of MovingObjects. The row alignment comes first: it is not
+///   waited for.
 template <class Visit, class VisitInput>
 void visitDisparityOutputs(Visit&& visit, VisitInput&& visit_input) {
   using O = DisparityMessages;
   visit({"disparity"}, &O::disparity);
   visit({"disparity_variance"}, &O::disparity_variance);
+  visit_input({"row_alignment"}, &MovingObjectsInput::row_alignment);
   visit_input({"measured_disparity"}, &MovingObjectsInput::measured_disparity);
   visit_input({"measured_variance"}, &MovingObjectsInput::measured_variance);
   visit_input({"predicted_disparity"}, &MovingObjectsInput::predicted_disparity);
   visit_input({"predicted_variance"}, &MovingObjectsInput::predicted_variance);
-  visit_input({"row_alignment"}, &MovingObjectsInput::row_alignment);
   visit({"search_range"}, &O::search_range);
-  visit({"disparity/image"}, [](const O& o) { return innerImage(o.disparity); });
+  visit({"disparity/image"}, [](const O& o) {  // shares the memory of the disparity
+    return sensor_msgs::ImageConstPtr(o.disparity, &o.disparity->image);
+  });
   visit({"disparity/color", 5, true}, [](const O& o) { return colourImage(*o.disparity); });
   visit({"disparity/standard_deviation"},
         [](const O& o) { return standardDeviationImage(*o.disparity_variance); });
   visit({"depth/image_rect"}, [](const O& o) { return depthImage(*o.disparity); });
-  visit({"depth/camera_info"}, [](const O& o) { return depthCameraInfo(o); });
+  visit({"depth/camera_info"}, [](const O& o) {
+    const auto info = boost::make_shared<sensor_msgs::CameraInfo>(*o.left_info);
+    info->header = o.left->header;
+    return info;
+  });
 }
 
 /// No cloud without moving objects if these are not known: for a planner it is better than one with

@@ -55,9 +55,6 @@ class Outputs {
   void publish(const Frame& frame) const {
     for (const Topic& topic : topics_) topic.publish(frame);
   }
-  void publishBackwards(const Frame& frame) const {
-    std::for_each(topics_.rbegin(), topics_.rend(), [&](const Topic& t) { t.publish(frame); });
-  }
 
  private:
   struct Topic {

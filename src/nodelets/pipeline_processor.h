@@ -3,6 +3,7 @@
 #include <tf2/buffer_core.h>
 
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "nodelets/disparity_processor.h"
@@ -26,7 +27,13 @@ class PipelineProcessor {
     StageTimes times;
   };
 
-  explicit PipelineProcessor(const AllNodeletParams& params);
+  explicit PipelineProcessor(const AllNodeletParams& params)
+      : params_(params),
+        ego_motion_(params.ego_motion),
+        disparity_(params.disparity),
+        moving_objects_(params.moving_objects) {
+    validate(params);
+  }
 
   /// The caller adds transforms of other publishers: base_frame -> camera, and the camera's motion
   /// if EgoMotion does not publish it.
@@ -38,17 +45,75 @@ class PipelineProcessor {
   /// @returns none if the pair has the stamp of the previous one.
   /// @throws std::invalid_argument for a pair that cannot be used: the state stays as it was; or if
   ///   tf lacks base_frame -> camera: the next pair is the first one then.
-  std::optional<Output> process(const StereoPair& pair);
+  std::optional<Output> process(const StereoPair& pair) {
+    const SequenceGuard::Result sequence = disparity_.begin(pair);
+    if (sequence.isIgnored()) return std::nullopt;
+    Output output;
+    if (sequence.startsAnew()) output.event = sequence.reason;
+    try {
+      processBegun(pair, output);
+    } catch (...) {
+      // Some processors have this frame, others do not: only a new start makes them agree.
+      reset();
+      throw;
+    }
+    return output;
+  }
 
  private:
-  Output processBegun(const StereoPair& pair, const SequenceGuard::Result& sequence);
-  void reset();
-  Eigen::Isometry3d extrinsic(const StereoPair& pair) const;
+  void processBegun(const StereoPair& pair, Output& output) {
+    Stopwatch total;
+    output.disparity = disparity_.process(
+        {[&](const Past& past) { return followCamera(pair, past.stamp(), output); },
+         [&](Stamp) { return movedMask(*moving_mask_, *pair.left); },
+         {},
+         column_offset_});
+    column_offset_ = output.ego_motion.estimate.column_offset;
+    output.times.insert(output.times.end(), disparity_.times().begin(), disparity_.times().end());
+
+    Stopwatch watch;
+    const PoseAnswer answer =
+        cameraPose(tf_, &odometry_, pair.left->header.frame_id, moving_objects_.lastWithPose(),
+                   pair.left->header.stamp, params_.moving_objects.odom_frame);
+    output.moving_objects = moving_objects_.process(output.disparity, answer.value);
+    moving_mask_ = output.moving_objects.mask;
+    watch.lap("detection", output.times);
+    total.lap("whole frame", output.times);
+  }
+
+  // Runs the ego-motion, and gets the motion since the past frame from tf and the odometry.
   std::optional<CameraMotion> followCamera(const StereoPair& pair, std::optional<Stamp> past,
-                                           Output& output);
+                                           Output& output) {
+    const std_msgs::Header& header = pair.left->header;
+    Stopwatch watch;
+    std::string error;
+    const auto T_base_cam = ego_motion_.extrinsic(tf_, pair, error);
+    if (!T_base_cam)
+      throw std::invalid_argument("no transform from base_frame '" + ego_motion_.baseFrame(pair) +
+                                  "' to the left camera: " + error);
+    output.ego_motion = ego_motion_.process(pair, *T_base_cam);
+    watch.lap("ego-motion", output.times);
+    if (params_.ego_motion.publish_tf) tf_.setTransform(output.ego_motion.transform, "ego_motion");
+    odometry_.add(output.ego_motion.odometry);
+    if (!past) return std::nullopt;
+    const MotionAnswer answer = cameraMotion(tf_, &odometry_, header.frame_id, rosTime(*past),
+                                             header.stamp, params_.disparity.odom_frame);
+    if (!answer.value) output.event = answer.reason + ": matched without prediction";
+    return answer.value;
+  }
+
+  void reset() {
+    ego_motion_.reset();
+    disparity_.reset();
+    moving_objects_.reset();
+    odometry_.clear();
+    column_offset_ = ColumnOffset();
+    moving_mask_.reset();
+  }
 
   AllNodeletParams params_;
-  tf2::BufferCore tf_;
+  // Long, because all transforms of a recording may be added before its first frame is processed.
+  tf2::BufferCore tf_{ros::Duration(24 * 3600.0)};
   OdometryHistory odometry_;
   EgoMotionProcessor ego_motion_;
   DisparityProcessor disparity_;

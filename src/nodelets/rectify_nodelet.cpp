@@ -15,11 +15,8 @@
 
 namespace predictive_stereo {
 
-/// Rectifies the images of one camera, for drivers that do not.
-///
-/// Subscribes, while image_rect has subscribers: image_raw, camera_info (with equal stamps).
-/// Publishes: image_rect (mono8); /diagnostics.
-/// Parameters: ~image_transport of image_raw: raw, compressed, or one that a plugin provides.
+/// Rectifies the images of one camera, for drivers that do not, while image_rect has subscribers.
+/// Topics and parameters: docs/nodes.md.
 class RectifyNodelet : public nodelet::Nodelet {
  public:
   ~RectifyNodelet() override {

@@ -134,25 +134,6 @@ void requireOneCamera(const std::string& name, cv::Size size, const std::string&
                                 sizeText(expected) + "; do the topics belong to one camera?");
 }
 
-void allocateImage(const std_msgs::Header& header, cv::Size size, const std::string& encoding,
-                   sensor_msgs::Image& message) {
-  message.header = header;
-  message.width = static_cast<uint32_t>(size.width);
-  message.height = static_cast<uint32_t>(size.height);
-  message.encoding = encoding;
-  message.is_bigendian = false;
-  message.step =
-      message.width * encodings::numChannels(encoding) * (encodings::bitDepth(encoding) / 8);
-  message.data.resize(static_cast<size_t>(message.step) * message.height);
-}
-
-sensor_msgs::ImagePtr newImage(const std_msgs::Header& header, cv::Size size,
-                               const std::string& encoding) {
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  allocateImage(header, size, encoding, *message);
-  return message;
-}
-
 cv::Mat1b greyImage(const sensor_msgs::Image& message, const std::string& name, cv::Mat1b& buffer) {
   if (message.encoding == encodings::MONO8 || message.encoding == encodings::TYPE_8UC1) {
     requireData(message, name + " image", 1);

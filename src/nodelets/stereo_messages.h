@@ -23,19 +23,30 @@ cv::Size sizeOf(const sensor_msgs::Image& message);
 void requireOneCamera(const std::string& name, cv::Size size, const std::string& other,
                       cv::Size expected);
 
-/// Sets a message's header, size and encoding and allocates its data, which are not initialised.
-void allocateImage(const std_msgs::Header& header, cv::Size size, const std::string& encoding,
-                   sensor_msgs::Image& message);
-
-/// The same for a new message.
-sensor_msgs::ImagePtr newImage(const std_msgs::Header& header, cv::Size size,
-                               const std::string& encoding);
-
-/// A writable view of a message made by allocateImage or newImage.
+/// A writable view of a message made by allocateImage.
 template <class Pixel>
 cv::Mat_<Pixel> writableView(sensor_msgs::Image& message) {
   return cv::Mat_<Pixel>(static_cast<int>(message.height), static_cast<int>(message.width),
                          reinterpret_cast<Pixel*>(message.data.data()), message.step);
+}
+
+/// Sets a message's header, size and encoding (mono8, bgr8, 16UC1 or 32FC1), and allocates its
+/// data, which are not initialised.
+template <class Pixel>
+cv::Mat_<Pixel> allocateImage(const std_msgs::Header& header, cv::Size size,
+                              sensor_msgs::Image& message) {
+  constexpr int kType = cv::traits::Type<Pixel>::value;
+  message.header = header;
+  message.width = static_cast<uint32_t>(size.width);
+  message.height = static_cast<uint32_t>(size.height);
+  message.encoding = kType == CV_8UC1    ? "mono8"
+                     : kType == CV_8UC3  ? "bgr8"
+                     : kType == CV_16UC1 ? "16UC1"
+                                         : "32FC1";
+  message.is_bigendian = false;
+  message.step = message.width * static_cast<uint32_t>(sizeof(Pixel));
+  message.data.resize(static_cast<size_t>(message.step) * message.height);
+  return writableView<Pixel>(message);
 }
 
 /// The image in 8-bit grey. For mono8 the result shares the message's memory, so the message must

@@ -9,13 +9,18 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <boost/shared_ptr.hpp>
+#include <cmath>
 #include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
+#include <opencv2/core.hpp>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "nodelets/health.h"
+#include "nodelets/message_checks.h"
 #include "nodelets/threads.h"
 
 namespace predictive_stereo {
@@ -44,20 +49,81 @@ class TfHistory {
 
   /// @throws std::invalid_argument, after the transform was added, if the one before it was alone
   ///   with its stamp: that one is lost.
-  void add(const Transform& transform);
+  void add(const Transform& transform) {
+    Child& child = children_[transform->child_frame_id];
+    const ros::Time stamp = transform->header.stamp;
+    if (!child.isAfter(stamp)) {
+      const Transform doubted = std::exchange(child.doubted, nullptr);
+      insert(child, transform);
+      if (doubted) throwLost(*doubted, stamp);
+      return;
+    }
+    // It confirms a stamp in doubt that it follows.
+    const double later_s = child.doubted ? (stamp - child.doubted->header.stamp).toSec() : 0;
+    const bool is_second = later_s > 0 && later_s <= kKept_s;
+    if (!is_second && !isNearImages(stamp)) {
+      child.doubted = transform;
+      return;
+    }
+    child.past.clear();
+    if (is_second) child.past.push_back(child.doubted);
+    child.past.push_back(transform);
+    child.doubted = nullptr;
+    fillBuffer();
+  }
 
   /// The stamps of images went back to this one: forgets what frames have after it.
-  void goBackTo(ros::Time stamp);
+  void goBackTo(ros::Time stamp) {
+    images_ = stamp;
+    bool changed = false;
+    for (auto& [name, child] : children_) {
+      if (!child.isAfter(stamp)) continue;
+      child.past.clear();
+      if (child.doubted && isNearImages(child.doubted->header.stamp))
+        child.past.push_back(child.doubted);
+      child.doubted = nullptr;
+      changed = true;
+    }
+    if (changed) fillBuffer();
+  }
 
  private:
   struct Child {
     std::deque<Transform> past;
     Transform doubted;  // its stamp went back
+
+    bool isAfter(ros::Time stamp) const {
+      return !past.empty() && (past.back()->header.stamp - stamp).toSec() > kLeastJump_s;
+    }
   };
 
-  void insert(Child& child, const Transform& transform);
-  bool isNearImages(ros::Time stamp) const;
-  void fillBuffer();
+  void insert(Child& child, const Transform& transform) {
+    const ros::Time stamp = transform->header.stamp;
+    while (!child.past.empty() && (stamp - child.past.front()->header.stamp).toSec() > kKept_s)
+      child.past.pop_front();
+    child.past.push_back(transform);
+    // tf2 logs transforms that it refuses.
+    buffer_.setTransform(*transform, "tf", false);
+  }
+
+  // Near the first image after they went back: transforms may come before or after it.
+  bool isNearImages(ros::Time stamp) const {
+    return !images_.isZero() && std::abs((stamp - images_).toSec()) <= kKept_s;
+  }
+
+  // Fixed transforms stay in the buffer.
+  void fillBuffer() {
+    buffer_.clear();
+    for (const auto& [name, child] : children_)
+      for (const Transform& transform : child.past) buffer_.setTransform(*transform, "tf", false);
+  }
+
+  [[noreturn]] static void throwLost(const geometry_msgs::TransformStamped& lost, ros::Time next) {
+    throw std::invalid_argument(
+        "transform of '" + lost.child_frame_id + "': one stamp was " +
+        cv::format("%g", (next - lost.header.stamp).toSec()) +
+        " s before the next one, and is ignored. Do two nodes with different clocks publish it?");
+  }
 
   tf2::BufferCore& buffer_;
   std::map<std::string, Child> children_;
@@ -73,18 +139,50 @@ class TfInput {
                                       const std::string& publisher, bool is_static)>;
 
   /// @param arrivals  notified of each message.
-  TfInput(ros::NodeHandle node, Health& health, Arrivals& arrivals, Listener listener = {});
+  TfInput(ros::NodeHandle node, Health& health, Arrivals& arrivals, Listener listener = {})
+      : health_(health), arrivals_(arrivals), listener_(std::move(listener)) {
+    node.setCallbackQueue(&queue_);
+    const auto subscribe = [&](const char* name, bool is_static) {
+      return node.subscribe<tf2_msgs::TFMessage>(
+          name, 100,
+          boost::function<void(const Event&)>(
+              [this, topic = node.resolveName(name), is_static](const Event& event) {
+                add(event, topic, is_static);
+              }));
+    };
+    moving_ = subscribe("/tf", false);
+    static_ = subscribe("/tf_static", true);
+    spinner_.start();
+  }
   ~TfInput() { spinner_.stop(); }
 
   /// See TfHistory: transforms that have gone back already, before the images, are kept.
-  void goBackTo(ros::Time stamp);
+  void goBackTo(ros::Time stamp) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    history_.goBackTo(stamp);
+  }
 
   tf2::BufferCore buffer{ros::Duration(TfHistory::kKept_s)};
 
  private:
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
 
-  void add(const Event& event, const std::string& topic, bool is_static);
+  void add(const Event& event, const std::string& topic, bool is_static) {
+    const tf2_msgs::TFMessage::ConstPtr message = event.getConstMessage();
+    // Each for itself, because the others of its message may be good.
+    for (const geometry_msgs::TransformStamped& transform : message->transforms)
+      health_.guard(topic, [&] {
+        const std::string& publisher = event.getPublisherName();
+        requireTransform(transform, is_static ? ZeroStamp::kLegal : ZeroStamp::kRefused, publisher);
+        if (listener_) listener_(transform, publisher, is_static);
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (is_static)
+          buffer.setTransform(transform, "tf", true);
+        else
+          history_.add(TfHistory::Transform(message, &transform));  // shares the message's memory
+      });
+    arrivals_.notify();
+  }
 
   Health& health_;
   Arrivals& arrivals_;

@@ -1,15 +1,20 @@
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
+#include <ros/master.h>
 #include <ros/node_handle.h>
-#include <xmlrpcpp/XmlRpcValue.h>
+#include <tf2_msgs/TFMessage.h>
+#include <xmlrpcpp/XmlRpcException.h>
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "nodelets/health.h"
 #include "nodelets/threads.h"
@@ -19,8 +24,18 @@ namespace predictive_stereo {
 /// Whether the master knows a publisher of the topic other than `node`. True, too, if its answer
 /// cannot be read: to look for rivals in vain only takes some time.
 /// @param system_state  the answer to getSystemState.
-bool hasOtherPublisher(XmlRpc::XmlRpcValue system_state, const std::string& topic,
-                       const std::string& node);
+inline bool hasOtherPublisher(XmlRpc::XmlRpcValue system_state, const std::string& topic,
+                              const std::string& node) try {
+  XmlRpc::XmlRpcValue& publishers = system_state[0];
+  for (int i = 0; i < publishers.size(); ++i) {
+    if (static_cast<std::string>(publishers[i][0]) != topic) continue;
+    for (int j = 0; j < publishers[i][1].size(); ++j)
+      if (static_cast<std::string>(publishers[i][1][j]) != node) return true;
+  }
+  return false;
+} catch (const XmlRpc::XmlRpcException&) {  // is no std::exception
+  return true;
+}
 
 /// Finds other publishers of a frame in tf. A frame must have one parent and one publisher: with
 /// two, readers of tf get their transforms alternately.
@@ -35,21 +50,55 @@ class TfRivals {
   };
 
   /// Call this before publishing a transform: it will be received, and must not count as a rival's.
-  void addOwnTransform(const geometry_msgs::TransformStamped& transform);
+  void addOwnTransform(const geometry_msgs::TransformStamped& transform) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ours_.push_back(transform);
+    if (ours_.size() > kRemembered) ours_.pop_front();
+  }
 
   /// Adds a transform that was received from any publisher.
   void addTransform(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
-                    bool is_static);
+                    bool is_static) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    // Backwards, because the newest ones are at the end.
+    if (!is_static && std::find(ours_.rbegin(), ours_.rend(), transform) != ours_.rend()) return;
+    rivals_[withoutSlash(transform.child_frame_id)] = {
+        publisher, withoutSlash(transform.header.frame_id), is_static};
+  }
 
   /// The rival that published last; none: no other node publishes this frame.
-  std::optional<Rival> rivalOf(const std::string& frame) const;
+  std::optional<Rival> rivalOf(const std::string& frame) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto rival = rivals_.find(withoutSlash(frame));
+    return rival == rivals_.end() ? std::nullopt : std::optional(rival->second);
+  }
 
   /// Why this node must not publish this frame in tf, and the cure; empty: it may.
-  std::string reasonNotToMove(const std::string& frame) const;
+  std::string reasonNotToMove(const std::string& frame) const {
+    const std::optional<Rival> rival = rivalOf(frame);
+    if (!rival) return "";
+    const std::string silent = ": tf is not published from here, as a frame has one parent only. ";
+    if (!rival->is_static)
+      return "tf: " + rival->publisher + " already moves '" + frame + "' in '" + rival->parent +
+             "'" + silent + "To use that motion, set publish_tf to false and odom_frame to '" +
+             rival->parent + "'; to use this one, stop the other and restart this nodelet";
+    // The robot's frame is the root of the static frames.
+    std::string root = rival->parent;
+    std::set<std::string> seen;
+    for (auto above = rivalOf(root); above && above->is_static && seen.insert(root).second;
+         above = rivalOf(root))
+      root = above->parent;
+    return "tf: " + rival->publisher + " has '" + frame + "' fixed to '" + rival->parent + "'" +
+           silent + "Set base_frame to '" + root + "', or publish_tf to false";
+  }
 
  private:
-  static constexpr size_t kRemembered =
-      1000;  // own transforms; they are received within milliseconds
+  static constexpr size_t kRemembered = 1000;  // they are received within milliseconds
+
+  // Frame ids in tf2 have no leading slash, but some publishers still add one.
+  static std::string withoutSlash(const std::string& frame) {
+    return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
+  }
 
   mutable std::mutex mutex_;
   std::deque<geometry_msgs::TransformStamped> ours_;
@@ -60,14 +109,44 @@ class TfRivals {
 /// than none, so a node that finds a rival stops.
 class TfOutput {
  public:
-  void start(ros::NodeHandle& node);
+  void start(ros::NodeHandle& node) {
+    listening_since_ = std::chrono::steady_clock::now();
+    publisher_ = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
+  }
+
   /// Gets every transform that is received.
   TfRivals& rivals() { return rivals_; }
+
   void publish(const geometry_msgs::TransformStamped& transform, Health& health,
-               Arrivals& arrivals);
+               Arrivals& arrivals) {
+    if (yielded_) return;
+    waitForRivalOnce(transform.child_frame_id, arrivals);
+    const std::string objection = rivals_.reasonNotToMove(transform.child_frame_id);
+    health.problem("tf", objection);
+    yielded_ = !objection.empty();
+    if (yielded_) return;
+    rivals_.addOwnTransform(transform);
+    const auto message = boost::make_shared<tf2_msgs::TFMessage>();
+    message->transforms.push_back(transform);
+    publisher_.publish(message);
+  }
 
  private:
-  bool mayPublish(const std::string& frame, Health& health, Arrivals& arrivals);
+  static constexpr double kFirstWithin_s = 0.5;  // rivals are assumed to publish at 2 Hz or more
+
+  void waitForRivalOnce(const std::string& frame, Arrivals& arrivals) {
+    if (std::exchange(asked_, true) || !othersPublish()) return;
+    const std::chrono::duration<double> listened =
+        std::chrono::steady_clock::now() - listening_since_;
+    arrivals.waitFor(kFirstWithin_s - listened.count(),
+                     [&] { return rivals_.rivalOf(frame).has_value(); });
+  }
+
+  bool othersPublish() const {
+    XmlRpc::XmlRpcValue request(ros::this_node::getName()), response, state;
+    return ros::master::execute("getSystemState", request, response, state, false) &&
+           hasOtherPublisher(state, publisher_.getTopic(), ros::this_node::getName());
+  }
 
   ros::Publisher publisher_;
   TfRivals rivals_;

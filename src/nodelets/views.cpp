@@ -1,12 +1,10 @@
 #include "nodelets/views.h"
 
-#include <sensor_msgs/image_encodings.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -15,8 +13,6 @@
 
 namespace predictive_stereo {
 namespace {
-
-namespace encodings = sensor_msgs::image_encodings;
 
 // Half the pixel's own colour, half red.
 cv::Vec3b tinted(const cv::Vec3b& bgr) {
@@ -44,12 +40,8 @@ Eigen::Vector3d velocityOf(const MovingObject& object) {
 }
 
 std::string label(const MovingObject& object) {
-  char text[64];
-  const int length = std::snprintf(text, sizeof(text), "%u: %.1f m", object.id, object.distance);
-  if (hasVelocity(object))
-    std::snprintf(text + length, sizeof(text) - static_cast<size_t>(length), ", %.1f m/s",
-                  velocityOf(object).norm());
-  return text;
+  const std::string text = cv::format("%u: %.1f m", object.id, object.distance);
+  return hasVelocity(object) ? text + cv::format(", %.1f m/s", velocityOf(object).norm()) : text;
 }
 
 Marker marker(const MovingObjectArray& objects, const MovingObject& object, const char* ns,
@@ -124,14 +116,10 @@ void writeLabel(const std::string& text, const cv::Point& corner, cv::Mat3b& ima
 
 }  // namespace
 
-sensor_msgs::ImageConstPtr innerImage(const stereo_msgs::DisparityImageConstPtr& disparity) {
-  return sensor_msgs::ImageConstPtr(disparity, &disparity->image);
-}
-
 sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity) {
   const cv::Mat1f map = floatView(disparity.image, "disparity");
-  const auto message = newImage(disparity.header, map.size(), encodings::BGR8);
-  cv::Mat3b colour = writableView<cv::Vec3b>(*message);
+  const auto message = boost::make_shared<sensor_msgs::Image>();
+  cv::Mat3b colour = allocateImage<cv::Vec3b>(disparity.header, map.size(), *message);
   const double scale = 255.0 / (disparity.max_disparity - disparity.min_disparity);
   cv::Mat1b level;
   map.convertTo(level, CV_8U, scale, -disparity.min_disparity * scale);
@@ -142,25 +130,19 @@ sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity) 
 
 sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance) {
   const cv::Mat1f variance_px2 = floatView(variance, "disparity_variance");
-  const auto message = newImage(variance.header, variance_px2.size(), encodings::TYPE_32FC1);
-  cv::sqrt(variance_px2, writableView<float>(*message));
+  const auto message = boost::make_shared<sensor_msgs::Image>();
+  cv::sqrt(variance_px2, allocateImage<float>(variance.header, variance_px2.size(), *message));
   return message;
 }
 
 sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity) {
   const cv::Mat1f map = floatView(disparity.image, "disparity");
-  const auto message = newImage(disparity.header, map.size(), encodings::TYPE_32FC1);
-  cv::Mat1f depth_m = writableView<float>(*message);
+  const auto message = boost::make_shared<sensor_msgs::Image>();
+  cv::Mat1f depth_m = allocateImage<float>(disparity.header, map.size(), *message);
   cv::divide(disparity.f * disparity.T, map, depth_m);
   depth_m.setTo(std::numeric_limits<float>::quiet_NaN(),
                 map < std::max(0.f, disparity.min_disparity));
   return message;
-}
-
-sensor_msgs::CameraInfoPtr depthCameraInfo(const MovingObjectsInput& frame) {
-  auto info = boost::make_shared<sensor_msgs::CameraInfo>(*frame.left_info);
-  info->header = frame.left->header;
-  return info;
 }
 
 sensor_msgs::PointCloud2Ptr pointCloud(const CloudSource& source, MovingPoints moving) {
@@ -237,8 +219,8 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
   const cv::Mat1b grey = greyImage(left, "left", buffer);
   const cv::Mat1b moving = greyImage(mask, "mask", mask_buffer);
   requireOneCamera("moving_objects/mask", moving.size(), "left image", grey.size());
-  const auto message = newImage(left.header, grey.size(), encodings::BGR8);
-  cv::Mat3b image = writableView<cv::Vec3b>(*message);
+  const auto message = boost::make_shared<sensor_msgs::Image>();
+  cv::Mat3b image = allocateImage<cv::Vec3b>(left.header, grey.size(), *message);
   cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
   cv::add(image, cv::Scalar(0, 0, kTint), image, moving);
   for (const MovingObject& object : objects.objects) {
@@ -260,8 +242,8 @@ sensor_msgs::ImagePtr residualImage(const MovingObjectsInput& frame) {
     requireOneCamera(name, sizeOf(map), "measured_disparity", measured_px.size());
     return floatView(map, name);
   };
-  const auto message = newImage(measured.header, measured_px.size(), encodings::TYPE_32FC1);
-  cv::Mat1f residual = writableView<float>(*message);
+  const auto message = boost::make_shared<sensor_msgs::Image>();
+  cv::Mat1f residual = allocateImage<float>(measured.header, measured_px.size(), *message);
   normalizedResidual(measured_px, view(*frame.measured_variance, "measured_variance"),
                      view(frame.predicted_disparity->image, "predicted_disparity"),
                      view(*frame.predicted_variance, "predicted_variance"), rangeOf(measured),

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <predictive_stereo/MovingObjectArray.h>
-#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <stereo_msgs/DisparityImage.h>
@@ -19,9 +18,6 @@
 
 namespace predictive_stereo {
 
-/// The image inside a DisparityImage as a separate message; it shares the memory.
-sensor_msgs::ImageConstPtr innerImage(const stereo_msgs::DisparityImageConstPtr& disparity);
-
 /// bgr8 with a perceptually uniform colour map: blue far, red near; unknown pixels are black.
 sensor_msgs::ImagePtr colourImage(const stereo_msgs::DisparityImage& disparity);
 
@@ -31,9 +27,6 @@ sensor_msgs::ImagePtr standardDeviationImage(const sensor_msgs::Image& variance)
 
 /// 32FC1 depth [m] (REP 118): NaN: unknown; +inf: zero disparity.
 sensor_msgs::ImagePtr depthImage(const stereo_msgs::DisparityImage& disparity);
-
-/// The left camera's calibration with the stamp of the left image.
-sensor_msgs::CameraInfoPtr depthCameraInfo(const MovingObjectsInput& frame);
 
 enum class MovingPoints { kTinted, kLeftOut };
 

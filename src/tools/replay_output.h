@@ -33,9 +33,8 @@ void visitOutputs(const Visit& visit) {
       visit(topic.name, [&](const F& frame) { return std::invoke(make, part(frame)); });
     };
   };
-  const auto of_motion = of([](const F& f) -> const auto& { return f.out.ego_motion; });
   const auto of_disparity = of([](const F& f) -> const auto& { return f.out.disparity; });
-  visitEgoMotionOutputs(of_motion, of_motion);
+  visitEgoMotionOutputs(of([](const F& f) -> const auto& { return f.out.ego_motion; }));
   visitDisparityOutputs(of_disparity, of_disparity);
   visitCloudOutputs(of([](const F& f) { return f.clouds(); }));
   visitMovingObjectsOutputs(of([](const F& f) -> const auto& { return f.out.moving_objects; }));

@@ -26,10 +26,9 @@ StereoRig rig() {
 }
 
 template <class Pixel>
-sensor_msgs::Image image(const cv::Mat_<Pixel>& pixels, const char* encoding) {
+sensor_msgs::Image image(const cv::Mat_<Pixel>& pixels) {
   sensor_msgs::Image message;
-  allocateImage({}, pixels.size(), encoding, message);
-  pixels.copyTo(writableView<Pixel>(message));
+  pixels.copyTo(allocateImage<Pixel>({}, pixels.size(), message));
   return message;
 }
 
@@ -41,20 +40,20 @@ stereo_msgs::DisparityImage disparity() {
   map(0, 0) = -1;
   stereo_msgs::DisparityImage message;
   message.header.frame_id = "camera";
-  message.image = image(map, "32FC1");
+  message.image = image(map);
   message.f = 10;
   message.T = 1;
   message.max_disparity = 15;
   return message;
 }
 
-sensor_msgs::Image grey() { return image(cv::Mat1b(kHeight, kWidth, uint8_t{100}), "mono8"); }
+sensor_msgs::Image grey() { return image(cv::Mat1b(kHeight, kWidth, uint8_t{100})); }
 
 /// The two columns at the right move.
 sensor_msgs::Image mask() {
   cv::Mat1b moving(kHeight, kWidth, uint8_t{0});
   moving.colRange(5, 7).setTo(255);
-  return image(moving, "mono8");
+  return image(moving);
 }
 
 sensor_msgs::PointCloud2Ptr cloudOf(const sensor_msgs::Image& left, const sensor_msgs::Image* mask,
@@ -164,7 +163,7 @@ TEST(PointCloud, tints_or_leaves_out_what_moves) {
 }
 
 TEST(PointCloud, refuses_a_mask_of_another_size) {
-  const sensor_msgs::Image other = image(cv::Mat1b(3, 3, uint8_t{0}), "mono8");
+  const sensor_msgs::Image other = image(cv::Mat1b(3, 3, uint8_t{0}));
   EXPECT_THROW(cloudOf(grey(), &other), std::invalid_argument);
   EXPECT_THROW(cloudOf(other, nullptr), std::invalid_argument);
 }

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <boost/make_shared.hpp>
 
-#include "nodelets/rotation_prior.h"
+#include "nodelets/rotation_input.h"
 
 namespace predictive_stereo {
 namespace {
@@ -23,9 +23,10 @@ double angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 }
 
 TEST(ImuRotation, integrates_between_stamps_that_are_not_its_own) {
-  ImuRotation rotation;
+  ImuRotation::History history;
+  ImuRotation rotation{history};
   // A rotation about one axis with growing angular velocity.
-  for (int i = 0; i <= 100; ++i) rotation.add(imu(10 + 0.01 * i, {0, 0, 0.02 * i}));
+  for (int i = 0; i <= 100; ++i) history.add(imu(10 + 0.01 * i, {0, 0, 0.02 * i}));
   const auto answer = rotation.between(ros::Time(10.205), ros::Time(10.503));
   ASSERT_TRUE(answer.value) << answer.reason;
   // The integral of 2 t from 0.205 s to 0.503 s is the rotation of now relative to previous.
@@ -37,9 +38,10 @@ TEST(ImuRotation, integrates_between_stamps_that_are_not_its_own) {
 }
 
 TEST(ImuRotation, follows_an_axis_that_turns_with_the_body) {
-  ImuRotation rotation;
-  for (int i = 0; i <= 50; ++i) rotation.add(imu(10 + 0.02 * i, {1, 0, 0}));
-  for (int i = 51; i <= 100; ++i) rotation.add(imu(10 + 0.02 * i, {0, 1, 0}));
+  ImuRotation::History history;
+  ImuRotation rotation{history};
+  for (int i = 0; i <= 50; ++i) history.add(imu(10 + 0.02 * i, {1, 0, 0}));
+  for (int i = 51; i <= 100; ++i) history.add(imu(10 + 0.02 * i, {0, 1, 0}));
   const auto answer = rotation.between(ros::Time(10), ros::Time(12));
   ASSERT_TRUE(answer.value);
   const Eigen::Matrix3d R_previous_now = (Eigen::AngleAxisd(1.01, Eigen::Vector3d::UnitX()) *
@@ -50,8 +52,9 @@ TEST(ImuRotation, follows_an_axis_that_turns_with_the_body) {
 
 TEST(ImuRotation, what_it_shows_at_rest_is_its_bias) {
   const Eigen::Vector3d bias(0.01, -0.02, 0.005);
-  ImuRotation rotation;
-  for (int i = 0; i <= 100; ++i) rotation.add(imu(10 + 0.01 * i, bias));
+  ImuRotation::History history;
+  ImuRotation rotation{history};
+  for (int i = 0; i <= 100; ++i) history.add(imu(10 + 0.01 * i, bias));
   EXPECT_GT(angleBetween(*rotation.between(ros::Time(10), ros::Time(11)).value,
                          Eigen::Matrix3d::Identity()),
             0.02);
@@ -63,9 +66,10 @@ TEST(ImuRotation, what_it_shows_at_rest_is_its_bias) {
 }
 
 TEST(ImuRotation, says_what_is_missing) {
-  ImuRotation rotation;
+  ImuRotation::History history;
+  ImuRotation rotation{history};
   EXPECT_FALSE(rotation.between(ros::Time(10), ros::Time(10.1)).value);
-  for (int i = 0; i < 100; ++i) rotation.add(imu(10 + 0.01 * i, {0, 0, 0}));
+  for (int i = 0; i < 100; ++i) history.add(imu(10 + 0.01 * i, {0, 0, 0}));
   const auto late = rotation.between(ros::Time(10.5), ros::Time(11.5));
   EXPECT_FALSE(late.value);
   EXPECT_FALSE(late.complete) << "it may still come";
@@ -75,29 +79,31 @@ TEST(ImuRotation, says_what_is_missing) {
   EXPECT_NE(early.reason.find("begin after the previous image's"), std::string::npos);
 
   // After a gap, or after stamps that go back, earlier measurements cannot be used.
-  rotation.add(imu(11.5, {0, 0, 0}));
+  history.add(imu(11.5, {0, 0, 0}));
   const auto gap = rotation.between(ros::Time(10.9), ros::Time(11.2));
   EXPECT_FALSE(gap.value);
   EXPECT_NE(gap.reason.find("jump by 0.51 s"), std::string::npos) << gap.reason;
-  rotation.add(imu(11.0, {0, 0, 0}));
+  history.add(imu(11.0, {0, 0, 0}));
   EXPECT_FALSE(rotation.between(ros::Time(10.5), ros::Time(11.0)).value);
 }
 
 TEST(ImuRotation, takes_a_measurement_once) {
-  ImuRotation rotation;
+  ImuRotation::History history;
+  ImuRotation rotation{history};
   for (int i = 0; i <= 10; ++i)
-    for (int copy = 0; copy < 2; ++copy) rotation.add(imu(10 + 0.01 * i, {0, 0, 1}));
+    for (int copy = 0; copy < 2; ++copy) history.add(imu(10 + 0.01 * i, {0, 0, 1}));
   const auto answer = rotation.between(ros::Time(10), ros::Time(10.1));
   ASSERT_TRUE(answer.value) << answer.reason;
   EXPECT_NEAR(Eigen::AngleAxisd(*answer.value).angle(), 0.1, 1e-6);
 }
 
 TEST(ImuRotation, an_imu_may_have_no_gyroscope) {
-  ImuRotation rotation;
+  ImuRotation::History history;
+  ImuRotation rotation{history};
   for (int i = 0; i <= 10; ++i) {
     auto message = boost::make_shared<sensor_msgs::Imu>(*imu(10 + 0.01 * i, {0, 0, 0}));
     message->angular_velocity_covariance[0] = -1;
-    rotation.add(message);
+    history.add(message);
   }
   const auto answer = rotation.between(ros::Time(10), ros::Time(10.1));
   EXPECT_FALSE(answer.value);

@@ -156,7 +156,7 @@ sensor_msgs::Image image(cv::Size size, uint8_t grey) {
   sensor_msgs::Image message;
   std_msgs::Header header;
   header.frame_id = "camera";
-  allocateImage(header, size, sensor_msgs::image_encodings::MONO8, message);
+  allocateImage<uint8_t>(header, size, message);
   std::fill(message.data.begin(), message.data.end(), grey);
   return message;
 }
@@ -189,8 +189,7 @@ sensor_msgs::Image floats(cv::Size size, float value) {
   sensor_msgs::Image message;
   std_msgs::Header header;
   header.frame_id = "camera";
-  allocateImage(header, size, sensor_msgs::image_encodings::TYPE_32FC1, message);
-  writableView<float>(message) = value;
+  allocateImage<float>(header, size, message) = value;
   return message;
 }
 
