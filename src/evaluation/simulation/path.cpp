@@ -10,9 +10,6 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
 constexpr double kRadPerDeg = kPi / 180;
 constexpr double kFade_s = 0.4;  // a shake fades in and out in this time
 constexpr double kStep_m = 0.05, kTick_s = 0.002;
@@ -38,8 +35,8 @@ Row interpolate(const std::vector<Row>& table, double position) {
   return table[i] + (position - static_cast<double>(i)) * (table[i + 1] - table[i]);
 }
 
-Eigen::Isometry3d poseOf(const Vector3d& position_m, double heading, double pitch, double roll) {
-  Eigen::Isometry3d T_world_body = Eigen::Isometry3d::Identity();
+Isometry3d poseOf(const Vector3d& position_m, double heading, double pitch, double roll) {
+  Isometry3d T_world_body = Isometry3d::Identity();
   T_world_body.linear() =
       (Eigen::AngleAxisd(heading, Vector3d::UnitZ()) * Eigen::AngleAxisd(pitch, Vector3d::UnitY()) *
        Eigen::AngleAxisd(roll, Vector3d::UnitX()))
@@ -59,7 +56,7 @@ class Route : public Path {
         interpolate(path_, (interpolate(states_, time_s / kTick_s).x() + gap_m) / kStep_m);
     return {{at.x(), at.y(), 0}, at.z()};
   }
-  Eigen::Isometry3d bodyAt(double time_s) const override;
+  Isometry3d bodyAt(double time_s) const override;
 
  private:
   void layPath(double length_m);
@@ -166,7 +163,7 @@ void Route::driveAlong(const std::vector<double>& stops, const std::vector<doubl
   }
 }
 
-Eigen::Isometry3d Route::bodyAt(double time_s) const {
+Isometry3d Route::bodyAt(double time_s) const {
   const Vector2d state = interpolate(states_, time_s / kTick_s);
   const double way = state.x(), accel_mps2 = state.y();
   const Place place = placeAt(time_s);
@@ -242,7 +239,7 @@ WaypointPath::Coordinates WaypointPath::shakeAt(double time_s) const {
   return sum;
 }
 
-Eigen::Isometry3d WaypointPath::bodyAt(double time_s) const {
+Isometry3d WaypointPath::bodyAt(double time_s) const {
   const Coordinates c = smoothAt(time_s) + shakeAt(time_s);
   return poseOf(c.head<3>(), c[3], c[4], c[5]);
 }

@@ -8,8 +8,6 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-using Eigen::Vector3f;
-
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Interval of a ray inside a convex solid, clipped by one face after the other.

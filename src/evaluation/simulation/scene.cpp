@@ -36,7 +36,7 @@ class SceneList {
 
 // Light and noise of a room with ceiling lamps.
 void setIndoorLight(Scene& scene, float lamp_pitch_m, float lamp_height_m, float lamp_strength) {
-  scene.look.to_sun = Eigen::Vector3f(0.08f, 0.05f, 1).normalized();
+  scene.look.to_sun = Vector3f(0.08f, 0.05f, 1).normalized();
   scene.look.sun = 0.2f;  // the only light that casts shadows
   scene.look.ambient = 0.55f;
   scene.look.ceiling = {lamp_pitch_m, lamp_height_m, lamp_strength};

@@ -21,13 +21,13 @@ Marking markingAt(double x_m, double y_m);
 
 /// The part of the world that a camera can see.
 struct View {
-  Eigen::Vector3d position_m;
-  Eigen::Vector2d forward;  ///< unit length
+  Vector3d position_m;
+  Vector2d forward;  ///< unit length
   double tan_half_angle;
   bool all_around = false;  ///< includes the world behind the camera, which mirrors show
 
-  bool reaches(const Eigen::Vector2d& centre_m, double radius_m) const;
-  double distance(const Eigen::Vector2d& centre_m) const {
+  bool reaches(const Vector2d& centre_m, double radius_m) const;
+  double distance(const Vector2d& centre_m) const {
     return (centre_m - position_m.head<2>()).norm();
   }
 };

@@ -10,9 +10,6 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
 // A rectangle on the ground.
 struct Outline {
   Vector2d centre, ahead;
