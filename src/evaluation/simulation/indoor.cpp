@@ -1,4 +1,4 @@
-#include "evaluation/simulation/indoor.h"
+#include "evaluation/simulation/worlds.h"
 
 namespace predictive_stereo::simulation {
 namespace {

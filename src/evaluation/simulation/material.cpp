@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evaluation/simulation/town.h"
+#include "evaluation/simulation/worlds.h"
 
 namespace predictive_stereo::simulation {
 namespace {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "evaluation/simulation/noise.h"
-#include "evaluation/simulation/town.h"
+#include "evaluation/simulation/worlds.h"
 
 namespace predictive_stereo::simulation {
 namespace {

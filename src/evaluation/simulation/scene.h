@@ -13,9 +13,9 @@ namespace predictive_stereo::simulation {
 
 /// Kind of static world around the camera.
 enum class Site : uint8_t {
-  kTown,      ///< see town.h
-  kHall,      ///< see indoor.h
-  kCorridor,  ///< see indoor.h
+  kTown,  ///< see worlds.h
+  kHall,
+  kCorridor,
 };
 
 /// The stereo camera, and the body that carries it.

@@ -5,7 +5,6 @@
 #include <map>
 #include <stdexcept>
 
-#include "evaluation/simulation/indoor.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {

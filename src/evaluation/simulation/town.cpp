@@ -1,7 +1,7 @@
-#include "evaluation/simulation/town.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "evaluation/simulation/worlds.h"
 
 namespace predictive_stereo::simulation {
 namespace {
