@@ -10,11 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 constexpr int kSide = GreyPatch::kSide, kStride = GreyPatch::kStride;
 
@@ -92,9 +88,7 @@ HWY_NOINLINE float patchTexture(const GreyPatch& patch) {
   return meanDifference(patch.grey, nothing, 0);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

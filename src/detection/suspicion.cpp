@@ -26,9 +26,7 @@ constexpr int kCell = 4;  // side of a cell [lattice points]
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 constexpr int kChunk = 128;
 constexpr int kSquare = kTextureSide * kTextureSide;
@@ -127,9 +125,7 @@ HWY_NOINLINE int suspiciousCells(const float* const rows[kCell], int cells, floa
   return count;
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -8,15 +8,12 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 /// Halves two rows.
 void HalveRows(const uint8_t* upper, const uint8_t* lower, int half_width, uint8_t* half) {
   int x = 0;
 #if PREDICTIVE_STEREO_HAS_VECTORS
-  namespace hn = hwy::HWY_NAMESPACE;
   const hn::ScalableTag<uint16_t> d16;
   const hn::Repartition<uint8_t, decltype(d16)> d8;
   const hn::RebindToSigned<decltype(d16)> d16_signed;
@@ -39,10 +36,7 @@ void HalveRows(const uint8_t* upper, const uint8_t* lower, int half_width, uint8
   }
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -14,13 +14,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
 
-namespace hn = hwy::HWY_NAMESPACE;
 using Shorts = hn::ScalableTag<int16_t>;
 using Words = hn::RebindToUnsigned<Shorts>;
 
@@ -90,10 +87,7 @@ void PlanRow(const short* first, const short* last, int columns, const Disparity
 void PlanRow(const short*, const short*, int, const DisparityRange&, WindowRun*, uint16_t*) {}
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {
