@@ -158,12 +158,10 @@ void Street::fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid&
   frame.disparity_px.create(rig_.size);
   frame.occluded.create(rig_.size);
   frame.moving_id.create(rig_.size);
-  std::vector<bool> moves(1, false);
-  for (const Mover& mover : movers_) {
-    moves.resize(static_cast<size_t>(mover.id) + 1, false);
-    moves[static_cast<size_t>(mover.id)] =
-        mover.velocityAt(exposureTimeOf(frame.index), *path_).norm() > kMovingSpeed_mps;
-  }
+  std::vector<bool> moves = {false};  // by the number of the object; they count from 1
+  for (const Mover& mover : movers_)
+    moves.push_back(mover.velocityAt(exposureTimeOf(frame.index), *path_).norm() >
+                    kMovingSpeed_mps);
   const auto columns_apart = static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);
   const auto scale = static_cast<float>(rig_.disparityTimesDepth());
   parallelFor(cv::Range(0, rig_.size.height), [&](const cv::Range& rows) {
