@@ -184,6 +184,9 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
   const float contrast = scene_contrast * p.contrast;
   const double u = s.u_m, v = s.v_m;
   const uint32_t seed = p.seed + static_cast<uint32_t>(part) * 977U;
+  const auto solid = [&](const Octaves& octaves) {
+    return texture3(local.x(), local.y(), local.z(), fp.width_m, octaves, p.seed);
+  };
   switch (materialOf(p, part)) {
     case kRoad:
       return roadAlbedo(u, v, fp, contrast);
@@ -217,13 +220,9 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
     case kRubber:
       return rubberAlbedo(p, part, s, fp, contrast, seed);
     case kCloth:
-      return p.albedo * (1.0f + contrast * 0.45f *
-                                    texture3(local.x(), local.y(), local.z(), fp.width_m,
-                                             {0.3f, 4, 0.8f}, p.seed));
+      return p.albedo * (1.0f + contrast * 0.45f * solid({0.3f, 4, 0.8f}));
     case kSkin:
-      return p.albedo * (1.0f + contrast * 0.25f *
-                                    texture3(local.x(), local.y(), local.z(), fp.width_m,
-                                             {0.15f, 3, 0.8f}, p.seed));
+      return p.albedo * (1.0f + contrast * 0.25f * solid({0.15f, 3, 0.8f}));
     case kLamp:
     case kMetal:
       return p.albedo * (1.0f + contrast * 0.3f * texture2(u, v, fp, {0.6f, 6, 0.75f}, seed));
@@ -264,20 +263,14 @@ float lampLight(const CeilingLamps& lamps, const Vector3f& point, const Vector3f
 }
 
 float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
-  switch (materialOf(p, part)) {
-    case kGlass:
-      return 0.35f;
-    case kPaint:
-      return 0.12f;
-    case kCabin:
-      return isWindow(p, part, local) ? 0.45f : 0.12f;
-    case kGloss:
-      return 0.05f;  // clear coat
-    case kGlossCabin:
-      return isWindow(p, part, local) ? 0.08f : 0.05f;  // two faces of a pane
-    default:
-      return 0;
-  }
+  const Material material = materialOf(p, part);
+  if (material == kGlass) return 0.35f;
+  if (material == kPaint) return 0.12f;
+  if (material == kCabin) return isWindow(p, part, local) ? 0.45f : 0.12f;
+  if (material == kGloss) return 0.05f;  // clear coat
+  if (material == kGlossCabin)
+    return isWindow(p, part, local) ? 0.08f : 0.05f;  // a pane: two faces
+  return 0;
 }
 
 bool isClear(const Primitive& p, int part, const Vector3f& local) {

@@ -234,12 +234,9 @@ Surface surfaceAt(const Primitive& p, int part, const Vector3f& point) {
     case Shape::kEllipsoid:
       return curved(point.cwiseQuotient(p.half_m.cwiseProduct(p.half_m)).normalized(), point.x(),
                     point.z());
-    case Shape::kLeaves:
-    case Shape::kRing:
-    case Shape::kBars:
+    default:  // plates
       return flat(y, x, z, point);
   }
-  return {};
 }
 
 }  // namespace predictive_stereo::simulation
