@@ -16,7 +16,10 @@ namespace predictive_stereo {
 ///
 /// A published disparity has a variance of its own, not the filter's p: p treats the errors of
 /// successive matches as independent, which they are not. The published variance grows with
-/// - what the surroundings disagree, see measureDisagreement, times 1 + ambiguity_weight *
+/// - how much the surroundings do not continue the surface: 0..8, the sum over eight pairs of
+///   opposite pixels, 4 and 9 rows, columns, or both away (less at the image's border), of how far
+///   the pixel is from the middle of the pair: 1 if twice this distance is 4 px or more, or if the
+///   pair is not known. This disagreement counts times 1 + ambiguity_weight *
 ///   ambiguity^2 (+ unpredicted_weight for a match without prediction), times 1 + residual_weight *
 ///   the photometric residual's share of the contrast: where the match is ambiguous as well, no
 ///   past confirms it, or the images differ, it may be wrong by any amount,
@@ -64,14 +67,6 @@ struct VarianceParams {
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const VarianceParams& params,
                          cv::Mat1f& variance_px2);
-
-/// For each pixel, how much its surroundings do not continue its surface: 0..8. The sum over eight
-/// pairs of opposite pixels, 4 and 9 rows, columns, or both away (less at the image's border), of
-/// how far the pixel is from the middle of the pair: 1 if twice this distance is 4 px or more, or
-/// if the pair is not known. Has no meaning where the pixel itself is unknown.
-/// @param disagreement  output of the disparity map's size.
-void measureDisagreement(const cv::Mat1f& disparity_px, const DisparityRange& range,
-                         cv::Mat1f& disagreement);
 
 /// Half of the errors of an imperfect rectification are counted at this row offset.
 constexpr double kHalfShareRowOffsetPx = 0.15;

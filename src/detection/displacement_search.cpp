@@ -13,13 +13,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Copies whole vectors: memcpy may write in two halves, which stalls the vector load that follows.
 HWY_INLINE void copyPairs(const uint8_t* HWY_RESTRICT bytes, uint16_t (&pairs)[kShiftBlock]) {
-  namespace hn = hwy::HWY_NAMESPACE;
   const hn::CappedTag<uint8_t, sizeof pairs> d;
   auto* copy = reinterpret_cast<uint8_t*>(pairs);
   for (size_t i = 0; i < sizeof pairs; i += hn::Lanes(d))
@@ -53,9 +50,7 @@ HWY_NOINLINE void totalsOfShifts(const uint8_t* HWY_RESTRICT grey, const uint8_t
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -39,9 +39,7 @@ using SurroundingRows = const float* const*;
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Short loops without branches, which compilers vectorise. Intermediate results stay in the first
 // cache.
@@ -149,9 +147,7 @@ HWY_NOINLINE void mismatchRow(SurroundingRows deviation, const float* HWY_RESTRI
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -15,9 +15,7 @@
 
 #include "detection/row_motion-inl.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Short loops without branches over kChunk cells at a time, see frame_comparison.cpp.
 constexpr int kChunk = 64;
@@ -122,9 +120,7 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

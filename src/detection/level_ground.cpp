@@ -31,9 +31,7 @@ struct GroundLimits {
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Distance of a row's points below the camera [m] if the disparity grows as on a level surface; 0
 // elsewhere.
@@ -78,9 +76,7 @@ HWY_NOINLINE void layerRow(const float* HWY_RESTRICT disparity_px,
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

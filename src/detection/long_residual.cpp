@@ -56,9 +56,7 @@ constexpr float kLargestResidual_px = 8;  // larger ones count as this one
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Short loops without branches over kChunk points at a time, see frame_comparison.cpp.
 constexpr int kChunk = 64;
@@ -147,9 +145,7 @@ HWY_NOINLINE void longResidualRow(const LongRow& row, float* HWY_RESTRICT residu
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -14,9 +14,7 @@
 
 #include "detection/frame_comparison.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 /// Numerators and denominator of the position (x, y, d) in the past frame, and places in its map.
 class RowMotion {
@@ -57,9 +55,6 @@ class RowMotion {
   int stride_, columns_, rows_;
 };
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #endif

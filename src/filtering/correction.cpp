@@ -41,11 +41,7 @@ constexpr int kBesideNearest = 2;
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& limits) {
   forPixels<float>(0, width, [row, limits](auto d, int x) HWY_ATTR {
@@ -169,9 +165,7 @@ void dropRefuted(const CorrectionRow& row, int width, const CorrectionLimits& li
   dropRefutedPixels(row, width, limits, nearest);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

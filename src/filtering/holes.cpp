@@ -32,11 +32,7 @@ constexpr int kSlopeReach = 8;
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 /// A hole in a line of pixels that are `step` apart.
 struct Hole {
@@ -159,9 +155,7 @@ void fillHolesOfColumns(float* top, ptrdiff_t stride, int width, int height, flo
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

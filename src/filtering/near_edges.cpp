@@ -27,9 +27,7 @@ struct RowNoise {
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Marks (255) pixels that differ from their right or their lower neighbour by more than `jump_px`.
 void markEdges(const float* HWY_RESTRICT row, const float* HWY_RESTRICT row_below, int width,
@@ -68,9 +66,7 @@ void addNoiseOrReset(const RowNoise& noise, const float* HWY_RESTRICT disparity_
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

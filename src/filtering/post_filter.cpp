@@ -33,11 +33,7 @@ struct AmbiguousRow {
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Floats as integers of the same order; 0 and -0 give different integers.
 template <class D>
@@ -164,9 +160,7 @@ void medianOfRow(const float* const rows[3], int width, float smallest_valid, fl
   });
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -45,11 +45,7 @@ struct PredictionRow {
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 void warpRow(const RowMotion& motion, const float* disparity_px, const float* variance_px2,
              const WarpLimits& limits, WarpedRow& warped) {
@@ -135,9 +131,7 @@ void fillBetween(const PredictionRow& before, const PredictionRow& after, int wi
   });
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -13,11 +13,7 @@
 
 #include "simd/pixel_loop-inl.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // connected[x]: 1 if both pixels are valid and differ by at most 1 px, else 0.
 void connectionsOfRow(const float* pixels, const float* neighbours, int count, float smallest_valid,
@@ -33,9 +29,7 @@ void connectionsOfRow(const float* pixels, const float* neighbours, int count, f
   });
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -36,11 +36,7 @@ struct Margins {
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Floor and ceiling that compilers can vectorise; the offset makes every argument positive.
 constexpr float kOffset = 1024.0f;
@@ -147,9 +143,7 @@ void cutRanges(const RangeRow& otherwise, int width, int16_t smallest, int16_t l
   });
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

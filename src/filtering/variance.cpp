@@ -61,11 +61,7 @@ struct PublishedTerms {
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
                             const MeasurementTerms& terms, float* variance_px2) {
@@ -90,7 +86,7 @@ struct Columns {
   int left[kDisagreementRings], x, right[kDisagreementRings];
 };
 
-// The disagreement of measureDisagreement at x.
+// The disagreement of the surroundings (see VarianceParams) at x.
 template <class D>
 HWY_INLINE hn::Vec<D> disagreeing(D d, const DisagreementRows& rows, const Columns& columns,
                                   hn::Vec<D> smallest) {
@@ -137,14 +133,6 @@ HWY_INLINE void forPixelsWithNeighbours(int width, const Pixels& pixels) {
   for (; x < std::min(reach, width); ++x) pixels(one, around(x));
   for (; x + lanes + reach <= width; x += lanes) pixels(vectors, around(x));
   for (; x < width; ++x) pixels(one, around(x));
-}
-
-void measureDisagreementOfRow(const DisagreementRows& rows, int width, float smallest_valid,
-                              float* disagreement) {
-  forPixelsWithNeighbours(width, [&](auto d, const Columns& columns) HWY_ATTR {
-    hn::StoreU(disagreeing(d, rows, columns, hn::Set(d, smallest_valid)), d,
-               disagreement + columns.x);
-  });
 }
 
 // How far the effect of disagreement grows with what speaks against the match.
@@ -206,16 +194,13 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
   });
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {
 namespace {
 
 HWY_EXPORT(measurementVarianceRow);
-HWY_EXPORT(measureDisagreementOfRow);
 HWY_EXPORT(publishRow);
 
 DisagreementRows rowsAround(const cv::Mat1f& disparity_px, int y) {
@@ -246,16 +231,6 @@ void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b
   parallelForEach(variance_px2.rows, [&](int y) {
     HWY_DYNAMIC_DISPATCH(measurementVarianceRow)
     (measured_disparity_px[y], ambiguity[y], variance_px2.cols, terms, variance_px2[y]);
-  });
-}
-
-void measureDisagreement(const cv::Mat1f& disparity_px, const DisparityRange& range,
-                         cv::Mat1f& disagreement) {
-  disagreement.create(disparity_px.size());
-  parallelForEach(disagreement.rows, [&](int y) {
-    HWY_DYNAMIC_DISPATCH(measureDisagreementOfRow)
-    (rowsAround(disparity_px, y), disagreement.cols, static_cast<float>(range.min_disparity),
-     disagreement[y]);
   });
 }
 

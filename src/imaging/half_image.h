@@ -1,12 +1,14 @@
-/// Images at half resolution.
 #pragma once
 
-#include <cstdint>
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace predictive_stereo {
 
-/// Each pixel is the rounded mean of 2x2; an odd last row or column is left out.
-void halveImage(const cv::Mat1b& image, int64_t simd_target, cv::Mat1b& half);
+/// An image at half resolution. Each pixel is the rounded mean of 2x2; an odd last row or column is
+/// left out.
+inline void halveImage(const cv::Mat1b& image, cv::Mat1b& half) {
+  const cv::Size size = image.size() / 2;
+  cv::resize(image(cv::Rect({0, 0}, size * 2)), half, size, 0, 0, cv::INTER_AREA);
+}
 
 }  // namespace predictive_stereo

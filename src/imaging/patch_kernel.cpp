@@ -9,11 +9,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
-namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
@@ -213,9 +210,7 @@ const PatchKernel& kernel() { return referencePatchKernel(); }
 #endif
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -11,13 +11,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
 
-namespace hn = hwy::HWY_NAMESPACE;
 using Bytes = hn::ScalableTag<uint8_t>;
 using SignedBytes = hn::RebindToSigned<Bytes>;
 using BytesV = hn::Vec<Bytes>;
@@ -55,10 +52,7 @@ void CensusRow(const int8_t* const* first, const int8_t* const* second, int widt
 void CensusRow(const int8_t* const*, const int8_t* const*, int, int*) {}
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

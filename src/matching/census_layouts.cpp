@@ -12,13 +12,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 /// Writes bits 4 n to 4 n + 3 of each word to target + n * stride: into the high half of the byte
 /// if kHighHalf, else into the low half. Reads and writes whole vectors.
@@ -92,10 +88,7 @@ void SplitIntoIndices(const int*, int, size_t, uint8_t*) {}
 void SplitReversed(const int*, int, size_t, uint8_t*) {}
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -6,7 +6,6 @@
 #include "imaging/half_image.h"
 #include "imaging/size_check.h"
 #include "parallel/tasks.h"
-#include "simd/simd_dispatch.h"
 
 namespace predictive_stereo {
 namespace {
@@ -39,9 +38,8 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
     throw std::invalid_argument(text.str());
   }
   requireSize("the right image", right.size(), left.size(), "but the left one is");
-  const int64_t simd_target = simdTargetBit(matcher_.simdTarget());
-  halveImage(left, simd_target, left_half_);
-  halveImage(right, simd_target, right_half_);
+  halveImage(left, left_half_);
+  halveImage(right, right_half_);
   matcher_.match(left_half_, right_half_, match_, principal_offset_px / 2);
   constexpr int kPixelsOfHalf = 4;
   region_filter_.filter(matcher_.params().range, min_region_px_ / kPixelsOfHalf,

@@ -13,13 +13,9 @@
 
 #include "matching/path_step-inl.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 /// Aggregates a row. kK: vectors per pixel.
 template <int kK, bool kStraight, bool kDiagonal>
@@ -272,10 +268,7 @@ void AggregateFullRow(const FullSearchRow&) {}
 StripedLayout LayOutStripes(int count) { return {1, count}; }
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

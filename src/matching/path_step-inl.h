@@ -14,13 +14,9 @@
 
 #include "matching/full_kernel.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 using StripedBytes = hn::CappedTag<uint8_t, 64>;
 
@@ -168,9 +164,6 @@ HWY_INLINE V joinPasses(V sums, V sums_of_other_pass) {
 
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #endif

@@ -11,13 +11,9 @@
 
 #include "simd/pixel_loop-inl.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 /// The formulas are those of reference_sgm.cpp. See describeRow.
 void DescribePixels(const RowWinners& winners, const DisparityRange& range, float fraction_px,
@@ -67,10 +63,7 @@ void DescribePixels(const RowWinners&, const DisparityRange&, float, const uint8
                     const uint16_t*, int, float*, uint8_t*) {}
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

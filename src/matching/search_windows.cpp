@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
-#include <sstream>
-#include <stdexcept>
 
+#include "imaging/size_check.h"
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
 
@@ -14,13 +13,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
 
-namespace hn = hwy::HWY_NAMESPACE;
 using Shorts = hn::ScalableTag<int16_t>;
 using Words = hn::RebindToUnsigned<Shorts>;
 
@@ -90,10 +86,7 @@ void PlanRow(const short* first, const short* last, int columns, const Disparity
 void PlanRow(const short*, const short*, int, const DisparityRange&, WindowRun*, uint16_t*) {}
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {
@@ -107,12 +100,10 @@ int narrowestWindow(int needed, int count) {
   return count;
 }
 
-void requireSize(const char* name, const cv::Mat1s& map, cv::Size size) {
-  if (map.size() == size) return;
-  std::ostringstream text;
-  text << name << " is " << map.cols << "x" << map.rows << ", the images are " << size.width << "x"
-       << size.height << ": give one range per pixel of the left image";
-  throw std::invalid_argument(text.str());
+void requireOnePerPixel(const SearchRanges& ranges, cv::Size size) {
+  constexpr char kExpected[] = "but give one range per pixel of the left image, which is";
+  requireSize("ranges.first", ranges.first.size(), size, kExpected);
+  requireSize("ranges.last", ranges.last.size(), size, kExpected);
 }
 
 /// The last disparity to search; see `between`. Empty ranges stay empty.
@@ -178,8 +169,7 @@ PlanRowFunction planRow(int64_t simd_target) {
 
 void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, bool between,
                        cv::Size size, int64_t simd_target, SearchWindows& windows) {
-  requireSize("ranges.first", ranges.first, size);
-  requireSize("ranges.last", ranges.last, size);
+  requireOnePerPixel(ranges, size);
   const PlanRowFunction plan = planRow(simd_target);
   planRows(size, kWindowRun, windows, [&](int y, WindowRun* runs, uint16_t* width) {
     const short* last = ranges.last[y];
@@ -194,8 +184,7 @@ void planSearchWindows(const SearchRanges& ranges, const DisparityRange& range, 
 
 void planExactWindows(const SearchRanges& ranges, const DisparityRange& range, bool between,
                       cv::Size size, SearchWindows& windows) {
-  requireSize("ranges.first", ranges.first, size);
-  requireSize("ranges.last", ranges.last, size);
+  requireOnePerPixel(ranges, size);
   planRows(size, 1, windows, [&](int y, WindowRun* runs, uint16_t* width) {
     for (int x = 0; x < size.width; ++x) {
       const int first = std::max<int>(ranges.first(y, x) - range.min_disparity, 0);

@@ -10,13 +10,9 @@
 
 #include "matching/path_step-inl.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 /// kK: vectors per pixel.
 template <int kK>
@@ -138,10 +134,7 @@ void StripedRowWinners(const StripedSums& row, RowWinners& winners) {
 void StripedRowWinners(const StripedSums&, RowWinners&) {}
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -16,13 +16,9 @@
 #include "matching/path_step-inl.h"
 #include "matching/reduced_kernel.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 /// A window of 16.
 using Bytes16 = hn::FixedTag<uint8_t, kNarrowWindow>;
@@ -342,9 +338,6 @@ struct PairShuffles {
 
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #endif

@@ -29,13 +29,9 @@ constexpr BesideTable kBesideTable;
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 /// Windows are processed in groups of 16 disparities.
 constexpr int kLanes = 16;
@@ -176,10 +172,7 @@ void WindowRowWinners(const WindowSums& window_sums, WindowWinnersScratch& scrat
 void WindowRowWinners(const WindowSums&, WindowWinnersScratch&, RowWinners&) {}
 #endif
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -33,11 +33,8 @@ inline BlockMoments momentsOf(BlockAt block) {
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
-namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 
 #if PREDICTIVE_STEREO_HAS_VECTORS
@@ -138,9 +135,7 @@ BlockKernel kernel() { return referenceBlockKernel(); }
 #endif
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

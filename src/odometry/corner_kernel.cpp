@@ -21,11 +21,7 @@ constexpr int kRadius = 3;
 }  // namespace predictive_stereo
 #endif
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // Smallest difference between a pixel and nine successive pixels on the circle that are all darker
 // or all brighter; 0 if it does not exceed the threshold. Nine of sixteen pixels contain one of any
@@ -128,9 +124,7 @@ void columnsAbove(const uint8_t* row, int width, int threshold, std::vector<int>
     if (row[x] > threshold) columns.push_back(x);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #if HWY_ONCE
 namespace predictive_stereo {

@@ -2,10 +2,7 @@
 
 #include <deque>
 #include <mutex>
-#include <opencv2/core/utility.hpp>
 #include <vector>
-
-#include "parallel/tasks.h"
 
 namespace predictive_stereo {
 
@@ -13,21 +10,8 @@ namespace predictive_stereo {
 template <class Work>
 class WorkPool {
  public:
-  /// Calls body(i, work) for i in [0, count), in parallel. Results must not depend on the previous
-  /// contents of `work`.
-  template <class Body>
-  void forEach(int count, const Body& body) {
-    // Indices differ much in cost, and most cost less than the overhead of a task each.
-    const int tasks = 8 * cv::getNumThreads();
-    const auto share = [&](const cv::Range& mine) {
-      withWork([&](Work& work) {
-        for (int i = mine.start; i < mine.end; ++i) body(i, work);
-      });
-    };
-    parallelFor(cv::Range(0, count), share, tasks);
-  }
-
-  /// Calls body(work), from any thread. If body throws, the work is kept, too.
+  /// Calls body(work), from any thread. Results must not depend on the previous contents of `work`.
+  /// If body throws, the work is kept, too.
   template <class Body>
   void withWork(const Body& body) {
     Taken taken{*this, take()};

@@ -9,9 +9,7 @@
 
 #include <hwy/highway.h>
 
-HWY_BEFORE_NAMESPACE();
-namespace predictive_stereo {
-namespace HWY_NAMESPACE {
+PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 /// Calls pixels(tag, x) for x from `begin` to `end` - 1: for as many pixels at once as the tag has
 /// lanes, the remaining ones one by one.
@@ -19,16 +17,13 @@ namespace HWY_NAMESPACE {
 ///   a reference points to.
 template <class T, class Pixels>
 HWY_INLINE void forPixels(int begin, int end, const Pixels& pixels) {
-  const hwy::HWY_NAMESPACE::ScalableTag<T> vectors;
-  const int lanes = static_cast<int>(hwy::HWY_NAMESPACE::Lanes(vectors));
+  const hn::ScalableTag<T> vectors;
+  const int lanes = static_cast<int>(hn::Lanes(vectors));
   int x = begin;
   for (; x + lanes <= end; x += lanes) pixels(vectors, x);
-  for (; x < end; ++x) pixels(hwy::HWY_NAMESPACE::FixedTag<T, 1>(), x);
+  for (; x < end; ++x) pixels(hn::FixedTag<T, 1>(), x);
 }
 
-// NOLINTNEXTLINE(google-readability-namespace-comments)
-}  // namespace HWY_NAMESPACE
-}  // namespace predictive_stereo
-HWY_AFTER_NAMESPACE();
+PREDICTIVE_STEREO_END_KERNELS;
 
 #endif

@@ -31,6 +31,19 @@
 /// the plain reference takes their place.
 #define PREDICTIVE_STEREO_HAS_VECTORS (HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128)
 
+/// Around the kernels of a file: the namespace of the SIMD target that is being compiled, in which
+/// Highway is `hn`.
+#define PREDICTIVE_STEREO_BEGIN_KERNELS \
+  HWY_BEFORE_NAMESPACE();               \
+  namespace predictive_stereo {         \
+  namespace HWY_NAMESPACE {             \
+  namespace hn = hwy::HWY_NAMESPACE;    \
+  static_assert(true, "for a semicolon")
+#define PREDICTIVE_STEREO_END_KERNELS \
+  }                                   \
+  }                                   \
+  HWY_AFTER_NAMESPACE()
+
 #include <hwy/targets.h>
 
 #include <cstdint>

@@ -78,9 +78,8 @@ TEST(BorderReads, OfVariance) {
   forEverySize([](cv::Size size) {
     const cv::Mat1b ambiguity = noise<uchar>(size, 0, 256);
     const cv::Mat1f measured = disparities(size);
-    cv::Mat1f variance, disagreement, published, published_variance;
+    cv::Mat1f variance, published, published_variance;
     measurementVariance(measured, ambiguity, kRange, VarianceParams(), variance);
-    measureDisagreement(measured, kRange, disagreement);
     cv::Mat1f residual_share;
     PhotometricResidual().measure(noise<uchar>(size, 0, 256), noise<uchar>(size, 0, 256), measured,
                                   kRange, 0, residual_share);

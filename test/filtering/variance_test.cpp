@@ -72,6 +72,20 @@ float disagreementNaively(const cv::Mat1f& map, const DisparityRange& range, int
   return sum_px * 0.25f;
 }
 
+/// The standard deviation that is published if nothing but disagreement adds to it.
+cv::Mat1f disagreementOf(const cv::Mat1f& map, const DisparityRange& range) {
+  VarianceParams params;
+  params.sigma_disagreement_px = 1;
+  params.ambiguity_weight = params.unpredicted_weight = 0;
+  params.residual_weight = params.slope_weight = 0;
+  const cv::Mat1f nothing = cv::Mat1f::zeros(map.size());
+  cv::Mat1f published_px, variance_px2, sigma_px;
+  publish(map, {map, map, map, nothing, cv::Mat1b(map.size(), uchar{0}), nothing}, range, params,
+          published_px, variance_px2);
+  cv::sqrt(variance_px2, sigma_px);
+  return sigma_px;
+}
+
 TEST(Variance, DisagreementIsThatOfTheDefinitionOnEveryTarget) {
   cv::RNG rng(5);
   forEveryTarget([&] {
@@ -82,8 +96,7 @@ TEST(Variance, DisagreementIsThatOfTheDefinitionOnEveryTarget) {
         cv::Mat1f map(size);
         rng.fill(map, cv::RNG::UNIFORM, min_disparity - 1.0f, min_disparity + 8.0f);
         map.setTo(range.invalid(), map < min_disparity);
-        cv::Mat1f disagreement;
-        measureDisagreement(map, range, disagreement);
+        const cv::Mat1f disagreement = disagreementOf(map, range);
         for (int y = 0; y < size.height; ++y)
           for (int x = 0; x < size.width; ++x) {
             if (!range.isValid(map(y, x))) continue;
@@ -99,8 +112,7 @@ TEST(Variance, SteepSurfacesAgreeAndSpecksDoNot) {
   for (int y = 0; y < map.rows; ++y)
     for (int x = 0; x < map.cols; ++x) map(y, x) = static_cast<float>(y + x);
   map(cv::Rect(35, 35, 5, 5)) = 5.0f;
-  cv::Mat1f disagreement;
-  measureDisagreement(map, kRange, disagreement);
+  const cv::Mat1f disagreement = disagreementOf(map, kRange);
   EXPECT_EQ(disagreement(12, 12), 0);
   EXPECT_EQ(disagreement(37, 37), 8);
   EXPECT_EQ(disagreement(37, 33), 1);  // beside the speck: the pair with a pixel in it

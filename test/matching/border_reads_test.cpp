@@ -95,13 +95,12 @@ TEST(BorderReads, OfMatchedImages) {
 TEST(BorderReads, OfHalvedImages) {
   for (const Guard guard : kGuards) {
     const GuardEveryMat guards(guard);
-    for (const std::string& target : availableSimdTargets())
-      for (int width = 2; width < kMostGuarded; ++width) {
-        const cv::Mat1b image(3, width, uchar{100});
-        cv::Mat1b half;
-        halveImage(image, simdTargetBit(target), half);
-        ASSERT_TRUE(equal(half, cv::Mat1b(1, width / 2, uchar{100})));
-      }
+    for (int width = 2; width < kMostGuarded; ++width) {
+      const cv::Mat1b image(3, width, uchar{100});
+      cv::Mat1b half;
+      halveImage(image, half);
+      ASSERT_TRUE(equal(half, cv::Mat1b(1, width / 2, uchar{100})));
+    }
   }
 }
 

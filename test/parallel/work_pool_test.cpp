@@ -7,12 +7,21 @@
 #include <atomic>
 #include <mutex>
 #include <numeric>
+#include <opencv2/core/utility.hpp>
 #include <set>
 #include <stdexcept>
 #include <vector>
 
+#include "parallel/tasks.h"
+
 namespace predictive_stereo {
 namespace {
+
+// Calls body(i, work) for i in [0, count), in parallel.
+template <class Work, class Body>
+void forEach(WorkPool<Work>& pool, int count, const Body& body) {
+  parallelForEach(count, [&](int i) { pool.withWork([&](Work& work) { body(i, work); }); });
+}
 
 class WorkPoolOn : public testing::TestWithParam<int> {
  protected:
@@ -33,7 +42,7 @@ TEST_P(WorkPoolOn, DoesEachPieceOnce) {
   for (int count : {0, 1, 2, 3, 5, 100, 4, 257}) {
     std::vector<std::atomic<int>> times(static_cast<size_t>(count));
     std::atomic<int> shared_memory{0};
-    pool.forEach(count, [&](int i, Memory& memory) {
+    forEach(pool, count, [&](int i, Memory& memory) {
       if (memory.in_use.exchange(true)) ++shared_memory;
       ++times[static_cast<size_t>(i)];
       memory.done.push_back(i);
@@ -49,7 +58,7 @@ TEST_P(WorkPoolOn, KeepsMemoryFromUseToUse) {
   std::set<const Memory*> memories;
   std::mutex mutex;
   for (int round = 0; round < 20; ++round)
-    pool.forEach(12, [&](int i, Memory& memory) {
+    forEach(pool, 12, [&](int i, Memory& memory) {
       memory.done.push_back(i);
       const std::lock_guard<std::mutex> lock(mutex);
       memories.insert(&memory);
@@ -65,12 +74,12 @@ TEST_P(WorkPoolOn, KeepsMemoryIfAPieceThrows) {
   std::set<const Memory*> memories;
   std::mutex mutex;
   for (int round = 0; round < 20; ++round)
-    EXPECT_THROW(pool.forEach(12,
-                              [&](int i, Memory& memory) {
-                                const std::lock_guard<std::mutex> lock(mutex);
-                                memories.insert(&memory);
-                                if (i % 4 == 0) throw std::runtime_error("a piece");
-                              }),
+    EXPECT_THROW(forEach(pool, 12,
+                         [&](int i, Memory& memory) {
+                           const std::lock_guard<std::mutex> lock(mutex);
+                           memories.insert(&memory);
+                           if (i % 4 == 0) throw std::runtime_error("a piece");
+                         }),
                  std::runtime_error);
   EXPECT_LE(memories.size(), static_cast<size_t>(std::max(cv::getNumThreads(), 1)));
 }
@@ -78,7 +87,7 @@ TEST_P(WorkPoolOn, KeepsMemoryIfAPieceThrows) {
 TEST_P(WorkPoolOn, GivesTheSameForAnyNumberOfThreads) {
   WorkPool<std::vector<int>> pool;
   std::vector<int> sums(50);
-  pool.forEach(50, [&](int i, std::vector<int>& numbers) {
+  forEach(pool, 50, [&](int i, std::vector<int>& numbers) {
     numbers.assign(static_cast<size_t>(i), 3);
     sums[static_cast<size_t>(i)] = std::accumulate(numbers.begin(), numbers.end(), 0);
   });
@@ -91,7 +100,7 @@ TEST_P(WorkPoolOn, WorksInsideAParallelLoop) {
     for (int k = range.start; k < range.end; ++k) {
       WorkPool<int> pool;
       std::atomic<int> sum{0};
-      pool.forEach(k + 1, [&](int i, int&) { sum += i; });
+      forEach(pool, k + 1, [&](int i, int&) { sum += i; });
       sums[static_cast<size_t>(k)] = sum;
     }
   });

@@ -1,8 +1,8 @@
-#include "evaluation/simulation/town.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
+
+#include "evaluation/simulation/worlds.h"
 
 namespace predictive_stereo::simulation {
 namespace {

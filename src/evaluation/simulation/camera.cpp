@@ -8,8 +8,6 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-using Eigen::Vector3f;
-
 // Footprint of a pixel on a flat surface: an ellipse, which is longer for grazing views.
 Footprint footprintOf(const Surface& surface, const Vector3f& direction, float width_m) {
   Footprint footprint;
@@ -92,7 +90,7 @@ struct Shader {
         std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
     const Vector3f normal = p.R_local_world.transpose() * surface.normal;
     float radiance = albedo * illuminationOf(hit, direction, normal);
-    if (p.material == Material::kLamp) radiance += look.lamps;
+    if (p.material == kLamp) radiance += look.lamps;
     return {point, normal, surface.normal, radiance};
   }
 
@@ -162,11 +160,11 @@ struct Shader {
 
   bool isGlossy(const Hit& hit) const {
     const Material material = grid.primitive(hit.primitive).material;
-    return material == Material::kGloss || material == Material::kGlossCabin;
+    return material == kGloss || material == kGlossCabin;
   }
   // Edges behind a pane need antialiasing as well.
   bool mayBePane(const Hit& hit) const {
-    return !hit.sky() && grid.primitive(hit.primitive).material == Material::kGlossCabin;
+    return !hit.sky() && grid.primitive(hit.primitive).material == kGlossCabin;
   }
 
   float operator()(const Hit& hit, float x, float y) const {

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evaluation/simulation/town.h"
+#include "evaluation/simulation/worlds.h"
 
 namespace predictive_stereo::simulation {
 namespace {
-
-using Eigen::Vector3f;
 
 // 1 if x is in [low, high], else 0; blurred over the footprint.
 float band(double x, double low, double high, float blur) {
@@ -67,7 +65,7 @@ float roadAlbedo(double x, double y, const Footprint& fp, float contrast) {
 }
 
 Material materialOf(const Primitive& p, int part) {
-  return part >= kPane && part < kReveal ? Material::kGlass : p.material;
+  return part >= kPane && part < kReveal ? kGlass : p.material;
 }
 
 float plateAlbedo(const Primitive& p, const Surface& s, const Footprint& fp) {
@@ -186,59 +184,58 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
   const float contrast = scene_contrast * p.contrast;
   const double u = s.u_m, v = s.v_m;
   const uint32_t seed = p.seed + static_cast<uint32_t>(part) * 977U;
+  const auto solid = [&](const Octaves& octaves) {
+    return texture3(local.x(), local.y(), local.z(), fp.width_m, octaves, p.seed);
+  };
   switch (materialOf(p, part)) {
-    case Material::kRoad:
+    case kRoad:
       return roadAlbedo(u, v, fp, contrast);
-    case Material::kPavement:
+    case kPavement:
       return pavementAlbedo(p, part, s, local, fp, contrast, seed);
-    case Material::kPlaster: {
+    case kPlaster: {
       const float stains = texture2(u, v, fp, {4.0f, 6, 0.75f}, seed);
       const float streaks = texture2(u * 3, v * 0.25, fp, {0.7f, 4, 0.8f}, seed + 1);
       return p.albedo + contrast * (0.045f * stains + 0.04f * streaks);
     }
-    case Material::kBrick:
+    case kBrick:
       return p.albedo + contrast * (0.7f * masonry(u, v, 0.50f, 0.24f, 0.012f, fp, seed) +
                                     0.06f * texture2(u, v, fp, {3.0f, 7, 0.8f}, seed));
-    case Material::kRoof:
+    case kRoof:
       return p.albedo + contrast * (0.8f * masonry(u, v, 0.3f, 0.35f, 0.03f, fp, seed) +
                                     0.04f * texture2(u, v, fp, {3.0f, 5, 0.8f}, seed));
-    case Material::kGlass:
+    case kGlass:
       // Curtains and dark rooms.
       return 0.10f + contrast * 0.08f * texture2(u, v, fp, {0.7f, 4, 0.7f}, seed);
-    case Material::kLeaves:
+    case kLeaves:
       return p.albedo * (1.0f + contrast * 0.75f * texture2(u, v, fp, {0.4f, 4, 0.95f}, seed));
-    case Material::kBark:
+    case kBark:
       return p.albedo *
              (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));
-    case Material::kGloss:
-    case Material::kPaint:
+    case kGloss:
+    case kPaint:
       return paintAlbedo(p, s, fp, contrast, seed);
-    case Material::kGlossCabin:
-    case Material::kCabin:
+    case kGlossCabin:
+    case kCabin:
       return cabinAlbedo(p, part, s, local, fp, contrast, seed);
-    case Material::kRubber:
+    case kRubber:
       return rubberAlbedo(p, part, s, fp, contrast, seed);
-    case Material::kCloth:
-      return p.albedo * (1.0f + contrast * 0.45f *
-                                    texture3(local.x(), local.y(), local.z(), fp.width_m,
-                                             {0.3f, 4, 0.8f}, p.seed));
-    case Material::kSkin:
-      return p.albedo * (1.0f + contrast * 0.25f *
-                                    texture3(local.x(), local.y(), local.z(), fp.width_m,
-                                             {0.15f, 3, 0.8f}, p.seed));
-    case Material::kLamp:
-    case Material::kMetal:
+    case kCloth:
+      return p.albedo * (1.0f + contrast * 0.45f * solid({0.3f, 4, 0.8f}));
+    case kSkin:
+      return p.albedo * (1.0f + contrast * 0.25f * solid({0.15f, 3, 0.8f}));
+    case kLamp:
+    case kMetal:
       return p.albedo * (1.0f + contrast * 0.3f * texture2(u, v, fp, {0.6f, 6, 0.75f}, seed));
-    case Material::kSign:
+    case kSign:
       return plateAlbedo(p, s, fp);
-    case Material::kLinoleum:
+    case kLinoleum:
       return linoleumAlbedo(p, s, fp, contrast, seed);
-    case Material::kPanels:
+    case kPanels:
       return p.albedo + contrast * (0.35f * masonry(u, v, 0.6f, 0.6f, 0.008f, fp, seed) +
                                     0.05f * texture2(u, v, fp, {0.04f, 3, 0.9f}, seed));
-    case Material::kPrint:
+    case kPrint:
       return printAlbedo(p, s, fp, contrast, seed);
-    case Material::kChessboard:
+    case kChessboard:
       return chessboardAlbedo(p, s, fp);
   }
   return 0;
@@ -266,24 +263,18 @@ float lampLight(const CeilingLamps& lamps, const Vector3f& point, const Vector3f
 }
 
 float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
-  switch (materialOf(p, part)) {
-    case Material::kGlass:
-      return 0.35f;
-    case Material::kPaint:
-      return 0.12f;
-    case Material::kCabin:
-      return isWindow(p, part, local) ? 0.45f : 0.12f;
-    case Material::kGloss:
-      return 0.05f;  // clear coat
-    case Material::kGlossCabin:
-      return isWindow(p, part, local) ? 0.08f : 0.05f;  // two faces of a pane
-    default:
-      return 0;
-  }
+  const Material material = materialOf(p, part);
+  if (material == kGlass) return 0.35f;
+  if (material == kPaint) return 0.12f;
+  if (material == kCabin) return isWindow(p, part, local) ? 0.45f : 0.12f;
+  if (material == kGloss) return 0.05f;  // clear coat
+  if (material == kGlossCabin)
+    return isWindow(p, part, local) ? 0.08f : 0.05f;  // a pane: two faces
+  return 0;
 }
 
 bool isClear(const Primitive& p, int part, const Vector3f& local) {
-  return p.material == Material::kGlossCabin && isWindow(p, part, local);
+  return p.material == kGlossCabin && isWindow(p, part, local);
 }
 
 float surroundings(const Vector3f& direction, const Look& look, uint32_t seed) {

@@ -16,7 +16,7 @@ struct CeilingLamps {
 
 /// Light and surfaces of a scene.
 struct Look {
-  Eigen::Vector3f to_sun = Eigen::Vector3f(0.35f, -0.5f, 0.8f).normalized();
+  Vector3f to_sun = Vector3f(0.35f, -0.5f, 0.8f).normalized();
   float sun = 0.75f;         ///< strength of the direct light
   float ambient = 0.45f;     ///< strength of the ambient light
   float sky = 1.15f;         ///< radiance of the sky; 1 / exposure and more saturates
@@ -30,24 +30,22 @@ struct Look {
 
 /// Diffuse albedo of a surface, between about 0 and 1.
 float albedoOf(const Primitive& primitive, int part, const Surface& surface,
-               const Eigen::Vector3f& local_m, const Footprint& footprint, float contrast);
+               const Vector3f& local_m, const Footprint& footprint, float contrast);
 
 /// Share of light that the surface reflects specularly, for a view along its normal.
-float mirrorOf(const Primitive& primitive, int part, const Eigen::Vector3f& local_m);
+float mirrorOf(const Primitive& primitive, int part, const Vector3f& local_m);
 
 /// Illumination of a surface at this point of the world by the ceiling lamps, without shadows.
-float lampLight(const CeilingLamps& lamps, const Eigen::Vector3f& point_m,
-                const Eigen::Vector3f& normal);
+float lampLight(const CeilingLamps& lamps, const Vector3f& point_m, const Vector3f& normal);
 
 /// Whether this is a transparent window.
-bool isClear(const Primitive& primitive, int part, const Eigen::Vector3f& local_m);
+bool isClear(const Primitive& primitive, int part, const Vector3f& local_m);
 
 /// Radiance that a mirror reflects from this direction (unit length, world): the sky and, below the
 /// horizon, a blurred street.
-float surroundings(const Eigen::Vector3f& direction, const Look& look, uint32_t seed);
+float surroundings(const Vector3f& direction, const Look& look, uint32_t seed);
 
 /// Radiance of the sky in this direction (any length, world).
-float skyRadiance(const Eigen::Vector3f& direction, float pixel_per_m, const Look& look,
-                  uint32_t seed);
+float skyRadiance(const Vector3f& direction, float pixel_per_m, const Look& look, uint32_t seed);
 
 }  // namespace predictive_stereo::simulation

@@ -7,10 +7,8 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-using Eigen::Vector3d;
-
 void addWheel(Builder& b, double x, double y, double radius) {
-  b.add(Shape::kCylinder, Material::kRubber, {x, y, radius}, {radius, radius, 0.11}, 0.06,
+  b.add(Shape::kCylinder, kRubber, {x, y, radius}, {radius, radius, 0.11}, 0.06,
         Eigen::AngleAxisd(kPi / 2, Vector3d::UnitX()).toRotationMatrix());
 }
 
@@ -20,24 +18,23 @@ void addCar(Builder b, const Vector3d& size, uint32_t seed) {
   const double l = 0.5 * size.x(), w = 0.5 * size.y(), h = size.z();
   const double belt = 0.62 * h, floor = 0.22;
   const double middle = 0.5 * (belt + floor);
-  b.frustum(Material::kPaint, {0, 0, middle}, {l, w, 0.5 * (belt - floor)}, -l + 0.12, l - 0.25,
-            w - 0.06, paint);
+  b.frustum(kPaint, {0, 0, middle}, {l, w, 0.5 * (belt - floor)}, -l + 0.12, l - 0.25, w - 0.06,
+            paint);
   const bool estate = random.chance(0.5);
   const double back = estate ? -l + 0.1 : -0.72 * l, front = 0.5 * l;
   const double cabin = 0.5 * (front - back), cabin_x = 0.5 * (front + back);
-  b.frustum(Material::kCabin, {cabin_x, 0, 0.5 * (belt + h)}, {cabin, w - 0.08, 0.5 * (h - belt)},
+  b.frustum(kCabin, {cabin_x, 0, 0.5 * (belt + h)}, {cabin, w - 0.08, 0.5 * (h - belt)},
             -cabin + (estate ? 0.25 : 0.6), cabin - 0.75, w - 0.28, paint);
-  b.box(Material::kRubber, {0, 0, 0.3}, {l + 0.03, w - 0.05, 0.09}, 0.08);
+  b.box(kRubber, {0, 0, 0.3}, {l + 0.03, w - 0.05, 0.09}, 0.08);
   for (const double x : {-0.6 * l, 0.62 * l})
     for (const double y : {-w + 0.1, w - 0.1}) addWheel(b, x, y, 0.31);
   for (const double y : {-w + 0.25, w - 0.25}) {
-    b.ellipsoid(Material::kLamp, {l - 0.12, y, 0.62}, {0.14, 0.17, 0.09}, 0.85);
-    b.box(Material::kMetal, {-l + 0.06, y, 0.68}, {0.06, 0.13, 0.1}, 0.25);
-    b.ellipsoid(Material::kPaint, {0.38 * l, (y > 0 ? 1 : -1) * (w + 0.06), 0.98},
-                {0.07, 0.1, 0.07}, paint);
+    b.ellipsoid(kLamp, {l - 0.12, y, 0.62}, {0.14, 0.17, 0.09}, 0.85);
+    b.box(kMetal, {-l + 0.06, y, 0.68}, {0.06, 0.13, 0.1}, 0.25);
+    b.ellipsoid(kPaint, {0.38 * l, (y > 0 ? 1 : -1) * (w + 0.06), 0.98}, {0.07, 0.1, 0.07}, paint);
   }
-  b.box(Material::kSign, {-l + 0.02, 0, 0.5}, {0.04, 0.26, 0.06}, 0.85);
-  b.box(Material::kSign, {l - 0.02, 0, 0.42}, {0.04, 0.26, 0.06}, 0.85);
+  b.box(kSign, {-l + 0.02, 0, 0.5}, {0.04, 0.26, 0.06}, 0.85);
+  b.box(kSign, {l - 0.02, 0, 0.42}, {0.04, 0.26, 0.06}, 0.85);
 }
 
 // Vans, trucks and buses: a cab and a tall body.
@@ -49,35 +46,35 @@ void addTransporter(Builder b, const Vector3d& size, uint32_t seed, Kind kind) {
   const double cab = kind == Kind::kBus ? 0.0 : kind == Kind::kVan ? 1.6 : 2.0;
   const double body = l - 0.5 * cab;
   const double cab_height = kind == Kind::kTruck ? 0.8 * h : 0.96 * h;
-  b.frustum(Material::kPaint, {-0.5 * cab, 0, 0.5 * (floor + h)}, {body, w, 0.5 * (h - floor)},
-            -body + 0.04, body - 0.06, w - 0.05, paint);
+  b.frustum(kPaint, {-0.5 * cab, 0, 0.5 * (floor + h)}, {body, w, 0.5 * (h - floor)}, -body + 0.04,
+            body - 0.06, w - 0.05, paint);
   if (cab > 0)
-    b.frustum(Material::kCabin, {l - 0.5 * cab, 0, 0.5 * (floor + cab_height)},
+    b.frustum(kCabin, {l - 0.5 * cab, 0, 0.5 * (floor + cab_height)},
               {0.5 * cab, w - 0.04, 0.5 * (cab_height - floor)}, -0.5 * cab,
               0.5 * cab - (kind == Kind::kVan ? 0.9 : 0.2), w - 0.12, 0.8 * paint);
   if (kind == Kind::kBus) {
     // Rows of windows.
     for (double x = -l + 1.0; x < l - 0.5; x += 1.5)
       for (const double side : {-1.0, 1.0})
-        b.box(Material::kGlass, {x, side * (w - 0.045), 0.62 * h}, {0.62, 0.05, 0.17 * h}, 0.1);
+        b.box(kGlass, {x, side * (w - 0.045), 0.62 * h}, {0.62, 0.05, 0.17 * h}, 0.1);
     for (const double end : {-1.0, 1.0})
-      b.box(Material::kGlass, {end * (l - 0.05), 0, 0.6 * h}, {0.06, w - 0.25, 0.22 * h}, 0.1);
+      b.box(kGlass, {end * (l - 0.05), 0, 0.6 * h}, {0.06, w - 0.25, 0.22 * h}, 0.1);
   } else {
     // Doors, a stripe and letters on the body.
-    b.box(Material::kSign, {-l + 0.03, 0, 0.55 * h}, {0.04, 0.7 * w, 0.22 * h}, 0.75);
+    b.box(kSign, {-l + 0.03, 0, 0.55 * h}, {0.04, 0.7 * w, 0.22 * h}, 0.75);
     for (const double side : {-1.0, 1.0})
-      b.box(Material::kSign, {-0.5 * cab, side * (w - 0.03), 0.6 * h},
-            {0.65 * body, 0.04, 0.16 * h}, random.uniform(0.3, 0.9));
+      b.box(kSign, {-0.5 * cab, side * (w - 0.03), 0.6 * h}, {0.65 * body, 0.04, 0.16 * h},
+            random.uniform(0.3, 0.9));
   }
-  b.box(Material::kRubber, {0, 0, 0.5}, {l - 0.1, w - 0.1, 0.2}, 0.07);
+  b.box(kRubber, {0, 0, 0.5}, {l - 0.1, w - 0.1, 0.2}, 0.07);
   for (const double x : {-0.65 * l, 0.65 * l})
     for (const double y : {-w + 0.12, w - 0.12})
       addWheel(b, x, y, kind == Kind::kVan ? 0.34 : 0.48);
   for (const double y : {-w + 0.2, w - 0.2}) {
-    b.box(Material::kMetal, {-l + 0.02, y, 0.9}, {0.05, 0.1, 0.14}, 0.3);
-    b.box(Material::kLamp, {l - 0.02, y, 0.75}, {0.05, 0.14, 0.1}, 0.85);
+    b.box(kMetal, {-l + 0.02, y, 0.9}, {0.05, 0.1, 0.14}, 0.3);
+    b.box(kLamp, {l - 0.02, y, 0.75}, {0.05, 0.14, 0.1}, 0.85);
   }
-  b.box(Material::kSign, {-l, 0, 0.6}, {0.04, 0.26, 0.06}, 0.85);
+  b.box(kSign, {-l, 0, 0.6}, {0.04, 0.26, 0.06}, 0.85);
 }
 
 struct Pose {
@@ -93,12 +90,12 @@ void addBody(Builder& b, const Pose& pose, double scale, uint32_t seed, double r
   const Vector3d hip(0, 0, pose.seat * scale);
   const Vector3d up(std::sin(pose.lean), 0, std::cos(pose.lean));
   const Vector3d neck = hip + 0.55 * scale * up;
-  b.add(Shape::kEllipsoid, Material::kCloth, hip + 0.27 * scale * up,
+  b.add(Shape::kEllipsoid, kCloth, hip + 0.27 * scale * up,
         {0.14 * scale, 0.23 * scale, 0.36 * scale}, shirt,
         Eigen::AngleAxisd(pose.lean, Vector3d::UnitY()).toRotationMatrix());
-  b.ellipsoid(Material::kSkin, neck + Vector3d(0.03, 0, 0.16) * scale,
+  b.ellipsoid(kSkin, neck + Vector3d(0.03, 0, 0.16) * scale,
               {0.10 * scale, 0.085 * scale, 0.13 * scale}, skin);
-  b.ellipsoid(Material::kCloth, neck + Vector3d(0.0, 0, 0.22) * scale,
+  b.ellipsoid(kCloth, neck + Vector3d(0.0, 0, 0.22) * scale,
               {0.105 * scale, 0.095 * scale, 0.085 * scale}, random.uniform(0.04, 0.3));
   for (const double side : {-1.0, 1.0}) {
     const double swing = side < 0 ? pose.left_leg : pose.right_leg;
@@ -109,9 +106,9 @@ void addBody(Builder& b, const Pose& pose, double scale, uint32_t seed, double r
     const Vector3d foot = knee + 0.42 * scale *
                                      Vector3d(std::sin(swing - 0.5 * std::abs(swing)), 0,
                                               -std::cos(swing - 0.5 * std::abs(swing)));
-    b.rod(Material::kCloth, joint, knee, 0.085 * scale, trousers);
-    b.rod(Material::kCloth, knee, foot, 0.065 * scale, trousers);
-    b.ellipsoid(Material::kRubber, foot + Vector3d(0.06, 0, 0) * scale,
+    b.rod(kCloth, joint, knee, 0.085 * scale, trousers);
+    b.rod(kCloth, knee, foot, 0.065 * scale, trousers);
+    b.ellipsoid(kRubber, foot + Vector3d(0.06, 0, 0) * scale,
                 {0.14 * scale, 0.055 * scale, 0.05 * scale}, 0.1);
     const Vector3d shoulder = neck + Vector3d(0, side * 0.22, -0.06) * scale;
     const double arm = reach > 0 ? reach : -swing;
@@ -119,8 +116,8 @@ void addBody(Builder& b, const Pose& pose, double scale, uint32_t seed, double r
         shoulder + 0.3 * scale * Vector3d(std::sin(arm), side * 0.1, -std::cos(arm));
     const Vector3d hand =
         elbow + 0.28 * scale * Vector3d(std::sin(arm + 0.3), -side * 0.05, -std::cos(arm + 0.3));
-    b.rod(Material::kCloth, shoulder, elbow, 0.055 * scale, shirt);
-    b.rod(Material::kSkin, elbow, hand, 0.045 * scale, skin);
+    b.rod(kCloth, shoulder, elbow, 0.055 * scale, shirt);
+    b.rod(kSkin, elbow, hand, 0.045 * scale, skin);
   }
 }
 
@@ -133,8 +130,8 @@ void addPerson(Builder b, const Vector3d& size, double stride_m, uint32_t seed) 
   addBody(b, pose, scale, seed, 0);
   Random random(hashOf(seed, 5));
   if (random.chance(0.4))  // a bag
-    b.ellipsoid(Material::kCloth, Vector3d(-0.17, 0, 1.2) * scale,
-                Vector3d(0.12, 0.18, 0.24) * scale, random.uniform(0.05, 0.6));
+    b.ellipsoid(kCloth, Vector3d(-0.17, 0, 1.2) * scale, Vector3d(0.12, 0.18, 0.24) * scale,
+                random.uniform(0.05, 0.6));
 }
 
 void addCyclist(Builder b, const Vector3d& size, double stride_m, uint32_t seed) {
@@ -149,14 +146,13 @@ void addCyclist(Builder b, const Vector3d& size, double stride_m, uint32_t seed)
   Random random(hashOf(seed, 6));
   const double frame = random.uniform(0.1, 0.6);
   for (const double x : {-l + r, l - r})
-    b.add(Shape::kRing, Material::kRubber, {x, 0, r}, {r, 0.02, r}, 0.08);
+    b.add(Shape::kRing, kRubber, {x, 0, r}, {r, 0.02, r}, 0.08);
   const Vector3d rear(-l + r, 0, r), front(l - r, 0, r), seat(-0.12, 0, 0.9), bar(0.42, 0, 0.98);
   const Vector3d pedals(0.0, 0, 0.3);
   const std::pair<Vector3d, Vector3d> tubes[] = {{rear, seat},  {rear, pedals}, {pedals, seat},
                                                  {pedals, bar}, {seat, bar},    {front, bar}};
-  for (const auto& [from, to] : tubes) b.rod(Material::kMetal, from, to, 0.022, frame);
-  b.rod(Material::kMetal, bar + Vector3d(0, -0.28, 0.03), bar + Vector3d(0, 0.28, 0.03), 0.018,
-        0.2);
+  for (const auto& [from, to] : tubes) b.rod(kMetal, from, to, 0.022, frame);
+  b.rod(kMetal, bar + Vector3d(0, -0.28, 0.03), bar + Vector3d(0, 0.28, 0.03), 0.018, 0.2);
 }
 
 // A flat bunch of leaves with a random orientation.
@@ -164,8 +160,7 @@ void addLeaves(Builder& b, const Vector3d& centre, double size, double albedo, R
   const Eigen::Matrix3d R = (Eigen::AngleAxisd(random.uniform(0, 2 * kPi), Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(random.uniform(-1.2, 1.2), Vector3d::UnitX()))
                                 .toRotationMatrix();
-  b.add(Shape::kLeaves, Material::kLeaves, centre, {size, 0.01, size},
-        albedo * random.uniform(0.6, 1.3), R);
+  b.add(Shape::kLeaves, kLeaves, centre, {size, 0.01, size}, albedo * random.uniform(0.6, 1.3), R);
 }
 
 // Black, dark blue, dark metallic or silver metallic. All parts of a car get the same one, because
@@ -186,10 +181,10 @@ void furnish(const Primitive& cabin, Primitives& out) {
   for (const double row : {0.05, -0.5})
     for (const double side : {-0.45, 0.45}) {
       const Vector3d seat(row * half.x(), side * half.y(), belt);
-      b.box(Material::kCloth, seat, {0.06, 0.21, 0.3}, 0.12);
-      b.ellipsoid(Material::kCloth, seat + Vector3d(0, 0, 0.38), {0.06, 0.13, 0.09}, 0.2);
+      b.box(kCloth, seat, {0.06, 0.21, 0.3}, 0.12);
+      b.ellipsoid(kCloth, seat + Vector3d(0, 0, 0.38), {0.06, 0.13, 0.09}, 0.2);
     }
-  b.box(Material::kCloth, {0.8 * half.x(), 0, belt}, {0.12, 0.7 * half.y(), 0.05}, 0.08);
+  b.box(kCloth, {0.8 * half.x(), 0, belt}, {0.12, 0.7 * half.y(), 0.05}, 0.08);
 }
 
 }  // namespace
@@ -222,11 +217,11 @@ void addTree(const Place& place, uint32_t seed, Primitives& out) {
   const double trunk = random.uniform(2.2, 3.4), radius = random.uniform(0.11, 0.24);
   const double crown = random.uniform(1.7, 3.0), albedo = random.uniform(0.28, 0.45);
   const Vector3d fork(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), trunk);
-  b.rod(Material::kBark, {0, 0, -0.1}, fork, radius, 0.16);
+  b.rod(kBark, {0, 0, -0.1}, fork, radius, 0.16);
   const Vector3d middle = fork + Vector3d(0, 0, 0.75 * crown);
   for (int i = 0; i < 5; ++i) {
     const double angle = 2 * kPi * (i + random.uniform()) / 5;
-    b.rod(Material::kBark, fork,
+    b.rod(kBark, fork,
           middle + crown * Vector3d(0.6 * std::cos(angle), 0.6 * std::sin(angle),
                                     random.uniform(-0.1, 0.5)),
           0.35 * radius, 0.13);
@@ -244,7 +239,7 @@ void addBush(const Place& place, double length_m, double height_m, uint32_t seed
   Builder b(place, seed, 0, out);
   Random random(seed);
   const double albedo = random.uniform(0.26, 0.42), depth = 0.45;
-  b.box(Material::kLeaves, {0, 0, 0.46 * height_m}, {0.5 * length_m, 0.75 * depth, 0.46 * height_m},
+  b.box(kLeaves, {0, 0, 0.46 * height_m}, {0.5 * length_m, 0.75 * depth, 0.46 * height_m},
         0.75 * albedo);
   const int count = static_cast<int>(length_m * height_m * 6) + 4;
   for (int i = 0; i < count; ++i)
@@ -256,25 +251,25 @@ void addBush(const Place& place, double length_m, double height_m, uint32_t seed
 
 void addLampPost(const Place& place, Primitives& out) {
   Builder b(place, 3, 0, out);
-  b.rod(Material::kMetal, {0, 0, 0}, {0, 0, 1.0}, 0.10, 0.3);
-  b.rod(Material::kMetal, {0, 0, 1.0}, {0, 0, 6.5}, 0.055, 0.35);
-  b.rod(Material::kMetal, {0, 0, 6.5}, {1.6, 0, 6.9}, 0.035, 0.35);
-  b.box(Material::kLamp, {1.8, 0, 6.88}, {0.35, 0.12, 0.06}, 0.6);
+  b.rod(kMetal, {0, 0, 0}, {0, 0, 1.0}, 0.10, 0.3);
+  b.rod(kMetal, {0, 0, 1.0}, {0, 0, 6.5}, 0.055, 0.35);
+  b.rod(kMetal, {0, 0, 6.5}, {1.6, 0, 6.9}, 0.035, 0.35);
+  b.box(kLamp, {1.8, 0, 6.88}, {0.35, 0.12, 0.06}, 0.6);
 }
 
 void addSignPost(const Place& place, uint32_t seed, Primitives& out) {
   Builder b(place, seed, 0, out);
   Random random(seed);
   const double height = random.uniform(2.1, 2.6), size = random.uniform(0.25, 0.4);
-  b.rod(Material::kMetal, {0, 0, 0}, {0, 0, height + size}, 0.03, 0.45);
-  b.box(Material::kSign, {0.05, 0, height}, {0.015, size, size}, 0.8);
+  b.rod(kMetal, {0, 0, 0}, {0, 0, height + size}, 0.03, 0.45);
+  b.box(kSign, {0.05, 0, height}, {0.015, size, size}, 0.8);
 }
 
 void addFence(const Place& place, double length_m, uint32_t seed, Primitives& out) {
   Builder b(place, seed, 0, out);
-  b.add(Shape::kBars, Material::kMetal, {0, 0, 0.6}, {0.5 * length_m, 0.02, 0.6}, 0.2);
+  b.add(Shape::kBars, kMetal, {0, 0, 0.6}, {0.5 * length_m, 0.02, 0.6}, 0.2);
   for (double x = -0.5 * length_m; x <= 0.5 * length_m; x += 2.5)
-    b.rod(Material::kMetal, {x, 0, 0}, {x, 0, 1.3}, 0.04, 0.2);
+    b.rod(kMetal, {x, 0, 0}, {x, 0, 1.3}, 0.04, 0.2);
 }
 
 void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed, Primitives& out) {
@@ -282,9 +277,8 @@ void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed,
   Random random(seed);
   const int storeys = 2 + random.index(4);
   const double storey = random.uniform(2.9, 3.4), height = storeys * storey + 0.4;
-  const Material wall = random.chance(0.35) ? Material::kBrick : Material::kPlaster;
-  const double albedo =
-      wall == Material::kBrick ? random.uniform(0.25, 0.42) : random.uniform(0.35, 0.75);
+  const Material wall = random.chance(0.35) ? kBrick : kPlaster;
+  const double albedo = wall == kBrick ? random.uniform(0.25, 0.42) : random.uniform(0.35, 0.75);
   Windows w;
   const double cells = std::max(2.0, std::round(width_m / random.uniform(2.2, 3.4)));
   w.cell_width_m = static_cast<float>(width_m / cells);
@@ -296,34 +290,32 @@ void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed,
         {0.5 * depth_m, 0.5 * width_m, 0.5 * height}, albedo)
       .windows = w;
   // A plinth, a cornice, a door, a roof, a chimney, a rain pipe, balconies.
-  b.box(Material::kPlaster, {-0.5 * depth_m, 0, 0.3},
-        {0.5 * depth_m + 0.06, 0.5 * width_m + 0.0, 0.3}, 0.7 * albedo);
-  b.box(Material::kPlaster, {-0.5 * depth_m, 0, height - 0.15},
-        {0.5 * depth_m + 0.3, 0.5 * width_m, 0.15}, 0.85 * albedo);
+  b.box(kPlaster, {-0.5 * depth_m, 0, 0.3}, {0.5 * depth_m + 0.06, 0.5 * width_m + 0.0, 0.3},
+        0.7 * albedo);
+  b.box(kPlaster, {-0.5 * depth_m, 0, height - 0.15}, {0.5 * depth_m + 0.3, 0.5 * width_m, 0.15},
+        0.85 * albedo);
   if (random.chance(0.7)) {
     const double rise = random.uniform(1.5, 3.5);
-    b.frustum(Material::kRoof, {-0.5 * depth_m, 0, height + 0.5 * rise},
+    b.frustum(kRoof, {-0.5 * depth_m, 0, height + 0.5 * rise},
               {0.5 * depth_m + 0.25, 0.5 * width_m, 0.5 * rise}, -0.1, 0.1, 0.5 * width_m - 0.05,
               random.uniform(0.15, 0.35));
-    b.box(Material::kBrick,
-          {-0.6 * depth_m, random.uniform(-0.3, 0.3) * width_m, height + 0.9 * rise},
+    b.box(kBrick, {-0.6 * depth_m, random.uniform(-0.3, 0.3) * width_m, height + 0.9 * rise},
           {0.35, 0.35, 0.9}, 0.3);
   }
   const double door = (random.index(3) - 1) * static_cast<double>(w.cell_width_m);
-  b.box(Material::kPaint, {0.04, door, 1.1}, {0.06, 0.55, 1.1}, random.uniform(0.08, 0.5));
-  b.rod(Material::kMetal, {0.07, 0.5 * width_m - 0.15, 0}, {0.07, 0.5 * width_m - 0.15, height},
-        0.05, 0.4);
+  b.box(kPaint, {0.04, door, 1.1}, {0.06, 0.55, 1.1}, random.uniform(0.08, 0.5));
+  b.rod(kMetal, {0.07, 0.5 * width_m - 0.15, 0}, {0.07, 0.5 * width_m - 0.15, height}, 0.05, 0.4);
   if (random.chance(0.4)) {
     for (int s = 1; s < storeys; ++s) {
       const double y = (random.index(2) == 0 ? -1 : 1) * static_cast<double>(w.cell_width_m);
       const double z = s * storey + 0.15;
-      b.box(Material::kPlaster, {0.55, y, z}, {0.55, 0.95, 0.08}, 0.9 * albedo);
-      b.add(Shape::kBars, Material::kMetal, {1.05, y, z + 0.5}, {0.95, 0.02, 0.5}, 0.25,
+      b.box(kPlaster, {0.55, y, z}, {0.55, 0.95, 0.08}, 0.9 * albedo);
+      b.add(Shape::kBars, kMetal, {1.05, y, z + 0.5}, {0.95, 0.02, 0.5}, 0.25,
             Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ()).toRotationMatrix());
     }
   }
   if (random.chance(0.25))  // a shop sign over the pavement
-    b.box(Material::kSign, {0.08, 0.1 * width_m, 3.1}, {0.08, 0.22 * width_m, 0.35},
+    b.box(kSign, {0.08, 0.1 * width_m, 3.1}, {0.08, 0.22 * width_m, 0.35},
           random.uniform(0.5, 0.9));
 }
 
@@ -332,11 +324,11 @@ void makeGlossy(Primitives& primitives) {
   for (size_t i = 0; i < count; ++i) {
     Primitive& p = primitives[i];
     const bool of_a_car = p.shape == Shape::kFrustum || p.shape == Shape::kEllipsoid;
-    if (p.material == Material::kPaint && of_a_car) {
-      p.material = Material::kGloss;
+    if (p.material == kPaint && of_a_car) {
+      p.material = kGloss;
       p.albedo = glossyAlbedo(p.albedo);
-    } else if (p.material == Material::kCabin) {
-      p.material = Material::kGlossCabin;
+    } else if (p.material == kCabin) {
+      p.material = kGlossCabin;
       p.albedo = glossyAlbedo(p.albedo);
       furnish(Primitive(p), primitives);
     }

@@ -16,17 +16,17 @@ using Primitives = std::vector<Primitive>;
 
 /// Pose of a thing: its point on the ground, and its heading (0: along the world's x).
 struct Place {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Vector3d position_m = Vector3d::Zero();
   double heading_rad = 0;
 
-  Eigen::Vector2d ahead() const { return {std::cos(heading_rad), std::sin(heading_rad)}; }
+  Vector2d ahead() const { return {std::cos(heading_rad), std::sin(heading_rad)}; }
 };
 
 /// Adds primitives given in the axes of a thing: x ahead, y left, z up.
 class Builder {
  public:
   /// @param first  number of the first primitive: each one's seed is made of `seed` and its number.
-  Builder(const Eigen::Vector3d& position_m, const Eigen::Matrix3d& R_world_thing, uint32_t seed,
+  Builder(const Vector3d& position_m, const Eigen::Matrix3d& R_world_thing, uint32_t seed,
           int object, Primitives& out, uint32_t first = 1)
       : position_m_(position_m),
         R_world_thing_(R_world_thing),
@@ -36,11 +36,11 @@ class Builder {
         out_(out) {}
   Builder(const Place& place, uint32_t seed, int object, Primitives& out, uint32_t first = 1)
       : Builder(place.position_m,
-                Eigen::AngleAxisd(place.heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
-                seed, object, out, first) {}
+                Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix(), seed,
+                object, out, first) {}
 
-  Primitive& add(Shape shape, Material material, const Eigen::Vector3d& centre,
-                 const Eigen::Vector3d& half, double albedo,
+  Primitive& add(Shape shape, Material material, const Vector3d& centre, const Vector3d& half,
+                 double albedo,
                  const Eigen::Matrix3d& R_thing_local = Eigen::Matrix3d::Identity()) {
     Primitive p;
     p.shape = shape;
@@ -55,27 +55,26 @@ class Builder {
     return out_.back();
   }
 
-  Primitive& box(Material material, const Eigen::Vector3d& centre, const Eigen::Vector3d& half,
-                 double albedo) {
+  Primitive& box(Material material, const Vector3d& centre, const Vector3d& half, double albedo) {
     return add(Shape::kBox, material, centre, half, albedo);
   }
 
-  Primitive& ellipsoid(Material material, const Eigen::Vector3d& centre,
-                       const Eigen::Vector3d& half, double albedo) {
+  Primitive& ellipsoid(Material material, const Vector3d& centre, const Vector3d& half,
+                       double albedo) {
     return add(Shape::kEllipsoid, material, centre, half, albedo);
   }
 
   /// A rod between two points.
-  void rod(Material material, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius,
+  void rod(Material material, const Vector3d& from, const Vector3d& to, double radius,
            double albedo) {
-    const Eigen::Vector3d axis = to - from;
+    const Vector3d axis = to - from;
     add(Shape::kCylinder, material, 0.5 * (from + to), {radius, radius, 0.5 * axis.norm()}, albedo,
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix());
+        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix());
   }
 
   /// See Primitive for the measures of its top.
-  void frustum(Material material, const Eigen::Vector3d& centre, const Eigen::Vector3d& half,
-               double top_back, double top_front, double top_side, double albedo) {
+  void frustum(Material material, const Vector3d& centre, const Vector3d& half, double top_back,
+               double top_front, double top_side, double albedo) {
     Primitive& p = add(Shape::kFrustum, material, centre, half, albedo);
     p.top_back_m = static_cast<float>(top_back);
     p.top_front_m = static_cast<float>(top_front);
@@ -83,7 +82,7 @@ class Builder {
   }
 
  private:
-  Eigen::Vector3d position_m_;
+  Vector3d position_m_;
   Eigen::Matrix3d R_world_thing_;
   int object_;
   uint32_t seed_, next_;
@@ -94,7 +93,7 @@ enum class Kind : uint8_t { kCar, kVan, kTruck, kBus, kPerson, kCyclist };
 constexpr const char* kKindNames[] = {"car", "van", "truck", "bus", "person", "cyclist"};
 
 /// Length, width and height [m] of the model of this kind and seed.
-Eigen::Vector3d sizeOf(Kind kind, uint32_t seed);
+Vector3d sizeOf(Kind kind, uint32_t seed);
 
 /// Adds a model. `stride_m` is the distance it has moved: legs and arms swing with it.
 void addThing(Kind kind, uint32_t seed, const Place& place, double stride_m, int object,

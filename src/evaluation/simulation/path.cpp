@@ -5,13 +5,10 @@
 #include <stdexcept>
 
 #include "evaluation/simulation/noise.h"
-#include "evaluation/simulation/town.h"
+#include "evaluation/simulation/worlds.h"
 
 namespace predictive_stereo::simulation {
 namespace {
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kRadPerDeg = kPi / 180;
 constexpr double kFade_s = 0.4;  // a shake fades in and out in this time
@@ -38,8 +35,8 @@ Row interpolate(const std::vector<Row>& table, double position) {
   return table[i] + (position - static_cast<double>(i)) * (table[i + 1] - table[i]);
 }
 
-Eigen::Isometry3d poseOf(const Vector3d& position_m, double heading, double pitch, double roll) {
-  Eigen::Isometry3d T_world_body = Eigen::Isometry3d::Identity();
+Isometry3d poseOf(const Vector3d& position_m, double heading, double pitch, double roll) {
+  Isometry3d T_world_body = Isometry3d::Identity();
   T_world_body.linear() =
       (Eigen::AngleAxisd(heading, Vector3d::UnitZ()) * Eigen::AngleAxisd(pitch, Vector3d::UnitY()) *
        Eigen::AngleAxisd(roll, Vector3d::UnitX()))
@@ -52,19 +49,122 @@ Eigen::Isometry3d poseOf(const Vector3d& position_m, double heading, double pitc
 class Route : public Path {
  public:
   // @param duration_s  the trajectory is computed from 0 to this time.
-  Route(const Drive& drive, double duration_s, uint32_t seed);
+  Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(drive), seed_(seed) {
+    const double length_m = drive.cruise_mps * duration_s + 150;
+    layPath(length_m);
+    std::vector<double> stops;
+    for (double stop_m = drive.stop_first_m; stop_m >= 0 && stop_m < length_m;
+         stop_m += drive.stop_every_m) {
+      stops.push_back(stop_m);
+      if (drive.stop_every_m <= 0) break;
+    }
+    driveAlong(stops, speedLimits(stops), static_cast<size_t>((duration_s + 1) / kTick_s) + 2);
+  }
 
   Place placeAhead(double time_s, double gap_m) const override {
     const Vector3d at =
         interpolate(path_, (interpolate(states_, time_s / kTick_s).x() + gap_m) / kStep_m);
     return {{at.x(), at.y(), 0}, at.z()};
   }
-  Eigen::Isometry3d bodyAt(double time_s) const override;
+  Isometry3d bodyAt(double time_s) const override {
+    const Vector2d state = interpolate(states_, time_s / kTick_s);
+    const double way = state.x(), accel_mps2 = state.y();
+    const Place place = placeAt(time_s);
+    double pitch = 0, roll = 0, heave = 0;  // pitch: down is positive
+    if (drive_.sways) {
+      // Road roughness is a function of the distance, so a standing camera does not move.
+      pitch = 0.0035 * noise2(way / 4.0, 0.5, seed_) + 0.0015 * noise2(way / 1.3, 0.5, seed_ + 1);
+      pitch -= 0.0025 * accel_mps2;
+      roll = 0.004 * noise2(way / 5.0, 0.5, seed_ + 2);
+      heave = 0.012 * noise2(way / 3.0, 0.5, seed_ + 3);
+    }
+    const double look =
+        drive_.look_deg * kPi / 180 * std::sin(2 * kPi * time_s / drive_.look_period_s);
+    return poseOf(place.position_m + Vector3d(0, 0, heave), place.heading_rad + look, pitch, roll);
+  }
 
  private:
-  void layPath(double length_m);
-  std::vector<double> speedLimits(const std::vector<double>& stops) const;
-  void driveAlong(const std::vector<double>& stops, const std::vector<double>& limit, size_t ticks);
+  void layPath(double length_m) {
+    Vector3d at(drive_.start_m, -kLane_m, 0);
+    path_ = {at};
+    bends_ = {false};
+    const auto advance = [&](double step, double turn, bool bend) {
+      const double middle = at.z() + 0.5 * turn;
+      at += Vector3d(step * std::cos(middle), step * std::sin(middle), turn);
+      path_.push_back(at);
+      bends_.push_back(bend);
+    };
+    size_t junction = 0;
+    while (path_.size() * kStep_m < length_m) {
+      const char turn = drive_.turns[junction++ % drive_.turns.size()];
+      const double cosine = std::round(std::cos(at.z())), sine = std::round(std::sin(at.z()));
+      const double position = at.x() * cosine + at.y() * sine;
+      const double crossing = kPitch_m * std::floor(position / kPitch_m + 1);
+      // End of the straight part: half a block behind the junction, or the start of a bend that
+      // ends in the middle of a lane. A left turn ends in a lane beyond the junction's middle.
+      const double bend = turn == 'L' ? kLeftBend_m : kRightBend_m;
+      const double target = turn == 'S'
+                                ? crossing + 0.25 * kPitch_m
+                                : crossing + (turn == 'L' ? kLane_m : -kLane_m) - reachOfBend(bend);
+      const int steps = std::max(0, static_cast<int>((target - position) / kStep_m));
+      for (int i = 0; i < steps; ++i) advance(kStep_m, 0, false);
+      if (turn == 'S') continue;
+      const int bend_steps = static_cast<int>(bend / kStep_m);
+      const double sign = turn == 'L' ? 1 : -1;
+      for (int i = 0; i < bend_steps; ++i)
+        advance(
+            kStep_m,
+            sign * (turned((i + 1.0) / bend_steps) - turned(static_cast<double>(i) / bend_steps)),
+            true);
+      // Exactly quarter turns: rounding to whole steps must not accumulate over many bends.
+      at.z() = kPi / 2 * std::round(at.z() / (kPi / 2));
+    }
+  }
+
+  // Highest speed at each step that still allows braking for bends and stops ahead.
+  std::vector<double> speedLimits(const std::vector<double>& stops) const {
+    std::vector<double> limit(path_.size());
+    for (size_t i = 0; i < limit.size(); ++i)
+      limit[i] = bends_[i] ? std::min(kBendSpeed_mps, drive_.cruise_mps) : drive_.cruise_mps;
+    for (const double stop : stops) limit[static_cast<size_t>(stop / kStep_m)] = 0;
+    for (size_t i = limit.size() - 1; i-- > 0;)
+      limit[i] = std::min(limit[i],
+                          std::sqrt(limit[i + 1] * limit[i + 1] + 2 * drive_.brake_mps2 * kStep_m));
+    return limit;
+  }
+
+  void driveAlong(const std::vector<double>& stops, const std::vector<double>& limit,
+                  size_t ticks) {
+    double way_m = 0, speed_mps = limit[0], accel_mps2 = 0;
+    size_t next_stop = 0;
+    double waited_s = 0;
+    states_.reserve(ticks);
+    for (size_t i = 0; i < ticks; ++i) {
+      states_.emplace_back(way_m, accel_mps2);
+      const auto index = std::min(static_cast<size_t>(way_m / kStep_m), limit.size() - 1);
+      const double rest = way_m / kStep_m - static_cast<double>(index);
+      const size_t after = std::min(index + 1, limit.size() - 1);
+      double allowed =
+          std::sqrt((1 - rest) * limit[index] * limit[index] + rest * limit[after] * limit[after]);
+      if (next_stop < stops.size() && way_m > stops[next_stop] - 0.002) {
+        waited_s += kTick_s;
+        allowed = 0;
+        if (waited_s > drive_.stop_s) {
+          ++next_stop;
+          waited_s = 0;
+          allowed = 0.5;
+        }
+      } else if (allowed < 0.1 && drive_.cruise_mps > 0) {
+        allowed = 0.1;  // leaves a stop, or drives the last centimetres to one
+      }
+      const double before = speed_mps;
+      speed_mps = std::min(allowed, before + kAccel_mps2 * kTick_s);
+      way_m += 0.5 * (before + speed_mps) * kTick_s;
+      // Low-pass filter: the pitch follows the acceleration through the springs.
+      const double accel = (speed_mps - before) / kTick_s;
+      accel_mps2 += (std::max(accel, -10.0) - accel_mps2) * (kTick_s / 0.15);
+    }
+  }
 
   Drive drive_;
   uint32_t seed_;
@@ -72,116 +172,6 @@ class Route : public Path {
   std::vector<bool> bends_;       // where the path bends
   std::vector<Vector2d> states_;  // distance [m], acceleration [m/s^2] every kTick_s
 };
-
-Route::Route(const Drive& drive, double duration_s, uint32_t seed) : drive_(drive), seed_(seed) {
-  const double length_m = drive.cruise_mps * duration_s + 150;
-  layPath(length_m);
-  std::vector<double> stops;
-  for (double stop_m = drive.stop_first_m; stop_m >= 0 && stop_m < length_m;
-       stop_m += drive.stop_every_m) {
-    stops.push_back(stop_m);
-    if (drive.stop_every_m <= 0) break;
-  }
-  driveAlong(stops, speedLimits(stops), static_cast<size_t>((duration_s + 1) / kTick_s) + 2);
-}
-
-void Route::layPath(double length_m) {
-  Vector3d at(drive_.start_m, -kLane_m, 0);
-  path_ = {at};
-  bends_ = {false};
-  const auto advance = [&](double step, double turn, bool bend) {
-    const double middle = at.z() + 0.5 * turn;
-    at += Vector3d(step * std::cos(middle), step * std::sin(middle), turn);
-    path_.push_back(at);
-    bends_.push_back(bend);
-  };
-  size_t junction = 0;
-  while (path_.size() * kStep_m < length_m) {
-    const char turn = drive_.turns[junction++ % drive_.turns.size()];
-    const double cosine = std::round(std::cos(at.z())), sine = std::round(std::sin(at.z()));
-    const double position = at.x() * cosine + at.y() * sine;
-    const double crossing = kPitch_m * std::floor(position / kPitch_m + 1);
-    // End of the straight part: half a block behind the junction, or the start of a bend that ends
-    // in the middle of a lane. A left turn ends in a lane beyond the junction's middle.
-    const double bend = turn == 'L' ? kLeftBend_m : kRightBend_m;
-    const double target = turn == 'S'
-                              ? crossing + 0.25 * kPitch_m
-                              : crossing + (turn == 'L' ? kLane_m : -kLane_m) - reachOfBend(bend);
-    const int steps = std::max(0, static_cast<int>((target - position) / kStep_m));
-    for (int i = 0; i < steps; ++i) advance(kStep_m, 0, false);
-    if (turn == 'S') continue;
-    const int bend_steps = static_cast<int>(bend / kStep_m);
-    const double sign = turn == 'L' ? 1 : -1;
-    for (int i = 0; i < bend_steps; ++i)
-      advance(kStep_m,
-              sign * (turned((i + 1.0) / bend_steps) - turned(static_cast<double>(i) / bend_steps)),
-              true);
-    // Exactly quarter turns: rounding to whole steps must not accumulate over many bends.
-    at.z() = kPi / 2 * std::round(at.z() / (kPi / 2));
-  }
-}
-
-// Highest speed at each step that still allows braking for bends and stops ahead.
-std::vector<double> Route::speedLimits(const std::vector<double>& stops) const {
-  std::vector<double> limit(path_.size());
-  for (size_t i = 0; i < limit.size(); ++i)
-    limit[i] = bends_[i] ? std::min(kBendSpeed_mps, drive_.cruise_mps) : drive_.cruise_mps;
-  for (const double stop : stops) limit[static_cast<size_t>(stop / kStep_m)] = 0;
-  for (size_t i = limit.size() - 1; i-- > 0;)
-    limit[i] = std::min(limit[i],
-                        std::sqrt(limit[i + 1] * limit[i + 1] + 2 * drive_.brake_mps2 * kStep_m));
-  return limit;
-}
-
-void Route::driveAlong(const std::vector<double>& stops, const std::vector<double>& limit,
-                       size_t ticks) {
-  double way_m = 0, speed_mps = limit[0], accel_mps2 = 0;
-  size_t next_stop = 0;
-  double waited_s = 0;
-  states_.reserve(ticks);
-  for (size_t i = 0; i < ticks; ++i) {
-    states_.emplace_back(way_m, accel_mps2);
-    const auto index = std::min(static_cast<size_t>(way_m / kStep_m), limit.size() - 1);
-    const double rest = way_m / kStep_m - static_cast<double>(index);
-    const size_t after = std::min(index + 1, limit.size() - 1);
-    double allowed =
-        std::sqrt((1 - rest) * limit[index] * limit[index] + rest * limit[after] * limit[after]);
-    if (next_stop < stops.size() && way_m > stops[next_stop] - 0.002) {
-      waited_s += kTick_s;
-      allowed = 0;
-      if (waited_s > drive_.stop_s) {
-        ++next_stop;
-        waited_s = 0;
-        allowed = 0.5;
-      }
-    } else if (allowed < 0.1 && drive_.cruise_mps > 0) {
-      allowed = 0.1;  // leaves a stop, or drives the last centimetres to one
-    }
-    const double before = speed_mps;
-    speed_mps = std::min(allowed, before + kAccel_mps2 * kTick_s);
-    way_m += 0.5 * (before + speed_mps) * kTick_s;
-    // Low-pass filter: the pitch follows the acceleration through the springs.
-    const double accel = (speed_mps - before) / kTick_s;
-    accel_mps2 += (std::max(accel, -10.0) - accel_mps2) * (kTick_s / 0.15);
-  }
-}
-
-Eigen::Isometry3d Route::bodyAt(double time_s) const {
-  const Vector2d state = interpolate(states_, time_s / kTick_s);
-  const double way = state.x(), accel_mps2 = state.y();
-  const Place place = placeAt(time_s);
-  double pitch = 0, roll = 0, heave = 0;  // pitch: down is positive
-  if (drive_.sways) {
-    // Road roughness is a function of the distance, so a standing camera does not move.
-    pitch = 0.0035 * noise2(way / 4.0, 0.5, seed_) + 0.0015 * noise2(way / 1.3, 0.5, seed_ + 1);
-    pitch -= 0.0025 * accel_mps2;
-    roll = 0.004 * noise2(way / 5.0, 0.5, seed_ + 2);
-    heave = 0.012 * noise2(way / 3.0, 0.5, seed_ + 3);
-  }
-  const double look =
-      drive_.look_deg * kPi / 180 * std::sin(2 * kPi * time_s / drive_.look_period_s);
-  return poseOf(place.position_m + Vector3d(0, 0, heave), place.heading_rad + look, pitch, roll);
-}
 
 }  // namespace
 
@@ -242,7 +232,7 @@ WaypointPath::Coordinates WaypointPath::shakeAt(double time_s) const {
   return sum;
 }
 
-Eigen::Isometry3d WaypointPath::bodyAt(double time_s) const {
+Isometry3d WaypointPath::bodyAt(double time_s) const {
   const Coordinates c = smoothAt(time_s) + shakeAt(time_s);
   return poseOf(c.head<3>(), c[3], c[4], c[5]);
 }

@@ -15,7 +15,7 @@ class Path {
   virtual ~Path() = default;
 
   /// Pose T_world_body: x ahead, y to the left, z up.
-  virtual Eigen::Isometry3d bodyAt(double time_s) const = 0;
+  virtual Isometry3d bodyAt(double time_s) const = 0;
 
   /// Place on the ground this far ahead of the body along its path.
   virtual Place placeAhead(double time_s, double gap_m) const = 0;
@@ -30,7 +30,7 @@ class WaypointPath : public Path {
   /// @param waypoints  at least one; times increase.
   WaypointPath(const std::vector<Waypoint>& waypoints, const std::vector<Shake>& shakes,
                uint32_t seed);
-  Eigen::Isometry3d bodyAt(double time_s) const override;
+  Isometry3d bodyAt(double time_s) const override;
   Place placeAhead(double time_s, double gap_m) const override;
 
  private:

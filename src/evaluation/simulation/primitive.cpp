@@ -8,8 +8,6 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-using Eigen::Vector3f;
-
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Interval of a ray inside a convex solid, clipped by one face after the other.
@@ -54,16 +52,9 @@ bool clipBox(const Vector3f& half, const Vector3f& o, const Vector3f& d, Stretch
 // Normals (not of unit length) of a frustum's inclined faces.
 Vector3f inclinedNormal(const Primitive& p, int face) {
   const float height = 2 * p.half_m.z();
-  switch (face) {
-    case 0:
-      return {-height, 0, p.top_back_m + p.half_m.x()};
-    case 1:
-      return {height, 0, p.half_m.x() - p.top_front_m};
-    case 2:
-      return {0, -height, p.half_m.y() - p.top_side_m};
-    default:
-      return {0, height, p.half_m.y() - p.top_side_m};
-  }
+  if (face == 0) return {-height, 0, p.top_back_m + p.half_m.x()};
+  if (face == 1) return {height, 0, p.half_m.x() - p.top_front_m};
+  return {0, face == 2 ? -height : height, p.half_m.y() - p.top_side_m};
 }
 
 bool clipFrustum(const Primitive& p, const Vector3f& o, const Vector3f& d, Stretch& stretch) {
@@ -233,9 +224,7 @@ Surface surfaceAt(const Primitive& p, int part, const Vector3f& point) {
       Vector3f normal = Vector3f::Zero();
       normal[face / 2] = face % 2 ? 1 : -1;
       if (p.shape == Shape::kFrustum && face < 4) normal = inclinedNormal(p, face).normalized();
-      if (face < 2) return flat(normal, y, z, point);
-      if (face < 4) return flat(normal, x, z, point);
-      return flat(normal, x, y, point);
+      return flat(normal, face < 2 ? y : x, face < 4 ? z : y, point);
     }
     case Shape::kCylinder: {
       if (part == 4 || part == 5) return flat(part == 5 ? z : Vector3f(-z), x, y, point);
@@ -245,12 +234,9 @@ Surface surfaceAt(const Primitive& p, int part, const Vector3f& point) {
     case Shape::kEllipsoid:
       return curved(point.cwiseQuotient(p.half_m.cwiseProduct(p.half_m)).normalized(), point.x(),
                     point.z());
-    case Shape::kLeaves:
-    case Shape::kRing:
-    case Shape::kBars:
+    default:  // plates
       return flat(y, x, z, point);
   }
-  return {};
 }
 
 }  // namespace predictive_stereo::simulation

@@ -1,11 +1,16 @@
 /// Geometric primitives of the scenes, and their intersections with rays.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <limits>
 
 namespace predictive_stereo::simulation {
+
+using Eigen::Isometry3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
 
 enum class Shape : uint8_t {
   kGround,     ///< the plane z = 0
@@ -19,7 +24,7 @@ enum class Shape : uint8_t {
   kBars,       ///< a plate normal to y with vertical gaps: fences
 };
 
-enum class Material : uint8_t {
+enum Material : uint8_t {
   kRoad,
   kPavement,
   kPlaster,
@@ -53,14 +58,14 @@ struct Windows {
 
 struct Primitive {
   Shape shape = Shape::kBox;
-  Material material = Material::kPlaster;
+  Material material = kPlaster;
   int object = 0;  ///< number of its moving object; 0: the static world
   uint32_t seed = 0;
   float albedo = 0.5f;
   float contrast = 1.0f;                                        ///< of its texture
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();           ///< in the world
+  Vector3d centre_m = Vector3d::Zero();                         ///< in the world
   Eigen::Matrix3f R_local_world = Eigen::Matrix3f::Identity();  ///< from world to local axes
-  Eigen::Vector3f half_m = Eigen::Vector3f::Ones();
+  Vector3f half_m = Vector3f::Ones();
   // Frustum: its top reaches from x = top_back to x = top_front, and over |y| <= top_side.
   float top_back_m = 0, top_front_m = 0, top_side_m = 0;
   Windows windows;
@@ -86,15 +91,15 @@ constexpr float kNearest_m = 0.1f;  ///< nearer hits are ignored
 /// Intersects `primitive` with a ray in its local axes; hits between kNearest_m and `hit.t` count.
 /// @param pixel_per_m  width of a pixel at a depth of 1 m; finer holes are closed.
 /// @return true if there is a hit; then its t and part are set.
-bool intersect(const Primitive& primitive, const Eigen::Vector3f& origin,
-               const Eigen::Vector3f& direction, float pixel_per_m, Hit& hit);
+bool intersect(const Primitive& primitive, const Vector3f& origin, const Vector3f& direction,
+               float pixel_per_m, Hit& hit);
 
 /// The surface at a local point: outward normal, and coordinates [m] for textures.
 struct Surface {
-  Eigen::Vector3f normal;
-  Eigen::Vector3f axis_u, axis_v;  ///< tangents of u and v; zero for curved surfaces
+  Vector3f normal;
+  Vector3f axis_u, axis_v;  ///< tangents of u and v; zero for curved surfaces
   double u_m = 0, v_m = 0;
 };
-Surface surfaceAt(const Primitive& primitive, int part, const Eigen::Vector3f& point);
+Surface surfaceAt(const Primitive& primitive, int part, const Vector3f& point);
 
 }  // namespace predictive_stereo::simulation

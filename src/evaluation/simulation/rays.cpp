@@ -7,15 +7,12 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-using Eigen::Vector3d;
-using Eigen::Vector3f;
-
 constexpr float kHuge = 1e9f;
 constexpr float kTile_m = 2.5f;
 constexpr float kFinest_m = 2e-3f;  // per metre: see intersect()
 
 // Corners of a primitive's box in the camera's frame.
-std::array<Vector3d, 8> cornersOf(const Primitive& p, const Eigen::Isometry3d& T_cam_world) {
+std::array<Vector3d, 8> cornersOf(const Primitive& p, const Isometry3d& T_cam_world) {
   const Eigen::Matrix3d R_world_local = p.R_local_world.transpose().cast<double>();
   const Vector3d half = p.half_m.cast<double>();
   std::array<Vector3d, 8> corners;
@@ -54,7 +51,7 @@ void Tiles::add(const std::vector<Item>& items) {
   }
 }
 
-RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
+RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_world_cam,
                  const StereoRig& rig, double cx_px)
     : primitives_(primitives),
       origins_(primitives.size()),
@@ -68,7 +65,7 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry
       cy_(static_cast<float>(rig.cy_px)),
       inverse_f_(static_cast<float>(1 / rig.fx_px)),
       inverse_fy_(static_cast<float>(1 / rig.fy_px)) {
-  const Eigen::Isometry3d T_cam_world = T_world_cam.inverse();
+  const Isometry3d T_cam_world = T_world_cam.inverse();
   for (size_t i = 0; i < primitives.size(); ++i) {
     const Primitive& p = primitives[i];
     origins_[i] = p.R_local_world * (centre_m_ - p.centre_m).cast<float>();

@@ -48,7 +48,7 @@ class RayGrid {
 
   /// @param primitives  must outlive the grid.
   /// @param cx_px  of this camera; the rest of the rig is common to both cameras.
-  RayGrid(const std::vector<Primitive>& primitives, const Eigen::Isometry3d& T_world_cam,
+  RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_world_cam,
           const StereoRig& rig, double cx_px);
 
   /// First hit of the ray through (x, y) nearer than `limit_m`; primitive `except` is ignored.
@@ -58,16 +58,14 @@ class RayGrid {
   /// Whether the ray through (x, y) hits this primitive.
   bool meets(int primitive, float x_px, float y_px) const;
 
-  Eigen::Vector3f directionOf(float x_px, float y_px) const {
-    return R_world_cam_ * Eigen::Vector3f((x_px - cx_) * inverse_f_, (y_px - cy_) * inverse_fy_, 1);
+  Vector3f directionOf(float x_px, float y_px) const {
+    return R_world_cam_ * Vector3f((x_px - cx_) * inverse_f_, (y_px - cy_) * inverse_fy_, 1);
   }
-  const Eigen::Vector3d& centre_m() const { return centre_m_; }  ///< of the camera, in the world
+  const Vector3d& centre_m() const { return centre_m_; }  ///< of the camera, in the world
   float pixelPerM() const { return inverse_f_; }
   int count() const { return static_cast<int>(origins_.size()); }
   /// The camera's position in the local axes of a primitive.
-  const Eigen::Vector3f& originIn(int primitive) const {
-    return origins_[static_cast<size_t>(primitive)];
-  }
+  const Vector3f& originIn(int primitive) const { return origins_[static_cast<size_t>(primitive)]; }
   const Primitive& primitive(int index) const { return primitives_[static_cast<size_t>(index)]; }
 
   /// Bounds of the pixels that the primitive can cover, not clipped; empty behind the camera.
@@ -75,10 +73,10 @@ class RayGrid {
 
  private:
   const std::vector<Primitive>& primitives_;
-  std::vector<Eigen::Vector3f> origins_;  // of the camera in the primitives' axes
+  std::vector<Vector3f> origins_;  // of the camera in the primitives' axes
   std::vector<Tiles::Item> items_;
   Tiles tiles_;  // of the image, nearest primitives first
-  Eigen::Vector3d centre_m_;
+  Vector3d centre_m_;
   Eigen::Matrix3f R_world_cam_;
   float cx_, cy_, inverse_f_, inverse_fy_;
 };
@@ -90,32 +88,31 @@ class RayMap {
   static constexpr float kSunReach_m = 110;  ///< no shadows farther from the centre
 
   /// @param primitives  must outlive the map.
-  RayMap(const std::vector<Primitive>& primitives, const Eigen::Vector3f& to_sun,
-         const Eigen::Vector3d& centre_m);
+  RayMap(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
+         const Vector3d& centre_m);
 
-  const Eigen::Vector3d& centre_m() const { return centre_m_; }  ///< in the world
+  const Vector3d& centre_m() const { return centre_m_; }  ///< in the world
 
   /// Whether the sun shines on this point. Surfaces within kNearest_m of it cast no shadow.
-  bool sunReaches(const Eigen::Vector3f& point_m) const;
+  bool sunReaches(const Vector3f& point_m) const;
 
   /// First hit of a ray, where primitive `except` is ignored; t is the distance along it [m].
   /// @param direction  unit length.
-  Hit cast(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, int except) const;
+  Hit cast(const Vector3f& origin_m, const Vector3f& direction, int except) const;
 
   /// A point in the local axes of a primitive.
-  Eigen::Vector3f inLocalAxes(int primitive, const Eigen::Vector3f& point_m) const {
+  Vector3f inLocalAxes(int primitive, const Vector3f& point_m) const {
     const auto i = static_cast<size_t>(primitive);
     return primitives_[i].R_local_world * (point_m - centres_m_[i]);
   }
 
  private:
-  void test(int primitive, const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction,
-            Hit& hit) const;
+  void test(int primitive, const Vector3f& origin_m, const Vector3f& direction, Hit& hit) const;
 
   const std::vector<Primitive>& primitives_;
-  Eigen::Vector3d centre_m_;
-  Eigen::Vector3f to_sun_, across_, up_;  // the latter are normal to the sun's rays
-  std::vector<Eigen::Vector3f> centres_m_;
+  Vector3d centre_m_;
+  Vector3f to_sun_, across_, up_;  // the latter are normal to the sun's rays
+  std::vector<Vector3f> centres_m_;
   std::vector<int> planes_;
   Tiles ground_, shadows_;  // tiles of the ground; of a plane normal to the sun's rays
 };

@@ -5,38 +5,29 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-Traffic busyTraffic() {
-  Traffic t;
-  t.oncoming_s = 3.5;
-  t.cyclists_s = 7;
-  t.walkers_s = 1.5;
-  t.crossing_people_s = 4;
-  t.crossing_cars_s = 4;
-  return t;
+using Scenes = std::vector<Scene>;
+
+// Adds an empty street, straight on; the caller changes it before adding the next one.
+Scene& add(Scenes& scenes, const char* name, const char* summary) {
+  Scene& scene = scenes.emplace_back();
+  scene.name = name;
+  scene.summary = summary;
+  return scene;
 }
-
-class SceneList {
- public:
-  // An empty street, straight on; the caller changes it before adding the next one.
-  Scene& add(const char* name, const char* summary) {
-    Scene& scene = scenes.emplace_back();
-    scene.name = name;
-    scene.summary = summary;
-    return scene;
-  }
-  // The same with traffic.
-  Scene& addBusy(const char* name, const char* summary) {
-    Scene& scene = add(name, summary);
-    scene.traffic = busyTraffic();
-    return scene;
-  }
-
-  std::vector<Scene> scenes;
-};
+// The same with traffic.
+Scene& addBusy(Scenes& scenes, const char* name, const char* summary) {
+  Scene& scene = add(scenes, name, summary);
+  scene.traffic.oncoming_s = 3.5;
+  scene.traffic.cyclists_s = 7;
+  scene.traffic.walkers_s = 1.5;
+  scene.traffic.crossing_people_s = 4;
+  scene.traffic.crossing_cars_s = 4;
+  return scene;
+}
 
 // Light and noise of a room with ceiling lamps.
 void setIndoorLight(Scene& scene, float lamp_pitch_m, float lamp_height_m, float lamp_strength) {
-  scene.look.to_sun = Eigen::Vector3f(0.08f, 0.05f, 1).normalized();
+  scene.look.to_sun = Vector3f(0.08f, 0.05f, 1).normalized();
   scene.look.sun = 0.2f;  // the only light that casts shadows
   scene.look.ambient = 0.55f;
   scene.look.ceiling = {lamp_pitch_m, lamp_height_m, lamp_strength};
@@ -46,9 +37,9 @@ void setIndoorLight(Scene& scene, float lamp_pitch_m, float lamp_height_m, float
   scene.sensor.noise = 1.5;
 }
 
-void addDrone(SceneList& list) {
-  Scene& s = list.add(
-      "drone", "in a hall: vibrates at rest, takes off, turns at 90 deg/s, hovers (300 frames)");
+void addDrone(Scenes& list) {
+  Scene& s = add(list, "drone",
+                 "in a hall: vibrates at rest, takes off, turns at 90 deg/s, hovers (300 frames)");
   s.site = Site::kHall;
   s.camera = {752, 480, 20, 436, 367.5, 0.51, 0.11, 0.2, 0.05, {0.6, 0.6, 0.4}};
   setIndoorLight(s, 4, 5.9f, 6);
@@ -73,9 +64,10 @@ void addDrone(SceneList& list) {
               {2.2, 1e9, 0.03, 0.8, 0.9}};
 }
 
-void addRobot(SceneList& list) {
-  Scene& s = list.add(
-      "robot", "low above the floor of a corridor with white walls and people, 5 Hz (100 frames)");
+void addRobot(Scenes& list) {
+  Scene& s =
+      add(list, "robot",
+          "low above the floor of a corridor with white walls and people, 5 Hz (100 frames)");
   s.site = Site::kCorridor;
   s.camera = {640, 480, 5, 385, 321.5, 0.5, 0.12, 0.3, -0.1, {0.5, 0.45, 0.5}};
   setIndoorLight(s, 2.4f, 2.65f, 1.2f);
@@ -103,11 +95,11 @@ void addRobot(SceneList& list) {
 }
 
 // A small camera at a hall's end, among people who pass near it.
-void addPeople(SceneList& list) {
+void addPeople(Scenes& list) {
   for (const bool stands : {true, false}) {
-    Scene& s = stands
-                   ? list.add("people_standing", "a small camera stands; people pass at 0.8 to 6 m")
-                   : list.add("people_slow", "a robot rolls at 0.2 m/s; people pass at 0.8 to 6 m");
+    Scene& s =
+        stands ? add(list, "people_standing", "a small camera stands; people pass at 0.8 to 6 m")
+               : add(list, "people_slow", "a robot rolls at 0.2 m/s; people pass at 0.8 to 6 m");
     s.site = Site::kHall;
     s.camera = {640, 480, 10, 385, 321.5, 0.5, 0.12, 0.9, 0.05, {0.5, 0.45, 1.0}};
     setIndoorLight(s, 4, 5.9f, 6);
@@ -119,9 +111,9 @@ void addPeople(SceneList& list) {
   }
 }
 
-void addHandheld(SceneList& list) {
-  Scene& s = list.addBusy(
-      "handheld", "held by a person who walks along a pavement and looks around (200 frames)");
+void addHandheld(Scenes& list) {
+  Scene& s = addBusy(list, "handheld",
+                     "held by a person who walks along a pavement and looks around (200 frames)");
   s.camera = {640, 480, 15, 500, 318.5, 0.49, 0.1, 0, 0, {0.6, 0.6, 1.8}};
   s.waypoints = {{0, {-60, -8.7, 1.45}, 0, 0, 0},      {1, {-59.6, -8.7, 1.45}, 5, 3, 0},
                  {3, {-57.2, -8.8, 1.4}, 10, 5, -4},   {4.2, {-55.8, -8.8, 1.45}, 55, 0, 6},
@@ -139,52 +131,48 @@ void setStopsAndTurns(Drive& drive) {
 }
 
 // What the camera's vehicle does.
-void addDrives(SceneList& list) {
-  Scene& street = list.addBusy("street", "drives, brakes, stands, turns; all kinds of traffic");
+void addDrives(Scenes& list) {
+  Scene& street = addBusy(list, "street", "drives, brakes, stands, turns; all kinds of traffic");
   setStopsAndTurns(street.drive);
-  list.addBusy("straight", "drives straight on among traffic");
-  Scene& turn = list.addBusy("turn", "turns left and right at every junction");
+  addBusy(list, "straight", "drives straight on among traffic");
+  Scene& turn = addBusy(list, "turn", "turns left and right at every junction");
   turn.drive.start_m = -30;
   turn.drive.turns = "LR";
-  Scene& brake = list.addBusy("brake", "drives fast and brakes hard, again and again");
-  brake.drive.cruise_mps = 13;
-  brake.drive.brake_mps2 = 8;
-  brake.drive.stop_first_m = 25;
-  brake.drive.stop_every_m = 45;
-  brake.drive.stop_s = 1;
-  Scene& standstill = list.addBusy("standstill", "stands before a junction; only the others move");
+  Scene& brake = addBusy(list, "brake", "drives fast and brakes hard, again and again");
+  brake.drive = {-75, 13, 8, 25, 45, 1};
+  Scene& standstill = addBusy(list, "standstill", "stands before a junction; only the others move");
   standstill.drive.start_m = -14;
   standstill.drive.cruise_mps = 0;
-  list.add("static", "drives straight on; nothing else moves");
-  Scene& rotation = list.addBusy("rotation", "stands and turns to both sides, up to 10 deg/s");
+  add(list, "static", "drives straight on; nothing else moves");
+  Scene& rotation = addBusy(list, "rotation", "stands and turns to both sides, up to 10 deg/s");
   rotation.drive.cruise_mps = 0;
   rotation.drive.start_m = -40;
   rotation.drive.sways = false;
   rotation.drive.look_deg = 12;
   rotation.drive.look_period_s = 7.5;
-  Scene& fast = list.addBusy("fast_rotation", "drives and swings to both sides at up to 20 deg/s");
+  Scene& fast = addBusy(list, "fast_rotation", "drives and swings to both sides at up to 20 deg/s");
   fast.drive.cruise_mps = 4;
   fast.drive.look_deg = 15;
   fast.drive.look_period_s = 4.7;
 }
 
 // Vehicles that drive with the camera.
-void addCompanions(SceneList& list) {
-  list.addBusy("leader", "follows another car among oncoming traffic").traffic.companions = {
+void addCompanions(Scenes& list) {
+  addBusy(list, "leader", "follows another car among oncoming traffic").traffic.companions = {
       {Kind::kCar, 13, 0, 3, 9}};
-  Scene& crowded = list.addBusy("crowded", "among tall vehicles that cover 40 % of the view");
+  Scene& crowded = addBusy(list, "crowded", "among tall vehicles that cover 40 % of the view");
   crowded.traffic.companions = {{Kind::kTruck, 15, 0, 2, 9},
                                 {Kind::kBus, 6.5, 3.2, 1.5, 13},
                                 {Kind::kTruck, 11, -3.0, 2, 11}};
   crowded.parked_cars = 0;
   Scene& near =
-      list.addBusy("near_half_moves", "close to two trucks and a bus: half of the view moves");
+      addBusy(list, "near_half_moves", "close to two trucks and a bus: half of the view moves");
   near.traffic.companions = {{Kind::kTruck, 10, 0, 1.5, 9},
                              {Kind::kBus, 5.5, 3.2, 1, 13},
                              {Kind::kTruck, 11, -3.0, 2, 11}};
   near.parked_cars = 0;
   Scene& highway =
-      list.add("highway", "drives at 100 km/h among a car, a van and a truck of that speed");
+      add(list, "highway", "drives at 100 km/h among a car, a van and a truck of that speed");
   highway.traffic.companions = {
       {Kind::kCar, 18, 0, 4, 9}, {Kind::kVan, 9, 3.2, 3, 13}, {Kind::kTruck, 35, 0, 3, 11}};
   highway.drive.cruise_mps = 28;
@@ -192,14 +180,14 @@ void addCompanions(SceneList& list) {
 }
 
 // Light, and faults of the sensors.
-void addConditions(SceneList& list) {
-  Scene& rain = list.addBusy("rain", "streaks of rain, different in every image, and dull light");
+void addConditions(Scenes& list) {
+  Scene& rain = addBusy(list, "rain", "streaks of rain, different in every image, and dull light");
   rain.sensor.rain = 1500;
   rain.sensor.noise = 2.5;
   rain.look.sun = 0.2f;
   rain.look.ambient = 0.6f;
   rain.look.sky = 0.9f;
-  Scene& night = list.addBusy("night", "dark and noisy, with saturated lamps");
+  Scene& night = addBusy(list, "night", "dark and noisy, with saturated lamps");
   night.look.sun = 0.0f;
   night.look.ambient = 0.10f;
   night.look.sky = 0.02f;
@@ -208,46 +196,42 @@ void addConditions(SceneList& list) {
   night.look.reflections = 0.3f;
   night.sensor.noise = 3;
   night.sensor.exposure = 1.6;
-  Scene& saturated = list.addBusy("saturated", "over-exposed, with quickly changing exposure");
+  Scene& saturated = addBusy(list, "saturated", "over-exposed, with quickly changing exposure");
   saturated.sensor.exposure = 2.2;
   saturated.sensor.exposure_swing = 0.35;
   saturated.sensor.exposure_period_s = 3;
-  list.addBusy("low_texture", "surfaces nearly without texture").look.contrast = 0.12f;
-  Scene& blur = list.addBusy("blur", "long exposure: motion blur while driving and turning");
+  addBusy(list, "low_texture", "surfaces nearly without texture").look.contrast = 0.12f;
+  Scene& blur = addBusy(list, "blur", "long exposure: motion blur while driving and turning");
   blur.sensor.exposure_time_s = 0.03;
   blur.drive.turns = "LR";
   blur.drive.start_m = -30;
-  Scene& misaligned = list.addBusy("misaligned", "right camera up to 1.5 rows off, as KITTI's are");
+  Scene& misaligned =
+      addBusy(list, "misaligned", "right camera up to 1.5 rows off, as KITTI's are");
   misaligned.sensor.row_offset_px = 1.5;
   setStopsAndTurns(misaligned.drive);
-  Scene& glossy = list.addBusy(
-      "glossy_cars", "dark, glossy and metallic cars that reflect sky and street, clear windows");
+  Scene& glossy =
+      addBusy(list, "glossy_cars",
+              "dark, glossy and metallic cars that reflect sky and street, clear windows");
   glossy.look.glossy_cars = true;
   glossy.traffic.companions = {{Kind::kCar, 8, 0, 2, 9}};
   glossy.parked_cars = 0.9;
   glossy.trees = 0.3;
   glossy.drive.cruise_mps = 5;
-  list.addBusy("dropped", "every fifth frame is missing").sensor.drop_every = 5;
-  list.addBusy("duplicated", "every fifth frame repeats the previous one").sensor.duplicate_every =
+  addBusy(list, "dropped", "every fifth frame is missing").sensor.drop_every = 5;
+  addBusy(list, "duplicated", "every fifth frame repeats the previous one").sensor.duplicate_every =
       5;
-}
-
-std::vector<Scene> makeScenes() {
-  SceneList list;
-  addDrives(list);
-  addCompanions(list);
-  addConditions(list);
-  addDrone(list);
-  addRobot(list);
-  addPeople(list);
-  addHandheld(list);
-  return list.scenes;
 }
 
 }  // namespace
 
 const std::vector<Scene>& scenes() {
-  static const std::vector<Scene> table = makeScenes();
+  static const Scenes table = [] {
+    Scenes list;
+    for (const auto addTo :
+         {addDrives, addCompanions, addConditions, addDrone, addRobot, addPeople, addHandheld})
+      addTo(list);
+    return list;
+  }();
   return table;
 }
 

@@ -13,9 +13,9 @@ namespace predictive_stereo::simulation {
 
 /// Kind of static world around the camera.
 enum class Site : uint8_t {
-  kTown,      ///< see town.h
-  kHall,      ///< see indoor.h
-  kCorridor,  ///< see indoor.h
+  kTown,  ///< see worlds.h
+  kHall,
+  kCorridor,
 };
 
 /// The stereo camera, and the body that carries it.
@@ -25,9 +25,9 @@ struct Camera {
   double focal_px = 721.5377;               ///< at this width, as cx_px
   double cx_px = 609.56, cy_share = 0.461;  ///< principal point; cy relative to the height
   double baseline_m = 0.54;
-  double up_m = 1.65;                        ///< height of the camera above the body's origin
-  double down_rad = 0.012;                   ///< its downward pitch
-  Eigen::Vector3d body_m = {4.2, 1.8, 1.5};  ///< length, width, height
+  double up_m = 1.65;                 ///< height of the camera above the body's origin
+  double down_rad = 0.012;            ///< its downward pitch
+  Vector3d body_m = {4.2, 1.8, 1.5};  ///< length, width, height
 };
 
 /// Drive of the body along the town's streets.
@@ -48,7 +48,7 @@ struct Drive {
 /// the pitch (positive: front down), then about its x by the roll.
 struct Waypoint {
   double time_s = 0;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Vector3d position_m = Vector3d::Zero();
   double heading_deg = 0, pitch_deg = 0, roll_deg = 0;
 };
 
@@ -63,7 +63,7 @@ struct Shake {
 /// afterwards.
 struct Walk {
   Kind kind = Kind::kPerson;
-  Eigen::Vector2d from_m = Eigen::Vector2d::Zero(), to_m = Eigen::Vector2d::Zero();
+  Vector2d from_m = Vector2d::Zero(), to_m = Vector2d::Zero();
   double start_s = 0, speed_mps = 1.3;
 };
 

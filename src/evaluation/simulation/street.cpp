@@ -5,15 +5,12 @@
 #include <map>
 #include <stdexcept>
 
-#include "evaluation/simulation/indoor.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
 
 using namespace simulation;
-using Eigen::Isometry3d;
-using Eigen::Vector3d;
 
 // Replaces zeros by the defaults of the scene.
 StreetParams withSceneDefaults(StreetParams params, const Camera& camera) {
@@ -85,7 +82,7 @@ View viewFrom(const Isometry3d& T_world_cam, const StereoRig& rig) {
   for (const double x : {0, rig.size.width})
     for (const double y : {0, rig.size.height}) {
       const Vector3d ray((x - rig.cx_left_px) / rig.fx_px, (y - rig.cy_px) / rig.fy_px, 1);
-      const Eigen::Vector2d seen = (T_world_cam.linear() * ray).head<2>();
+      const Vector2d seen = (T_world_cam.linear() * ray).head<2>();
       const double ahead = std::max(view.forward.dot(seen), 1e-3);
       const double aside = view.forward.x() * seen.y() - view.forward.y() * seen.x();
       view.tan_half_angle = std::max(view.tan_half_angle, std::abs(aside) / ahead);
@@ -148,7 +145,7 @@ Primitives Street::primitivesAt(double time_s) const {
   for (const Mover& mover : movers_) {
     if (time_s < mover.from_s || time_s > mover.until_s) continue;
     const Place place = mover.placeAt(time_s, *path_);
-    const Eigen::Vector2d at = place.position_m.head<2>();
+    const Vector2d at = place.position_m.head<2>();
     if (scene_.site == Site::kTown && (view.distance(at) > 200 || !view.reaches(at, 8))) continue;
     addThing(mover.kind, mover.seed, place, mover.strideAt(time_s), mover.id, primitives);
   }
@@ -161,12 +158,10 @@ void Street::fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid&
   frame.disparity_px.create(rig_.size);
   frame.occluded.create(rig_.size);
   frame.moving_id.create(rig_.size);
-  std::vector<bool> moves(1, false);
-  for (const Mover& mover : movers_) {
-    moves.resize(static_cast<size_t>(mover.id) + 1, false);
-    moves[static_cast<size_t>(mover.id)] =
-        mover.velocityAt(exposureTimeOf(frame.index), *path_).norm() > kMovingSpeed_mps;
-  }
+  std::vector<bool> moves = {false};  // by the number of the object; they count from 1
+  for (const Mover& mover : movers_)
+    moves.push_back(mover.velocityAt(exposureTimeOf(frame.index), *path_).norm() >
+                    kMovingSpeed_mps);
   const auto columns_apart = static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);
   const auto scale = static_cast<float>(rig_.disparityTimesDepth());
   parallelFor(cv::Range(0, rig_.size.height), [&](const cv::Range& rows) {

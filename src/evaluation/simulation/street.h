@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "evaluation/simulation/camera.h"
-#include "evaluation/simulation/town.h"
 #include "evaluation/simulation/traffic.h"
+#include "evaluation/simulation/worlds.h"
 #include "predictive_stereo/params.h"
 #include "predictive_stereo/stereo_rig.h"
 

@@ -1,13 +1,10 @@
-#include "evaluation/simulation/town.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "evaluation/simulation/worlds.h"
+
 namespace predictive_stereo::simulation {
 namespace {
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kFarHouses_m = 330, kDetails_m = 150;
 constexpr double kBlock_m = 0.5 * kPitch_m - kKerb_m;  // half the width of a block, kerb to kerb
@@ -67,7 +64,7 @@ struct TownBuilder {
       addFence({front.position_m, front.heading_rad + kPi / 2}, width - 0.6, hashOf(seed, 4), out);
     } else {
       Builder(front, seed, 0, out, 5)
-          .box(Material::kBrick, {0, 0, 0.9}, {0.15, 0.5 * width - 0.2, 0.9}, 0.34);
+          .box(kBrick, {0, 0, 0.9}, {0.15, 0.5 * width - 0.2, 0.9}, 0.34);
     }
   }
 
@@ -151,8 +148,7 @@ bool View::reaches(const Vector2d& centre_m, double radius_m) const {
 }
 
 void addTown(const Scene& scene, uint32_t town_seed, const View& view, Primitives& out) {
-  Builder({}, 0, 0, out)
-      .add(Shape::kGround, Material::kRoad, Vector3d::Zero(), Vector3d::Ones(), 0);
+  Builder({}, 0, 0, out).add(Shape::kGround, kRoad, Vector3d::Zero(), Vector3d::Ones(), 0);
   const int reach = static_cast<int>(kFarHouses_m / kPitch_m) + 1;
   const int column = static_cast<int>(std::floor(view.position_m.x() / kPitch_m));
   const int row = static_cast<int>(std::floor(view.position_m.y() / kPitch_m));
@@ -163,7 +159,7 @@ void addTown(const Scene& scene, uint32_t town_seed, const View& view, Primitive
       if (!view.reaches(centre, 0.75 * kPitch_m)) continue;
       const uint32_t seed = hashOf(town_seed, static_cast<uint32_t>(i), static_cast<uint32_t>(j));
       Builder({}, 0, 0, out)
-          .box(Material::kPavement, {centre.x(), centre.y(), 0.5 * kPavement_m - 0.1},
+          .box(kPavement, {centre.x(), centre.y(), 0.5 * kPavement_m - 0.1},
                {kBlock_m, kBlock_m, 0.5 * kPavement_m + 0.1}, 0.5)
           .seed = seed;
       for (int side = 0; side < 4; ++side) {

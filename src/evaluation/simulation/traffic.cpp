@@ -5,13 +5,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "evaluation/simulation/town.h"
+#include "evaluation/simulation/worlds.h"
 
 namespace predictive_stereo::simulation {
 namespace {
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 // A rectangle on the ground.
 struct Outline {
@@ -81,17 +78,20 @@ struct Street {
   }
 };
 
-class TrafficMaker {
- public:
-  TrafficMaker(const Path& path, const Vector3d& body_m, double duration_s, uint32_t seed)
-      : path_(path), body_m_(body_m), duration_s_(duration_s), seed_(seed) {}
+struct TrafficMaker {
+  const Path& path;
+  const Vector3d body_m;
+  const double duration_s;
+  const uint32_t seed;
+  int next_id = 1;
+  std::vector<Mover> movers = {};
 
   void addCompanion(const Companion& companion) {
     Mover mover = makeMover(companion.kind, 1);
     mover.goes_along = true;
     mover.along = companion;
     mover.along.gap_m += 0.5 * sizeOf(mover.kind, mover.seed).x();
-    mover.until_s = duration_s_;
+    mover.until_s = duration_s;
     movers.push_back(mover);
   }
 
@@ -102,7 +102,7 @@ class TrafficMaker {
     mover.until_s = walk.start_s + way.norm() / walk.speed_mps;
     mover.met = {{walk.from_m.x(), walk.from_m.y(), 0}, std::atan2(way.y(), way.x())};
     mover.speed_mps = walk.speed_mps;
-    if (!isFree(mover, movers, path_, body_m_))
+    if (!isFree(mover, movers, path, body_m))
       throw std::invalid_argument("walk " + std::to_string(mover.id) +
                                   " collides with the camera or with another one; change its path");
     movers.push_back(mover);
@@ -113,41 +113,32 @@ class TrafficMaker {
   void addEncounters(double period_s, uint32_t kind, double reach_s,
                      bool (*make)(const Street&, Random&, Mover&)) {
     if (period_s <= 0) return;
-    Random random(hashOf(seed_, 2, kind));
-    for (double t = -reach_s + random.uniform(0, period_s); t < duration_s_ + reach_s;
+    Random random(hashOf(seed, 2, kind));
+    for (double t = -reach_s + random.uniform(0, period_s); t < duration_s + reach_s;
          t += period_s * random.uniform(0.6, 1.4)) {
       Mover mover;
       mover.seed = random.bits();
       mover.met_s = t;
-      const Street street(path_, std::clamp(t, 0.0, duration_s_));
+      const Street street(path, std::clamp(t, 0.0, duration_s));
       Random own(mover.seed);
       const bool possible = make(street, own, mover);
       if (!street.valid || !possible) continue;
       mover.from_s = t - reach_s;
       mover.until_s = t + reach_s;
-      mover.id = next_id_;
-      if (!isFree(mover, movers, path_, body_m_)) continue;
+      mover.id = next_id;
+      if (!isFree(mover, movers, path, body_m)) continue;
       movers.push_back(mover);
-      ++next_id_;
+      ++next_id;
     }
   }
 
-  std::vector<Mover> movers;
-
- private:
   Mover makeMover(Kind kind, uint32_t group) {
     Mover mover;
-    mover.id = next_id_++;
+    mover.id = next_id++;
     mover.kind = kind;
-    mover.seed = hashOf(seed_, group, static_cast<uint32_t>(mover.id));
+    mover.seed = hashOf(seed, group, static_cast<uint32_t>(mover.id));
     return mover;
   }
-
-  const Path& path_;
-  const Vector3d body_m_;
-  const double duration_s_;
-  const uint32_t seed_;
-  int next_id_ = 1;
 };
 
 bool makeOncomingCar(const Street& s, Random& r, Mover& m) {
@@ -231,7 +222,7 @@ Vector3d Mover::velocityAt(double time_s, const Path& path) const {
 
 std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const Vector3d& body_m,
                                double duration_s, uint32_t seed) {
-  TrafficMaker maker(path, body_m, duration_s, seed);
+  TrafficMaker maker{path, body_m, duration_s, seed};
   for (const Companion& companion : traffic.companions) maker.addCompanion(companion);
   for (const Walk& walk : traffic.walks) maker.addWalk(walk);
   maker.addEncounters(traffic.oncoming_s, 2, 14, makeOncomingCar);

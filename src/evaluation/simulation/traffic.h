@@ -20,14 +20,14 @@ struct Mover {
   double speed_mps = 0;
 
   Place placeAt(double time_s, const Path& path) const;
-  Eigen::Vector3d velocityAt(double time_s, const Path& path) const;
+  Vector3d velocityAt(double time_s, const Path& path) const;
   double strideAt(double time_s) const { return speed_mps * (time_s - met_s) + 0.1 * id; }
 };
 
 /// The moving objects of a scene. None collides with another one or with the camera's body (length,
 /// width, height). Deterministic.
 /// @throws std::invalid_argument for a walk that collides with the body or with another walk.
-std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path,
-                               const Eigen::Vector3d& body_m, double duration_s, uint32_t seed);
+std::vector<Mover> makeTraffic(const Traffic& traffic, const Path& path, const Vector3d& body_m,
+                               double duration_s, uint32_t seed);
 
 }  // namespace predictive_stereo::simulation
