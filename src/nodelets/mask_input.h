@@ -3,6 +3,7 @@
 #include <sensor_msgs/Image.h>
 
 #include <opencv2/core.hpp>
+#include <string>
 #include <utility>
 
 #include "nodelets/message_input.h"
@@ -24,6 +25,9 @@ class MaskInput : public MessageInput<sensor_msgs::Image> {
             Receiver<sensor_msgs::Image> on_mask = {})
       : MessageInput(
             node, health, arrivals, [](const sensor_msgs::Image&) {}, std::move(on_mask), 1) {}
+
+  /// See MessageInput. A mask that waits longer than one other is of no use.
+  void listenTo(const std::string& topic) { MessageInput::listenTo(topic, 2); }
 
   /// The mask of the frame; nullptr: not received.
   sensor_msgs::ImageConstPtr at(ros::Time stamp) const { return history().of(stamp); }
