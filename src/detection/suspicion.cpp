@@ -52,7 +52,7 @@ constexpr float kDisparityError_px = 1.0f;  // of the point's own disparity
 constexpr float kSameDisparity_px = 0.5f;
 constexpr double kFastestAway_mps = 30;  // of an object that moves along the line of sight
 constexpr float kHidingMargin_px = 1.0f;
-constexpr float kMostDifference = 4;  // of patches that are the same, see GreyPatch
+constexpr float kMostDifference = 2.5f;  // of patches that are the same, see GreyPatch
 
 // Whether a static point was occluded in the past frame: at its position there was a surface so
 // much nearer that it cannot be the same one, even if it moves with the camera.
