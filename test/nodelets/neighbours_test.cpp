@@ -170,10 +170,11 @@ TEST_F(Neighbours, depth_image_proc_makes_our_cloud) {
 TEST_F(Neighbours, disparity_view_shows_our_disparity) {
   if (!hasProgram("Xvfb") || !hasProgram("import"))
     GTEST_SKIP() << "Xvfb (xvfb) and import (imagemagick) are needed to look at a window";
-  // Xvfb says which display it took as soon as it answers. It must not reset after a screenshot, its
-  // last client, has left: this breaks the connection of the window that is about to open.
+  // Xvfb says which display it took as soon as it answers. It must not reset after a screenshot,
+  // its last client, has left: this breaks the connection of the window that is about to open.
   const std::string said = folder_ + "/display";
-  const Program screen("Xvfb -displayfd 3 -noreset -screen 0 800x600x24 3> " + said + " 2> /dev/null");
+  const Program screen("Xvfb -displayfd 3 -noreset -screen 0 800x600x24 3> " + said +
+                       " 2> /dev/null");
   std::string display;
   ASSERT_TRUE(eventually(
       [&] { return static_cast<bool>(std::getline(std::ifstream(said), display)); }, 60));
