@@ -116,7 +116,7 @@ cv::Mat1f supportOf(const PastView& view, const cv::Mat1f& static_world,
     for (int u = 0; u < area.width; ++u) {
       const float better = std::min(of_static[u] - of_object[u], kMostSupport_grey);
       const float clamped = std::max(better, -kMostSupport_grey);
-      of_row[u] = (of_static[u] < 0) | (of_object[u] < 0) ? 0.0f : clamped;
+      of_row[u] = ((of_static[u] < 0) | (of_object[u] < 0)) ? 0.0f : clamped;
     }
   }
   return support;
