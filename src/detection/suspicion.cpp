@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
-#include <utility>
+#include <optional>
 
 #include "detection/patches.h"
 #include "parallel/tasks.h"
@@ -18,15 +18,21 @@ constexpr int kCell = 4;         // side of a cell [lattice points]
 constexpr int kMargin = 5;       // lattice points along the border that are left out
 static_assert(kMargin >= 2 * (kTextureSide / 2), "texture is not known closer to the border");
 
-// The first point of a cell with the largest mismatch relative to its texture.
-std::pair<float, cv::Point> mostSuspicious(const cv::Mat1f& texture, const cv::Mat1f& mismatch,
-                                           cv::Point first) {
-  std::pair<float, cv::Point> worst(0, first);
+// The first point of a cell with the largest mismatch relative to its texture, if this is at least
+// `least`. Divides only where it is.
+std::optional<cv::Point> mostSuspicious(const cv::Mat1f& texture, const cv::Mat1f& mismatch,
+                                        cv::Point first, float least) {
+  std::optional<cv::Point> worst;
+  float most = least;
   for (int v = first.y; v < first.y + kCell; ++v) {
     const float *const of_texture = texture[v], *const of_mismatch = mismatch[v];
     for (int u = first.x; u < first.x + kCell; ++u) {
-      const float suspicion = of_mismatch[u] / (of_texture[u] + kGreyNoise);
-      if (suspicion > worst.first) worst = {suspicion, {u, v}};
+      const float noise = of_texture[u] + kGreyNoise;
+      if (of_mismatch[u] < most * noise) continue;
+      const float suspicion = of_mismatch[u] / noise;
+      if (worst && suspicion <= most) continue;
+      most = suspicion;
+      worst = cv::Point(u, v);
     }
   }
   return worst;
@@ -117,11 +123,11 @@ Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv
     const auto r = static_cast<size_t>(row);
     for (int column = 0; column < columns; ++column) {
       const cv::Point first(kMargin + kCell * column, kMargin + kCell * row);
-      const auto [suspicion, worst] = mostSuspicious(texture, mismatch, first);
-      if (suspicion < least) continue;
+      const auto worst = mostSuspicious(texture, mismatch, first, least);
+      if (!worst) continue;
       ++cells_of_row[r];
-      if (!frame.level.isLevel(worst) && isWithinSurface(frame, 2 * worst))
-        points_of_row[r].push_back(2 * worst);
+      if (!frame.level.isLevel(*worst) && isWithinSurface(frame, 2 * *worst))
+        points_of_row[r].push_back(2 * *worst);
     }
   });
   Suspects suspects;
