@@ -28,7 +28,7 @@ std::optional<cv::Point> mostSuspicious(const cv::Mat1f& texture, const cv::Mat1
     const float *const of_texture = texture[v], *const of_mismatch = mismatch[v];
     for (int u = first.x; u < first.x + kCell; ++u) {
       const float noise = of_texture[u] + kGreyNoise;
-      if (of_mismatch[u] < most * noise) continue;
+      if (!(of_mismatch[u] >= most * noise)) continue;
       const float suspicion = of_mismatch[u] / noise;
       if (worst && suspicion <= most) continue;
       most = suspicion;
@@ -105,12 +105,11 @@ void greyTexture(const cv::Mat1b& grey, cv::Mat1f& texture) {
   constexpr int kSquare = kTextureSide * kTextureSide;
   const cv::Size square(kTextureSide, kTextureSide);
   cv::Mat1w sum, scaled;
-  cv::Mat1i deviation;
   cv::boxFilter(grey, sum, CV_16U, square, {-1, -1}, false);
   grey.convertTo(scaled, CV_16U, kSquare);
   cv::absdiff(scaled, sum, scaled);
-  cv::boxFilter(scaled, deviation, CV_32S, square, {-1, -1}, false);
-  deviation.convertTo(texture, CV_32F, 1.0 / (kSquare * kSquare));
+  cv::boxFilter(scaled, texture, CV_32F, square, {-1, -1}, false);
+  texture *= 1.0 / (kSquare * kSquare);
 }
 
 Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv::Mat1f& mismatch) {

@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 
 /// Texture around each lattice point: the mean over 5x5 points of |grey - mean grey over 5x5
-/// points|.
+/// points|. At its border the image is mirrored.
 void greyTexture(const cv::Mat1b& grey, cv::Mat1f& texture);
 
 /// Texture below this is noise [grey levels].
@@ -27,14 +27,12 @@ struct Suspects {
 /// @param mismatch  of the whole lattice, see compareFrames.
 Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv::Mat1f& mismatch);
 
-/// Points at least this far from the border of the lattice are compared.
-constexpr int kPatchReach = 2;
 constexpr size_t kMostSuspects = 3000;
 
 /// Drops points that a static world explains after all, with a slightly larger or smaller disparity
 /// or with that of a neighbour: disparities of foliage, fences and edges are often wrong by this.
 /// Also drops points that were occluded in the previous frame.
-/// @param points_px  on the lattice, at least kPatchReach lattice points from the border.
+/// @param points_px  on the lattice, at least 3 lattice points from its border.
 /// @returns the other points, in their order. If there are more than kMostSuspects points, as when
 ///   ego-motion fails, only an even sample of them is used.
 std::vector<cv::Point> unexplainedPoints(const PastView& view,

@@ -160,6 +160,13 @@ TEST(UnexplainedPoints, AllowForDisparitiesThatAreOff) {
   EXPECT_TRUE(unexplained(scene, pointsIn(kAll)).empty()) << "the right one is 4 px away";
 }
 
+TEST(UnexplainedPoints, AllowForAnotherExposure) {
+  Passing scene;
+  scene.now = 0.5 * scene.now;
+  scene.before = 0.5 * scene.before + 60;
+  EXPECT_TRUE(unexplained(scene, pointsIn(kAll)).empty());
+}
+
 TEST(UnexplainedPoints, LeavesWhatWasJustUncoveredOut) {
   Passing scene;
   scene.move(kMover, 14);
