@@ -82,6 +82,8 @@ build() {
   # A compiler takes up to 1 GB: on small machines memory is the limit.
   local by_memory=$(($(awk '/MemAvailable/ {print $2}' /proc/meminfo) / 1000000))
   if [ "$by_memory" -lt "$jobs" ]; then jobs=$((by_memory > 0 ? by_memory : 1)); fi
+  # So that ccache finds what another clone of this repository has compiled.
+  export CCACHE_BASEDIR="${CCACHE_BASEDIR:-$REPOSITORY}"
   # What was built before is not worth a line.
   cmake --build "$REPOSITORY/$folder" -j "$jobs" ${1:+--target "$@"} |
     { grep -v 'Built target' || true; }
