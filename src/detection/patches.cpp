@@ -10,14 +10,19 @@ constexpr float kPlaceVariance_px2 = 0.5f;  // of the place, along the gradient
 
 float square(int value) { return static_cast<float>(value * value); }
 
-float interpolated(const cv::Mat1b& image, float x, float y) {
-  const int u = static_cast<int>(x), v = static_cast<int>(y);
-  const float a = x - static_cast<float>(u), b = y - static_cast<float>(v);
-  const uchar *upper = image[v] + u, *lower = image[v + 1] + u;
-  const float above = static_cast<float>(upper[0]) + a * static_cast<float>(upper[1] - upper[0]);
-  const float below = static_cast<float>(lower[0]) + a * static_cast<float>(lower[1] - lower[0]);
-  return above + b * (below - above);
-}
+// Where a row or column of samples lies between pixels: those before, and the way to the next ones.
+template <int kSide>
+struct Places {
+  Places(float centre, float step) {
+    for (int i = 0; i < kSide; ++i) {
+      const float at = centre + step * static_cast<float>(i - kSide / 2);
+      before[i] = static_cast<int>(at);
+      beyond[i] = at - static_cast<float>(before[i]);
+    }
+  }
+  int before[kSide];
+  float beyond[kSide];
+};
 
 }  // namespace
 
@@ -42,15 +47,23 @@ float GreyPatch::differenceFrom(const cv::Mat1b& image, float x, float y, float 
   if (!inside_ || !(x >= reach && y >= reach && x + reach < static_cast<float>(image.cols - 1) &&
                     y + reach < static_cast<float>(image.rows - 1)))
     return std::numeric_limits<float>::infinity();
+  const Places<kSide> columns(x, scale), rows(y, scale);
   float difference[kSide * kSide], sum = 0;
-  int i = 0;
-  for (int t = -kReach; t <= kReach; ++t)
-    for (int s = -kReach; s <= kReach; ++s, ++i)
-      sum += difference[i] = grey_[i] - interpolated(image, x + scale * static_cast<float>(s),
-                                                     y + scale * static_cast<float>(t));
+  for (int t = 0, i = 0; t < kSide; ++t) {
+    const uchar *const upper = image[rows.before[t]], *const lower = image[rows.before[t] + 1];
+    for (int s = 0; s < kSide; ++s, ++i) {
+      const int u = columns.before[s];
+      const float a = columns.beyond[s];
+      const float above =
+          static_cast<float>(upper[u]) + a * static_cast<float>(upper[u + 1] - upper[u]);
+      const float below =
+          static_cast<float>(lower[u]) + a * static_cast<float>(lower[u + 1] - lower[u]);
+      sum += difference[i] = grey_[i] - (above + rows.beyond[t] * (below - above));
+    }
+  }
   const float mean = brightness == Brightness::kMayDiffer ? sum / (kSide * kSide) : 0.0f;
   sum = 0;
-  for (i = 0; i < kSide * kSide; ++i)
+  for (int i = 0; i < kSide * kSide; ++i)
     sum += information_[i] * (difference[i] - mean) * (difference[i] - mean);
   return sum / (kSide * kSide);
 }
