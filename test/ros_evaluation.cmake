@@ -17,9 +17,12 @@ foreach(name street_to_bag replay evaluate_detection evaluate_odometry)
   )
 endforeach()
 
-foreach(name moving_objects_processor pipeline_processor)
-  predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros predictive_stereo_simulation)
-endforeach()
+predictive_stereo_unit_test(tools pipeline_processor_test
+  predictive_stereo_ros predictive_stereo_simulation
+)
+predictive_stereo_unit_test(nodelets moving_objects_processor_test
+  predictive_stereo_ros predictive_stereo_simulation
+)
 
 # Nodelets; each .test file starts the nodelets under test.
 find_package(rostest REQUIRED)

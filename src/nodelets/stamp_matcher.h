@@ -8,8 +8,8 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <opencv2/core.hpp>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -91,15 +91,13 @@ class StampMatcher {
       worst = &slot;
     }
     if (!worst) return "";
-    std::ostringstream text;
-    text << "the stamps of " << worst->name << " differ from those of " << slots_[0].name << " by "
-         << worst_s * 1e3 << " ms or more, but ";
-    if (params_.approximate_sync)
-      text << "sync_tolerance allows " << params_.sync_tolerance * 1e3
-           << " ms: set sync_tolerance above the difference, or synchronise the cameras";
-    else
-      text << "approximate_sync is false: set approximate_sync to true";
-    return text.str();
+    return "the stamps of " + worst->name + " differ from those of " + slots_[0].name +
+           cv::format(" by %g ms or more, but ", worst_s * 1e3) +
+           (params_.approximate_sync
+                ? cv::format("sync_tolerance allows %g ms: set sync_tolerance above the "
+                             "difference, or synchronise the cameras",
+                             params_.sync_tolerance * 1e3)
+                : "approximate_sync is false: set approximate_sync to true");
   }
 
  private:

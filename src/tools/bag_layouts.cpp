@@ -1,4 +1,5 @@
 #include <boost/algorithm/string/predicate.hpp>
+#include <cstring>
 #include <set>
 #include <utility>
 
@@ -7,19 +8,16 @@
 namespace predictive_stereo {
 namespace {
 
+using boost::algorithm::ends_with;
+
 constexpr char kRobot[] = "predictive_stereo.launch", kKitti[] = "kitti.launch";
 
-// Folders of left and right images within a camera's, and their name, in order of preference. The
-// last is RealSense's infrared pair, which is rectified, although its name does not say so.
-constexpr const char* kNames[][3] = {{"/left", "/right", "image_rect"},
-                                     {"/left", "/right", "image_rect_color"},
-                                     {"/left", "/right", "image_raw"},
-                                     {"/infra1", "/infra2", "image_rect_raw"}};
-
-StereoTopics topicsOf(const std::string& left_folder, const std::string& right_folder,
-                      const std::string& image) {
-  return StereoTopics::ofImages(left_folder + "/" + image, right_folder + "/" + image);
-}
+// Left and right image topics within a camera's namespace, in order of preference. The last are
+// RealSense's infrared pair, which is rectified, although its name does not say so.
+constexpr const char* kNames[][2] = {{"/left/image_rect", "/right/image_rect"},
+                                     {"/left/image_rect_color", "/right/image_rect_color"},
+                                     {"/left/image_raw", "/right/image_raw"},
+                                     {"/infra1/image_rect_raw", "/infra2/image_rect_raw"}};
 
 // Selects the compressed images if there are no raw ones.
 void takeAsRecorded(const TopicTypes& types, CameraLayout& layout) {
@@ -43,10 +41,6 @@ std::set<std::string> imageTopics(const TopicTypes& types) {
   return topics;
 }
 
-std::string folderOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
-
-std::string nameOf(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
-
 // A layout whose topics differ from the nodelets' default names.
 CameraLayout remapped(const std::string& name, const std::string& camera,
                       const StereoTopics& topics) {
@@ -61,9 +55,9 @@ std::vector<CameraLayout> kittiLayouts() {
   std::vector<CameraLayout> layouts;
   for (const std::string cameras : {"gray", "color"}) {
     const auto add = [&](const std::string& name, const std::string& profile,
-                         const std::string& left, const std::string& right, const char* image) {
+                         const std::string& left, const std::string& right) {
       layouts.push_back({name + ", " + cameras,
-                         topicsOf(left, right, image),
+                         StereoTopics::ofImages(left, right),
                          kKitti,
                          {"profile:=" + profile, "cameras:=" + cameras},
                          true});
@@ -71,10 +65,10 @@ std::vector<CameraLayout> kittiLayouts() {
     const std::string left = "/kitti/camera_" + cameras + "_left",
                       right = "/kitti/camera_" + cameras + "_right";
     const bool gray = cameras == "gray";
-    add("kitti2bag raw_synced", "raw", left, right, "image_raw");
-    add("kitti2bag odom", "odom", left, right, "image_rect");
-    add("kitti_to_rosbag (ETH)", "eth", gray ? "/cam00" : "/cam02", gray ? "/cam01" : "/cam03",
-        "image_raw");
+    add("kitti2bag raw_synced", "raw", left + "/image_raw", right + "/image_raw");
+    add("kitti2bag odom", "odom", left + "/image_rect", right + "/image_rect");
+    add("kitti_to_rosbag (ETH)", "eth", gray ? "/cam00/image_raw" : "/cam02/image_raw",
+        gray ? "/cam01/image_raw" : "/cam03/image_raw");
   }
   return layouts;
 }
@@ -85,20 +79,20 @@ std::vector<CameraLayout> findCameras(const TopicTypes& types) {
   std::vector<CameraLayout> found;
   for (const CameraLayout& layout : kittiLayouts()) addIfThere(types, layout, found);
 
-  const std::set<std::string> lefts = imageTopics(types);
-  for (const auto& [left_folder, right_folder, image] : kNames)
-    for (const std::string& left : lefts) {
-      if (nameOf(left) != image || !boost::algorithm::ends_with(folderOf(left), left_folder))
-        continue;
-      const std::string camera = folderOf(folderOf(left)), ns = camera.empty() ? "/" : camera;
-      const StereoTopics topics = topicsOf(camera + left_folder, camera + right_folder, image);
+  const std::set<std::string> images = imageTopics(types);
+  for (const auto& [left, right] : kNames)
+    for (const std::string& topic : images) {
+      if (!ends_with(topic, left)) continue;
+      const std::string camera = topic.substr(0, topic.size() - std::strlen(left));
+      const std::string ns = camera.empty() ? "/" : camera;
+      const StereoTopics topics = StereoTopics::ofImages(camera + left, camera + right);
       CameraLayout layout{"stereo camera " + ns, topics, kRobot, {"camera:=" + ns}};
-      if (nameOf(left) == "image_raw") {
+      if (ends_with(left, "image_raw")) {
         layout.name += ", raw";
         layout.arguments.push_back("rectify:=true");
-      } else if (nameOf(left) == "image_rect_color") {
+      } else if (ends_with(left, "image_rect_color")) {
         layout = remapped(layout.name + ", colour", ns, topics);
-      } else if (nameOf(left) == "image_rect_raw") {
+      } else if (ends_with(left, "image_rect_raw")) {
         layout = remapped("infrared pair of " + camera, camera, topics);
       }
       addIfThere(types, layout, found);
@@ -112,7 +106,7 @@ CameraLayout chosenCamera(const StereoTopicChoice& choice, const TopicTypes& typ
     const std::string camera = cameraNamespace(choice.camera);
     const std::string ns = camera.empty() ? "/" : camera;
     layout = {"stereo camera " + ns,
-              topicsOf(camera + "/left", camera + "/right", "image_rect"),
+              StereoTopics::ofImages(camera + "/left/image_rect", camera + "/right/image_rect"),
               kRobot,
               {"camera:=" + ns}};
   } else {

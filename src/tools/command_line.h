@@ -58,21 +58,17 @@ extern const char kToolHelp[];
 /// @returns the exit status: 0, 1 after an exception, 2 after a UsageError.
 int runTool(int argc, char** argv, const std::string& help, int (*body)(const CommandLine&));
 
-struct Interrupted : std::runtime_error {
-  Interrupted() : std::runtime_error("interrupted") {}
-};
-
 inline volatile std::sig_atomic_t interrupted = 0;
 
 /// After this call SIGINT and SIGTERM do not terminate the process. Instead, throwIfInterrupted()
-/// throws Interrupted, so that destructors remove incomplete files.
+/// throws, so that destructors remove incomplete files.
 inline void catchInterruptions() {
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
 }
 
 inline void throwIfInterrupted() {
-  if (interrupted) throw Interrupted();
+  if (interrupted) throw std::runtime_error("interrupted");
 }
 
 }  // namespace predictive_stereo

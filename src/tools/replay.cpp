@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/join.hpp>
+#include <filesystem>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 #include <optional>
@@ -14,14 +15,14 @@
 #include <string>
 #include <vector>
 
-#include "nodelets/pipeline_processor.h"
 #include "nodelets/rectifier.h"
 #include "params/yaml_params.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"
 #include "tools/output_file.h"
+#include "tools/pipeline_processor.h"
 #include "tools/progress.h"
-#include "tools/replay_output.h"
+#include "tools/stage_table.h"
 #include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
@@ -38,12 +39,6 @@ std::set<std::string> chosenOutputs(const CommandLine& line) {
   return chosen.empty() ? known : chosen;
 }
 
-StereoTopicChoice chosenTopics(const CommandLine& line) {
-  StereoTopicChoice choice = topicChoice(line);
-  choice.raw = line.has("rectify");
-  return choice;
-}
-
 double seconds(const CommandLine& line, const std::string& name, double otherwise) {
   const double value = line.getDouble(name, otherwise);
   if (!(value >= 0))
@@ -54,7 +49,7 @@ double seconds(const CommandLine& line, const std::string& name, double otherwis
 class Replay {
  public:
   explicit Replay(const CommandLine& line)
-      : line_(line), choice_(chosenTopics(line)), outputs_(chosenOutputs(line)) {
+      : line_(line), choice_(topicChoice(line)), outputs_(chosenOutputs(line)) {
     const double start_s = seconds(line, "start", 0),
                  duration_s = seconds(line, "duration", ros::TIME_MAX.toSec());
     setFromOptions(line, params_);
@@ -87,12 +82,12 @@ class Replay {
         processPair(found.pair, message.getTime(), out);
       if (topic == topics_.left) progress.update(lefts_++);
     }
-    if (figures_.pairs() == 0)
+    if (pairs_ == 0)
       throw std::runtime_error(refused_.first().empty() ? describeMissingPairs(lefts.size(), pairs)
                                                         : refused_.first());
     out.finish();
-    if (const std::string csv = line_.get("csv"); !csv.empty())
-      writeText(csv, figures_.csv(line_.get("bag"), pairs.unmatched(), ignored_, table_));
+    if (const std::string path = line_.get("csv"); !path.empty())
+      writeText(path, csv(pairs.unmatched()));
     report(pairs);
   }
 
@@ -104,9 +99,13 @@ class Replay {
       const auto tf = message.instantiate<tf2_msgs::TFMessage>();
       if (!tf) continue;
       const bool is_static = message.getTopic() == "/tf_static";
-      for (const geometry_msgs::TransformStamped& transform : tf->transforms)
-        if (!refused_.has(message.getTopic(), transform, is_static))
-          transforms_.emplace_back(transform, is_static);
+      for (const geometry_msgs::TransformStamped& transform : tf->transforms) {
+        if (refused_.has(message.getTopic(), transform, is_static)) continue;
+        if (isOurs(transform))
+          replaced_.emplace_back(transform, is_static);
+        else
+          tf_.setTransform(transform, "bag", is_static);
+      }
     }
   }
 
@@ -119,27 +118,19 @@ class Replay {
   void startPipeline(const StereoPair& pair) {
     const std::string& camera = pair.left->header.frame_id;
     std::string& base = params_.ego_motion.base_frame;
-    tf2::BufferCore extrinsics(ros::Duration(24 * 3600.0));
-    for (const auto& [transform, is_static] : transforms_)
-      if (!isOurs(transform)) extrinsics.setTransform(transform, "bag", is_static);
     if (!base.empty() && base != camera &&
-        !extrinsics.canTransform(base, camera, pair.left->header.stamp)) {
+        !tf_.canTransform(base, camera, pair.left->header.stamp)) {
       std::cerr << "note: the bag's tf has no path from '" << base << "' to the left camera '"
                 << camera << "': the camera is the base frame, and odometry is that of '" << camera
                 << "'\n";
       base.clear();
+      for (const auto& [transform, is_static] : std::exchange(replaced_, {}))
+        tf_.setTransform(transform, "bag", is_static);
     }
-    processor_.emplace(params_);
+    processor_.emplace(params_, tf_);
     if (const std::string slow = processor_->slowTargetWarning(); !slow.empty())
       std::cerr << "warning: " << slow << "\n";
-    bool replaced = false;
-    for (const auto& [transform, is_static] : transforms_) {
-      if (isOurs(transform))
-        replaced = true;
-      else
-        processor_->tf().setTransform(transform, "bag", is_static);
-    }
-    if (replaced)
+    if (!replaced_.empty())
       std::cerr << "note: the bag's own transforms to '" << base
                 << "' are replaced by those of the estimated ego-motion (--set "
                    "ego_motion/publish_tf=false keeps them)\n";
@@ -158,17 +149,15 @@ class Replay {
       ++ignored_;
       return;
     }
-    figures_.add(*frame);
-    if (!frame->event.empty())
-      std::cerr << "\npair " << figures_.pairs() << ": " << frame->event << "\n";
-    write({*frame, params_.disparity.points}, time, out);
-    table_.add(frame->times);
+    count(*frame);
+    if (!frame->event.empty()) std::cerr << "\npair " << pairs_ << ": " << frame->event << "\n";
+    write(*frame, time, out);
   }
 
-  void write(const ReplayedFrame& frame, ros::Time time, BagFile& out) const {
+  void write(const PipelineProcessor::Output& frame, ros::Time time, BagFile& out) const {
     if (params_.ego_motion.publish_tf) {
       tf2_msgs::TFMessage tf;
-      tf.transforms = {frame.out.ego_motion.transform};
+      tf.transforms = {frame.ego_motion.transform};
       out.write("/tf", time, tf);
     }
     const std::string ns = cameraNamespace(choice_.camera);
@@ -189,6 +178,31 @@ class Replay {
       out.write(message.getTopic(), time, *tf, message.getConnectionHeader());
   }
 
+  void count(const PipelineProcessor::Output& frame) {
+    ++pairs_;
+    lost_ += frame.ego_motion.pose_state != PoseState::kKnown;
+    unpredicted_ += !frame.disparity.predicted;
+    objects_ += frame.moving_objects.objects->objects.size();
+    const stereo_msgs::DisparityImage& disparity = *frame.disparity.disparity;
+    const cv::Mat1f map = floatView(disparity.image, "disparity");
+    density_ += cv::countNonZero(map >= disparity.min_disparity) / double(map.total());
+    table_.add(frame.times);
+  }
+
+  // Quality figures that need no ground truth.
+  std::string csv(size_t unmatched) const {
+    const double frames = static_cast<double>(pairs_);
+    std::ostringstream text;
+    text << "recording,pairs,unmatched,duplicates,lost_percent,unpredicted_percent,"
+            "density_percent,objects_per_frame,median_ms,p95_ms\n"
+         << std::filesystem::path(line_.get("bag")).stem().string() << ',' << pairs_ << ','
+         << unmatched << ',' << ignored_ << ',' << 100 * lost_ / frames << ','
+         << 100 * unpredicted_ / frames << ',' << 100 * density_ / frames << ','
+         << objects_ / frames << ',' << table_.quantileOf("whole frame", 0.5) << ','
+         << table_.quantileOf("whole frame", 0.95) << '\n';
+    return text.str();
+  }
+
   std::string describeMissingPairs(size_t lefts, const BagPairs& pairs) const {
     if (lefts == 0)
       return line_.get("bag") + ": has no left image between --start and --start plus --duration";
@@ -199,7 +213,7 @@ class Replay {
   }
 
   void report(const BagPairs& pairs) const {
-    std::cout << figures_.pairs() << " pairs";
+    std::cout << pairs_ << " pairs";
     if (pairs.unmatched()) std::cout << ", " << pairs.unmatched() << " left images unmatched";
     if (ignored_) std::cout << ", " << ignored_ << " duplicate or late pairs ignored";
     for (const auto& [topic, count] : refused_.counts())
@@ -215,13 +229,16 @@ class Replay {
   rosbag::Bag in_;
   StereoTopics topics_;
   ros::Time begin_, end_;
-  std::vector<std::pair<geometry_msgs::TransformStamped, bool>> transforms_;
+  // Long, because all transforms of a recording are added before its first frame is processed.
+  tf2::BufferCore tf_{ros::Duration(24 * 3600.0)};
+  // What the estimated ego-motion replaces, and whether it is static.
+  std::vector<std::pair<geometry_msgs::TransformStamped, bool>> replaced_;
   Rectifier left_rectifier_, right_rectifier_;
   std::optional<PipelineProcessor> processor_;
   StageTable table_;
-  ReplayFigures figures_;
   int lefts_ = 0;
-  size_t ignored_ = 0;
+  size_t ignored_ = 0, pairs_ = 0, lost_ = 0, unpredicted_ = 0, objects_ = 0;
+  double density_ = 0;
   RefusedMessages refused_{
       [](const std::string& text) { std::cerr << "\nwarning: " << text << "\n"; }};
 };

@@ -122,7 +122,8 @@ bool StereoTopics::areIn(const TopicTypes& types) const {
 }
 
 StereoTopicChoice topicChoice(const CommandLine& line) {
-  const StereoTopicChoice choice{line.get("camera"), line.get("left"), line.get("right")};
+  const StereoTopicChoice choice{line.get("camera"), line.get("left"), line.get("right"),
+                                 line.has("rectify")};
   if (choice.left.empty() != choice.right.empty())
     throw UsageError("give --left and --right together");
   if (!choice.left.empty() && !choice.camera.empty())

@@ -46,7 +46,7 @@ struct StereoTopicChoice {
   bool raw = false;         ///< images are not rectified: image_raw, not image_rect
 };
 
-/// The options --camera, --left and --right.
+/// The options --camera, --left, --right and --rectify.
 /// @throws UsageError for a choice that is incomplete or not unique.
 StereoTopicChoice topicChoice(const CommandLine& line);
 

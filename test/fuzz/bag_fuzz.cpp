@@ -14,10 +14,10 @@
 #include "bytes.h"
 #include "evaluation/tools/bag_sequence.h"
 #include "nodelets/message_checks.h"
-#include "nodelets/pipeline_processor.h"
 #include "nodelets/rectifier.h"
 #include "nodelets/views.h"
 #include "tools/bag_check.h"
+#include "tools/pipeline_processor.h"
 
 using namespace predictive_stereo;
 
@@ -256,14 +256,15 @@ AllNodeletParams params() {
 }
 
 void processPairs(Bytes& bytes) {
-  PipelineProcessor processor(params());
+  tf2::BufferCore tf;
+  PipelineProcessor processor(params(), tf);
   MovingObjectsProcessor moving(params().moving_objects);
   Rectifier rectifiers[2];
   geometry_msgs::TransformStamped transform = extrinsic(1000);
   if (bytes.byte() % 4 == 0) changeTransform(bytes, transform);
   mayRefuse([&] {
     requireTransform(transform, ZeroStamp::kLegal, "fuzz");
-    processor.tf().setTransform(transform, "fuzz", bytes.byte() % 2);
+    tf.setTransform(transform, "fuzz", bytes.byte() % 2);
   });
   const int pairs = 1 + bytes.byte() % 3;
   for (int i = 0; i < pairs; ++i) {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "nodelets/nodelet_params.h"
-#include "nodelets/pipeline_processor.h"
 #include "params/yaml_params.h"
+#include "tools/pipeline_processor.h"
 
 namespace predictive_stereo {
 namespace {
@@ -44,7 +44,8 @@ TEST(ConfigFiles, SetKnownParametersToAllowedValuesThatWorkTogether) {
     AllNodeletParams params;
     ParamTable table(params);
     EXPECT_NO_THROW(setFromYamlFile(path.string(), table)) << path;
-    EXPECT_NO_THROW(PipelineProcessor{params}) << path;
+    tf2::BufferCore tf;
+    EXPECT_NO_THROW(PipelineProcessor(params, tf)) << path;
   }
 }
 

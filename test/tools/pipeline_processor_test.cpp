@@ -1,11 +1,11 @@
-#include "nodelets/pipeline_processor.h"
+#include "tools/pipeline_processor.h"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "changed_pairs.h"
-#include "street_camera.h"
+#include "nodelets/changed_pairs.h"
+#include "nodelets/street_camera.h"
 
 namespace predictive_stereo {
 namespace {
@@ -15,30 +15,32 @@ const StreetCamera& street() {
   return street;
 }
 
-void addExtrinsic(PipelineProcessor& processor, ros::Time stamp) {
+void addExtrinsic(tf2::BufferCore& tf, ros::Time stamp) {
   geometry_msgs::TransformStamped extrinsic = street().extrinsic();
   extrinsic.header.stamp = stamp;
-  processor.tf().setTransform(extrinsic, "test", false);
+  tf.setTransform(extrinsic, "test", false);
 }
 
 // The processors of ego-motion and objects have not seen the frame that failed.
 TEST(PipelineProcessor, after_a_frame_that_failed_the_next_one_is_the_first) {
-  PipelineProcessor processor{AllNodeletParams()};
-  addExtrinsic(processor, street().stamp(0));
+  tf2::BufferCore tf;
+  PipelineProcessor processor{AllNodeletParams(), tf};
+  addExtrinsic(tf, street().stamp(0));
   ASSERT_TRUE(processor.process(street().pair(0)));
   EXPECT_THROW(processor.process(street().pair(1)), std::invalid_argument);  // no extrinsic
   const auto again = processor.process(street().pair(0));
   ASSERT_TRUE(again);
   EXPECT_FALSE(again->disparity.predicted);
-  addExtrinsic(processor, street().stamp(1));
+  addExtrinsic(tf, street().stamp(1));
   const auto next = processor.process(street().pair(1));
   ASSERT_TRUE(next);
   EXPECT_TRUE(next->disparity.predicted);
 }
 
 TEST(PipelineProcessor, a_stamp_that_ros_cannot_compute_with_is_refused_and_changes_nothing) {
-  PipelineProcessor processor{AllNodeletParams()};
-  for (const int frame : {0, 1}) addExtrinsic(processor, street().stamp(frame));
+  tf2::BufferCore tf;
+  PipelineProcessor processor{AllNodeletParams(), tf};
+  for (const int frame : {0, 1}) addExtrinsic(tf, street().stamp(frame));
   ASSERT_TRUE(processor.process(street().pair(0)));
   for (const uint32_t sec : {2147483648u, 4200000000u, 4294967295u})
     EXPECT_THROW(processor.process(withStamp(street().pair(1), ros::Time(sec, 999999999))),

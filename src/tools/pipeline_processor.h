@@ -2,14 +2,13 @@
 
 #include <tf2/buffer_core.h>
 
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
 
-#include "nodelets/disparity_processor.h"
-#include "nodelets/ego_motion_processor.h"
-#include "nodelets/moving_objects_processor.h"
 #include "nodelets/nodelet_params.h"
+#include "nodelets/output_topics.h"
 #include "nodelets/transforms.h"
 #include "predictive_stereo/stage_times.h"
 
@@ -23,21 +22,21 @@ class PipelineProcessor {
     EgoMotionProcessor::Output ego_motion;
     DisparityMessages disparity;
     MovingObjectsProcessor::Output moving_objects;
+    CloudSource clouds;
     std::string event;  ///< why this frame starts a new sequence or has no prediction; else empty
     StageTimes times;
   };
 
-  explicit PipelineProcessor(const AllNodeletParams& params)
+  /// @param tf  gets the poses. The caller adds transforms of other publishers: base_frame ->
+  ///   camera, and the camera's motion if EgoMotion does not publish it. Must outlive this object.
+  PipelineProcessor(const AllNodeletParams& params, tf2::BufferCore& tf)
       : params_(params),
+        tf_(tf),
         ego_motion_(params.ego_motion),
         disparity_(params.disparity),
         moving_objects_(params.moving_objects) {
     validate(params);
   }
-
-  /// The caller adds transforms of other publishers: base_frame -> camera, and the camera's motion
-  /// if EgoMotion does not publish it.
-  tf2::BufferCore& tf() { return tf_; }
 
   /// That of the disparity, see simd_target.h; empty: no warning.
   std::string slowTargetWarning() const { return disparity_.slowTargetWarning(); }
@@ -77,6 +76,8 @@ class PipelineProcessor {
                    pair.left->header.stamp, params_.moving_objects.odom_frame);
     output.moving_objects = moving_objects_.process(output.disparity, answer.value);
     moving_mask_ = output.moving_objects.mask;
+    output.clouds = {output.disparity.disparity, pair.left, output.disparity.rig,
+                     params_.disparity.points, moving_mask_};
     watch.lap("detection", output.times);
     total.lap("whole frame", output.times);
   }
@@ -112,8 +113,7 @@ class PipelineProcessor {
   }
 
   AllNodeletParams params_;
-  // Long, because all transforms of a recording may be added before its first frame is processed.
-  tf2::BufferCore tf_{ros::Duration(24 * 3600.0)};
+  tf2::BufferCore& tf_;
   OdometryHistory odometry_;
   EgoMotionProcessor ego_motion_;
   DisparityProcessor disparity_;
@@ -121,5 +121,22 @@ class PipelineProcessor {
   ColumnOffset column_offset_;         // after the previous frame
   sensor_msgs::ImagePtr moving_mask_;  // of the previous frame
 };
+
+/// Calls `visit(topic, make)` for each output of the nodelets; make(PipelineProcessor::Output) is a
+/// pointer to its message.
+template <class Visit>
+void visitOutputs(const Visit& visit) {
+  using O = PipelineProcessor::Output;
+  // @param part  member that has what the outputs of a nodelet are made of.
+  const auto of = [&visit](auto part) {
+    return [&visit, part](const OutputTopic& topic, const auto& make) {
+      visit(topic.name, [&](const O& frame) { return std::invoke(make, frame.*part); });
+    };
+  };
+  visitEgoMotionOutputs(of(&O::ego_motion));
+  visitDisparityOutputs(of(&O::disparity), of(&O::disparity));
+  visitCloudOutputs(of(&O::clouds));
+  visitMovingObjectsOutputs(of(&O::moving_objects));
+}
 
 }  // namespace predictive_stereo
