@@ -163,23 +163,19 @@ void Street::fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid&
                     kMovingSpeed_mps);
   const auto columns_apart = static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);
   const auto scale = static_cast<float>(rig_.disparityTimesDepth());
-  parallelFor(cv::Range(0, rig_.size.height), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < rig_.size.width; ++x) {
-        const Hit& hit = hits.at(x, y);
-        const float disparity = hit.sky() ? 0.0f : scale / hit.t;
-        frame.disparity_px(y, x) = disparity;
-        const float x_right = static_cast<float>(x) - disparity - columns_apart;
-        const auto row = static_cast<float>(y);
-        // The limit is slightly nearer than the point, which must not occlude itself.
-        const bool hidden = x_right < -0.5f ||
-                            x_right > static_cast<float>(rig_.size.width) - 0.5f ||
-                            !right.cast(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f).sky();
-        frame.occluded(y, x) = hidden ? 255 : 0;
-        const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
-        frame.moving_id(y, x) =
-            static_cast<ushort>(moves[static_cast<size_t>(object)] ? object : 0);
-      }
+  parallelForEach(rig_.size.height, [&](int y) {
+    for (int x = 0; x < rig_.size.width; ++x) {
+      const Hit& hit = hits.at(x, y);
+      const float disparity = hit.sky() ? 0.0f : scale / hit.t;
+      frame.disparity_px(y, x) = disparity;
+      const float x_right = static_cast<float>(x) - disparity - columns_apart;
+      const auto row = static_cast<float>(y);
+      // The limit is slightly nearer than the point, which must not occlude itself.
+      const bool hidden = x_right < -0.5f || x_right > static_cast<float>(rig_.size.width) - 0.5f ||
+                          !right.cast(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f).sky();
+      frame.occluded(y, x) = hidden ? 255 : 0;
+      const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
+      frame.moving_id(y, x) = static_cast<ushort>(moves[static_cast<size_t>(object)] ? object : 0);
     }
   });
 }
