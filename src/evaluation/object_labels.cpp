@@ -19,22 +19,14 @@ constexpr double kFarthestDemanded_m = 35, kLeastVisible = 0.5, kSmallestDemande
 double slowestDemanded_mps(double distance_m) { return std::min(2.0, distance_m / 5); }
 
 double number(const std::string& text) {
+  constexpr double kLargest = 1e9;  // larger ones mean nothing here, and do not fit into an int
   size_t used = 0;
   const double value = std::stod(text, &used);
-  if (used != text.size() || !std::isfinite(value)) throw std::invalid_argument(text);
+  if (used != text.size() || !(std::abs(value) <= kLargest)) throw std::invalid_argument(text);
   return value;
 }
 
-// Larger numbers are neither frames nor pixels, and do not fit into an int.
-constexpr double kLargest = 1e9;
-
-double bounded(const std::string& text) {
-  const double value = number(text);
-  if (std::abs(value) > kLargest) throw std::invalid_argument(text);
-  return value;
-}
-
-int whole(const std::string& text) { return static_cast<int>(std::lround(bounded(text))); }
+int whole(const std::string& text) { return static_cast<int>(std::lround(number(text))); }
 int wholeOrZero(const std::string& text) { return text.empty() ? 0 : whole(text); }
 
 ObjectLabel parse(const std::vector<std::string>& f) {
@@ -43,7 +35,7 @@ ObjectLabel parse(const std::vector<std::string>& f) {
   label.frame = whole(f[0]);
   label.track = whole(f[1]);
   label.type = f[2];
-  const cv::Point2d first(bounded(f[3]), bounded(f[4])), last(bounded(f[5]), bounded(f[6]));
+  const cv::Point2d first(number(f[3]), number(f[4])), last(number(f[5]), number(f[6]));
   if (!(first.x < last.x && first.y < last.y)) throw std::invalid_argument("empty box");
   label.box_px = cv::Rect2d(first, last);
   if (!f[7].empty()) label.distance_m = number(f[7]);

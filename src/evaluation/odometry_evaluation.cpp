@@ -90,10 +90,8 @@ std::vector<RelativePoseError> relativePoseErrors(const Poses& estimated, const 
       error.rotation_deg_per_m += difference.rotation_rad * 180 / M_PI / length_m;
       ++error.stretches;
     }
-    if (error.stretches) {
-      error.translation_percent /= error.stretches;
-      error.rotation_deg_per_m /= error.stretches;
-    }
+    error.translation_percent = ratio(error.translation_percent, error.stretches);
+    error.rotation_deg_per_m = ratio(error.rotation_deg_per_m, error.stretches);
     errors.push_back(error);
   }
   return errors;
@@ -115,30 +113,23 @@ double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isomet
   return error.dot(cholesky.solve(error));
 }
 
-int OdometryInput::frames(const Sequence& sequence) const {
-  const int available = (sequence.frames() + every - 1) / every;
-  return max_frames > 0 ? std::min(max_frames, available) : available;
-}
-
 OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
-                                    const OdometryInput& input) {
-  auto poses = sequence.poses();
+                                    int max_frames) {
+  const auto poses = sequence.poses();
   if (!poses)
     throw std::runtime_error(sequence.name() +
                              ": has no true poses; a drive needs oxts or poses_gt_cam0.txt");
-  const int frames = input.frames(sequence);
+  const int frames = framesOf(sequence, max_frames);
   OdometryEvaluation e;
   e.name = sequence.name();
-  for (int k = 0; k < frames; ++k)
-    e.truth.push_back((*poses)[static_cast<size_t>(k * input.every)]);
+  e.truth.assign(poses->begin(), poses->begin() + frames);
   e.estimated = {e.truth.front()};
   size_t last_good = 0;  // last frame whose pose was known
   VisualOdometry odometry(params, PipelineParams().max_gap);
   Progress progress(sequence.name(), frames);
   for (int index = 0; index < frames; ++index) {
-    const int place = index * input.every;
-    const SequenceFrame frame = sequence.frame(place);
-    const OdometryOutput& output = odometry.process(stereoFrame(sequence, place, frame));
+    const SequenceFrame frame = sequence.frame(index);
+    const OdometryOutput& output = odometry.process(stereoFrame(sequence, index, frame));
     const EgoMotionEstimate& estimate = output.ego_motion;
     progress.update(index);
     e.estimates.push_back(estimate);

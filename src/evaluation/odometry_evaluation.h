@@ -65,17 +65,10 @@ struct OdometryEvaluation {
   double mean_ms = 0, median_ms = 0, p95_ms = 0;
 };
 
-/// The part of a sequence that the ego-motion gets.
-struct OdometryInput {
-  int max_frames = 0;  ///< 0: all
-  int every = 1;       ///< only every n-th frame
-
-  int frames(const Sequence& sequence) const;
-};
-
+/// @param max_frames  0: all.
 /// @throws std::runtime_error for a sequence without true poses.
 OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionParams& params,
-                                    const OdometryInput& input = {});
+                                    int max_frames = 0);
 
 /// True and estimated positions of each frame, in the first camera's axes.
 std::string pathsCsv(const std::vector<OdometryEvaluation>& evaluations);

@@ -1,5 +1,9 @@
 #include "evaluation/sequence.h"
 
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/lidar_truth.h"
 #include "predictive_stereo/rigid_motion.h"
@@ -7,6 +11,8 @@
 
 namespace predictive_stereo {
 namespace {
+
+namespace fs = std::filesystem;
 
 class KittiDriveSequence : public Sequence {
  public:
@@ -31,6 +37,95 @@ class KittiDriveSequence : public Sequence {
  private:
   KittiDrive drive_;
   mutable std::vector<int64_t> stamps_ns_;  ///< read on first use
+};
+
+// @param size  of the scene's first image; empty: this is the first one.
+cv::Mat readPicture(const std::string& path, cv::Size size, int flags, int type,
+                    const char* refusal) {
+  const cv::Mat image = cv::imread(path, flags);
+  if (image.empty() || image.type() != type) throw std::runtime_error(path + refusal);
+  const auto text = [](cv::Size s) {
+    return std::to_string(s.width) + "x" + std::to_string(s.height);
+  };
+  if (!size.empty() && image.size() != size)
+    throw std::runtime_error(path + ": is " + text(image.size()) +
+                             ", but the scene's first image is " + text(size) +
+                             "; unpack the scene again");
+  return image;
+}
+
+cv::Mat1b readGrey(const std::string& path, cv::Size size) {
+  return readPicture(path, size, cv::IMREAD_GRAYSCALE, CV_8UC1, ": cannot be read as an image");
+}
+
+cv::Mat1f readTruth(const std::string& path, cv::Size size) {
+  const cv::Mat coded = readPicture(path, size, cv::IMREAD_UNCHANGED, CV_16UC1,
+                                    ": cannot be read as a 16-bit grey image");
+  cv::Mat1f truth_px;
+  coded.convertTo(truth_px, CV_32F, 1.0 / 256);
+  truth_px.setTo(kNoTruth, coded == 0);
+  return truth_px;
+}
+
+// Where a benchmark has the files of its scenes.
+struct Layout {
+  const char *left, *right, *truth, *calibration, *P_left, *P_right;
+  const char* vehicles;  // map of those that move; nullptr: nothing moves
+};
+constexpr Layout k2012 = {"image_0", "image_1", "disp_occ", "calib", "P0", "P1", nullptr};
+constexpr Layout k2015 = {"image_2",   "image_3",   "disp_occ_0", "calib_cam_to_cam",
+                          "P_rect_02", "P_rect_03", "obj_map"};
+
+const Layout& layoutOf(KittiStereo benchmark) {
+  return benchmark == KittiStereo::k2012 ? k2012 : k2015;
+}
+
+class KittiScene : public Sequence {
+ public:
+  KittiScene(const Layout& layout, const std::string& training_dir, const std::string& scene)
+      : Sequence(scene), layout_(layout), dir_(training_dir) {
+    if (!fs::is_directory(dir_)) throw std::runtime_error(dir_ + ": folder not found");
+    const KittiCalibrationFile calibration(dir_ + "/" + layout.calibration + "/" + scene + ".txt");
+    const auto hasPair = [&](int number) {
+      return fs::is_regular_file(file(layout.left, number)) &&
+             fs::is_regular_file(file(layout.right, number));
+    };
+    first_ = kTruthFile + 1;
+    while (first_ > 0 && hasPair(first_ - 1)) --first_;
+    if (frames() == 0)
+      throw std::runtime_error(file(layout.left, kTruthFile) + ": the file, or that in " +
+                               layout.right + ", is missing; unpack the scene again");
+    rig_ = StereoRig::fromProjections(calibration.projection(layout.P_left),
+                                      calibration.projection(layout.P_right),
+                                      readGrey(file(layout.left, first_), {}).size());
+  }
+  int frames() const override { return kTruthFile - first_ + 1; }
+  SequenceFrame frame(int index) const override {
+    const int number = first_ + index;
+    SequenceFrame frame{readGrey(file(layout_.left, number), rig_.size),
+                        readGrey(file(layout_.right, number), rig_.size),
+                        {},
+                        {}};
+    if (number != kTruthFile) return frame;
+    frame.truth_px = readTruth(file(layout_.truth, number), rig_.size);
+    if (layout_.vehicles) frame.vehicles = readGrey(file(layout_.vehicles, number), rig_.size) > 0;
+    return frame;
+  }
+
+ private:
+  static constexpr int kTruthFile = 10;  // number of the pair with truth
+
+  std::optional<std::vector<ObjectLabel>> trueObjects(int) const override {
+    if (layout_.vehicles) return std::nullopt;
+    return std::vector<ObjectLabel>();
+  }
+  std::string file(const std::string& folder, int number) const {
+    return dir_ + "/" + folder + "/" + name_ + cv::format("_%02d.png", number);
+  }
+
+  const Layout& layout_;
+  std::string dir_;
+  int first_;  // number of the first pair
 };
 
 class StreetSequence : public Sequence {
@@ -73,6 +168,25 @@ class StreetSequence : public Sequence {
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir,
                                              const std::string& drive) {
   return std::make_unique<KittiDriveSequence>(date_dir, drive);
+}
+
+std::vector<std::string> listKittiScenes(KittiStereo benchmark, const std::string& training_dir) {
+  const std::string folder = training_dir + "/" + layoutOf(benchmark).truth;
+  if (!fs::is_directory(folder)) throw std::runtime_error(folder + ": folder not found");
+  std::vector<std::string> scenes;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string file = entry.path().filename().string();
+    if (file.size() == 13 && file.substr(6) == "_10.png") scenes.push_back(file.substr(0, 6));
+  }
+  if (scenes.empty())
+    throw std::runtime_error(folder + ": has no files NNNNNN_10.png; give the training folder");
+  std::sort(scenes.begin(), scenes.end());
+  return scenes;
+}
+
+std::unique_ptr<Sequence> kittiScene(KittiStereo benchmark, const std::string& training_dir,
+                                     const std::string& scene) {
+  return std::make_unique<KittiScene>(layoutOf(benchmark), training_dir, scene);
 }
 
 std::unique_ptr<Sequence> streetSequence(const StreetParams& params) {

@@ -74,6 +74,20 @@ inline StereoFrame stereoFrame(const Sequence& sequence, int index, const Sequen
 /// one.
 std::unique_ptr<Sequence> kittiDriveSequence(const std::string& date_dir, const std::string& drive);
 
+/// KITTI's stereo benchmarks. 2012: static scenes. 2015: with vehicles that move; mostly there is
+/// one frame.
+enum class KittiStereo { k2012, k2015 };
+
+/// The training scenes with truth, six digits each, sorted; at least one.
+/// @param training_dir  2012: the folder with image_0, image_1, calib and disp_occ; 2015: that with
+///   image_2, image_3, disp_occ_0, obj_map and calib_cam_to_cam.
+/// @throws std::runtime_error with the file or folder, and so does kittiScene().
+std::vector<std::string> listKittiScenes(KittiStereo benchmark, const std::string& training_dir);
+
+/// A scene. Its last frame has truth, that of 2015 also vehicles.
+std::unique_ptr<Sequence> kittiScene(KittiStereo benchmark, const std::string& training_dir,
+                                     const std::string& scene);
+
 /// The synthetic street. All frames except the first one have dense truth, except in the sky.
 std::unique_ptr<Sequence> streetSequence(const StreetParams& params);
 

@@ -4,7 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "evaluation/kitti_scenes.h"
+#include "evaluation/sequence.h"
 #include "evaluation/simulation/street.h"
 
 namespace predictive_stereo {

@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "evaluation/detection_score.h"
-#include "evaluation/kitti_scenes.h"
+#include "evaluation/sequence.h"
 #include "evaluation/statistics.h"
 
 namespace predictive_stereo {

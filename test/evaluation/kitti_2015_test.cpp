@@ -5,7 +5,7 @@
 
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/kitti_evaluation_2015.h"
-#include "evaluation/kitti_scenes.h"
+#include "evaluation/sequence.h"
 #include "tools/kitti_fixture.h"
 
 namespace predictive_stereo {

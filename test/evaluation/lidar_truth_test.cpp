@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "evaluation/disparity_metrics.h"
-#include "evaluation/kitti_scenes.h"
 #include "evaluation/sequence.h"
 #include "tools/kitti_fixture.h"
 

@@ -226,36 +226,33 @@ HitImage addRadiance(const RayGrid& grid, const Light& light, const RowOfPixel& 
   const cv::Size size = radiance.size();
   const Shader shade(grid, light);
   HitImage hits(size);
-  parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y)
-      for (int x = 0; x < size.width; ++x)
-        hits.at(x, y) = shade.cast(static_cast<float>(x), ideal_row(x, y));
+  parallelForEach(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x)
+      hits.at(x, y) = shade.cast(static_cast<float>(x), ideal_row(x, y));
   });
   // A rotated grid of four rays.
   constexpr float kAcross[4] = {-0.125f, 0.375f, -0.375f, 0.125f};
   constexpr float kDown[4] = {-0.375f, -0.125f, 0.125f, 0.375f};
-  parallelFor(cv::Range(0, size.height), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < size.width; ++x) {
-        const float row = ideal_row(x, y);
-        if (!isEdge(hits, x, y) && !shade.mayBePane(hits.at(x, y))) {
-          radiance(y, x) += shade(hits.at(x, y), static_cast<float>(x), row);
-          continue;
-        }
-        // A primitive that several of them hit is lit and shaded once.
-        Hit met[4];
-        float radiance_of[4], sum = 0;
-        for (int i = 0; i < 4; ++i) {
-          const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];
-          met[i] = shade.cast(ray_x, ray_y);
-          int j = 0;
-          while (!sameSurface(met[j], met[i])) ++j;
-          radiance_of[i] =
-              j < i && !shade.mayBePane(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
-          sum += radiance_of[i];
-        }
-        radiance(y, x) += 0.25f * sum;
+  parallelForEach(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      const float row = ideal_row(x, y);
+      if (!isEdge(hits, x, y) && !shade.mayBePane(hits.at(x, y))) {
+        radiance(y, x) += shade(hits.at(x, y), static_cast<float>(x), row);
+        continue;
       }
+      // A primitive that several of them hit is lit and shaded once.
+      Hit met[4];
+      float radiance_of[4], sum = 0;
+      for (int i = 0; i < 4; ++i) {
+        const float ray_x = static_cast<float>(x) + kAcross[i], ray_y = row + kDown[i];
+        met[i] = shade.cast(ray_x, ray_y);
+        int j = 0;
+        while (!sameSurface(met[j], met[i])) ++j;
+        radiance_of[i] =
+            j < i && !shade.mayBePane(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
+        sum += radiance_of[i];
+      }
+      radiance(y, x) += 0.25f * sum;
     }
   });
   return hits;
@@ -266,18 +263,16 @@ void expose(const cv::Mat1f& radiance, const Sensor& sensor, double gain, double
   image.create(radiance.size());
   const auto floor = static_cast<float>(sensor.noise * sensor.noise);
   const auto shot = static_cast<float>(sensor.shot_noise);
-  parallelFor(cv::Range(0, image.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < image.cols; ++x) {
-        const float level = static_cast<float>(gain) * radiance(y, x) + static_cast<float>(offset);
-        // The sum of four bytes is nearly normal; its variance is 4 (256^2 - 1) / 12.
-        const uint32_t bits = hashOf(seed, static_cast<uint32_t>(y), static_cast<uint32_t>(x));
-        const auto sum = static_cast<float>((bits & 255) + (bits >> 8 & 255) + (bits >> 16 & 255) +
-                                            (bits >> 24));
-        const float normal = (sum - 510.0f) * (1.0f / 147.8f);
-        const float sigma = std::sqrt(floor + shot * std::max(level, 0.0f));
-        image(y, x) = cv::saturate_cast<uchar>(level + sigma * normal);
-      }
+  parallelForEach(image.rows, [&](int y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const float level = static_cast<float>(gain) * radiance(y, x) + static_cast<float>(offset);
+      // The sum of four bytes is nearly normal; its variance is 4 (256^2 - 1) / 12.
+      const uint32_t bits = hashOf(seed, static_cast<uint32_t>(y), static_cast<uint32_t>(x));
+      const auto sum =
+          static_cast<float>((bits & 255) + (bits >> 8 & 255) + (bits >> 16 & 255) + (bits >> 24));
+      const float normal = (sum - 510.0f) * (1.0f / 147.8f);
+      const float sigma = std::sqrt(floor + shot * std::max(level, 0.0f));
+      image(y, x) = cv::saturate_cast<uchar>(level + sigma * normal);
     }
   });
   addRain(sensor.rain, hashOf(seed, 1), image);

@@ -83,6 +83,9 @@ struct Pose {
   double left_leg = 0, right_leg = 0, knee = 0;
 };
 
+// Direction of a limb that is swung forward by this angle from hanging down.
+Vector3d limb(double angle, double aside = 0) { return {std::sin(angle), aside, -std::cos(angle)}; }
+
 void addBody(Builder& b, const Pose& pose, double scale, uint32_t seed, double reach) {
   Random random(seed);
   const double shirt = random.uniform(0.08, 0.75), trousers = random.uniform(0.05, 0.4);
@@ -100,22 +103,16 @@ void addBody(Builder& b, const Pose& pose, double scale, uint32_t seed, double r
   for (const double side : {-1.0, 1.0}) {
     const double swing = side < 0 ? pose.left_leg : pose.right_leg;
     const Vector3d joint = hip + Vector3d(0, side * 0.1 * scale, 0);
-    const Vector3d knee =
-        joint +
-        0.44 * scale * Vector3d(std::sin(swing + pose.knee), 0, -std::cos(swing + pose.knee));
-    const Vector3d foot = knee + 0.42 * scale *
-                                     Vector3d(std::sin(swing - 0.5 * std::abs(swing)), 0,
-                                              -std::cos(swing - 0.5 * std::abs(swing)));
+    const Vector3d knee = joint + 0.44 * scale * limb(swing + pose.knee);
+    const Vector3d foot = knee + 0.42 * scale * limb(swing - 0.5 * std::abs(swing));
     b.rod(kCloth, joint, knee, 0.085 * scale, trousers);
     b.rod(kCloth, knee, foot, 0.065 * scale, trousers);
     b.ellipsoid(kRubber, foot + Vector3d(0.06, 0, 0) * scale,
                 {0.14 * scale, 0.055 * scale, 0.05 * scale}, 0.1);
     const Vector3d shoulder = neck + Vector3d(0, side * 0.22, -0.06) * scale;
     const double arm = reach > 0 ? reach : -swing;
-    const Vector3d elbow =
-        shoulder + 0.3 * scale * Vector3d(std::sin(arm), side * 0.1, -std::cos(arm));
-    const Vector3d hand =
-        elbow + 0.28 * scale * Vector3d(std::sin(arm + 0.3), -side * 0.05, -std::cos(arm + 0.3));
+    const Vector3d elbow = shoulder + 0.3 * scale * limb(arm, side * 0.1);
+    const Vector3d hand = elbow + 0.28 * scale * limb(arm + 0.3, -side * 0.05);
     b.rod(kCloth, shoulder, elbow, 0.055 * scale, shirt);
     b.rod(kSkin, elbow, hand, 0.045 * scale, skin);
   }

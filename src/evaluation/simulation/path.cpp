@@ -36,13 +36,9 @@ Row interpolate(const std::vector<Row>& table, double position) {
 }
 
 Isometry3d poseOf(const Vector3d& position_m, double heading, double pitch, double roll) {
-  Isometry3d T_world_body = Isometry3d::Identity();
-  T_world_body.linear() =
-      (Eigen::AngleAxisd(heading, Vector3d::UnitZ()) * Eigen::AngleAxisd(pitch, Vector3d::UnitY()) *
-       Eigen::AngleAxisd(roll, Vector3d::UnitX()))
-          .toRotationMatrix();
-  T_world_body.translation() = position_m;
-  return T_world_body;
+  return Eigen::Translation3d(position_m) *
+         (Eigen::AngleAxisd(heading, Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(pitch, Vector3d::UnitY()) * Eigen::AngleAxisd(roll, Vector3d::UnitX()));
 }
 
 // Path of a vehicle along the streets of the town, and its speed profile.

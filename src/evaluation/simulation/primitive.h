@@ -9,6 +9,7 @@ namespace predictive_stereo::simulation {
 
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
+using Eigen::Vector2f;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 

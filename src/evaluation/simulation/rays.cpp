@@ -24,13 +24,16 @@ std::array<Vector3d, 8> cornersOf(const Primitive& p, const Isometry3d& T_cam_wo
   return corners;
 }
 
+// A square about the origin.
+Eigen::AlignedBox2f square(float half) { return {Vector2f(-half, -half), Vector2f(half, half)}; }
+
 }  // namespace
 
-Tiles::Tiles(cv::Rect2f area, float tile_size)
+Tiles::Tiles(const Eigen::AlignedBox2f& area, float tile_size)
     : area_(area),
       per_tile_(1 / tile_size),
-      columns_(static_cast<size_t>(std::ceil(area.width / tile_size))),
-      rows_(static_cast<size_t>(std::ceil(area.height / tile_size))),
+      columns_(static_cast<size_t>(std::ceil(area.sizes().x() / tile_size))),
+      rows_(static_cast<size_t>(std::ceil(area.sizes().y() / tile_size))),
       lists_(columns_ * rows_) {}
 
 size_t Tiles::tileOf(float offset, size_t count) const {
@@ -40,13 +43,11 @@ size_t Tiles::tileOf(float offset, size_t count) const {
 
 void Tiles::add(const std::vector<Item>& items) {
   for (const Item& item : items) {
-    const float left = item.left - area_.x, right = item.right - area_.x;
-    const float top = item.top - area_.y, bottom = item.bottom - area_.y;
-    if (right < left || left > area_.width || top > area_.height || right < 0 || bottom < 0)
-      continue;
-    const size_t last_column = tileOf(right, columns_), last_row = tileOf(bottom, rows_);
-    for (size_t row = tileOf(top, rows_); row <= last_row; ++row)
-      for (size_t column = tileOf(left, columns_); column <= last_column; ++column)
+    if (!area_.intersects(item.bounds)) continue;
+    const Vector2f first = item.bounds.min() - area_.min(), last = item.bounds.max() - area_.min();
+    const size_t last_column = tileOf(last.x(), columns_), last_row = tileOf(last.y(), rows_);
+    for (size_t row = tileOf(first.y(), rows_); row <= last_row; ++row)
+      for (size_t column = tileOf(first.x(), columns_); column <= last_column; ++column)
         lists_[row * columns_ + column].push_back(item);
   }
 }
@@ -56,8 +57,8 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_w
     : primitives_(primitives),
       origins_(primitives.size()),
       items_(primitives.size()),
-      tiles_({-kMargin_px, -kMargin_px, static_cast<float>(rig.size.width) + 2 * kMargin_px,
-              static_cast<float>(rig.size.height) + 2 * kMargin_px},
+      tiles_({Vector2f(-kMargin_px, -kMargin_px),
+              Vector2f(rig.size.width + kMargin_px, rig.size.height + kMargin_px)},
              kTile_px),
       centre_m_(T_world_cam.translation()),
       R_world_cam_(T_world_cam.linear().cast<float>()),
@@ -69,20 +70,21 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_w
   for (size_t i = 0; i < primitives.size(); ++i) {
     const Primitive& p = primitives[i];
     origins_[i] = p.R_local_world * (centre_m_ - p.centre_m).cast<float>();
-    items_[i] = {-kHuge, -kHuge, kHuge, kHuge, 0, static_cast<int>(i)};
-    if (p.shape == Shape::kGround) continue;
+    items_[i] = {{}, 0, static_cast<int>(i)};
+    if (p.shape == Shape::kGround) {
+      items_[i].bounds = square(kHuge);
+      continue;
+    }
     // Bounds of the part of the box in front of the camera.
-    const auto corners = cornersOf(p, T_cam_world);
-    double left = kHuge, right = -kHuge, top = kHuge, bottom = -kHuge, nearest = kHuge;
+    Eigen::AlignedBox2d bounds;
+    double nearest = kHuge;
     const double near = 0.5 * kNearest_m;
     const auto take = [&](const Vector3d& c) {
       const double x = rig.fx_px * c.x() / c.z() + cx_px, y = rig.fy_px * c.y() / c.z() + rig.cy_px;
-      left = std::min(left, x);
-      right = std::max(right, x);
-      top = std::min(top, y);
-      bottom = std::max(bottom, y);
+      bounds.extend(Vector2d(x, y));
       nearest = std::min(nearest, c.z());
     };
+    const auto corners = cornersOf(p, T_cam_world);
     for (size_t a = 0; a < 8; ++a) {
       if (corners[a].z() >= near) take(corners[a]);
       for (size_t bit = 1; bit < 8; bit *= 2) {
@@ -92,13 +94,12 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_w
         take(corners[a] + share * (corners[b] - corners[a]));
       }
     }
-    // Slightly enlarged against rounding. Empty if all of the box is behind the camera.
-    items_[i] = {static_cast<float>(left - 0.01),
-                 static_cast<float>(top - 0.01),
-                 static_cast<float>(right + 0.01),
-                 static_cast<float>(bottom + 0.01),
-                 static_cast<float>(nearest - 1e-3 * (1 + nearest)),
-                 static_cast<int>(i)};
+    if (bounds.isEmpty()) continue;  // behind the camera
+    // Slightly enlarged against rounding.
+    const Vector2d margin(0.01, 0.01);
+    items_[i].bounds = {(bounds.min() - margin).cast<float>(),
+                        (bounds.max() + margin).cast<float>()};
+    items_[i].nearest = static_cast<float>(nearest - 1e-3 * (1 + nearest));
   }
   std::vector<Tiles::Item> sorted = items_;
   std::stable_sort(sorted.begin(), sorted.end(), [](const Tiles::Item& a, const Tiles::Item& b) {
@@ -107,19 +108,13 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_w
   tiles_.add(sorted);
 }
 
-cv::Rect2f RayGrid::boundsOf(int primitive) const {
-  const Tiles::Item& item = items_[static_cast<size_t>(primitive)];
-  if (item.right < item.left) return {};
-  return {item.left, item.top, item.right - item.left, item.bottom - item.top};
-}
-
 Hit RayGrid::cast(float x_px, float y_px, float limit_m, int except) const {
   const Vector3f direction = directionOf(x_px, y_px);
   Hit hit;
   hit.t = limit_m;
   for (const Tiles::Item& item : tiles_.at(x_px, y_px)) {
     if (item.nearest >= hit.t) break;
-    if (!item.covers(x_px, y_px) || item.index == except) continue;
+    if (!item.bounds.contains(Vector2f(x_px, y_px)) || item.index == except) continue;
     const auto i = static_cast<size_t>(item.index);
     const Primitive& p = primitives_[i];
     if (intersect(p, origins_[i], p.R_local_world * direction, inverse_f_, hit))
@@ -141,8 +136,8 @@ RayMap::RayMap(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
       to_sun_(to_sun),
       across_(to_sun.cross(Vector3f::UnitZ()).normalized()),
       up_(across_.cross(to_sun)),
-      ground_({-kReach_m, -kReach_m, 2 * kReach_m, 2 * kReach_m}, kTile_m),
-      shadows_({-kSunReach_m, -kSunReach_m, 2 * kSunReach_m, 2 * kSunReach_m}, 1.0f) {
+      ground_(square(kReach_m), kTile_m),
+      shadows_(square(kSunReach_m), 1.0f) {
   std::vector<Tiles::Item> things, casters;
   for (const Primitive& p : primitives) {
     const auto index = static_cast<int>(centres_m_.size());
@@ -151,22 +146,22 @@ RayMap::RayMap(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
       planes_.push_back(index);
       continue;
     }
-    const auto add = [&](float x, float width, float y, float height, auto& items) {
-      width += 1e-3f;
-      height += 1e-3f;
-      items.push_back({x - width, y - height, x + width, y + height, 0, index});
+    const auto item = [&](const Vector2f& middle, const Vector2f& half) -> Tiles::Item {
+      const Vector2f enlarged = half + Vector2f(1e-3f, 1e-3f);
+      return {{middle - enlarged, middle + enlarged}, 0, index};
     };
     const Vector3f extent = p.R_local_world.transpose().cwiseAbs() * p.half_m;
-    add(centre.x(), extent.x(), centre.y(), extent.y(), things);
+    things.push_back(item(centre.head<2>(), extent.head<2>()));
     const auto extentAlong = [&](const Vector3f& axis) {
       return (p.R_local_world * axis).cwiseAbs().dot(p.half_m);
     };
-    add(centre.dot(across_), extentAlong(across_), centre.dot(up_), extentAlong(up_), casters);
+    casters.push_back(
+        item({centre.dot(across_), centre.dot(up_)}, {extentAlong(across_), extentAlong(up_)}));
   }
   ground_.add(things);
   // The largest ones first, because they are the most likely hits.
   std::stable_sort(casters.begin(), casters.end(), [](const Tiles::Item& a, const Tiles::Item& b) {
-    return (a.right - a.left) * (a.bottom - a.top) > (b.right - b.left) * (b.bottom - b.top);
+    return a.bounds.volume() > b.bounds.volume();
   });
   shadows_.add(casters);
 }
@@ -178,8 +173,9 @@ bool RayMap::sunReaches(const Vector3f& point_m) const {
   return std::none_of(casters.begin(), casters.end(), [&](const Tiles::Item& item) {
     Hit hit;
     const Primitive& p = primitives_[static_cast<size_t>(item.index)];
-    return item.covers(x, y) && intersect(p, inLocalAxes(item.index, point_m),
-                                          p.R_local_world * to_sun_, kFinest_m, hit);
+    return item.bounds.contains(Vector2f(x, y)) &&
+           intersect(p, inLocalAxes(item.index, point_m), p.R_local_world * to_sun_, kFinest_m,
+                     hit);
   });
 }
 

@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <limits>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 #include "evaluation/simulation/primitive.h"
@@ -15,26 +14,23 @@ namespace predictive_stereo::simulation {
 class Tiles {
  public:
   struct Item {
-    float left, top, right, bottom;  ///< bounds; right < left: empty
-    float nearest;                   ///< lower bound of its distance
+    Eigen::AlignedBox2f bounds;
+    float nearest;  ///< lower bound of its distance
     int index;
-
-    bool covers(float x, float y) const {
-      return x >= left && x <= right && y >= top && y <= bottom;
-    }
   };
 
-  Tiles(cv::Rect2f area, float tile_size);
+  Tiles(const Eigen::AlignedBox2f& area, float tile_size);
   void add(const std::vector<Item>& items);
   /// The list at a point. Points outside the area get that of the nearest tile.
   const std::vector<Item>& at(float x, float y) const {
-    return lists_[tileOf(y - area_.y, rows_) * columns_ + tileOf(x - area_.x, columns_)];
+    return lists_[tileOf(y - area_.min().y(), rows_) * columns_ +
+                  tileOf(x - area_.min().x(), columns_)];
   }
 
  private:
   size_t tileOf(float offset, size_t count) const;
 
-  cv::Rect2f area_;
+  Eigen::AlignedBox2f area_;
   float per_tile_;
   size_t columns_, rows_;
   std::vector<std::vector<Item>> lists_;
@@ -69,7 +65,9 @@ class RayGrid {
   const Primitive& primitive(int index) const { return primitives_[static_cast<size_t>(index)]; }
 
   /// Bounds of the pixels that the primitive can cover, not clipped; empty behind the camera.
-  cv::Rect2f boundsOf(int primitive) const;
+  const Eigen::AlignedBox2f& boundsOf(int primitive) const {
+    return items_[static_cast<size_t>(primitive)].bounds;
+  }
 
  private:
   const std::vector<Primitive>& primitives_;

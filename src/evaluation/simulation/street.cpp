@@ -46,18 +46,17 @@ Isometry3d mountOf(const Camera& camera) {
 // @param parts  its primitives.
 void setHiddenShares(const RayGrid& grid, const std::vector<int>& parts, const cv::Mat1w& moving_id,
                      StreetMover& mover) {
-  const auto width = static_cast<float>(moving_id.cols),
-             height = static_cast<float>(moving_id.rows);
-  cv::Rect2f bounds;
-  for (const int part : parts) bounds |= grid.boundsOf(part);
-  bounds &= cv::Rect2f(-width, -height, 3 * width, 3 * height);
-  const int right = cvFloor(bounds.x + bounds.width), bottom = cvFloor(bounds.y + bounds.height);
+  Eigen::AlignedBox2f bounds;
+  for (const int part : parts) bounds.extend(grid.boundsOf(part));
+  const Vector2f size(moving_id.cols, moving_id.rows);
+  bounds.clamp(Eigen::AlignedBox2f(-size, 2 * size));
+  const int right = cvFloor(bounds.max().x()), bottom = cvFloor(bounds.max().y());
   const cv::Rect image(cv::Point(), moving_id.size());
   // For the shares, every few pixels of large outlines are enough.
-  const int step = std::max(1, static_cast<int>(std::sqrt(bounds.area() / 20000.0)));
+  const int step = std::max(1, static_cast<int>(std::sqrt(bounds.volume() / 20000.0)));
   int inside = 0, all = 0, visible = 0;
-  for (int y = cvCeil(bounds.y); y <= bottom; y += step) {
-    for (int x = cvCeil(bounds.x); x <= right; x += step) {
+  for (int y = cvCeil(bounds.min().y()); y <= bottom; y += step) {
+    for (int x = cvCeil(bounds.min().x()); x <= right; x += step) {
       const bool within = image.contains({x, y}), seen = within && moving_id(y, x) == mover.id;
       const bool covered = seen || std::any_of(parts.begin(), parts.end(), [&](int part) {
                              return grid.meets(part, static_cast<float>(x), static_cast<float>(y));
@@ -164,23 +163,19 @@ void Street::fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid&
                     kMovingSpeed_mps);
   const auto columns_apart = static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);
   const auto scale = static_cast<float>(rig_.disparityTimesDepth());
-  parallelFor(cv::Range(0, rig_.size.height), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < rig_.size.width; ++x) {
-        const Hit& hit = hits.at(x, y);
-        const float disparity = hit.sky() ? 0.0f : scale / hit.t;
-        frame.disparity_px(y, x) = disparity;
-        const float x_right = static_cast<float>(x) - disparity - columns_apart;
-        const auto row = static_cast<float>(y);
-        // The limit is slightly nearer than the point, which must not occlude itself.
-        const bool hidden = x_right < -0.5f ||
-                            x_right > static_cast<float>(rig_.size.width) - 0.5f ||
-                            !right.cast(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f).sky();
-        frame.occluded(y, x) = hidden ? 255 : 0;
-        const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
-        frame.moving_id(y, x) =
-            static_cast<ushort>(moves[static_cast<size_t>(object)] ? object : 0);
-      }
+  parallelForEach(rig_.size.height, [&](int y) {
+    for (int x = 0; x < rig_.size.width; ++x) {
+      const Hit& hit = hits.at(x, y);
+      const float disparity = hit.sky() ? 0.0f : scale / hit.t;
+      frame.disparity_px(y, x) = disparity;
+      const float x_right = static_cast<float>(x) - disparity - columns_apart;
+      const auto row = static_cast<float>(y);
+      // The limit is slightly nearer than the point, which must not occlude itself.
+      const bool hidden = x_right < -0.5f || x_right > static_cast<float>(rig_.size.width) - 0.5f ||
+                          !right.cast(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f).sky();
+      frame.occluded(y, x) = hidden ? 255 : 0;
+      const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
+      frame.moving_id(y, x) = static_cast<ushort>(moves[static_cast<size_t>(object)] ? object : 0);
     }
   });
 }

@@ -8,7 +8,6 @@
 
 #include "evaluation/disparity_report.h"
 #include "evaluation/kitti_evaluation_2015.h"
-#include "evaluation/kitti_scenes.h"
 #include "evaluation/tools/tool_input.h"
 #include "params/param_table.h"
 #include "tools/output_file.h"

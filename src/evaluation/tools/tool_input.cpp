@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 
-#include "evaluation/kitti_scenes.h"
 #include "evaluation/perturbation.h"
 #include "nodelets/nodelet_params.h"
 #include "params/yaml_params.h"
