@@ -35,8 +35,9 @@ constexpr float kSightSigmas = 2;
 constexpr float kMapSigma_px = 0.5f;  ///< of the past disparity, and of errors of both maps
 constexpr float kScaleSigma = 0.02f;  ///< calibration, relative to the disparity
 constexpr int kFewestThrough = 2;     ///< past frames that looked through
-/// The matcher misses surfaces that are thinner than its windows.
-constexpr float kThinnest_px = 20;
+/// The matcher misses surfaces that are thinner than its windows. Less than five cells, so that a
+/// surface of five was not too thin when it was a little farther away.
+constexpr float kThinnest_px = 18;
 
 /// Compares the cells with past frames; the same on every SIMD target, bit by bit.
 /// @param past  `count` frames, the last one first.
@@ -52,8 +53,6 @@ struct FreeSpaceEvidence {
   cv::Mat1b moved;  ///< past frames looked through the place of its surface
   cv::Mat1b fixed;  ///< a past frame saw its surface there
 };
-/// Least share of an object's cells that have moved.
-constexpr double kLeastMoved = 0.2;
 
 /// Remembers where the camera has looked through, for 13 frames that are at least 80 ms apart.
 ///

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <opencv2/imgproc.hpp>
 
 namespace predictive_stereo {
 namespace {
 
-constexpr int kFewestCells = 15;
+constexpr int kFewestCells = 15;     // of an obstacle
+constexpr double kLeastMoved = 0.2;  // share of them
 constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
 constexpr float kNearer_px = 2;      // of what can hide the lower end
 
@@ -33,35 +33,6 @@ std::vector<CellCounts> countCells(const Obstacles& obstacles, const FreeSpaceEv
 bool poseFits(const FreeSpaceEvidence& evidence) {
   const int moved = cv::countNonZero(evidence.moved), fixed = cv::countNonZero(evidence.fixed);
   return fixed >= kLeastFixed * (moved + fixed);
-}
-
-constexpr double kLeastPart = 0.2;  // share of the cells that the part has
-
-// The cells whose centre is in the object.
-cv::Mat1b cellsOf(const Observation& object, cv::Size cells) {
-  const cv::Rect box = object.box_px;
-  cv::Mat1b inside = cv::Mat1b::zeros(cells);
-  for (int v = box.y / kCellSide_px; v < std::min(cells.height, box.br().y / kCellSide_px + 1); ++v)
-    for (int u = box.x / kCellSide_px; u < std::min(cells.width, box.br().x / kCellSide_px + 1);
-         ++u) {
-      const cv::Point centre(kCellSide_px * u + kCellCentre_px, kCellSide_px * v + kCellCentre_px);
-      if (box.contains(centre)) inside(v, u) = object.mask(centre - box.tl());
-    }
-  return inside;
-}
-
-// The obstacle that most of these cells belong to; -1: none.
-int commonObstacle(const cv::Mat1b& inside, const cv::Mat1i& number) {
-  std::map<int, int> votes;
-  int most = 0, obstacle = -1;
-  const cv::Rect area = cv::boundingRect(inside);
-  for (int v = area.y; v < area.br().y; ++v)
-    for (int u = area.x; u < area.br().x; ++u)
-      if (inside(v, u) && number(v, u) >= 0 && ++votes[number(v, u)] > most) {
-        obstacle = number(v, u);
-        most = votes[obstacle];
-      }
-  return 2 * most >= cv::countNonZero(inside) ? obstacle : -1;
 }
 
 cv::Rect pixelsOf(const cv::Rect& cells) {
@@ -114,26 +85,13 @@ Observation objectOf(const FrameView& frame, const std::vector<cv::Point>& obsta
   return object;
 }
 
-int wholeObstacle(const Observation& part, const Obstacles& obstacles,
-                  const FreeSpaceEvidence& evidence) {
-  const cv::Mat1b inside = cellsOf(part, obstacles.number.size());
-  const int k = commonObstacle(inside, obstacles.number);
-  if (k < 0) return -1;
-  const cv::Mat1b whole = obstacles.number == k;
-  const int all = obstacles.sizes[static_cast<size_t>(k)];
-  const bool is_part = cv::countNonZero(whole & inside) >= kLeastPart * all &&
-                       cv::countNonZero(whole & evidence.moved) >= kLeastMoved * all;
-  return is_part ? k : -1;
-}
-
 std::vector<Observation> FreeSpaceChannel::find(const FrameView& frame, DepthCells& cells) {
   const DetectionInput& input = frame.input;
   const cv::Mat1b& half_image = frame.current.pyramid.level(1);
   const Obstacles& obstacles = frame.obstacles;
   free_space_.compare(input, cells, half_image, obstacleWidths(obstacles, cells));
   std::vector<Observation> objects;
-  pose_fits_ = poseFits(free_space_.evidence());
-  if (!pose_fits_) {
+  if (!poseFits(free_space_.evidence())) {
     free_space_.reset();
     return objects;
   }
@@ -142,7 +100,7 @@ std::vector<Observation> FreeSpaceChannel::find(const FrameView& frame, DepthCel
   for (size_t k = 0; k < counts.size(); ++k) {
     const int size = obstacles.sizes[k];
     const auto [moved, fixed] = counts[k];
-    if (size < kFewestCells || moved < kLeastMoved * size || moved < fixed) continue;
+    if (size < kFewestCells || moved < kLeastMoved * size) continue;
     const std::vector<cv::Point> obstacle = obstacles.cellsOf(static_cast<int>(k));
     Observation seen = objectOf(frame, obstacle);
     if (!measureIfPossible(frame, obstacle, seen)) continue;
@@ -152,15 +110,6 @@ std::vector<Observation> FreeSpaceChannel::find(const FrameView& frame, DepthCel
     objects.push_back(std::move(seen));
   }
   return objects;
-}
-
-void FreeSpaceChannel::complete(const FrameView& frame, Observation& part) const {
-  if (!pose_fits_) return;
-  const int k = wholeObstacle(part, frame.obstacles, free_space_.evidence());
-  if (k < 0) return;
-  const std::vector<cv::Point> obstacle = frame.obstacles.cellsOf(k);
-  Observation whole = joined(part, objectOf(frame, obstacle));
-  if (measureIfPossible(frame, obstacle, whole)) part = std::move(whole);
 }
 
 }  // namespace predictive_stereo

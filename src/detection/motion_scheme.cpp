@@ -69,7 +69,7 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
 }
 
 // What free space and motion have both found gets the pixels of both; free space may show several
-// parts of what moves as one. What motion alone has found is completed.
+// parts of what moves as one.
 void MotionScheme::addMoving(const FrameView& frame, const std::vector<Observation>& moving) {
   for (const Observation& object : moving) {
     const cv::Rect2d box = object.box_px;
@@ -87,7 +87,6 @@ void MotionScheme::addMoving(const FrameView& frame, const std::vector<Observati
         ++part;
       }
     }
-    if (!is_found) free_space_.complete(frame, whole);
     objects_.push_back(std::move(whole));
   }
 }

@@ -169,7 +169,7 @@ TEST_F(FreeSpaceChannelTest, UnknownPixelsAreNoPartOfAnObject) {
 
 TEST_F(FreeSpaceChannelTest, LeavesOutWhatHasGrownTogetherWithAStaticWall) {
   const Board come = standing(-0.6, 0.6, 1.7, 5);
-  EXPECT_TRUE(findAfter(sceneWith({standing(0, 2, 1.7, 5.1)}), {come}).empty());
+  EXPECT_TRUE(findAfter(sceneWith({standing(0, 2.6, 1.7, 5.1)}), {come}).empty());
   const auto apart = findAfter(sceneWith({standing(0, 2, 1.7, 7)}), {come});
   ASSERT_EQ(apart.size(), 1u);
   expectBox(apart[0], boxOf(come));
@@ -177,35 +177,22 @@ TEST_F(FreeSpaceChannelTest, LeavesOutWhatHasGrownTogetherWithAStaticWall) {
 
 // A walker of whom the past shows that it looked through his head alone: below, nothing is known
 // but himself.
-TEST_F(FreeSpaceChannelTest, CompletesWhatMotionHasFoundOfAnObject) {
+TEST_F(FreeSpaceChannelTest, FindsAWalkerWholeOfWhomMostIsWhereItWas) {
   constexpr int kUnknownFrom_px = 140;
   const auto walker = [](int k) { return standing(-1 + 0.1 * k, 0.6, 1.7, 5); };
-  BoardView view;
+  std::vector<Observation> objects;
   for (int k = 0; k < 12; ++k) {
     BoardScene scene = sceneWith({walker(k)});
     scene.ground_m = 2;  // its disparity is nowhere that of the walker
-    view = viewOf(scene, 0.1 * k);
+    BoardView view = viewOf(scene, 0.1 * k);
     cv::Mat1f below = view.input.measured_disparity_px.rowRange(kUnknownFrom_px, 240);
     below.setTo(DisparityRange().invalid(), below != 18);
-    EXPECT_TRUE(find(view).empty()) << k;
+    objects = find(view);
   }
-  const cv::Rect2d whole(166, 108, 36, 102);
-  Observation part;
-  part.box_px = cv::Rect(174, 112, 20, 50);
-  part.score = 0.8;
-  part.mask = cv::Mat1b(50, 20, 255);
-  const Observation before = part;
-  channel_.complete(parts_.frame, part);
-  const cv::Rect2d common = whole & cv::Rect2d(cv::Rect(part.box_px));
-  EXPECT_GT(common.area(), 0.9 * whole.area());
-  EXPECT_GT(cv::countNonZero(part.mask), 0.95 * common.area());
-  EXPECT_EQ(part.score, 0.8);
-  EXPECT_NEAR(part.distance_m, 5, 1e-3);
-
-  part = before;
-  params_.max_height_m = 1.2;
-  channel_.complete(parts_.frame, part);
-  EXPECT_EQ(part.box_px, before.box_px) << "no plausible object";
+  ASSERT_EQ(objects.size(), 1u);
+  const cv::Rect2d whole(166, 108, 36, 102), found = objects[0].box_px;
+  EXPECT_GT((whole & found).area(), 0.85 * (whole | found).area());
+  EXPECT_LT(objects[0].score, 0.5) << "the test needs a walker who seems to stand";
 }
 
 // Another plane in each frame, of what noise and walls look like.
@@ -344,62 +331,15 @@ TEST_F(FreeSpaceChannelTest, IsTheSameOnAnyNumberOfThreads) {
   }
 }
 
-const cv::Rect kBody(20, 5, 6, 12), kLegs(18, 17, 10, 12), kPerson = kBody | kLegs;
-
-// A person of whom the body has moved, and whose legs stand.
-class WholeObjectTest : public testing::Test {
- protected:
-  WholeObjectTest() {
-    evidence_.moved = cv::Mat1b::zeros(kCellRows, kCellColumns);
-    for (const cv::Rect& part : {kBody, kLegs}) cells_.disparity_px(part) = 20;
-    evidence_.moved(kBody) = 255;
-  }
-  std::vector<cv::Point> whole(const cv::Rect& part_cells = kBody) const {
-    const Obstacles obstacles = findObstacles(cellRig(), cells_, std::nullopt);
-    const int k = wholeObstacle(objectAt(part_cells), obstacles, evidence_);
-    return k < 0 ? std::vector<cv::Point>() : obstacles.cellsOf(k);
-  }
-  static Observation objectAt(const cv::Rect& part) {
-    Observation object;
-    object.box_px = {kCellSide_px * part.tl(), part.size() * kCellSide_px};
-    object.mask = cv::Mat1b(object.box_px.size(), 255);
-    return object;
-  }
-  static cv::Rect areaOf(const std::vector<cv::Point>& cells) { return cv::boundingRect(cells); }
-
-  DepthCells cells_ = unknownCells(0.04f);
-  FreeSpaceEvidence evidence_;
-};
-
-TEST_F(WholeObjectTest, TheLegsBelongToTheBody) {
-  const auto cells = whole();
-  EXPECT_EQ(areaOf(cells), kPerson);
-  EXPECT_EQ(cells.size(), size_t(kBody.area() + kLegs.area()));
+// An object of all pixels of these cells.
+Observation objectAt(const cv::Rect& cells) {
+  Observation object;
+  object.box_px = {kCellSide_px * cells.tl(), cells.size() * kCellSide_px};
+  object.mask = cv::Mat1b(object.box_px.size(), 255);
+  return object;
 }
 
-TEST_F(WholeObjectTest, NotWhatIsBehindOrApart) {
-  cells_.disparity_px(cv::Rect(26, 5, 20, 12)) = 8;
-  cells_.disparity_px(cv::Rect(32, 20, 6, 8)) = 20;
-  EXPECT_EQ(areaOf(whole()), kPerson);
-}
-
-TEST_F(WholeObjectTest, NotWithoutFreeSpaceThatItViolates) {
-  evidence_.moved.setTo(0);
-  EXPECT_TRUE(whole().empty());
-}
-
-TEST_F(WholeObjectTest, NotFromASmallPart) {
-  EXPECT_FALSE(whole(cv::Rect(20, 5, 6, 7)).empty());  // 42 of 192
-  EXPECT_TRUE(whole(cv::Rect(20, 5, 6, 6)).empty());
-}
-
-TEST_F(WholeObjectTest, NotFromAPartOnSeveralObstacles) {
-  cells_.disparity_px(cv::Rect(26, 5, 20, 24)) = 8;
-  EXPECT_FALSE(whole(cv::Rect(20, 5, 12, 12)).empty());
-  EXPECT_TRUE(whole(cv::Rect(18, 3, 13, 14)).empty()) << "most of it is on none";
-}
-
-TEST_F(WholeObjectTest, JoinedHasBothWithoutThinEnds) {
+TEST(JoinedObjects, HaveBothWithoutThinEnds) {
   Observation part = objectAt({10, 10, 4, 4}), whole = objectAt({8, 8, 40, 40});
   part.score = 0.7;
   whole.mask.setTo(0);
@@ -413,7 +353,7 @@ TEST_F(WholeObjectTest, JoinedHasBothWithoutThinEnds) {
   EXPECT_EQ(cv::countNonZero(both.mask), 80 * 80 + 45 * 10 + 16 * 16 - 12 * 12);
 }
 
-TEST_F(WholeObjectTest, JoinedWithNothingIsThePart) {
+TEST(JoinedObjects, OneOfWhichIsNothingAreThePart) {
   const Observation part = objectAt({10, 10, 4, 4});
   Observation nothing = objectAt({30, 30, 4, 4});
   nothing.mask.setTo(0);
@@ -422,17 +362,19 @@ TEST_F(WholeObjectTest, JoinedWithNothingIsThePart) {
   EXPECT_EQ(cv::countNonZero(both.mask != part.mask), 0);
 }
 
-TEST_F(WholeObjectTest, PixelsOfAnotherSurfaceAreNoneOfTheObject) {
+TEST(ObjectOfAnObstacle, HasNoPixelsOfAnotherSurface) {
+  const cv::Rect body(20, 5, 6, 12), legs(18, 17, 10, 12), person = body | legs;  // cells
   FrameParts parts;
   cv::Mat1f& disparity_px = parts.input.measured_disparity_px;
   disparity_px = cv::Mat1f(cellRig().size, 20.0f);
   disparity_px(cv::Rect(80, 20, 3, 48)) = 5;
-  parts.cells = cells_;
-  const Obstacles obstacles = findObstacles(cellRig(), cells_, std::nullopt);
+  parts.cells = unknownCells(0.04f);
+  for (const cv::Rect& part : {body, legs}) parts.cells.disparity_px(part) = 20;
+  const Obstacles obstacles = findObstacles(cellRig(), parts.cells, std::nullopt);
   const Observation object = objectOf(parts.frame, obstacles.cellsOf(0));
   EXPECT_EQ(cv::Rect(object.box_px),
-            cv::Rect(kCellSide_px * kPerson.tl(), kPerson.size() * kCellSide_px));
-  EXPECT_EQ(cv::countNonZero(object.mask), 16 * (kBody.area() + kLegs.area()) - 3 * 48);
+            cv::Rect(kCellSide_px * person.tl(), person.size() * kCellSide_px));
+  EXPECT_EQ(cv::countNonZero(object.mask), 16 * (body.area() + legs.area()) - 3 * 48);
 }
 
 }  // namespace

@@ -136,8 +136,8 @@ TEST_F(FreeSpaceTest, APoleThatWasNotMeasuredIsRefutedByThePastImage) {
 
 TEST_F(FreeSpaceTest, WhatThePastMatcherCouldNotSeeIsNoEvidence) {
   rememberStatic(viewOf(emptyScene(), 0));
-  EXPECT_EQ(cv::countNonZero(compare(viewOf(boardScene(), 0), 19.9f).moved), 0);
-  EXPECT_EQ(cv::countNonZero(compare(viewOf(boardScene(), 0), 20.1f).moved), kBoardCells.area());
+  EXPECT_EQ(cv::countNonZero(compare(viewOf(boardScene(), 0), 17.9f).moved), 0);
+  EXPECT_EQ(cv::countNonZero(compare(viewOf(boardScene(), 0), 18.1f).moved), kBoardCells.area());
 }
 
 Eigen::Isometry3d drivenTo(int k) {
