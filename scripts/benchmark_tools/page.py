@@ -115,9 +115,9 @@ SUMMARY = [
      '({moving_objects: KITTI, all: objects} boxes of seven road users) *(a)*'),
     ('people at 0.8 to 2 m', 'recall {near_objects: people, both: recall, IoU 0.3}, precision {near_objects: people, both: precision, IoU 0.3} '
      '({near_objects: people, both: objects} boxes of three people) *(a)*'),
-    ('moving objects, synthetic streets', 'recall {synthetic_objects: 11 scenes, seeds 201 and 202: recall, IoU 0.3}, '
-     'precision {synthetic_objects: 11 scenes, seeds 201 and 202: precision, IoU 0.3} '
-     '({synthetic_objects: 11 scenes, seeds 201 and 202: objects} boxes) *(b)*'),
+    ('moving objects, synthetic streets', 'recall {synthetic_objects: 11 scenes, test seeds: recall, IoU 0.3}, '
+     'precision {synthetic_objects: 11 scenes, test seeds: precision, IoU 0.3} '
+     '({synthetic_objects: 11 scenes, test seeds: objects} boxes) *(b)*'),
 ]
 
 
