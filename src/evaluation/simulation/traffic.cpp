@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -11,17 +10,29 @@
 namespace predictive_stereo::simulation {
 namespace {
 
-// The rectangle on the ground that a body of this size covers.
-cv::RotatedRect outlineOf(const Place& place, const Vector3d& size, double margin) {
-  const Vector2f centre = place.position_m.head<2>().cast<float>();
-  return {cv::Point2f(centre.x(), centre.y()),
-          cv::Size2d(size.x() + 2 * margin, size.y() + 2 * margin),
-          static_cast<float>(place.heading_rad * 180 / kPi)};
-}
+// A rectangle on the ground.
+struct Outline {
+  Vector2d centre, ahead;
+  double half_length, half_width;
 
-bool overlap(const cv::RotatedRect& a, const cv::RotatedRect& b) {
-  std::vector<cv::Point2f> corners;  // of what both cover
-  return cv::rotatedRectangleIntersection(a, b, corners) != cv::INTERSECT_NONE;
+  Outline(const Place& place, const Vector3d& size, double margin)
+      : centre(place.position_m.head<2>()),
+        ahead(place.ahead()),
+        half_length(0.5 * size.x() + margin),
+        half_width(0.5 * size.y() + margin) {}
+
+  double extentAlong(const Vector2d& axis) const {
+    return half_length * std::abs(axis.dot(ahead)) +
+           half_width * std::abs(axis.x() * ahead.y() - axis.y() * ahead.x());
+  }
+};
+
+bool overlap(const Outline& a, const Outline& b) {
+  const Vector2d offset = b.centre - a.centre;
+  for (const Vector2d& axis :
+       {a.ahead, Vector2d(-a.ahead.y(), a.ahead.x()), b.ahead, Vector2d(-b.ahead.y(), b.ahead.x())})
+    if (std::abs(axis.dot(offset)) > a.extentAlong(axis) + b.extentAlong(axis)) return false;
+  return true;
 }
 
 // Whether it never collides with the camera's body or with another moving object.
@@ -30,13 +41,13 @@ bool isFree(const Mover& mover, const std::vector<Mover>& others, const Path& pa
   const Vector3d size = sizeOf(mover.kind, mover.seed);
   for (double t = std::max(0.0, mover.from_s); t <= mover.until_s; t += 0.2) {
     const Place place = mover.placeAt(t, path);
-    const cv::RotatedRect outline = outlineOf(place, size, 0.15);
-    if (overlap(outline, outlineOf(path.placeAt(t), body_m, 0.35))) return false;
+    const Outline outline(place, size, 0.15);
+    if (overlap(outline, Outline(path.placeAt(t), body_m, 0.35))) return false;
     for (const Mover& other : others) {
       if (t < other.from_s || t > other.until_s) continue;
       const Place there = other.placeAt(t, path);
       if ((there.position_m - place.position_m).squaredNorm() > 225) continue;
-      if (overlap(outline, outlineOf(there, sizeOf(other.kind, other.seed), 0.15))) return false;
+      if (overlap(outline, Outline(there, sizeOf(other.kind, other.seed), 0.15))) return false;
     }
   }
   return true;
