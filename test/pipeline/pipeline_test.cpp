@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "evaluation/simulation/street.h"
@@ -96,6 +97,26 @@ class Loop : public testing::Test {
 
 std::optional<CameraMotion> unknownMotion(const StreetFrame&, const StreetFrame&) {
   return std::nullopt;
+}
+
+// Without a past, what is published are measured disparities, filled holes, and the median.
+TEST_F(Loop, AMaxHoleOfZeroFillsNone) {
+  const StreetFrame frame = street_.render(0);
+  const auto publishedInHoles = [&](int max_hole_px) {
+    startAnew();
+    DisparityParams params = disparityParams();
+    params.max_hole_px = max_hole_px;
+    DisparityLoop loop(disparityAlone(params));
+    run(loop, frame);
+    const cv::Mat1b measured = (maps_.measured_disparity_px >= 0) / 255;
+    cv::Mat1b neighbours;
+    cv::boxFilter(measured, neighbours, CV_8U, {3, 3}, {-1, -1}, false);
+    const cv::Mat1b in_holes =
+        (maps_.disparity_px >= 0) & (maps_.measured_disparity_px < 0) & (neighbours < 5);
+    return cv::countNonZero(in_holes(cv::Rect(1, 1, in_holes.cols - 2, in_holes.rows - 2)));
+  };
+  EXPECT_EQ(publishedInHoles(0), 0);
+  EXPECT_GT(publishedInHoles(40), 500);
 }
 
 TEST_F(Loop, PredictionIsUsedFromTheSecondFrameOn) {
