@@ -13,11 +13,8 @@ target_link_libraries(predictive_stereo
 )
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${predictive_stereo_include} COMPONENT core)
 # So the compiler can vectorise loops with conditions; results do not change.
-file(GLOB loops CONFIGURE_DEPENDS src/detection/*.cpp)
-list(APPEND loops src/filtering/near_edges.cpp src/filtering/search_ranges.cpp)
-set_source_files_properties(${loops}
-  PROPERTIES COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math"
-)
+target_compile_options(predictive_stereo PRIVATE -fno-math-errno -fno-trapping-math)
+target_precompile_headers(predictive_stereo PRIVATE <Eigen/Geometry> <opencv2/imgproc.hpp> <functional> <vector>)
 
 # Reads and writes parameter structs as yaml and from command lines. It holds the annotated yaml, for
 # the texts of dynamic_reconfigure.

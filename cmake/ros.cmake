@@ -62,5 +62,9 @@ foreach(tool check_bag kitti_to_bag load_test replay)
 endforeach()
 add_dependencies(predictive_stereo_load_test predictive_stereo_nodelets)
 
+# Most of their compile time is headers and templates of ROS, which all files share.
+set_target_properties(predictive_stereo_ros predictive_stereo_nodelets predictive_stereo_bag_tools
+  PROPERTIES UNITY_BUILD ON)
+
 install(FILES nodelets.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY config launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})

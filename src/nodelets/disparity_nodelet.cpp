@@ -77,8 +77,6 @@ class CloudOutput {
   int missing_masks_ = 0;  // consecutive clouds without a mask
 };
 
-}  // namespace
-
 /// Dense disparity with variance, predicted from the past by the camera's motion. Topics, services
 /// and parameters: docs/nodes.md.
 class DisparityNodelet
@@ -189,6 +187,7 @@ class DisparityNodelet
   std::optional<MaskInput> masks_;
 };
 
+}  // namespace
 }  // namespace predictive_stereo
 
 PLUGINLIB_EXPORT_CLASS(predictive_stereo::DisparityNodelet, nodelet::Nodelet)

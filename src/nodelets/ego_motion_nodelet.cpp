@@ -11,6 +11,7 @@
 #include "nodelets/transforms.h"
 
 namespace predictive_stereo {
+namespace {
 
 /// Odometry of a stereo camera. Topics, services and parameters: docs/nodes.md.
 class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput,
@@ -142,6 +143,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
   ros::Time last_stamp_;
 };
 
+}  // namespace
 }  // namespace predictive_stereo
 
 PLUGINLIB_EXPORT_CLASS(predictive_stereo::EgoMotionNodelet, nodelet::Nodelet)

@@ -63,8 +63,6 @@ struct DisparityInput {
   }
 };
 
-}  // namespace
-
 /// Moving objects from images, disparities and their variance. Topics, services and parameters:
 /// docs/nodes.md.
 class MovingObjectsNodelet
@@ -124,6 +122,7 @@ class MovingObjectsNodelet
   std::optional<OdometryInput> odometry_;
 };
 
+}  // namespace
 }  // namespace predictive_stereo
 
 PLUGINLIB_EXPORT_CLASS(predictive_stereo::MovingObjectsNodelet, nodelet::Nodelet)

@@ -14,6 +14,7 @@
 #include "nodelets/synced_topics.h"
 
 namespace predictive_stereo {
+namespace {
 
 /// Rectifies the images of one camera, for drivers that do not, while image_rect has subscribers.
 /// Topics and parameters: docs/nodes.md.
@@ -90,6 +91,7 @@ class RectifyNodelet : public nodelet::Nodelet {
   image_transport::Publisher rectified_;
 };
 
+}  // namespace
 }  // namespace predictive_stereo
 
 PLUGINLIB_EXPORT_CLASS(predictive_stereo::RectifyNodelet, nodelet::Nodelet)

@@ -28,7 +28,7 @@ void require(const rosbag::Bag& bag, const TopicTypes& types, const std::string&
                            "; topics of this type are " + (known.empty() ? "none" : known));
 }
 
-std::vector<std::string> imageTopics(const TopicTypes& types) {
+std::vector<std::string> topicsWithImages(const TopicTypes& types) {
   std::vector<std::string> result;
   for (const auto& known : types)
     if (hasImages(types, known.first)) result.push_back(known.first);
@@ -44,7 +44,7 @@ std::string cameraInfoTopic(const std::string& topic) {
 // Pairs of topics whose names differ only in "left" and "right".
 std::vector<StereoTopics> knownLayouts(const TopicTypes& types, bool raw) {
   std::vector<StereoTopics> found;
-  for (const std::string& left : imageTopics(types)) {
+  for (const std::string& left : topicsWithImages(types)) {
     const size_t place = left.rfind("left");
     if (place == std::string::npos) continue;
     const std::string images = imageTopic(left);
@@ -172,8 +172,8 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
                            ? bag.getFileName() + " has no stereo camera of a known layout"
                            : bag.getFileName() + " has more than one stereo camera";
     text += "; choose with --camera, or --left and --right, from these image topics:";
-    for (const std::string& topic : imageTopics(types)) text += "\n  " + topic;
-    if (imageTopics(types).empty()) text += " none";
+    for (const std::string& topic : topicsWithImages(types)) text += "\n  " + topic;
+    if (topicsWithImages(types).empty()) text += " none";
     throw std::runtime_error(text);
   }
   for (const std::string& images : {topics.left, topics.right})
