@@ -45,7 +45,11 @@ def topics(launch_file, arguments):
 
 def free_port():
     with socket.socket() as probe:
-        probe.bind(('localhost', 0))
+        try:
+            probe.bind(('localhost', 0))
+        except socket.gaierror as error:
+            raise LaunchError('the name localhost has no address (%s), and ROS needs it: add the line '
+                              '"127.0.0.1 localhost" to /etc/hosts' % error.strerror) from error
         return probe.getsockname()[1]
 
 
