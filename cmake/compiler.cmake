@@ -18,6 +18,8 @@ if(SANITIZE)
     add_compile_options(-fno-sanitize-recover=undefined)
   elseif(SANITIZE STREQUAL "thread")
     set(predictive_stereo_sanitizer -fsanitize=thread)
+    # Linked into tests and the tools that they run.
+    set(predictive_stereo_thread_backend ${PROJECT_SOURCE_DIR}/test/parallel/thread_backend.cpp)
   else()
     message(FATAL_ERROR "SANITIZE=${SANITIZE}: must be address or thread")
   endif()

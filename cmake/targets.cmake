@@ -47,5 +47,6 @@ function(predictive_stereo_tool name source)
   endforeach()
   string(CONFIGURE "${${name}}" help @ONLY)
   configure_file(cmake/help.cpp.in ${name}_help.cpp @ONLY)
-  predictive_stereo_executable(${name} ${source} ${CMAKE_CURRENT_BINARY_DIR}/${name}_help.cpp)
+  predictive_stereo_executable(${name} ${source} ${CMAKE_CURRENT_BINARY_DIR}/${name}_help.cpp
+    ${predictive_stereo_thread_backend})
 endfunction()

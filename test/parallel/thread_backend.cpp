@@ -1,5 +1,6 @@
 /// Runs parallel loops and tasks, ours and OpenCV's, by std::threads: for builds with the thread
-/// sanitizer, which does not see how TBB hands over work. Linked into each test of such a build.
+/// sanitizer, which does not see how TBB hands over work. Linked into each test of such a build,
+/// and into the tools that tests run.
 #include <algorithm>
 #include <atomic>
 #include <exception>
