@@ -56,7 +56,24 @@ bool isWithinSurface(const FrameView& frame, cv::Point p) {
 constexpr int kAround_px = 4;               // distance of the neighbours whose disparity is tried
 constexpr float kDisparityError_px = 1.0f;  // of the point's own disparity
 constexpr float kSameDisparity_px = 0.5f;
+constexpr double kFastestAway_mps = 30;  // of an object that moves along the line of sight
+constexpr float kHidingMargin_px = 1.0f;
 constexpr float kMostDifference = 2.5f;  // of patches that are the same, see GreyPatch
+
+// Whether a static point was occluded in the past frame: at its position there was a surface so
+// much nearer that it cannot be the same one, even if it moves with the camera.
+bool wasHidden(const PastView& view, cv::Point pixel) {
+  const cv::Mat1f& past_px = view.past.frame->disparity_px;
+  const Eigen::Vector3f from = view.staticSource(pixel);
+  const int x = cvRound(from.x()), y = cvRound(from.y());
+  if (!(from.z() > 0) || x < 0 || y < 0 || x >= past_px.cols || y >= past_px.rows) return false;
+  const auto disparity_times_depth = static_cast<float>(view.rig().disparityTimesDepth());
+  const auto nearer_m = static_cast<float>(kFastestAway_mps * view.past.seconds);
+  const float before = past_px(y, x);
+  const float hiding_m = disparity_times_depth / from.z() - nearer_m;
+  return view.isKnown(before) && before > from.z() + kHidingMargin_px &&
+         before * hiding_m > disparity_times_depth;
+}
 
 bool isExplained(const PastView& view, cv::Point p) {
   const float own = view.disparity_px()(p);
@@ -127,7 +144,8 @@ std::vector<cv::Point> unexplainedPoints(const PastView& view,
   parallelForEach(static_cast<int>(unexplained.size()), [&](int i) {
     const cv::Point p = points_px[step * static_cast<size_t>(i)];
     const float d = view.disparity_px()(p);
-    unexplained[static_cast<size_t>(i)] = view.isKnown(d) && d > 0 && !isExplained(view, p);
+    unexplained[static_cast<size_t>(i)] =
+        view.isKnown(d) && d > 0 && !wasHidden(view, p) && !isExplained(view, p);
   });
   std::vector<cv::Point> kept;
   for (size_t i = 0; i < unexplained.size(); ++i)

@@ -167,6 +167,29 @@ TEST(UnexplainedPoints, AllowForAnotherExposure) {
   EXPECT_TRUE(unexplained(scene, pointsIn(kAll)).empty());
 }
 
+TEST(UnexplainedPoints, LeavesWhatWasJustUncoveredOut) {
+  Passing scene;
+  scene.move(kMover, 14);
+  scene.previous.disparity_px.setTo(3 * kWall_px);
+  EXPECT_TRUE(unexplained(scene, pointsIn(kWithin)).empty());
+  scene.previous.disparity_px.setTo(1.1f * kWall_px);
+  EXPECT_FALSE(unexplained(scene, pointsIn(kWithin)).empty())
+      << "it may have been that near itself";
+}
+
+TEST(UnexplainedPoints, UnknownDisparitiesHideNothing) {
+  const DisparityRange all{0, 64}, range{static_cast<int>(kWall_px), 64};
+  const std::vector<cv::Point> middle = {{kWidth / 2, kHeight / 2}};
+  Passing scene;
+  scene.move(kAll, 14);
+  scene.T_prev_cam.translation() = Eigen::Vector3d(0, 0, 5);  // 15 m ahead, 20 m then
+  scene.previous.disparity_px.setTo(range.invalid());
+  scene.range = all;
+  EXPECT_TRUE(unexplained(scene, middle).empty());
+  scene.range = range;
+  EXPECT_EQ(unexplained(scene, middle), middle);
+}
+
 TEST(UnexplainedPoints, LooksAtAnEvenSample) {
   Passing scene;
   scene.move(kMover, 14);
