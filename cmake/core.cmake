@@ -14,6 +14,7 @@ target_link_libraries(predictive_stereo
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${predictive_stereo_include} COMPONENT core)
 # So the compiler can vectorise loops with conditions; results do not change.
 target_compile_options(predictive_stereo PRIVATE -fno-math-errno -fno-trapping-math)
+# Most files include these.
 target_precompile_headers(predictive_stereo PRIVATE <Eigen/Geometry> <opencv2/imgproc.hpp> <functional> <vector>)
 
 # Reads and writes parameter structs as yaml and from command lines. It holds the annotated yaml, for
