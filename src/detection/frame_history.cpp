@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "detection/motion_noise.h"
-#include "parallel/tasks.h"
 #include "predictive_stereo/prediction.h"
 #include "predictive_stereo/rigid_motion.h"
 
@@ -16,7 +15,7 @@ constexpr int kMostOddFrames = 2;
 
 }  // namespace
 
-void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>& beside) {
+void FrameHistory::remember(const DetectionInput& input) {
   continueMotions(input);
   std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
   RememberedFrame& current = frames_[0];
@@ -25,11 +24,8 @@ void FrameHistory::remember(const DetectionInput& input, const std::vector<Task>
   current.follows = !isUnseen(input.motion_covariance);
   current.T_odom_cam = input.T_odom_cam;
   current.motion_since = PathCovariance();
-  // The longest task first.
-  std::vector<Task> tasks = {[&] { current.pyramid.build(input.left, kPyramidLevels); },
-                             [&] { input.measured_disparity_px.copyTo(current.disparity_px); }};
-  tasks.insert(tasks.end(), beside.begin(), beside.end());
-  parallelForEach(static_cast<int>(tasks.size()), [&](int i) { tasks[static_cast<size_t>(i)](); });
+  current.pyramid.build(input.left, kPyramidLevels);
+  input.measured_disparity_px.copyTo(current.disparity_px);
 }
 
 // Frames before one without a known pose are not compared any more: see past().

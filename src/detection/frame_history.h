@@ -11,7 +11,6 @@
 #include "detection/depth_cells.h"
 #include "detection/frame_comparison.h"
 #include "detection/ground_plane.h"
-#include "detection/level_ground.h"
 #include "detection/obstacles.h"
 #include "imaging/image_pyramid.h"
 #include "predictive_stereo/moving_objects.h"
@@ -45,10 +44,8 @@ class FrameHistory {
   /// Number of past frames that are kept.
   static constexpr int kFarthest = 8;
 
-  using Task = std::function<void()>;
   /// Adds a frame, which becomes the current one.
-  /// @param beside  independent tasks that run at the same time.
-  void remember(const DetectionInput& input, const std::vector<Task>& beside = {});
+  void remember(const DetectionInput& input);
   const RememberedFrame& current() const { return frames_[0]; }
   /// Adds `step_px` to the disparities of the past, after a change of the column correction.
   void addToDisparities(const DisparityRange& range, double step_px);
@@ -93,7 +90,6 @@ struct FrameView {
   const DepthCells& cells;
   const std::optional<GroundPlane>& ground;  ///< none: this frame shows none
   const Obstacles& obstacles;
-  const LevelGround& level;
 
   cv::Size lattice() const { return current.pyramid.level(1).size(); }
   /// @param past  must outlive the view, as this frame must.

@@ -14,20 +14,20 @@ constexpr double kMostOfPart = 0.8;
 
 const std::vector<Observation>& MotionScheme::observe(const DetectionInput& input,
                                                       const ObjectTracker& known) {
-  const cv::Mat1f& disparity_px = input.measured_disparity_px;
-  frames_.remember(input, {[&] {
-                             cells_.setFrame(range_, disparity_px, input.measured_variance_px2);
-                             ground_.setFrame(input.rig, cells_);
-                             obstacles_ = findObstacles(input.rig, cells_, ground_.plane());
-                           },
-                           [&] { level_.setFrame(input.rig, range_, disparity_px); }});
+  runTogether(
+      [&] {
+        cells_.setFrame(range_, input.measured_disparity_px, input.measured_variance_px2);
+        ground_.setFrame(input.rig, cells_);
+        obstacles_ = findObstacles(input.rig, cells_, ground_.plane());
+      },
+      [&] { frames_.remember(input); });
   verification_.forgetObjects();
   objects_.clear();
   sought_known_ = false;
   if (input.pose_state != PoseState::kKnown) return objects_;
   const std::vector<PastFrame> past = frames_.past();
-  const FrameView frame{input,  range_,          params_,    frames_.current(),
-                        cells_, ground_.plane(), obstacles_, level_};
+  const FrameView frame{input,  range_,          params_,   frames_.current(),
+                        cells_, ground_.plane(), obstacles_};
   if (!past.empty()) {
     greyTexture(frames_.current().pyramid.level(1), texture_);
     since_last_.compare(frame.since(past[0]), texture_);

@@ -46,7 +46,6 @@ class MotionScheme {
   DepthCells cells_;
   SteadyGround ground_;
   Obstacles obstacles_;
-  LevelGround level_;
   cv::Mat1f texture_;
   AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame
   AlongChannel along_;

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/imgproc.hpp>
+
+#include "detection/standing_cells.h"
 
 namespace predictive_stereo {
 namespace {
@@ -37,31 +38,6 @@ class JoinedCells {
   int& at(int i) { return parent_[static_cast<size_t>(i)]; }
   std::vector<int> parent_;
 };
-
-// Cells that can belong to obstacles.
-cv::Mat1b usableCells(const StereoRig& rig, const DepthCells& cells,
-                      const std::optional<GroundPlane>& ground) {
-  const float least_px = std::max(static_cast<float>(rig.disparityTimesDepth() / kFarthest_m),
-                                  std::numeric_limits<float>::denorm_min());
-  // Its height is h (1 - expected / d): see GroundPlane::heightOf. Without a ground all are 0.
-  const GroundPlane plane = ground.value_or(GroundPlane());
-  const auto h = static_cast<float>(plane.camera_height_m);
-  const auto per_column_px = static_cast<float>(kCellSide_px * plane.a);
-  const auto margin_m = ground ? static_cast<float>(kGroundMargin_m) : -1.0f;
-  cv::Mat1b usable(cells.disparity_px.size());
-  const int columns = usable.cols;
-  for (int v = 0; v < usable.rows; ++v) {
-    const float* const disparity = cells.disparity_px[v];
-    uchar* const of_row = usable[v];
-    const auto first_px =
-        static_cast<float>(plane.disparityAt(kCellCentre_px, kCellSide_px * v + kCellCentre_px));
-    for (int u = 0; u < columns; ++u) {
-      const float d = disparity[u], expected = first_px + per_column_px * static_cast<float>(u);
-      of_row[u] = ((d >= least_px) & (d * (h - margin_m) > expected * h)) ? 1 : 0;
-    }
-  }
-  return usable;
-}
 
 JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv::Mat1b& usable) {
   const int columns = usable.cols;
@@ -131,10 +107,14 @@ std::vector<cv::Point> Obstacles::cellsOf(int obstacle) const {
 
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
                         const std::optional<GroundPlane>& ground) {
-  const cv::Mat1b usable = usableCells(rig, cells, ground);
+  if (cells.disparity_px.empty()) return {cv::Mat1i(cells.disparity_px.size()), {}, {}};
+  cv::Mat1b standing = ground ? cellsAbove(*ground, cells) : cellsNotLevel(rig, cells);
+  const cv::Mat1b usable =
+      standing & (cells.disparity_px >= rig.disparityTimesDepth() / kFarthest_m);
+  if (ground) addFeet(*ground, cells, standing);
   JoinedCells joined = joinSurfaces(rig, cells, usable);
   // Roots come first: a set's first cell is its root.
-  Obstacles obstacles{cv::Mat1i(usable.size(), -1), {}};
+  Obstacles obstacles{cv::Mat1i(usable.size(), -1), {}, standing};
   int* const number = obstacles.number[0];
   const int count = static_cast<int>(usable.total());
   for (int i = 0; i < count; ++i) {

@@ -1,6 +1,7 @@
 /// Obstacles: depth-connected surfaces above the ground.
 #pragma once
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -15,6 +16,15 @@ namespace predictive_stereo {
 struct Obstacles {
   cv::Mat1i number;        ///< of each cell's obstacle, from 0 on; -1: none
   std::vector<int> sizes;  ///< of each obstacle [cells]
+  /// 255 on cells that stand on the ground, with their feet and at any distance; 0 on the ground
+  /// and where the disparity is unknown.
+  cv::Mat1b standing;
+
+  /// Whether a lattice point is in a standing cell; at the border, in the nearest one.
+  bool standsAt(cv::Point lattice_point) const {
+    return !standing.empty() && standing(std::min(lattice_point.y / 2, standing.rows - 1),
+                                         std::min(lattice_point.x / 2, standing.cols - 1));
+  }
 
   /// The cells of one obstacle, row by row. Lists of all of them would take longer to make.
   std::vector<cv::Point> cellsOf(int obstacle) const;
@@ -23,7 +33,8 @@ struct Obstacles {
 /// Joins neighbouring cells if there is certainly no step in depth between them, over gaps of one
 /// unknown cell.
 /// Cells with a disparity that the rig measures at more than 60 m are left out.
-/// @param ground  cells on it, up to kGroundMargin_m above, are left out; none: no cell is.
+/// @param ground  cells on it, up to kGroundMargin_m above, are left out; none: those of level
+///   surfaces are.
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
                         const std::optional<GroundPlane>& ground);
 

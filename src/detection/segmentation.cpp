@@ -85,11 +85,23 @@ struct Layer {
   cv::Mat1b mask;  // 0 outside the layer
 };
 
+// 255 on the lattice points in `area` that stand and whose disparity is in the layer.
+cv::Mat1b standingLayer(const PastView& view, const Hypothesis& hypothesis, const cv::Rect& area) {
+  cv::Mat1b layer(area.size());
+  for (int v = 0; v < area.height; ++v)
+    for (int u = 0; u < area.width; ++u) {
+      const cv::Point p = area.tl() + cv::Point(u, v);
+      const float d = view.disparity_px()(2 * p);
+      const bool is_inside = d >= hypothesis.farthest_px && d <= hypothesis.nearest_px;
+      layer(v, u) = is_inside && view.frame.obstacles.standsAt(p) ? 255 : 0;
+    }
+  return layer;
+}
+
 // Empty if no seed is in the layer.
 Layer layerAround(const PastView& view, const Hypothesis& hypothesis, int margin) {
   const cv::Rect reachable = reachOf(view.frame, hypothesis);
-  cv::Mat1b whole = view.frame.level.layerIn(reachable, view.disparity_px(), hypothesis.farthest_px,
-                                             hypothesis.nearest_px);
+  cv::Mat1b whole = standingLayer(view, hypothesis, reachable);
   const cv::Rect box = connectedToSeeds(hypothesis.seeds, reachable.tl(), whole);
   if (box.empty()) return {};
   const cv::Rect part =
@@ -123,20 +135,11 @@ cv::Mat1f supportOf(const PastView& view, const cv::Mat1f& static_world,
 }
 
 // Cells that the object's motion explains better, and close cells that do not contradict.
-cv::Mat1b supportedCells(const Layer& layer, const cv::Mat1f& smooth,
-                         const std::vector<cv::Point>& seeds, int gap) {
-  const cv::Rect& area = layer.area;
-  cv::Mat1b core = (smooth > kContradiction_grey) & layer.mask, member;
+cv::Mat1b supportedCells(const cv::Mat1b& layer, const cv::Mat1f& smooth, int gap) {
+  cv::Mat1b core = (smooth > kContradiction_grey) & layer, member;
   cv::morphologyEx(core, core, cv::MORPH_OPEN, cv::Mat1b::ones(2, 2));
-  // Seeds were tracked. If texture is weak, hardly anything else shows the object.
-  for (cv::Point seed : seeds) {
-    const cv::Rect around = (cv::Rect(seed.x - 1, seed.y - 1, 3, 3) & area) - area.tl();
-    for (int v = around.y; v < around.br().y; ++v)
-      for (int u = around.x; u < around.br().x; ++u)
-        if (layer.mask(v, u) && smooth(v, u) >= -kContradiction_grey) core(v, u) = 255;
-  }
   cv::dilate(core, member, cv::Mat1b::ones(2 * gap + 1, 2 * gap + 1));
-  cv::bitwise_and(member, (smooth >= -kContradiction_grey) & layer.mask, member);
+  cv::bitwise_and(member, (smooth >= -kContradiction_grey) & layer, member);
   cv::erode(member, member, cv::Mat1b::ones(2, 2));
   return member;
 }
@@ -243,7 +246,7 @@ std::optional<Segment> segment(const PastView& view, const cv::Mat1f& static_wor
   const cv::Mat1f support = supportOf(view, static_world, hypothesis, layer.area);
   cv::Mat1f smooth;
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
-  cv::Mat1b mask = partWithSeeds(supportedCells(layer, smooth, seeds, gap), layer.area, seeds);
+  cv::Mat1b mask = partWithSeeds(supportedCells(layer.mask, smooth, gap), layer.area, seeds);
   if (mask.empty()) return std::nullopt;
   growOverLayer(layer.mask, support, smooth, mask);
   dropLowColumns(view, layer.area.tl(), mask);

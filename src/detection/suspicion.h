@@ -21,7 +21,7 @@ struct Suspects {
 };
 /// Finds points whose image a static world does not explain: the mismatch of frames is large
 /// relative to the texture around. Without texture a wrong motion is not visible. Points at edges
-/// of the disparity are left out, as they cannot be tracked well, and those on level ground, as
+/// of the disparity are left out, as they cannot be tracked well, and those on the ground, as
 /// shadows are no objects.
 /// @param texture  see greyTexture; of the current image on the lattice.
 /// @param mismatch  of the whole lattice, see compareFrames.

@@ -8,7 +8,6 @@
 #include "detection/displacement_search.h"
 #include "detection/frame_comparison.h"
 #include "detection/free_space.h"
-#include "detection/level_ground.h"
 #include "detection/long_residual.h"
 #include "detection/suspicion.h"
 #include "frame_parts.h"
@@ -89,18 +88,6 @@ TEST(BorderReads, OfComparedFrames) {
     });
 }
 
-TEST(BorderReads, OfLevelGround) {
-  forEverySize(40, [](cv::Size size) {
-    StereoRig rig;
-    rig.size = size;
-    rig.baseline_m = 0.5;
-    const cv::Mat1f disparity_px = noise<float>(size, -1, 30);
-    LevelGround ground;
-    ground.setFrame(rig, DisparityRange(), disparity_px);
-    ground.layerIn({0, 0, (size.width + 1) / 2, (size.height + 1) / 2}, disparity_px, 5, 20);
-  });
-}
-
 TEST(BorderReads, OfPastDisparities) {
   forEverySize(7, [](cv::Size size) {
     StereoRig rig;
@@ -126,6 +113,7 @@ TEST(BorderReads, OfTexture) {
     greyTexture(noise<uchar>(lattice, 0, 256), texture);
     FrameParts parts;
     parts.input.measured_disparity_px = noise<float>(lattice * 2, -1, 30);
+    parts.obstacles.standing = cv::Mat1b(lattice / 2, uchar{255});
     findSuspects(parts.frame, texture, noise<float>(lattice, -1, 9));
   });
 }

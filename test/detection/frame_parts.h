@@ -13,8 +13,7 @@ struct FrameParts {
   DepthCells cells;
   std::optional<GroundPlane> ground;
   Obstacles obstacles;
-  LevelGround level;
-  const FrameView frame{input, range, params, current, cells, ground, obstacles, level};
+  const FrameView frame{input, range, params, current, cells, ground, obstacles};
 };
 
 }  // namespace predictive_stereo

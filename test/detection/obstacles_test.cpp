@@ -107,6 +107,19 @@ TEST(Obstacles, TouchAtACorner) {
   EXPECT_EQ(obstaclesIn(cells).sizes.size(), 1u);
 }
 
+TEST(Obstacles, StandAtLatticePoints) {
+  DepthCells cells = emptyCells();
+  cells.disparity_px(cv::Rect(kCellColumns - 1, 10, 1, 5)) = 15;
+  const auto obstacles = obstaclesIn(cells);
+  const int right = 2 * kCellColumns;  // lattice point of an image that is wider than its cells
+  EXPECT_TRUE(obstacles.standsAt({right - 2, 20}));
+  EXPECT_TRUE(obstacles.standsAt({right, 29}));
+  EXPECT_FALSE(obstacles.standsAt({right - 3, 20}));
+  EXPECT_FALSE(obstacles.standsAt({right - 2, 19}));
+  EXPECT_FALSE(obstacles.standsAt({right - 2, 30}));
+  EXPECT_FALSE(Obstacles().standsAt({0, 0}));
+}
+
 TEST(Obstacles, AreAboveTheGroundAndWithin60m) {
   const StereoRig rig = cellRig();
   // A level ground 1.5 m below the camera: d = (y - cy) B / h.
@@ -129,6 +142,7 @@ TEST(Obstacles, AreAboveTheGroundAndWithin60m) {
   cells = emptyCells();
   cells.disparity_px(cv::Rect(10, 10, 5, 5)) = disparityOf(61);
   EXPECT_EQ(obstaclesIn(cells).sizes.size(), 0u);
+  EXPECT_TRUE(obstaclesIn(cells).standsAt({20, 20})) << "at any distance";
   cells.disparity_px(cv::Rect(10, 10, 5, 5)) = disparityOf(59);
   EXPECT_EQ(obstaclesIn(cells).sizes.size(), 1u);
 }

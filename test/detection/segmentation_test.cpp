@@ -34,7 +34,6 @@ struct BehindAPole : Passing {
     cv::Mat1f static_world;
     seen.compare(seen.static_source, cv::Rect(cv::Point(), frame.lattice()), static_world);
     const cv::Mat1f no_residual(frame.lattice(), -1e6f);
-    level.setFrame(rig, range, disparity);
     Hypothesis hypothesis;
     for (cv::Point p : points_px) hypothesis.seeds.push_back(p / 2);
     hypothesis.disparity_px = kMover_px;

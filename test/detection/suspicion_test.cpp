@@ -23,6 +23,8 @@ cv::Mat1f textureOf(const cv::Mat1b& grey) {
 std::vector<cv::Point> suspectsOf(FrameParts& parts, const cv::Mat1b& grey,
                                   const cv::Mat1f& mismatch, const cv::Mat1f& disparity_px) {
   parts.input.measured_disparity_px = disparity_px;
+  if (parts.obstacles.standing.empty())
+    parts.obstacles.standing = cv::Mat1b(disparity_px.size() / kCellSide_px, uchar{255});
   return findSuspects(parts.frame, textureOf(grey), mismatch).points_px;
 }
 
@@ -106,22 +108,15 @@ TEST(Suspicion, UnknownDisparitiesAreNoSurface) {
   EXPECT_TRUE(suspectsOf(parts, grey, mismatch, disparity).empty());
 }
 
-TEST(Suspicion, LeavesTheRoadOut) {
-  StereoRig rig;
-  rig.size = {400, 200};
-  rig.fx_px = rig.fy_px = 400;
-  rig.cx_left_px = rig.cx_right_px = 200;
-  rig.cy_px = 100;
-  rig.baseline_m = 0.5;
-  cv::Mat1f disparity(rig.size, 3.0f);
-  for (int y = 106; y < disparity.rows; ++y) disparity.row(y).setTo(0.35 * (y - 100));
+TEST(Suspicion, LeavesOutWhatDoesNotStand) {
   const cv::Mat1b grey(100, 200, uchar{50});
   const cv::Mat1f mismatch(grey.size(), 20.0f);
   FrameParts parts;
-  parts.level.setFrame(rig, DisparityRange(), disparity);
+  parts.obstacles.standing = cv::Mat1b::zeros(50, 100);
+  parts.obstacles.standing.rowRange(0, 30).setTo(255);
   int upright = 0;
-  for (cv::Point p : suspectsOf(parts, grey, mismatch, disparity)) {
-    EXPECT_LT(p.y, 115);
+  for (cv::Point p : suspectsOf(parts, grey, mismatch, cv::Mat1f(200, 400, 3.0f))) {
+    EXPECT_LT(p.y, 30 * kCellSide_px);
     ++upright;
   }
   EXPECT_GT(upright, 500);

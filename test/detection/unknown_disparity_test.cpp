@@ -76,7 +76,7 @@ TEST(UnknownDisparity, ShowsNoKnownObject) {
   input.rig = Street{StreetParams()}.rig();
   input.measured_disparity_px = cv::Mat1f(input.rig.size, range.invalid());
   const RememberedFrame current, before;
-  const FrameView frame{input, range, {}, current, {}, {}, {}, {}};
+  const FrameView frame{input, range, {}, current, {}, {}, {}};
   ObjectTrack known;
   known.state.setZero();
   known.last.box_px = {600, 150, 80, 60};

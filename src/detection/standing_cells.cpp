@@ -1,0 +1,67 @@
+#include "detection/standing_cells.h"
+
+#include <cmath>
+
+namespace predictive_stereo {
+
+// The loops over rows have no branches, so that compilers vectorise them.
+
+// The height of a cell is h (1 - expected / d): see GroundPlane::heightOf.
+cv::Mat1b cellsAbove(const GroundPlane& ground, const DepthCells& cells) {
+  const auto h = static_cast<float>(ground.camera_height_m);
+  const auto per_column_px = static_cast<float>(kCellSide_px * ground.a);
+  const auto margin_m = static_cast<float>(kGroundMargin_m);
+  cv::Mat1b above(cells.disparity_px.size());
+  const int columns = above.cols;
+  for (int v = 0; v < above.rows; ++v) {
+    const float* const disparity = cells.disparity_px[v];
+    uchar* const of_row = above[v];
+    const auto first_px =
+        static_cast<float>(ground.disparityAt(kCellCentre_px, kCellSide_px * v + kCellCentre_px));
+    for (int u = 0; u < columns; ++u) {
+      const float d = disparity[u], expected = first_px + per_column_px * static_cast<float>(u);
+      of_row[u] = ((d > 0) & (d * (h - margin_m) > expected * h)) ? 255 : 0;
+    }
+  }
+  return above;
+}
+
+void addFeet(const GroundPlane& ground, const DepthCells& cells, cv::Mat1b& standing) {
+  const float most_px = kLeastGrowth * kCellSide_px * static_cast<float>(ground.b);
+  const int columns = standing.cols;
+  for (int v = 1; v < standing.rows; ++v) {
+    const float *const upper = cells.disparity_px[v - 1], *const lower = cells.disparity_px[v];
+    const uchar* const above = standing[v - 1];
+    uchar* const of_row = standing[v];
+    for (int u = 0; u < columns; ++u) {
+      const bool is_upright = (lower[u] > 0) & (std::abs(lower[u] - upper[u]) < most_px);
+      of_row[u] |= is_upright ? above[u] : 0;
+    }
+  }
+}
+
+// On a level surface at h below the camera d = B (y - y_horizon) / h, so d' = d / (y - y_horizon)
+// for every h.
+cv::Mat1b cellsNotLevel(const StereoRig& rig, const DepthCells& cells) {
+  constexpr int kReach = 2;  // cells, up and down
+  cv::Mat1b upright = cells.disparity_px > 0;
+  const int columns = upright.cols;
+  for (int v = kReach; v < upright.rows - kReach; ++v) {
+    const auto below_horizon_px = static_cast<float>(kCellSide_px * v + kCellCentre_px - rig.cy_px);
+    if (below_horizon_px <= 0) continue;
+    const float *const upper = cells.disparity_px[v - kReach], *const here = cells.disparity_px[v],
+                       *const lower = cells.disparity_px[v + kReach];
+    uchar* const of_row = upright[v];
+    for (int u = 0; u < columns; ++u) {
+      const float level_px = 2 * kReach * kCellSide_px * here[u] / below_horizon_px;
+      const float growth_px = lower[u] - upper[u];
+      const bool is_level = (here[u] > 0) & (upper[u] > 0) &
+                            (growth_px >= kLeastGrowth * level_px) &
+                            (growth_px <= kMostGrowth * level_px);
+      of_row[u] = is_level ? 0 : of_row[u];
+    }
+  }
+  return upright;
+}
+
+}  // namespace predictive_stereo
