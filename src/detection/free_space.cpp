@@ -85,7 +85,7 @@ HWY_INLINE void addSights(const PastSight& past, int number, const Places& place
   }
 }
 
-HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
+HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int count,
                             uint8_t* HWY_RESTRICT through_by, uint8_t* HWY_RESTRICT fixed) {
   Cells cells;
   Places places;
@@ -95,13 +95,6 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
     cells.d = row.disparity_px + cells.first;
     cells.variance = row.variance_px2 + cells.first;
     cells.width = row.width_px + cells.first;
-    int32_t any = 0;
-    for (int i = 0; i < n; ++i) any |= cells.d[i] >= least_px ? 1 : 0;
-    if (any == 0) {
-      std::fill_n(through_by + cells.first, n, uint8_t{0});
-      std::fill_n(fixed + cells.first, n, uint8_t{0});
-      continue;
-    }
     for (int i = 0; i < n; ++i) cells.depth[i] = row.disparity_times_depth / cells.d[i];
     for (int32_t* counts : {cells.through, cells.same, cells.came_back, cells.through_by})
       std::fill_n(counts, n, 0);
@@ -110,12 +103,12 @@ HWY_NOINLINE void sightsRow(const SightRow& row, const PastSight* past, int coun
       addSights(past[k], k + 1, places, cells);
     }
     for (int i = 0; i < n; ++i) {
-      const int32_t compared = cells.d[i] >= least_px ? 1 : 0;
+      const int32_t known = cells.d[i] > 0 ? 1 : 0;
       const bool often =
           (cells.through[i] >= kFewestThrough) & (cells.through[i] > cells.came_back[i]);
-      const int32_t enough = often ? compared : 0;
+      const int32_t enough = often ? known : 0;
       through_by[cells.first + i] = static_cast<uint8_t>(enough * cells.through_by[i]);
-      fixed[cells.first + i] = static_cast<uint8_t>(-(compared & (cells.same[i] > 0 ? 1 : 0)));
+      fixed[cells.first + i] = static_cast<uint8_t>(-(known & (cells.same[i] > 0 ? 1 : 0)));
     }
   }
 }
@@ -131,16 +124,15 @@ HWY_EXPORT(sightsRow);
 constexpr double kLeastApart_s = 0.08;     // between remembered frames
 constexpr double kLongestGap_s = 1;        // a longer one ends the past
 constexpr int kLags[] = {2, 3, 5, 8, 13};  // remembered frames that are compared
-constexpr float kFarthest_m = 40;          // of cells that are compared
 // Mean squared difference of patches, relative to its variance, up to which they are the same.
 constexpr float kMostDifference = 6;
 constexpr int kBackgroundSteps = 3;
 
 }  // namespace
 
-void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
-               uint8_t* through_by, uint8_t* fixed) {
-  HWY_DYNAMIC_DISPATCH(sightsRow)(row, past, count, least_px, through_by, fixed);
+void sightsRow(const SightRow& row, const PastSight* past, int count, uint8_t* through_by,
+               uint8_t* fixed) {
+  HWY_DYNAMIC_DISPATCH(sightsRow)(row, past, count, through_by, fixed);
 }
 
 PastSight FreeSpace::sightOf(const StereoRig& rig, const Lag& lag, int y) {
@@ -231,8 +223,7 @@ void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,
                          static_cast<float>(rig.fx_px),
                          disparity_times_depth};
       uchar *const moved = evidence_.moved[v], *const fixed = evidence_.fixed[v];
-      sightsRow(row, past.data(), static_cast<int>(lags.size()),
-                disparity_times_depth / kFarthest_m, moved, fixed);
+      sightsRow(row, past.data(), static_cast<int>(lags.size()), moved, fixed);
       for (int u = 0; u < row.cells; ++u) {
         if (moved[u] == 0) continue;
         const Eigen::Vector3f cell(static_cast<float>(kCellSide_px * u + kCellCentre_px),

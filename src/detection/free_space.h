@@ -41,12 +41,11 @@ constexpr float kThinnest_px = 18;
 
 /// Compares the cells with past frames; the same on every SIMD target, bit by bit.
 /// @param past  `count` frames, the last one first.
-/// @param least_px  cells with smaller disparities are left out.
 /// @param through_by  1 + index of the first frame that looked through, where kFewestThrough and
 ///   more did than saw the surface at its place later on; 0 elsewhere.
 /// @param fixed  255 where a frame saw the surface at its place; 0 elsewhere.
-void sightsRow(const SightRow& row, const PastSight* past, int count, float least_px,
-               uint8_t* through_by, uint8_t* fixed);
+void sightsRow(const SightRow& row, const PastSight* past, int count, uint8_t* through_by,
+               uint8_t* fixed);
 
 /// Evidence of each cell, 255 or 0. Cells with neither were hidden, outside the image or unknown.
 struct FreeSpaceEvidence {

@@ -14,7 +14,6 @@ constexpr float kStep_m = 0.3f, kStep_px = 1;
 // Standard deviations of a step that have to be within it, too. Otherwise noise, as on a floor
 // without texture, joins all that touches it.
 constexpr float kSigmas = 2;
-constexpr float kFarthest_m = 60;
 constexpr float kWide_px = 1e6f;
 
 // Sets of cells; the root of a set is its first cell. Cells are added row by row.
@@ -107,23 +106,21 @@ std::vector<cv::Point> Obstacles::cellsOf(int obstacle) const {
 
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
                         const std::optional<GroundPlane>& ground) {
-  if (cells.disparity_px.empty()) return {cv::Mat1i(cells.disparity_px.size()), {}, {}};
-  cv::Mat1b standing = ground ? cellsAbove(*ground, cells) : cellsNotLevel(rig, cells);
-  const cv::Mat1b usable =
-      standing & (cells.disparity_px >= rig.disparityTimesDepth() / kFarthest_m);
-  if (ground) addFeet(*ground, cells, standing);
-  JoinedCells joined = joinSurfaces(rig, cells, usable);
+  Obstacles obstacles{cv::Mat1i(cells.disparity_px.size(), -1),
+                      {},
+                      ground ? cellsAbove(*ground, cells) : cellsNotLevel(rig, cells)};
+  JoinedCells joined = joinSurfaces(rig, cells, obstacles.standing);
   // Roots come first: a set's first cell is its root.
-  Obstacles obstacles{cv::Mat1i(usable.size(), -1), {}, standing};
   int* const number = obstacles.number[0];
-  const int count = static_cast<int>(usable.total());
+  const int count = static_cast<int>(obstacles.number.total());
   for (int i = 0; i < count; ++i) {
-    if (!usable.data[i]) continue;
+    if (!obstacles.standing.data[i]) continue;
     const int root = joined.rootOf(i);
     number[i] = root == i ? static_cast<int>(obstacles.sizes.size()) : number[root];
     if (root == i) obstacles.sizes.push_back(0);
     ++obstacles.sizes[static_cast<size_t>(number[i])];
   }
+  if (ground) addFeet(*ground, cells, obstacles.standing);
   return obstacles;
 }
 

@@ -16,8 +16,8 @@ namespace predictive_stereo {
 struct Obstacles {
   cv::Mat1i number;        ///< of each cell's obstacle, from 0 on; -1: none
   std::vector<int> sizes;  ///< of each obstacle [cells]
-  /// 255 on cells that stand on the ground, with their feet and at any distance; 0 on the ground
-  /// and where the disparity is unknown.
+  /// 255 on cells that stand on the ground, with their feet; 0 on the ground and
+  /// where the disparity is unknown.
   cv::Mat1b standing;
 
   /// Whether a lattice point is in a standing cell; at the border, in the nearest one.
@@ -32,7 +32,6 @@ struct Obstacles {
 
 /// Joins neighbouring cells if there is certainly no step in depth between them, over gaps of one
 /// unknown cell.
-/// Cells with a disparity that the rig measures at more than 60 m are left out.
 /// @param ground  cells on it, up to kGroundMargin_m above, are left out; none: those of level
 ///   surfaces are.
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,

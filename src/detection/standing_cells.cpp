@@ -44,21 +44,21 @@ void addFeet(const GroundPlane& ground, const DepthCells& cells, cv::Mat1b& stan
 // for every h.
 cv::Mat1b cellsNotLevel(const StereoRig& rig, const DepthCells& cells) {
   constexpr int kReach = 2;  // cells, up and down
-  cv::Mat1b upright = cells.disparity_px > 0;
+  cv::Mat1b upright(cells.disparity_px.size());
   const int columns = upright.cols;
-  for (int v = kReach; v < upright.rows - kReach; ++v) {
+  for (int v = 0; v < upright.rows; ++v) {
     const auto below_horizon_px = static_cast<float>(kCellSide_px * v + kCellCentre_px - rig.cy_px);
-    if (below_horizon_px <= 0) continue;
-    const float *const upper = cells.disparity_px[v - kReach], *const here = cells.disparity_px[v],
-                       *const lower = cells.disparity_px[v + kReach];
+    const bool can_tell = below_horizon_px > 0 && v >= kReach && v + kReach < upright.rows;
+    const int reach = can_tell ? kReach : 0;  // without a reach the growth is 0
+    const float *const upper = cells.disparity_px[v - reach], *const here = cells.disparity_px[v],
+                       *const lower = cells.disparity_px[v + reach];
     uchar* const of_row = upright[v];
     for (int u = 0; u < columns; ++u) {
       const float level_px = 2 * kReach * kCellSide_px * here[u] / below_horizon_px;
       const float growth_px = lower[u] - upper[u];
-      const bool is_level = (here[u] > 0) & (upper[u] > 0) &
-                            (growth_px >= kLeastGrowth * level_px) &
+      const bool is_level = (upper[u] > 0) & (growth_px >= kLeastGrowth * level_px) &
                             (growth_px <= kMostGrowth * level_px);
-      of_row[u] = is_level ? 0 : of_row[u];
+      of_row[u] = ((here[u] > 0) & !is_level) ? 255 : 0;
     }
   }
   return upright;

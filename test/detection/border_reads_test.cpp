@@ -53,8 +53,8 @@ TEST(BorderReads, OfFreeSpace) {
       const Floats nearest = floats(guard, -1, 30, n * kRows),
                    farthest = floats(guard, -1, 30, n * kRows);
       const PastSight past{{kMoved, n, n, kRows}, nearest(n * kRows), farthest(n * kRows), {}};
-      sightsRow({disparity(n), variance(n), width(n), n, 4, 10, 100, 50}, &past, 1, 1,
-                through_by(n), fixed(n));
+      sightsRow({disparity(n), variance(n), width(n), n, 4, 10, 100, 50}, &past, 1, through_by(n),
+                fixed(n));
     });
   });
 }
