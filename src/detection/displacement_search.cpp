@@ -166,18 +166,14 @@ std::optional<ShiftFound> searchShift(const PastView& view, const std::vector<cv
   float mismatch[kTrialsY][kMostTrialsX];
   for (int row = 0; row < kTrialsY; ++row)
     mismatchesAlong(image, samples, step_of_coarse, coarse(row, 0), trials, mismatch[row]);
-  float best = std::numeric_limits<float>::infinity(), sum = 0;
-  int tried = 0;
+  float best = std::numeric_limits<float>::infinity();
   cv::Point at;
   for (int row = 0; row < kTrialsY; ++row)
     for (int column = 0; column < trials; ++column) {
       const float m = mismatch[row][column];
-      if (!std::isfinite(m)) continue;
-      sum += m;
-      ++tried;
       if (m < best) best = m, at = coarse(row, column);
     }
-  if (tried == 0 || best > 0.7f * sum / static_cast<float>(tried)) return std::nullopt;
+  if (!std::isfinite(best)) return std::nullopt;
   const cv::Point centre = at;
   best = mismatchAt(image, samples, 1, at);
   for (int dy = -1; dy <= 1; ++dy)

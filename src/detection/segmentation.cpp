@@ -13,8 +13,6 @@ namespace {
 
 constexpr float kDecisive_grey = 2.0f;  // difference of mismatches above noise
 constexpr float kContradiction_grey = 0.7f;
-constexpr float kMostSupport_grey = 15.0f;
-constexpr int kFewestCells = 24;
 // From an object's points to its end, relative to MotionDetectionParams::link_distance_m.
 constexpr double kReach = 1.6;
 // Reach of the comparison's windows (twice 2), the smoothing (2) and the opening (1), rounded up.
@@ -126,9 +124,8 @@ cv::Mat1f supportOf(const PastView& view, const cv::Mat1f& static_world,
     const float *const of_static = by_static[v], *const of_object = by_object[v];
     float* const of_row = support[v];
     for (int u = 0; u < area.width; ++u) {
-      const float better = std::min(of_static[u] - of_object[u], kMostSupport_grey);
-      const float clamped = std::max(better, -kMostSupport_grey);
-      of_row[u] = ((of_static[u] < 0) | (of_object[u] < 0)) ? 0.0f : clamped;
+      const bool unknown = (of_static[u] < 0) | (of_object[u] < 0);
+      of_row[u] = unknown ? 0.0f : of_static[u] - of_object[u];
     }
   }
   return support;
@@ -250,7 +247,7 @@ std::optional<Segment> segment(const PastView& view, const cv::Mat1f& static_wor
   if (mask.empty()) return std::nullopt;
   growOverLayer(layer.mask, support, smooth, mask);
   dropLowColumns(view, layer.area.tl(), mask);
-  if (cv::countNonZero(mask) < kFewestCells) return std::nullopt;
+  if (cv::countNonZero(mask) == 0) return std::nullopt;
   return segmentOf(layer, support, mask, residual_px,
                    0.5f * static_cast<float>(view.params().dense_min_residual_px));
 }

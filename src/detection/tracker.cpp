@@ -111,7 +111,7 @@ void ObjectTracker::update(const std::vector<Observation>& observations, bool so
       if (!tracks_[t].confirmed && !last.has_velocity)
         best =
             std::max(best, agreementOf(seen, tracks_[t].seen_box_px, tracks_[t].seen_distance_m));
-      if (best > 0) pairs.emplace_back(-(best + (tracks_[t].confirmed ? 0.2 : 0.0)), t, o);
+      if (best > 0) pairs.emplace_back(-best, t, o);
     }
   std::sort(pairs.begin(), pairs.end());
   std::vector<bool> taken(observations.size(), false);

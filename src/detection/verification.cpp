@@ -88,8 +88,7 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   if (!measureShape(input, frame.range, seen)) return std::nullopt;
   const LowerEnd lower_end =
       lowerEndOf(frame.cells, frame.ground, seen.box_px, hypothesis.nearest_px);
-  if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end,
-                   input.rig.disparityTimesDepth() / hypothesis.disparity_px))
+  if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end))
     return std::nullopt;
   seen.centre_covariance = centreCovariance(input.rig, hypothesis.disparity_px);
   const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
