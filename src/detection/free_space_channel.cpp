@@ -62,7 +62,7 @@ bool measureIfPossible(const FrameView& frame, const std::vector<cv::Point>& obs
   const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
   const LowerEnd lower_end =
       lowerEndOf(frame.cells, frame.ground, pixelsOf(area), disparity_px + kNearer_px);
-  return isPlausible(frame.params, extent, lower_end);
+  return isPlausible(frame.params, extent, lower_end, distance_m);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ constexpr size_t kFewestPoints = 8;
 constexpr int kMostPoints = 1500;  // more do not improve the result
 constexpr double kTail = 0.05;     // share of points left out at both ends: false matches, edges
 
+constexpr double kSlope = 0.03;        // of the ground: a far object may be uphill
 constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
 constexpr int kBelow = 3;              // rows of cells in which something nearer hides a lower end
 
@@ -128,7 +129,8 @@ LowerEnd lowerEndOf(const DepthCells& cells, const std::optional<GroundPlane>& g
   return 2 * hidden > right - left ? LowerEnd::kHidden : LowerEnd::kFoot;
 }
 
-bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end) {
+bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end,
+                 double distance_m) {
   const double visible = lower_end == LowerEnd::kFoot     ? 1
                          : lower_end == LowerEnd::kHidden ? kLeastVisible
                                                           : 0;
@@ -137,8 +139,9 @@ bool isPlausible(const MotionDetectionParams& params, const Extent& extent, Lowe
     return false;
   if (lower_end == LowerEnd::kCut || !extent.above_ground) return true;
   const auto [foot_m, top_m] = *extent.above_ground;
-  return top_m <= params.max_height_m &&
-         (lower_end == LowerEnd::kHidden || foot_m <= params.max_foot_m);
+  const double uphill_m = kSlope * distance_m;
+  return top_m <= params.max_height_m + uphill_m &&
+         (lower_end == LowerEnd::kHidden || foot_m <= params.max_foot_m + uphill_m);
 }
 
 double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {

@@ -61,7 +61,8 @@ struct Extent {
   std::optional<Heights> above_ground;  ///< of its ends; none: no ground is in view
 };
 /// Whether size and height above the ground are possible for an object.
-bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end);
+bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end,
+                 double distance_m);
 
 /// Disparities of one surface differ by at most a fixed part and a share of them.
 constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;

@@ -88,7 +88,8 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   if (!measureShape(input, frame.range, seen)) return std::nullopt;
   const LowerEnd lower_end =
       lowerEndOf(frame.cells, frame.ground, seen.box_px, hypothesis.nearest_px);
-  if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end))
+  if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end,
+                   input.rig.disparityTimesDepth() / hypothesis.disparity_px))
     return std::nullopt;
   seen.centre_covariance = centreCovariance(input.rig, hypothesis.disparity_px);
   const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
