@@ -126,7 +126,6 @@ constexpr double kLongestGap_s = 1;        // a longer one ends the past
 constexpr int kLags[] = {2, 3, 5, 8, 13};  // remembered frames that are compared
 // Mean squared difference of patches, relative to its variance, up to which they are the same.
 constexpr float kMostDifference = 6;
-constexpr int kBackgroundSteps = 3;
 
 }  // namespace
 
@@ -178,20 +177,16 @@ bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image,
   if (looksLike(at, at.z() / cell.z())) return true;
   // The background is still there, and the current disparity is wrong. Its place in the past image
   // depends on its own disparity.
-  float scale = 1;
   const cv::Mat1f& farthest_px = lag.past.farthest_px;
-  for (int step = 0; step < kBackgroundSteps; ++step) {
-    const cv::Point p(cvRound(at.x() / kLatticeStep_px), cvRound(at.y() / kLatticeStep_px));
-    if (!cv::Rect(cv::Point(), farthest_px.size()).contains(p)) return false;
-    const float background = farthest_px(p);
-    if (!(background > 0)) return false;
-    const Eigen::Vector3f seen_now = lag.into_now(at.x(), at.y(), background);
-    if (!(seen_now.z() > 0)) return false;
-    at.x() += cell.x() - seen_now.x();
-    at.y() += cell.y() - seen_now.y();
-    scale = background / seen_now.z();
-  }
-  return looksLike(at, scale);
+  const cv::Point p(cvRound(at.x() / kLatticeStep_px), cvRound(at.y() / kLatticeStep_px));
+  if (!cv::Rect(cv::Point(), farthest_px.size()).contains(p)) return false;
+  const float background = farthest_px(p);
+  if (!(background > 0)) return false;
+  const Eigen::Vector3f seen_now = lag.into_now(at.x(), at.y(), background);
+  if (!(seen_now.z() > 0)) return false;
+  at.x() += cell.x() - seen_now.x();
+  at.y() += cell.y() - seen_now.y();
+  return looksLike(at, background / seen_now.z());
 }
 
 void FreeSpace::compare(const DetectionInput& input, const DepthCells& cells,

@@ -11,7 +11,6 @@ namespace {
 constexpr int kFewestCells = 15;     // of an obstacle
 constexpr double kLeastMoved = 0.2;  // share of them
 constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
-constexpr float kNearer_px = 2;      // of what can hide the lower end
 
 struct CellCounts {
   int moved = 0, fixed = 0;
@@ -60,8 +59,7 @@ bool measureIfPossible(const FrameView& frame, const std::vector<cv::Point>& obs
     extent.height_m = std::max(extent.height_m, std::min(heights.top_m, frame.params.max_height_m));
   }
   const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
-  const LowerEnd lower_end =
-      lowerEndOf(frame.cells, frame.ground, pixelsOf(area), disparity_px + kNearer_px);
+  const LowerEnd lower_end = lowerEndOf(frame.cells, frame.ground, pixelsOf(area), disparity_px);
   return isPlausible(frame.params, extent, lower_end, distance_m);
 }
 

@@ -252,11 +252,8 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
 }
 
 std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& known) {
-  constexpr int kLeastArea_px = 100;
-  constexpr size_t kFewestSeeds = 8;
   const StereoRig& rig = view.rig();
   const cv::Rect box = known.last.box_px & cv::Rect(cv::Point(), rig.size);
-  if (box.area() < kLeastArea_px) return std::nullopt;
   Hypothesis hypothesis;
   hypothesis.source = Hypothesis::Source::kKnown;
   hypothesis.disparity_px = static_cast<float>(rig.disparityTimesDepth() / known.last.centre_m.z());
@@ -270,7 +267,7 @@ std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& 
       if (view.isKnown(d) && std::abs(d - hypothesis.disparity_px) < tolerance)
         hypothesis.seeds.emplace_back(u, v);
     }
-  if (hypothesis.seeds.size() < kFewestSeeds) return std::nullopt;
+  if (hypothesis.seeds.empty()) return std::nullopt;
   setLayer(view.frame, hypothesis);
   return hypothesis;
 }

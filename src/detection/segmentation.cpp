@@ -70,10 +70,8 @@ double latticePerMetre(const StereoRig& rig, const Hypothesis& hypothesis) {
 cv::Rect reachOf(const FrameView& frame, const Hypothesis& hypothesis) {
   const cv::Rect seen = cv::boundingRect(hypothesis.seeds);
   const double lattice_per_m = latticePerMetre(frame.input.rig, hypothesis);
-  const double reach_m = kReach * frame.params.link_distance_m;
-  const int wide = static_cast<int>(reach_m * lattice_per_m) + 3;
-  const int high = static_cast<int>(reach_m * 0.6 * lattice_per_m) + 3;
-  return cv::Rect(seen.x - wide, seen.y - high, seen.width + 2 * wide, seen.height + 2 * high) &
+  const int reach = static_cast<int>(kReach * frame.params.link_distance_m * lattice_per_m) + 3;
+  return cv::Rect(seen.x - reach, seen.y - reach, seen.width + 2 * reach, seen.height + 2 * reach) &
          cv::Rect(cv::Point(), frame.lattice());
 }
 
@@ -191,20 +189,18 @@ Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b&
   const auto [better, worse] = countDecisive(layer.mask, support, box);
   result.decisive = better + worse;
   result.explained = result.decisive ? static_cast<double>(better) / result.decisive : 0;
-  int cells = 0, positive = 0, negative = 0, known = 0;
+  int positive = 0, negative = 0, known = 0;
   for (int v = box.y; v < box.br().y; ++v) {
     const float* const residual = residual_px[origin.y + v] + origin.x;
     const uchar* const in_mask = mask[v];
     for (int u = box.x; u < box.br().x; ++u) {
-      if (!in_mask[u]) continue;
-      ++cells;
-      if (residual[u] == kUnknownResidual) continue;
+      if (!in_mask[u] || residual[u] == kUnknownResidual) continue;
       ++known;
       positive += residual[u] > least_residual;
       negative += residual[u] < -least_residual;
     }
   }
-  result.dense = known * 3 >= cells ? static_cast<double>(std::max(positive, negative)) / known : 0;
+  result.dense = known ? static_cast<double>(std::max(positive, negative)) / known : 0;
   return result;
 }
 
@@ -212,21 +208,18 @@ Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b&
 
 void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
                    cv::Mat1b& mask) {
-  constexpr int kMostGrowth = 4;              // cells after / before
   constexpr double kMostContradicting = 0.5;  // contradicting cells / supporting cells
   cv::Mat1b open = (smooth >= -kContradiction_grey) & layer;
   cv::morphologyEx(open, open, cv::MORPH_OPEN, cv::Mat1b::ones(3, 3));
   cv::Mat1i labels;
   const int count = cv::connectedComponents(open, labels, 4, CV_32S);
   std::vector<int> common(static_cast<size_t>(count), 0);
-  int cells = 0;
   for (int v = 0; v < mask.rows; ++v)
     for (int u = 0; u < mask.cols; ++u)
-      if (mask(v, u)) ++cells, ++common[static_cast<size_t>(labels(v, u))];
+      if (mask(v, u)) ++common[static_cast<size_t>(labels(v, u))];
   const auto [part, of_part] = mostFrequent(common);
-  if (2 * of_part <= cells) return;
+  if (of_part == 0) return;
   const cv::Mat1b grown = mask | (labels == part);
-  if (cv::countNonZero(grown) > kMostGrowth * cells) return;
   // Refuted cells are in the layer, but not in the part: count in the whole box.
   const auto [supporting, contradicting] = countDecisive(layer, support, cv::boundingRect(grown));
   if (contradicting <= kMostContradicting * supporting) mask = grown;

@@ -8,9 +8,6 @@
 namespace predictive_stereo {
 namespace {
 
-// Of the distances of a track and an observation that can be the same object.
-constexpr double kMostDepthRatio = 1.35;
-
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix36 = Eigen::Matrix<double, 3, 6>;
 
@@ -90,15 +87,6 @@ void ObjectTracker::predict(double stamp_s, const StereoRig& rig,
     track = move(*track) ? std::next(track) : tracks_.erase(track);
 }
 
-// How well an observation fits to an expected box and distance; 0: not at all.
-double ObjectTracker::agreementOf(const Observation& seen, const cv::Rect& box_px,
-                                  double distance_m) const {
-  const double ratio = seen.distance_m / std::max(distance_m, 0.1);
-  if (ratio < 1 / kMostDepthRatio || ratio > kMostDepthRatio) return 0;
-  const double iou = intersectionOverUnion(seen.box_px, box_px);
-  return iou < params_.min_iou ? 0 : iou;
-}
-
 void ObjectTracker::update(const std::vector<Observation>& observations, bool sought) {
   // The best pair is assigned first: the result does not depend on the order of objects.
   std::vector<std::tuple<double, size_t, size_t>> pairs;
@@ -107,11 +95,10 @@ void ObjectTracker::update(const std::vector<Observation>& observations, bool so
       const Observation& seen = observations[o];
       const Observation& last = tracks_[t].last;
       // Until its velocity is known, an object may as well move with the camera.
-      double best = agreementOf(seen, last.box_px, last.distance_m);
+      double iou = intersectionOverUnion(seen.box_px, last.box_px);
       if (!tracks_[t].confirmed && !last.has_velocity)
-        best =
-            std::max(best, agreementOf(seen, tracks_[t].seen_box_px, tracks_[t].seen_distance_m));
-      if (best > 0) pairs.emplace_back(-best, t, o);
+        iou = std::max(iou, intersectionOverUnion(seen.box_px, tracks_[t].seen_box_px));
+      if (iou > 0 && iou >= params_.min_iou) pairs.emplace_back(-iou, t, o);
     }
   std::sort(pairs.begin(), pairs.end());
   std::vector<bool> taken(observations.size(), false);
@@ -148,7 +135,6 @@ void ObjectTracker::correct(const Observation& observation, ObjectTrack& track) 
   if (track.observations >= params_.confirm_frames && track.evidence >= params_.confirm_evidence)
     track.confirmed = true;
   track.seen_box_px = observation.box_px;
-  track.seen_distance_m = observation.distance_m;
   track.unseen_frames = 0;
   track.seen_s = now_s_;
   if (!T_odom_cam_) return;
@@ -216,10 +202,9 @@ bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::M
                   const Observation& moved_along, cv::Mat1b& mask) {
   constexpr double kTolerance_m = 0.5,
                    kTolerance_px = 1;  // before its nearest, behind its farthest part
-  constexpr int kFewest_px = 60;
-  constexpr double kLeastShare = 0.6, kLeastMatched = 0.4;
+  constexpr double kLeastShare = 0.6;
   const cv::Rect box = moved_along.box_px & cv::Rect(cv::Point(), rig.size);
-  if (box.area() < kFewest_px || !(moved_along.distance_m > 2 * kTolerance_m)) return false;
+  if (box.empty() || !(moved_along.distance_m > 2 * kTolerance_m)) return false;
   const auto disparityAt = [&](double depth_m) {
     return static_cast<float>(rig.disparityTimesDepth() / depth_m);
   };
@@ -228,21 +213,18 @@ bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::M
   const float farthest_px =
       disparityAt(nearest_m + moved_along.size_m.z() + kTolerance_m) - kTolerance_px;
   mask.create(box.size());
-  int matched = 0, inside = 0;
+  int inside = 0;
   for (int y = 0; y < box.height; ++y) {
     const float* const disparity = disparity_px[box.y + y] + box.x;
     uchar* const of_row = mask[y];
     for (int x = 0; x < box.width; ++x) {
-      const bool is_matched = range.isValid(disparity[x]);
       const bool is_inside =
-          is_matched && disparity[x] >= farthest_px && disparity[x] <= nearest_px;
+          range.isValid(disparity[x]) && disparity[x] >= farthest_px && disparity[x] <= nearest_px;
       of_row[x] = is_inside ? 255 : 0;
-      matched += is_matched;
       inside += is_inside;
     }
   }
-  return inside >= kFewest_px && matched >= kLeastMatched * box.area() &&
-         inside >= kLeastShare * matched;
+  return inside >= kLeastShare * box.area();
 }
 
 }  // namespace predictive_stereo

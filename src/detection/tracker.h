@@ -22,9 +22,8 @@ struct ObjectTrack {
   bool confirmed = false;
   int observation = -1;  ///< index in the current frame; -1: not observed
   Observation last;      ///< the last one; its box, not its mask, is predicted if not observed
-  cv::Rect seen_box_px;  ///< of the last observation, not predicted ...
-  double seen_distance_m = 0;         ///< ... and its distance
-  bool located = false;               ///< whether it was observed in a frame with a pose
+  cv::Rect seen_box_px;  ///< of the last observation, not predicted
+  bool located = false;  ///< whether it was observed in a frame with a pose
   Eigen::Matrix<double, 6, 1> state;  ///< position [m], velocity [m/s] in the odom frame
   Eigen::Matrix<double, 6, 6> covariance;
 };
@@ -61,7 +60,6 @@ class ObjectTracker {
   void continueIds(const ObjectTracker& other) { next_id_ = other.next_id_; }
 
  private:
-  double agreementOf(const Observation& seen, const cv::Rect& box_px, double distance_m) const;
   bool goesOn(ObjectTrack& track, bool sought) const;
   void correct(const Observation& observation, ObjectTrack& track) const;
   void correctVelocity(const Observation& observation, ObjectTrack& track) const;

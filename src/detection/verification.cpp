@@ -7,7 +7,6 @@ namespace {
 
 using Source = Hypothesis::Source;
 
-constexpr int kFewestDecisive = 16;         // see Segment
 constexpr double kLeastWithResidual = 0.7;  // share of pixels, for motion along the line of sight
 
 // The object of a segment in full resolution: pixels of its lattice cells within the layer.
@@ -46,13 +45,12 @@ Extent extentOf(const FrameView& frame, const Observation& seen, float disparity
 
 // Whether the object's motion explains the images.
 bool explainsImages(const MotionDetectionParams& params, const Segment& segment) {
-  return segment.decisive >= kFewestDecisive && segment.explained >= params.min_explained;
+  return segment.decisive > 0 && segment.explained >= params.min_explained;
 }
 
 // Whether disparity residuals show motion along the line of sight, and the images do not refute it.
 bool showsInResiduals(const Segment& segment) {
-  return segment.dense >= kLeastWithResidual &&
-         (segment.explained >= 0.5 || segment.decisive < kFewestDecisive);
+  return segment.dense >= kLeastWithResidual && (segment.explained >= 0.5 || segment.decisive == 0);
 }
 
 }  // namespace
