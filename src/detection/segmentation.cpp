@@ -83,14 +83,19 @@ struct Layer {
 
 // 255 on the lattice points in `area` that stand and whose disparity is in the layer.
 cv::Mat1b standingLayer(const PastView& view, const Hypothesis& hypothesis, const cv::Rect& area) {
+  const float farthest_px = hypothesis.farthest_px, nearest_px = hypothesis.nearest_px;
   cv::Mat1b layer(area.size());
-  for (int v = 0; v < area.height; ++v)
+  for (int v = 0; v < area.height; ++v) {
+    const float* const disparity = view.disparity_px()[2 * (area.y + v)] + 2 * area.x;
+    uchar* const of_row = layer[v];
     for (int u = 0; u < area.width; ++u) {
-      const cv::Point p = area.tl() + cv::Point(u, v);
-      const float d = view.disparity_px()(2 * p);
-      const bool is_inside = d >= hypothesis.farthest_px && d <= hypothesis.nearest_px;
-      layer(v, u) = is_inside && view.frame.obstacles.standsAt(p) ? 255 : 0;
+      const float d = disparity[2 * u];
+      of_row[u] = ((d >= farthest_px) & (d <= nearest_px)) &&
+                          view.frame.obstacles.standsAt(area.tl() + cv::Point(u, v))
+                      ? 255
+                      : 0;
     }
+  }
   return layer;
 }
 
@@ -208,18 +213,21 @@ Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b&
 
 void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
                    cv::Mat1b& mask) {
+  constexpr int kMostGrowth = 4;              // cells after / before
   constexpr double kMostContradicting = 0.5;  // contradicting cells / supporting cells
   cv::Mat1b open = (smooth >= -kContradiction_grey) & layer;
   cv::morphologyEx(open, open, cv::MORPH_OPEN, cv::Mat1b::ones(3, 3));
   cv::Mat1i labels;
   const int count = cv::connectedComponents(open, labels, 4, CV_32S);
   std::vector<int> common(static_cast<size_t>(count), 0);
+  int cells = 0;
   for (int v = 0; v < mask.rows; ++v)
     for (int u = 0; u < mask.cols; ++u)
-      if (mask(v, u)) ++common[static_cast<size_t>(labels(v, u))];
+      if (mask(v, u)) ++cells, ++common[static_cast<size_t>(labels(v, u))];
   const auto [part, of_part] = mostFrequent(common);
-  if (of_part == 0) return;
+  if (2 * of_part <= cells) return;
   const cv::Mat1b grown = mask | (labels == part);
+  if (cv::countNonZero(grown) > kMostGrowth * cells) return;
   // Refuted cells are in the layer, but not in the part: count in the whole box.
   const auto [supporting, contradicting] = countDecisive(layer, support, cv::boundingRect(grown));
   if (contradicting <= kMostContradicting * supporting) mask = grown;

@@ -32,10 +32,10 @@ void addFeet(const GroundPlane& ground, const DepthCells& cells, cv::Mat1b& stan
   for (int v = 1; v < standing.rows; ++v) {
     const float *const upper = cells.disparity_px[v - 1], *const lower = cells.disparity_px[v];
     const uchar* const above = standing[v - 1];
-    uchar* const of_row = standing[v];
+    uchar* const __restrict of_row = standing[v];
     for (int u = 0; u < columns; ++u) {
-      const bool is_upright = (lower[u] > 0) & (std::abs(lower[u] - upper[u]) < most_px);
-      of_row[u] |= is_upright ? above[u] : 0;
+      const int is_upright = (lower[u] > 0) & (std::abs(lower[u] - upper[u]) < most_px);
+      of_row[u] = static_cast<uchar>(of_row[u] | (above[u] & -is_upright));
     }
   }
 }
