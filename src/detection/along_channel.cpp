@@ -35,7 +35,8 @@ float sumOfSquare(const float* columns_px) {
 // Whether the residuals of the point's square, whose sum this is, are large and of one sign. The
 // image's border cuts squares.
 bool isSeed(const cv::Mat1f& residual_px, float least_mean_px, float sum_px, cv::Point at) {
-  if (residual_px(at) == kUnknownResidual) return false;
+  const float r = residual_px(at);
+  if (r == kUnknownResidual || std::abs(r) < 0.5f * least_mean_px) return false;
   const cv::Rect square = cv::Rect(at.x - kReach, at.y - kReach, 2 * kReach + 1, 2 * kReach + 1) &
                           cv::Rect(cv::Point(), residual_px.size());
   int known = 0, signs = 0;

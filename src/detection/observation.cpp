@@ -12,8 +12,9 @@ constexpr size_t kFewestPoints = 8;
 constexpr int kMostPoints = 1500;  // more do not improve the result
 constexpr double kTail = 0.05;     // share of points left out at both ends: false matches, edges
 
-constexpr double kSlope = 0.03;  // of the ground: a far object may be uphill
-constexpr int kBelow = 3;        // rows of cells in which something nearer hides a lower end
+constexpr double kSlope = 0.03;        // of the ground: a far object may be uphill
+constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
+constexpr int kBelow = 3;              // rows of cells in which something nearer hides a lower end
 
 constexpr double kThin = 0.3;  // pixels of a line / of the fullest line
 
@@ -130,9 +131,11 @@ LowerEnd lowerEndOf(const DepthCells& cells, const std::optional<GroundPlane>& g
 
 bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end,
                  double distance_m) {
-  const double least_height_m = lower_end == LowerEnd::kFoot ? params.min_height_m : 0;
+  const double visible = lower_end == LowerEnd::kFoot     ? 1
+                         : lower_end == LowerEnd::kHidden ? kLeastVisible
+                                                          : 0;
   if (extent.width_m < params.min_width_m || extent.width_m > params.max_width_m ||
-      extent.height_m < least_height_m || extent.height_m > params.max_height_m)
+      extent.height_m < visible * params.min_height_m || extent.height_m > params.max_height_m)
     return false;
   if (lower_end == LowerEnd::kCut || !extent.above_ground) return true;
   const auto [foot_m, top_m] = *extent.above_ground;

@@ -78,7 +78,7 @@ bool isSeed(const cv::Mat1f& map, cv::Point at) {
       sum += r;
       sign += (r > 0) - (r < 0);
     }
-  return map(at) != kUnknownResidual && known >= 15 &&
+  return map(at) != kUnknownResidual && std::abs(map(at)) >= 0.5f * kLeastMean_px && known >= 15 &&
          std::abs(sum) >= kLeastMean_px * static_cast<float>(known) &&
          static_cast<float>(std::abs(sign)) >= 0.8f * static_cast<float>(known);
 }

@@ -91,7 +91,9 @@ TEST(PlausibleObject, MayBeLowerWhereItIsNotSeenWhole) {
   const Extent half = extent(1.8, 0.8, 0.8 + 0.6 * kParams.min_height_m);
   EXPECT_FALSE(plausible(half, LowerEnd::kFoot));
   EXPECT_TRUE(plausible(half, LowerEnd::kHidden));
-  EXPECT_TRUE(plausible(half, LowerEnd::kCut));
+  const Extent quarter = extent(1.8, 0.8, 0.8 + 0.3 * kParams.min_height_m);
+  EXPECT_FALSE(plausible(quarter, LowerEnd::kHidden));
+  EXPECT_TRUE(plausible(quarter, LowerEnd::kCut));
 }
 
 // The ground may rise by 3 % of the distance, 0.45 m here.
