@@ -21,8 +21,8 @@ constexpr int kSearchReach = 40;
 /// Displacement of a group of lattice points in the previous frame, relative to a static world, by
 /// exhaustive search: for objects that move too far for Lucas-Kanade.
 /// @param reach  search range to the left and right, in lattice points; at most kSearchReach.
-/// @returns the shift with the lowest mean zero-mean difference; none if it is not much better than
-///   the others around it.
+/// @returns the shift with the lowest mean zero-mean difference; none if too few points stay in the
+///   image.
 std::optional<ShiftFound> searchShift(const PastView& view, const std::vector<cv::Point>& points,
                                       int reach = kSearchReach);
 

@@ -80,8 +80,8 @@ struct Hypothesis {
 /// Sets the layer: the disparities of the seeds, with a margin.
 void setLayer(const FrameView& frame, Hypothesis& hypothesis);
 
-/// The hypothesis of a known object at its predicted position. None if too few pixels there have
-/// its disparity.
+/// The hypothesis of a known object at its predicted position. None if no pixel there has its
+/// disparity.
 std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& known);
 
 /// Largest number of hypotheses per frame, which bounds the time. Crowds and foliage have about 5

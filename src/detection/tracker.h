@@ -77,8 +77,8 @@ class ObjectTracker {
   std::optional<Eigen::Isometry3d> T_odom_cam_;
 };
 
-/// Whether an object without observation in this frame is still there: most matched pixels in its
-/// predicted box have its disparity.
+/// Whether an object without observation in this frame is still there: most pixels in its predicted
+/// box have its disparity.
 /// @param moved_along  the object, predicted to this frame.
 /// @param[out] mask  255 on these pixels; of the size of the box within the image.
 bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
