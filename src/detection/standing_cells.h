@@ -9,8 +9,9 @@
 
 namespace predictive_stereo {
 
-/// Downwards, the disparity of an upright surface grows by less than this share of a level
-/// surface's growth; that of a level one by less than kMostGrowth times it.
+/// Downwards, the disparity of a foot grows by less than this share of the ground's growth.
+constexpr float kFootGrowth = 0.4f;
+/// That of a level surface grows by these shares of what is expected at its height.
 constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
 
 /// 255 on cells with a disparity more than kGroundMargin_m above the ground, 0 elsewhere.
