@@ -27,7 +27,7 @@ cv::Mat1b cellsAbove(const GroundPlane& ground, const DepthCells& cells) {
 }
 
 void addFeet(const GroundPlane& ground, const DepthCells& cells, cv::Mat1b& standing) {
-  const float most_px = kFootGrowth * kCellSide_px * static_cast<float>(ground.b);
+  const float most_px = kLeastGrowth * kCellSide_px * static_cast<float>(ground.b);
   const int columns = standing.cols;
   for (int v = 1; v < standing.rows; ++v) {
     const float *const upper = cells.disparity_px[v - 1], *const lower = cells.disparity_px[v];

@@ -9,9 +9,8 @@
 
 namespace predictive_stereo {
 
-/// Downwards, the disparity of a foot grows by less than this share of the ground's growth.
-constexpr float kFootGrowth = 0.4f;
-/// That of a level surface grows by these shares of what is expected at its height.
+/// Downwards, the disparity of a level surface grows by these shares of what is expected at its
+/// height, that of an upright one by less.
 constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
 
 /// 255 on cells with a disparity more than kGroundMargin_m above the ground, 0 elsewhere.
