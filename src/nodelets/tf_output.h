@@ -12,10 +12,10 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 
+#include "nodelets/fixed_frames.h"
 #include "nodelets/health.h"
 #include "nodelets/threads.h"
 
@@ -62,8 +62,9 @@ class TfRivals {
     const std::lock_guard<std::mutex> lock(mutex_);
     // Backwards, because the newest ones are at the end.
     if (!is_static && std::find(ours_.rbegin(), ours_.rend(), transform) != ours_.rend()) return;
-    rivals_[withoutSlash(transform.child_frame_id)] = {
-        publisher, withoutSlash(transform.header.frame_id), is_static};
+    const std::string &child = transform.child_frame_id, &parent = transform.header.frame_id;
+    rivals_[withoutSlash(child)] = {publisher, withoutSlash(parent), is_static};
+    if (is_static) fixed_.add(child, parent);
   }
 
   /// The rival that published last; none: no other node publishes this frame.
@@ -82,27 +83,18 @@ class TfRivals {
       return "tf: " + rival->publisher + " already moves '" + frame + "' in '" + rival->parent +
              "'" + silent + "To use that motion, set publish_tf to false and odom_frame to '" +
              rival->parent + "'; to use this one, stop the other and restart this nodelet";
-    // The robot's frame is the root of the static frames.
-    std::string root = rival->parent;
-    std::set<std::string> seen;
-    for (auto above = rivalOf(root); above && above->is_static && seen.insert(root).second;
-         above = rivalOf(root))
-      root = above->parent;
+    const std::lock_guard<std::mutex> lock(mutex_);
     return "tf: " + rival->publisher + " has '" + frame + "' fixed to '" + rival->parent + "'" +
-           silent + "Set base_frame to '" + root + "', or publish_tf to false";
+           silent + "Set base_frame to '" + fixed_.rootOf(frame) + "', or publish_tf to false";
   }
 
  private:
   static constexpr size_t kRemembered = 1000;  // they are received within milliseconds
 
-  // Frame ids in tf2 have no leading slash, but some publishers still add one.
-  static std::string withoutSlash(const std::string& frame) {
-    return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
-  }
-
   mutable std::mutex mutex_;
   std::deque<geometry_msgs::TransformStamped> ours_;
   std::map<std::string, Rival> rivals_;  // by child
+  FixedFrames fixed_;
 };
 
 /// Publishes a frame in tf, unless another node does: two publishers of the same frame are worse

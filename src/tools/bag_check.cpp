@@ -8,9 +8,9 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <map>
-#include <set>
 #include <stdexcept>
 
+#include "nodelets/fixed_frames.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 
@@ -124,8 +124,11 @@ class Checker {
           const bool is_static = message.getTopic().find("static") != std::string::npos;
           if (refused_.has(message.getTopic(), transform, is_static)) continue;
           tf_.setTransform(transform, "bag", is_static);
-          if (is_static) fixed_parents_[transform.child_frame_id] = transform.header.frame_id;
-          if (!is_static) moving_parents_[transform.child_frame_id] = transform.header.frame_id;
+          if (is_static)
+            fixed_.add(transform.child_frame_id, transform.header.frame_id);
+          else
+            moving_parents_[withoutSlash(transform.child_frame_id)] =
+                withoutSlash(transform.header.frame_id);
         }
   }
 
@@ -203,18 +206,8 @@ class Checker {
                "driver to mono8"));
   }
 
-  // Root of the static frames above this one.
-  std::string rootOf(std::string frame) const {
-    std::set<std::string> seen;
-    for (auto parent = fixed_parents_.find(frame);
-         parent != fixed_parents_.end() && seen.insert(frame).second;
-         parent = fixed_parents_.find(frame))
-      frame = parent->second;
-    return frame;
-  }
-
   void checkFrames() {
-    const std::string& frame = pair_.left->header.frame_id;
+    const std::string frame = withoutSlash(pair_.left->header.frame_id);
     if (frame.empty()) {
       result_.fault(camera_.topics.left + " has an empty frame_id: set it in the camera driver");
       return;
@@ -224,26 +217,27 @@ class Checker {
       return;
     }
     const std::string base = EgoMotionNodeletParams().base_frame;
-    if (!tf_.canTransform(base, frame, ros::Time(0))) {
-      const std::string root = rootOf(frame);
-      if (root != frame) {
-        result_.arguments.push_back("base_frame:=" + root);
-        result_.advice("tf has no path from " + base + " to " + frame +
-                       ": give base_frame:=" + root + ", the frame that the camera is fixed to");
-        return;
-      }
+    const bool has_path = tf_.canTransform(base, frame, ros::Time(0));
+    if (has_path) result_.good("tf: has the transform from " + base + " to " + frame);
+    const std::string no_path = "tf has no path from " + base + " to " + frame;
+    const std::string moved = fixed_.rootOf(has_path ? base : frame);
+    if (!has_path && moved == frame) {
       result_.arguments.push_back("camera_is_base:=true");
-      result_.advice(
-          "tf has no path from " + base + " to " + frame +
-          ": give camera_is_base:=true, which makes the left camera the base, or base_frame:=");
-      return;
+      result_.advice(no_path +
+                     ": give camera_is_base:=true, which makes the left camera the base, or "
+                     "base_frame:=");
+    } else if (moved != base) {
+      result_.arguments.push_back("base_frame:=" + moved);
+      result_.advice((has_path ? "tf has " + base + " fixed to " + moved + ": give base_frame:=" +
+                                     moved + ", as a frame has one parent only"
+                               : no_path + ": give base_frame:=" + moved +
+                                     ", the frame that the camera is fixed to"));
     }
-    result_.good("tf: has the transform from " + base + " to " + frame);
-    const auto parent = moving_parents_.find(base);
+    const auto parent = moving_parents_.find(moved);
     if (parent != moving_parents_.end()) {
       result_.arguments.push_back("publish_tf:=false");
       result_.arguments.push_back("odom_frame:=" + parent->second);
-      result_.advice("the bag's own tf moves " + base + " in " + parent->second +
+      result_.advice("the bag's own tf moves " + moved + " in " + parent->second +
                      ": give publish_tf:=false and odom_frame:=" + parent->second +
                      " to use this motion");
     }
@@ -258,7 +252,8 @@ class Checker {
   std::vector<StampStream> streams_;  // left, right, left_info, right_info
   RefusedMessages refused_{[this](const std::string& text) { result_.advice(text); }};
   tf2::BufferCore tf_{ros::Duration(2 * kLookedAt_s)};
-  std::map<std::string, std::string> fixed_parents_, moving_parents_;  // by child
+  FixedFrames fixed_;
+  std::map<std::string, std::string> moving_parents_;  // by child
 };
 
 }  // namespace

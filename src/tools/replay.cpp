@@ -1,6 +1,8 @@
 /// Runs the nodelets' processors on a bag, without roscore and player; no frame is dropped.
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
@@ -15,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "nodelets/fixed_frames.h"
 #include "nodelets/rectifier.h"
 #include "params/yaml_params.h"
 #include "tools/bag_file.h"
@@ -60,7 +63,9 @@ class Replay {
   }
 
   void run() {
-    readTf();
+    const std::vector<Recorded> recorded = readTf();
+    chooseBase(recorded);
+    useTf(recorded);
     BagFile out(line_.get("output"), line_.has("compress"));
     for (const rosbag::MessageInstance& message :
          rosbag::View(in_, rosbag::TopicQuery("/tf_static"), ros::TIME_MIN, begin_))
@@ -92,48 +97,75 @@ class Replay {
   }
 
  private:
-  // Reads all transforms before the first frame, so that no frame has to wait.
-  void readTf() {
+  struct Recorded {
+    geometry_msgs::TransformStamped transform;
+    bool is_static;
+  };
+
+  // All transforms: they are known before the first frame, so that no frame has to wait.
+  std::vector<Recorded> readTf() {
+    std::vector<Recorded> recorded;
     for (const rosbag::MessageInstance& message :
          rosbag::View(in_, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
       const auto tf = message.instantiate<tf2_msgs::TFMessage>();
       if (!tf) continue;
       const bool is_static = message.getTopic() == "/tf_static";
-      for (const geometry_msgs::TransformStamped& transform : tf->transforms) {
-        if (refused_.has(message.getTopic(), transform, is_static)) continue;
-        if (isOurs(transform))
-          replaced_.emplace_back(transform, is_static);
-        else
-          tf_.setTransform(transform, "bag", is_static);
-      }
+      for (const geometry_msgs::TransformStamped& transform : tf->transforms)
+        if (!refused_.has(message.getTopic(), transform, is_static))
+          recorded.push_back({transform, is_static});
     }
+    return recorded;
+  }
+
+  // Without a path from the chosen frame to the camera, the base is what the camera is fixed to.
+  void chooseBase(const std::vector<Recorded>& recorded) {
+    const std::string camera = cameraFrame();
+    std::string& base = params_.ego_motion.base_frame;
+    if (base.empty()) base = camera;
+    tf2::BufferCore tf(kWholeRecording);
+    FixedFrames fixed;
+    for (const auto& [transform, is_static] : recorded) {
+      tf.setTransform(transform, "bag", is_static);
+      if (is_static) fixed.add(transform.child_frame_id, transform.header.frame_id);
+    }
+    if (base == camera || camera.empty() || tf.canTransform(base, camera, ros::Time(0))) return;
+    std::cerr << "note: the bag's tf has no path from '" << base << "' to the left camera '"
+              << camera << "': ";
+    const std::string root = fixed.rootOf(camera);
+    base = root == withoutSlash(camera) ? camera : root;
+    std::cerr << (base == camera ? "the camera" : "'" + base + "', to which it is fixed,")
+              << " is the base frame, whose odometry is written\n";
+  }
+
+  // Of the first left image; empty: there is none.
+  std::string cameraFrame() {
+    for (const rosbag::MessageInstance& message :
+         rosbag::View(in_, rosbag::TopicQuery(topics_.left), begin_, end_)) {
+      if (const auto image = message.instantiate<sensor_msgs::Image>())
+        return image->header.frame_id;
+      if (const auto compressed = message.instantiate<sensor_msgs::CompressedImage>())
+        return compressed->header.frame_id;
+    }
+    return "";
+  }
+
+  void useTf(const std::vector<Recorded>& recorded) {
+    bool replaced = false;
+    for (const auto& [transform, is_static] : recorded) {
+      if (isOurs(transform))
+        replaced = true;
+      else
+        tf_.setTransform(transform, "bag", is_static);
+    }
+    if (replaced)
+      std::cerr << "note: the bag's own transforms to '" << params_.ego_motion.base_frame
+                << "' are replaced by those of the estimated ego-motion (--set "
+                   "ego_motion/publish_tf=false keeps them)\n";
   }
 
   bool isOurs(const geometry_msgs::TransformStamped& transform) const {
     return params_.ego_motion.publish_tf &&
-           transform.child_frame_id == params_.ego_motion.base_frame;
-  }
-
-  // Needs the first pair, which has the camera's frame.
-  void startPipeline(const StereoPair& pair) {
-    const std::string& camera = pair.left->header.frame_id;
-    std::string& base = params_.ego_motion.base_frame;
-    if (!base.empty() && base != camera &&
-        !tf_.canTransform(base, camera, pair.left->header.stamp)) {
-      std::cerr << "note: the bag's tf has no path from '" << base << "' to the left camera '"
-                << camera << "': the camera is the base frame, and odometry is that of '" << camera
-                << "'\n";
-      base.clear();
-      for (const auto& [transform, is_static] : std::exchange(replaced_, {}))
-        tf_.setTransform(transform, "bag", is_static);
-    }
-    processor_.emplace(params_, tf_);
-    if (const std::string slow = processor_->slowTargetWarning(); !slow.empty())
-      std::cerr << "warning: " << slow << "\n";
-    if (!replaced_.empty())
-      std::cerr << "note: the bag's own transforms to '" << base
-                << "' are replaced by those of the estimated ego-motion (--set "
-                   "ego_motion/publish_tf=false keeps them)\n";
+           withoutSlash(transform.child_frame_id) == withoutSlash(params_.ego_motion.base_frame);
   }
 
   void processPair(StereoPair pair, ros::Time time, BagFile& out) {
@@ -142,7 +174,11 @@ class Replay {
       pair.right = right_rectifier_.rectify(*pair.right, *pair.right_info);
     };
     if (choice_.raw && refused_.refuses("pairs", rectify)) return;
-    if (!processor_) startPipeline(pair);
+    if (!processor_) {
+      processor_.emplace(params_, tf_);
+      if (const std::string slow = processor_->slowTargetWarning(); !slow.empty())
+        std::cerr << "warning: " << slow << "\n";
+    }
     std::optional<PipelineProcessor::Output> frame;
     if (refused_.refuses("pairs", [&] { frame = processor_->process(pair); })) return;
     if (!frame) {
@@ -229,10 +265,8 @@ class Replay {
   rosbag::Bag in_;
   StereoTopics topics_;
   ros::Time begin_, end_;
-  // Long, because all transforms of a recording are added before its first frame is processed.
-  tf2::BufferCore tf_{ros::Duration(24 * 3600.0)};
-  // What the estimated ego-motion replaces, and whether it is static.
-  std::vector<std::pair<geometry_msgs::TransformStamped, bool>> replaced_;
+  static inline const ros::Duration kWholeRecording{24 * 3600.0};
+  tf2::BufferCore tf_{kWholeRecording};
   Rectifier left_rectifier_, right_rectifier_;
   std::optional<PipelineProcessor> processor_;
   StageTable table_;

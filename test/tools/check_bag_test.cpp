@@ -27,7 +27,8 @@ struct Recording {
   bool zero_stamps = false;
   bool extrinsic = true;
   std::string base = "base_link";
-  std::string base_parent;  // parent of base_link in /tf
+  std::string base_parent;  // parent of base_link in /tf ...
+  std::string footprint;    // ... or of this frame, to which base_link is fixed
   uint8_t grey = 100;
   bool compressed = false, broken = false;
 };
@@ -119,8 +120,12 @@ class CheckBag : public testing::Test {
         bag.write(recording.left_info, now, info(recording, 0, left));
       if (!recording.right_info.empty())
         bag.write(recording.right_info, now, info(recording, recording.right_P3, right));
+      const std::string& footprint = recording.footprint;
+      if (!footprint.empty()) bag.write("/tf_static", now, transform(footprint, "base_link", now));
       if (!recording.base_parent.empty())
-        bag.write("/tf", now, transform(recording.base_parent, "base_link", now));
+        bag.write(
+            "/tf", now,
+            transform(recording.base_parent, footprint.empty() ? "base_link" : footprint, now));
     }
     bag.close();
   }
@@ -393,6 +398,16 @@ TEST_F(CheckBag, LeavesTfToAnOdometryOfTheBag) {
   EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_TRUE(hasArgument(result, "publish_tf:=false"));
   EXPECT_TRUE(hasArgument(result, "odom_frame:=map"));
+}
+
+TEST_F(CheckBag, LeavesTfToAnOdometryThatMovesAFrameBelowTheBase) {
+  Recording own;
+  own.base_parent = "odom";
+  own.footprint = "base_footprint";
+  const BagCheck result = check(own);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
+  EXPECT_TRUE(hasArgument(result, "base_frame:=base_footprint"));
+  EXPECT_TRUE(hasArgument(result, "odom_frame:=odom"));
 }
 
 TEST_F(CheckBag, RefusesAnEmptyFrame) {

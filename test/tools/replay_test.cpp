@@ -297,6 +297,44 @@ TEST_F(Replay, TheOutputHasTheMountingOfTheCamera) {
   EXPECT_EQ(staticFrames(out), expected);
 }
 
+// As cameras have that bring their own static tf: a frame must not get a second parent.
+TEST_F(Replay, MovesWhatTheCameraIsFixedTo) {
+  const std::string path = files_.path("mounted.bag"), out = files_.path("out.bag"),
+                    expected = files_.path("expected.bag");
+  copyChanged<tf2_msgs::TFMessage>(street(), path, [](const std::string&, auto& message) {
+    for (auto& transform : message.transforms)
+      if (transform.header.frame_id == "base_link") transform.header.frame_id = "camera_mount";
+  });
+  const std::string options = " --topics disparity,odometry --camera street --output ";
+  ASSERT_EQ(replay("--bag " + street() + options + expected).status, 0);
+  const Result result = replay("--bag " + path + options + out);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_NE(result.errors.find("'camera_mount', to which it is fixed, is the base frame"),
+            std::string::npos)
+      << result.errors;
+  const auto odometry = messagesIn<nav_msgs::Odometry>(out).at("/street/odometry");
+  EXPECT_EQ(odometry.back()->child_frame_id, "camera_mount");
+  const auto tf = messagesIn<tf2_msgs::TFMessage>(out);
+  for (const auto& message : tf.at("/tf"))
+    EXPECT_EQ(message->transforms.at(0).child_frame_id, "camera_mount");
+  const auto with_base = messagesIn<stereo_msgs::DisparityImage>(expected).at("/street/disparity");
+  const auto disparity = messagesIn<stereo_msgs::DisparityImage>(out).at("/street/disparity");
+  ASSERT_EQ(disparity.size(), with_base.size());
+  for (size_t i = 0; i < disparity.size(); ++i)
+    EXPECT_TRUE(disparity[i]->image.data == with_base[i]->image.data) << "frame " << i;
+}
+
+TEST_F(Replay, ACameraThatIsTheBaseHasNoOtherParent) {
+  const std::string out = files_.path("out.bag");
+  const Result result =
+      replay("--bag " + street() + " --topics odometry --camera street --output " + out +
+             " --set ego_motion/base_frame=");
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_NE(result.errors.find("'camera_left_optical_frame' are replaced"), std::string::npos)
+      << result.errors;
+  EXPECT_EQ(staticFrames(out).count("camera_left_optical_frame"), 0u);
+}
+
 TEST_F(Replay, MistakesAreNamedAndLeaveNothingBehind) {
   expectRefused("--bag " + files_.path("none.bag"), "none.bag");
   expectRefused("--bag " + street() + " --topics depth", "there is no output 'depth'");
