@@ -28,6 +28,13 @@ class Table:
             digits = [digits] * len(values)
         self.rows.append((label, values, digits))
 
+    def add_absent(self, label):
+        """A row without figures: its recording is not there."""
+        self.add(label, [None] * len(self.columns))
+
+    def absent(self):
+        return {label for label, values, _ in self.rows if all(value is None for value in values)}
+
     def figures(self):
         """(row, column) -> number, of all cells that are numbers."""
         return {(label, column): value for label, values, _ in self.rows
@@ -122,13 +129,20 @@ SUMMARY = [
 
 
 def summarised(readme, benchmarks):
-    """README's text with its table of figures, <!-- summary --> to <!-- end -->, from the text of docs/benchmarks.md."""
+    """README's text with its table of figures, <!-- summary --> to <!-- end -->, from the text of docs/benchmarks.md.
+
+    A line is left out if one of its figures was not measured: its recordings are not there."""
     tables = tables_of(benchmarks)
 
-    def figure(match):
-        table, row, column = match.group(1).split(': ')
-        return tables[table][row][column.strip()]
-    lines = ''.join('| %s | %s |\n' % (what, re.sub(r'{([^}]*)}', figure, text)) for what, text in SUMMARY)
+    def figure(name):
+        table, row, column = name.split(': ')
+        return tables[table].get(row, {}).get(column.strip(), '')
+
+    def line(what, text):
+        figures = {name: figure(name) for name in re.findall(r'{([^}]*)}', text)}
+        filled = re.sub(r'{([^}]*)}', lambda match: figures[match.group(1)], text)
+        return '| %s | %s |\n' % (what, filled) if all(figures.values()) else ''
+    lines = ''.join(line(what, text) for what, text in SUMMARY)
     block = '<!-- summary -->\n| | |\n|---|---|\n' + lines + '<!-- end -->'
     return re.sub(r'<!-- summary -->\n.*?<!-- end -->', lambda _: block, readme, flags=re.DOTALL)
 
@@ -162,7 +176,7 @@ def out_of_range(ranges, tables):
     for table in tables:
         figures = table.figures()
         for (name, row, column), (least, most) in ranges.items():
-            if name != table.name:
+            if name != table.name or row in table.absent():
                 continue
             where = '%s / %s / %s' % (name, row, column)
             value = figures.get((row, column))

@@ -349,12 +349,15 @@ def near_objects(run):
     text = _detection(run, *[word for entry in found for word in entry[1:]], *run.few([], ['--frames', '4']))
     for label, figures in _object_rows(text, {label: drive for label, _, drive in found}):
         table.add(label, figures, OBJECT_DIGITS)
-    people = [drive for _, day, drive in found if 'people' in day]
-    if people:
-        days = [word for _, day, drive in found if 'people' in day for word in (day, drive)]
-        pooled = _detection(run, *days, *run.few([], ['--frames', '4']))
-        for label, figures in _object_rows(pooled, {'people, both': 'all'}):
-            table.add(label, figures, OBJECT_DIGITS)
+    for label, _, _ in (entry for entry in NEAR if entry not in found):
+        table.add_absent(label)
+    people = [word for entry in found if 'people' in entry[1] for word in entry[1:]]
+    if not people:
+        table.add_absent('people, both')
+        return table
+    pooled = _detection(run, *people, *run.few([], ['--frames', '4']))
+    for label, figures in _object_rows(pooled, {'people, both': 'all'}):
+        table.add(label, figures, OBJECT_DIGITS)
     return table
 
 

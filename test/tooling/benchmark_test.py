@@ -105,6 +105,16 @@ class Benchmark(unittest.TestCase):
                          ['speed / gone / 2 threads was not measured'])
         self.assertEqual(page.out_of_range({('memory', 'gone', column): (0, 1)}, table), [])
 
+    def test_a_recording_that_is_not_there_is_left_out(self):
+        table = page.Table('near_objects', '', sections.OBJECT_COLUMNS)
+        table.add_absent('people, both')
+        column = sections.OBJECT_COLUMNS[1]
+        self.assertEqual(page.out_of_range({('near_objects', 'people, both', column): (0, 1)}, [table]), [])
+        benchmarks = (REPOSITORY / 'docs/benchmarks.md').read_text()
+        readme = page.summarised((REPOSITORY / 'README.md').read_text(), page.filled(benchmarks, [table]))
+        self.assertNotIn('people at 0.8 to 2 m', readme)
+        self.assertIn('moving objects, synthetic streets', readme)
+
     def test_the_shipped_ranges_and_the_page_fit_the_sections(self):
         ranges = page.read_ranges(str(REPOSITORY / 'scripts/benchmark_tools/expected.csv'))
         self.assertGreater(len(ranges), 20)
