@@ -23,13 +23,6 @@ predictive_stereo_library(predictive_stereo_nodelets FILES
 target_link_libraries(predictive_stereo_nodelets
   PRIVATE predictive_stereo_ros predictive_stereo_params)
 
-# moving_objects/detections3d needs vision_msgs, which is optional.
-find_package(vision_msgs QUIET)
-if(vision_msgs_FOUND)
-  target_include_directories(predictive_stereo_nodelets SYSTEM PRIVATE ${vision_msgs_INCLUDE_DIRS})
-  target_compile_definitions(predictive_stereo_nodelets PRIVATE PREDICTIVE_STEREO_HAS_VISION_MSGS)
-endif()
-
 function(predictive_stereo_node name nodelet)
   set(target predictive_stereo_${name})
   predictive_stereo_executable(${name} src/nodelets/standalone_node.cpp)

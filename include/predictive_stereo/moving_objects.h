@@ -151,7 +151,7 @@ struct TrackingParams {
 };
 
 struct DetectionParams {
-  DisparityRange range;  ///< of the disparity maps
+  DisparityRange range;  ///< of the disparity maps; no parameter of users: it comes with the maps
   DetectionScheme scheme = DetectionScheme::kDefault;
   MotionDetectionParams motion;
   PaperDetectionParams paper;
@@ -159,7 +159,6 @@ struct DetectionParams {
 
   template <class Visitor>
   void visit(Visitor&& v) {
-    v("range", range);
     v("scheme", scheme,
       Choices<DetectionScheme>{{"default", DetectionScheme::kDefault},
                                {"paper", DetectionScheme::kPaper}});

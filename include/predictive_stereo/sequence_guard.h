@@ -73,7 +73,10 @@ class SequenceGuard {
     if (!last_) return {Verdict::kFirst, "first frame"};
     const double gap_s = toSeconds(stamp - last_->stamp);
     std::ostringstream reason;
-    if (gap_s == 0) return {Verdict::kDuplicate, "the frame has the stamp of the previous one"};
+    if (gap_s == 0)
+      return {Verdict::kDuplicate,
+              "the frame has the stamp of the one before, and is ignored: its publisher must give "
+              "each frame a stamp of its own"};
     if (gap_s < 0 && gap_s >= -kLargestDelay_s) {
       reason << "the pair is " << -gap_s
              << " s older than the one before, and is ignored: its publisher must send pairs in "

@@ -33,8 +33,11 @@ DRAIN_S = 3  # silence of the outputs after the bag has ended
 def count_pairs(bag, images):
     """Stereo pairs in a bag."""
     import rosbag
-    with rosbag.Bag(bag) as opened:
-        return min(opened.get_message_count(topic) for topic in images)
+    try:
+        with rosbag.Bag(bag) as opened:
+            return min(opened.get_message_count(topic) for topic in images)
+    except rosbag.ROSBagException as error:
+        raise OSError('%s: cannot be read as a bag (%s)' % (bag, error)) from error
 
 
 def record(launch, camera, folder, pairs, wanted):

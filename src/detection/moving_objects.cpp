@@ -42,6 +42,7 @@ void requireOrder(const char* least_name, double least_m, const char* most_name,
 
 void validateDetection(const DetectionParams& params) {
   validate(params);
+  validate(params.range, "range/");
   const PaperDetectionParams& paper = params.paper;
   const cv::Size smallest(paper.smallest_window_width_px, paper.smallest_window_height_px);
   const cv::Size largest(paper.largest_window_width_px, paper.largest_window_height_px);

@@ -68,7 +68,6 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
         job.frame, *T_base_cam, masks_->usable(mask, *job.frame.left), R_cam_prev);
     watch.lap("ego-motion", times);
     tell(output.sequence);
-    if (output.sequence.isIgnored()) return;
     // Images that repeat show no motion, whatever the gyroscope measures.
     if (!output.repeated) rotation_->learnBias(last_stamp_, header.stamp, output.estimate);
     outputs_->publish(output);

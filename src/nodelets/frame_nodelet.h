@@ -90,11 +90,10 @@ class FrameNodelet : public nodelet::Nodelet {
   }
 
   /// Tells how a frame continues the sequence.
-  /// @throws std::invalid_argument for a late frame: nothing is done with it.
+  /// @throws std::invalid_argument for a frame that is ignored: nothing is done with it.
   void tell(const SequenceGuard::Result& sequence) {
     if (sequence.startsAnew()) health_->event(sequence.reason);
-    if (sequence.verdict == SequenceGuard::Verdict::kLate)
-      throw std::invalid_argument(sequence.reason);
+    if (sequence.isIgnored()) throw std::invalid_argument(sequence.reason);
   }
 
   /// @param frames, images  what is dropped, and what finds no partner.
@@ -146,7 +145,7 @@ class FrameNodelet : public nodelet::Nodelet {
     ros::NodeHandle &node = getNodeHandle(), &private_node = getPrivateNodeHandle();
     ParamTable table(params_, private_node.getNamespace() + "/");
     for (const std::string& warning : setFromRosParams(private_node, table))
-      health_->event(warning);
+      health_->warning(warning);
     limitThreads(params_.threads);
     processor_ = std::make_unique<Processor>(params_);
     tf_ = std::make_unique<TfInput>(node, *health_, arrivals_, tfListener());

@@ -104,6 +104,7 @@ class Health {
   }
   /// Logs one line.
   void event(const std::string& text) { ROS_INFO_STREAM(name_ << ": " << text); }
+  void warning(const std::string& text) { ROS_WARN_STREAM(name_ << ": " << text); }
   /// Counts a published frame.
   void frame(ros::Time stamp, double latency_ms, const StageTimes& times) {
     const std::lock_guard<std::mutex> lock(mutex_);

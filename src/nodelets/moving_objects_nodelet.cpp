@@ -5,9 +5,6 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 #include <vector>
-#ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
-#include <vision_msgs/Detection3DArray.h>
-#endif
 
 #include "nodelets/frame_nodelet.h"
 #include "nodelets/mask_input.h"
@@ -45,7 +42,9 @@ struct DisparityInput {
     return {
         "run the Disparity nodelet in the same namespace (launch argument camera:=<namespace>), or "
         "remap",
-        "see the diagnostics of the Disparity nodelet", ""};
+        "see the diagnostics of the Disparity nodelet",
+        "no disparity has the stamp of a left image that is still there: raise queue_size, or do "
+        "the topics belong to two cameras?"};
   }
   static MovingObjectsInput frame(const SyncedTopics::Set& set) {
     using boost::static_pointer_cast;
@@ -71,7 +70,7 @@ class MovingObjectsNodelet
  public:
   MovingObjectsNodelet()
       : FrameNodelet("MovingObjects", "moving_objects", &MovingObjectsNodeletParams::detection,
-                     {"range/", "scheme"}) {}
+                     {"scheme"}) {}
   ~MovingObjectsNodelet() override { shutDown(); }
 
  private:
@@ -79,11 +78,6 @@ class MovingObjectsNodelet
     odometry_.emplace(node, *health_, arrivals_, *tf_, params_, "row_alignment");
     makeInput(node, SyncParams::exact(params_.queue_size, params_.image_transport));
     visitMovingObjectsOutputs(*outputs_);
-#ifdef PREDICTIVE_STEREO_HAS_VISION_MSGS
-    (*outputs_)({"moving_objects/detections3d", 10}, [](const MovingObjectsProcessor::Output& o) {
-      return detections3d<vision_msgs::Detection3DArray>(*o.objects);
-    });
-#endif
     passive_mask_ = node.advertise<sensor_msgs::Image>(MaskInput::kPassiveTopic, 5);
   }
 
@@ -111,7 +105,6 @@ class MovingObjectsNodelet
     const MovingObjectsProcessor::Output output = processor_->process(input, pose);
     watch.lap("detection", times);
     tell(output.sequence);
-    if (output.sequence.isIgnored()) return;
     passive_mask_.publish(output.mask);  // first: other nodelets wait for it
     outputs_->publish(output);
     health_->figure("objects", static_cast<double>(output.objects->objects.size()), "%.0f");

@@ -4,6 +4,7 @@
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>

@@ -8,7 +8,6 @@
 #include <stereo_msgs/DisparityImage.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include <boost/make_shared.hpp>
 #include <optional>
 
 #include "nodelets/nodelet_params.h"
@@ -60,29 +59,5 @@ sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObject
 /// The residual of normalizedResidual as 32FC1; nullptr without predicted maps.
 /// @throws std::invalid_argument for maps that are not 32FC1 or differ in size.
 sensor_msgs::ImagePtr residualImage(const MovingObjectsInput& frame);
-
-/// Moving objects as vision_msgs/Detection3DArray, which has no fields for velocity and distance.
-/// `results` has one hypothesis: the object's id, score and pose, whose covariance is zero
-/// (unknown).
-///
-/// The message type is a template argument because vision_msgs is optional at build time.
-template <class Detection3DArray>
-boost::shared_ptr<Detection3DArray> detections3d(const MovingObjectArray& objects) {
-  auto array = boost::make_shared<Detection3DArray>();
-  array->header = objects.header;
-  array->detections.resize(objects.objects.size());
-  for (size_t i = 0; i < objects.objects.size(); ++i) {
-    const MovingObject& object = objects.objects[i];
-    auto& detection = array->detections[i];
-    detection.header = objects.header;
-    detection.bbox.center = object.pose;
-    detection.bbox.size = object.size;
-    detection.results.resize(1);
-    detection.results[0].id = object.id;
-    detection.results[0].score = object.score;
-    detection.results[0].pose.pose = object.pose;
-  }
-  return array;
-}
 
 }  // namespace predictive_stereo

@@ -202,8 +202,9 @@ KittiDrive::KittiDrive(const std::string& date_dir, const std::string& drive, in
     if (!right_files.count(fileNumber(frame)))
       fail(dataFile(imageFolder(right_), frame, "png"), "is missing, though later images exist");
   }
-  const cv::Size size =
-      cv::imread(dataFile(imageFolder(left_), 0, "png"), cv::IMREAD_GRAYSCALE).size();
+  const std::string first = dataFile(imageFolder(left_), 0, "png");
+  const cv::Size size = cv::imread(first, cv::IMREAD_GRAYSCALE).size();
+  if (size.empty()) fail(first, "cannot be read as an image");
   rig_ = StereoRig::fromProjections(left_.P_rect, right_.P_rect, size);
 }
 

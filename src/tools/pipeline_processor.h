@@ -92,7 +92,9 @@ class PipelineProcessor {
     if (!T_base_cam)
       throw std::invalid_argument("no transform from base_frame '" + ego_motion_.baseFrame(pair) +
                                   "' to the left camera: " + error);
-    output.ego_motion = ego_motion_.process(pair, *T_base_cam);
+    const bool masked = params_.ego_motion.use_moving_mask && moving_mask_;
+    output.ego_motion = ego_motion_.process(
+        pair, *T_base_cam, masked ? movedMask(*moving_mask_, *pair.left) : cv::Mat1b());
     watch.lap("ego-motion", output.times);
     if (params_.ego_motion.publish_tf) tf_.setTransform(output.ego_motion.transform, "ego_motion");
     odometry_.add(output.ego_motion.odometry);

@@ -115,8 +115,8 @@ StereoPair readPair(const BagPair& pair);
 /// Joins the messages of a camera to pairs by their stamps.
 class BagPairs {
  public:
-  /// @param sync  its queue size is ignored: nothing is dropped, whatever the order of the bag's
-  ///   messages.
+  /// @param sync  its queue size is ignored: a message waits for its partners while a thousand
+  ///   others of its topic arrive.
   /// @param refused  gets the messages that nodelets would refuse.
   BagPairs(const StereoTopics& topics, SyncParams sync, RefusedMessages& refused);
 

@@ -247,9 +247,6 @@ TEST_F(LiveParamsTest, all_three_describe_themselves) {
       EXPECT_EQ(findIn<double>(description->dflt, "correction/gate_sigma"),
                 CorrectionParams().gate_sigma);
     }
-    if (nodelet == std::string("MovingObjects")) {
-      EXPECT_FALSE(findIn<int>(description->dflt, "range/count")) << "is that of the messages";
-    }
   }
 }
 

@@ -43,43 +43,6 @@ MovingObjectArray someObjects() {
   return objects;
 }
 
-/// The used fields of vision_msgs in ROS 1, which Debian does not package.
-struct Detections {
-  struct Hypothesis {
-    int64_t id = 0;
-    double score = 0;
-    geometry_msgs::PoseWithCovariance pose;
-  };
-  struct Detection {
-    std_msgs::Header header;
-    std::vector<Hypothesis> results;
-    struct {
-      geometry_msgs::Pose center;
-      geometry_msgs::Vector3 size;
-    } bbox;
-  };
-  std_msgs::Header header;
-  std::vector<Detection> detections;
-};
-
-TEST(Detections3d, HaveBoxScoreAndTrack) {
-  const MovingObjectArray objects = someObjects();
-  const auto array = detections3d<Detections>(objects);
-  EXPECT_EQ(array->header.stamp, objects.header.stamp);
-  EXPECT_EQ(array->header.frame_id, "camera");
-  ASSERT_EQ(array->detections.size(), 2u);
-  for (size_t i = 0; i < 2; ++i) {
-    const auto& detection = array->detections[i];
-    EXPECT_EQ(detection.header.frame_id, "camera");
-    EXPECT_EQ(detection.bbox.center, objects.objects[i].pose);
-    EXPECT_EQ(detection.bbox.size, objects.objects[i].size);
-    ASSERT_EQ(detection.results.size(), 1u);
-    EXPECT_EQ(detection.results[0].id, objects.objects[i].id);
-    EXPECT_EQ(detection.results[0].score, objects.objects[i].score);
-    EXPECT_EQ(detection.results[0].pose.pose, objects.objects[i].pose);
-  }
-}
-
 TEST(MovingObjectMarkers, ShowBoxLabelAndVelocity) {
   const MovingObjectArray objects = someObjects();
   CameraPose pose;

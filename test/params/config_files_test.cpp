@@ -95,8 +95,6 @@ TEST(ConfigFiles, CommentsBelongToTheirParameters) {
             "penalty of a disparity change by 1 (eq. 1) [1, 200]");
   // Of several lines above the parameter.
   EXPECT_EQ(paramTexts().at("ego_motion/guess_frame").find("Without use_imu"), 0u);
-  EXPECT_EQ(paramTexts().at("moving_objects/range/min_disparity"),
-            paramTexts().at("disparity/matcher/range/min_disparity"));
 }
 
 // q and r are results of estimate_noise --all-errors on drive 0002, without and with row alignment.

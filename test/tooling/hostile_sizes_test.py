@@ -62,7 +62,6 @@ ASSIGNMENTS = [
     'disparity/points/stride=-2147483648',
     'disparity/queue_size=2147483647',
     'moving_objects/queue_size=2147483647',
-    'moving_objects/range/count=2000000000',
 ]
 
 

@@ -168,6 +168,17 @@ class LaunchFiles(unittest.TestCase):
         for side in ('left', 'right'):
             self.assertEqual(given['/stereo/rectify_%s/image_transport' % side], 'compressed')
 
+    def test_images_with_other_names(self):
+        names = ('camera:=/stereo', 'left_image:=l/mono', 'right_image:=/r/mono')
+        self.assertRegex(command('/stereo/disparity', 'predictive_stereo.launch', *names),
+                         r'left/image_rect:=l/mono.*right/image_rect:=/r/mono')
+        rectified = names + ('rectify:=true',)
+        self.assertRegex(command('/stereo/rectify_left', 'predictive_stereo.launch', *rectified),
+                         r'image_raw:=l/mono.*image_rect:=left/image_rect')
+        self.assertRegex(command('/stereo/rectify_right', 'predictive_stereo.launch', *rectified), r'image_raw:=/r/mono')
+        self.assertRegex(command('/stereo/disparity', 'predictive_stereo.launch', *rectified),
+                         r'left/image_rect:=left/image_rect')
+
     def test_robot_with_everything(self):
         arguments = ('camera:=/stereo', 'rectify:=true', 'rviz:=true', 'bag:=/some.bag', 'rate:=0.5',
                      'approximate_sync:=false', 'sync_tolerance:=0.03', 'publish_tf:=false',

@@ -14,7 +14,6 @@ REPOSITORY = pathlib.Path(sys.argv[1])
 INTERNAL = {
     'empty box',  # becomes "is not a label"
     "], 'enum_description': ''}", 'SIMD target', 'the calibration', 'first frame',
-    'the frame has the stamp of the previous one',
 }
 
 

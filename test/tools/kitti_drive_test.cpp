@@ -81,6 +81,9 @@ TEST(KittiDrive, NamesBrokenScansAndImages) {
   files.write(KittiFixture::data("image_00/data/0000000001.png"), "no image");
   EXPECT_TRUE(
       contains(messageOf([&] { drive.left(1); }), "0000000001.png: cannot be read as an image"));
+  files.write(KittiFixture::data("image_00/data/0000000000.png"), "no image");
+  EXPECT_TRUE(contains(messageOf([&] { KittiDrive(files.path(), KittiFixture::kDrive); }),
+                       "0000000000.png: cannot be read as an image"));
 }
 
 TEST(KittiTimestamps, ReadsNanosecondsAndStopsBeforeWhatIsNotNeeded) {
