@@ -25,30 +25,13 @@ Footprint footprintOf(const Surface& surface, const Vector3f& direction, float w
   return footprint;
 }
 
-// Share of light that a glossy surface reflects specularly: Fresnel's equations in Schlick's
-// approximation (1994).
-// @param along_normal  this share for a view along the normal, of clear coat or glass.
-// @param cosine  of the angle between view and normal.
-float fresnel(float along_normal, float cosine) {
-  return along_normal + (1 - along_normal) * std::pow(1 - cosine, 5.0f);
-}
-
-constexpr float kPanelTurn = 0.2f;  // angle [rad] between the middle of a panel and an edge
-
-// Shading normal of a flat face. Body panels are convex, so it turns from edge to edge.
-Vector3f normalOfPanel(const Primitive& primitive, const Vector3f& normal, const Vector3f& local) {
-  if (primitive.shape == Shape::kEllipsoid) return normal;
-  const Vector3f from_middle = local.cwiseQuotient(primitive.half_m);
-  return (normal + kPanelTurn * (from_middle - normal.dot(from_middle) * normal)).normalized();
-}
-
 struct Shader {
   const RayGrid& grid;
   const Light& light;
-  const Vector3f offset_m;  // of the camera from the centre of light.around, world axes
+  const Vector3f offset_m;  // of the camera from the centre of light.shadows, world axes
 
   Shader(const RayGrid& g, const Light& l)
-      : grid(g), light(l), offset_m((g.centre_m() - l.around.centre_m()).cast<float>()) {}
+      : grid(g), light(l), offset_m((g.centre_m() - l.shadows.centre_m()).cast<float>()) {}
 
   // Casts a ray, and a shadow ray from its hit.
   Hit cast(float x, float y) const {
@@ -61,37 +44,8 @@ struct Shader {
         surfaceAt(p, lit.part, grid.originIn(lit.primitive) + lit.t * local_direction);
     const float facing = surface.normal.dot(p.R_local_world * light.look.to_sun) *
                          (surface.normal.dot(local_direction) > 0 ? -1.0f : 1.0f);
-    lit.sunny = facing > 0 && light.around.sunReaches(offset_m + lit.t * direction);
+    lit.sunny = facing > 0 && light.shadows.sunReaches(offset_m + lit.t * direction);
     return lit;
-  }
-
-  // The shaded hit of a ray.
-  struct Shaded {
-    Vector3f point, normal, local_normal;  // point in local axes; the normal faces the viewer
-    float radiance = 0;                    // without mirrors
-  };
-  // @param origin  of the ray, in the primitive's axes. @param direction  in the world's.
-  // @param width_m  width of the pixel's footprint.
-  Shaded shade(const Hit& hit, const Vector3f& origin, const Vector3f& direction,
-               float width_m) const {
-    const Look& look = light.look;
-    const Primitive& p = grid.primitive(hit.primitive);
-    const Vector3f local_direction = p.R_local_world * direction;
-    const Vector3f point = origin + hit.t * local_direction;
-    Surface surface = surfaceAt(p, hit.part, point);
-    if (surface.normal.dot(local_direction) > 0) surface.normal = -surface.normal;
-    if (p.shape == Shape::kGround) {
-      // Texture coordinates are double because the town is unbounded.
-      surface.u_m = p.centre_m.x() + point.x();
-      surface.v_m = p.centre_m.y() + point.y();
-    }
-    const Footprint footprint = footprintOf(surface, local_direction, width_m);
-    const float albedo =
-        std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
-    const Vector3f normal = p.R_local_world.transpose() * surface.normal;
-    float radiance = albedo * illuminationOf(hit, direction, normal);
-    if (p.material == kLamp) radiance += look.lamps;
-    return {point, normal, surface.normal, radiance};
   }
 
   // @param normal  towards the viewer.
@@ -109,80 +63,33 @@ struct Shader {
     return illumination;
   }
 
-  // Radiance from this direction (unit length) at a point (relative to the centre of light.around).
-  // @param spread  growth of the pixel's footprint beyond `width_m`, per metre of distance.
-  float lightArriving(const Vector3f& point, const Vector3f& direction, float width_m, float spread,
-                      int except) const {
-    Hit hit = light.around.cast(point, direction, except);
-    if (hit.sky()) return skyRadiance(direction, spread, light.look, light.sky_seed);
-    hit.sunny = light.look.sun > 0 && light.around.sunReaches(point + (hit.t - 0.01f) * direction);
-    return shade(hit, light.around.inLocalAxes(hit.primitive, point), direction,
-                 width_m + spread * hit.t)
-        .radiance;
-  }
-
-  // Radiance of clear coat over paint, or of a pane: reflected and transmitted light.
-  float glossy(const Hit& hit, const Shaded& shaded, float x, float y) const {
-    const Primitive& p = grid.primitive(hit.primitive);
-    const Vector3f direction = grid.directionOf(x, y), view = direction.normalized();
-    const Vector3f normal =
-        p.R_local_world.transpose() * normalOfPanel(p, shaded.local_normal, shaded.point);
-    const float cosine = std::clamp(-normal.dot(view), 0.0f, 1.0f);
-    const float width_m = hit.t * grid.pixelPerM();
-    const float mirror = fresnel(mirrorOf(p, hit.part, shaded.point), cosine);
-    const Vector3f reflected_ray = (view + 2 * cosine * normal).normalized();
-    const Vector3f point = offset_m + hit.t * direction;
-    // A convex mirror spreads the rays of a pixel.
-    const float spread =
-        grid.pixelPerM() + 2 * kPanelTurn * width_m / std::max(p.half_m.maxCoeff(), 0.1f);
-    const float reflected = light.look.reflections *
-                            lightArriving(point, reflected_ray, width_m, spread, hit.primitive);
-    if (isClear(p, hit.part, shaded.point)) {
-      constexpr float kTint = 0.8f;
-      return mirror * reflected + (1 - mirror) * kTint * behind(x, y, hit.primitive);
-    }
-    // Metal flakes below the coat reflect as well, in random directions.
-    const float metallic = p.albedo > 0.05f ? 0.5f * p.albedo + 0.05f : 0.0f;
-    float radiance = (1 - mirror) * shaded.radiance + (mirror + metallic) * reflected;
-    if (hit.sunny && light.look.reflections > 0)  // the sun itself
-      radiance += 4 * std::pow(std::max(0.0f, reflected_ray.dot(light.look.to_sun)), 600.0f);
-    return radiance;
-  }
-
-  float behind(float x, float y, int pane) const {
-    Hit hit = grid.cast(x, y, std::numeric_limits<float>::infinity(), pane);
-    const Vector3f direction = grid.directionOf(x, y);
-    if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), light.look, light.sky_seed);
-    hit.sunny =
-        light.look.sun > 0 && light.around.sunReaches(offset_m + (hit.t - 0.01f) * direction);
-    return shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM()).radiance;
-  }
-
-  bool isGlossy(const Hit& hit) const {
-    const Material material = grid.primitive(hit.primitive).material;
-    return material == kGloss || material == kGlossCabin;
-  }
-  // Edges behind a pane need antialiasing as well.
-  bool mayBePane(const Hit& hit) const {
-    return !hit.sky() && grid.primitive(hit.primitive).material == kGlossCabin;
-  }
-
   float operator()(const Hit& hit, float x, float y) const {
     const Look& look = light.look;
     const uint32_t seed = light.sky_seed;
     const Vector3f direction = grid.directionOf(x, y);
     if (hit.sky()) return skyRadiance(direction, grid.pixelPerM(), look, seed);
     const Primitive& p = grid.primitive(hit.primitive);
-    const Shaded shaded =
-        shade(hit, grid.originIn(hit.primitive), direction, hit.t * grid.pixelPerM());
-    if (isGlossy(hit)) return glossy(hit, shaded, x, y);
-    float radiance = shaded.radiance;
-    const float mirror = look.reflections * mirrorOf(p, hit.part, shaded.point);
+    const Vector3f local_direction = p.R_local_world * direction;
+    const Vector3f point = grid.originIn(hit.primitive) + hit.t * local_direction;
+    Surface surface = surfaceAt(p, hit.part, point);
+    if (surface.normal.dot(local_direction) > 0) surface.normal = -surface.normal;
+    if (p.shape == Shape::kGround) {
+      // Texture coordinates are double because the town is unbounded.
+      surface.u_m = p.centre_m.x() + point.x();
+      surface.v_m = p.centre_m.y() + point.y();
+    }
+    const Footprint footprint = footprintOf(surface, local_direction, hit.t * grid.pixelPerM());
+    const float albedo =
+        std::clamp(albedoOf(p, hit.part, surface, point, footprint, look.contrast), 0.01f, 1.0f);
+    const Vector3f normal = p.R_local_world.transpose() * surface.normal;
+    float radiance = albedo * illuminationOf(hit, direction, normal);
+    if (p.material == kLamp) radiance += look.lamps;
+    const float mirror = look.reflections * mirrorOf(p, hit.part, point);
     if (mirror > 0) {
       const Vector3f view = direction.normalized();
-      const float cosine = std::min(1.0f, -shaded.normal.dot(view));
+      const float cosine = std::min(1.0f, -normal.dot(view));
       const float share = mirror + (1 - mirror) * std::pow(1 - cosine, 5.0f) * 0.5f;
-      radiance += share * surroundings(view + 2 * cosine * shaded.normal, look, seed);
+      radiance += share * surroundings(view + 2 * cosine * normal, look, seed);
     }
     return radiance;
   }
@@ -236,7 +143,7 @@ HitImage addRadiance(const RayGrid& grid, const Light& light, const RowOfPixel& 
   parallelForEach(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       const float row = ideal_row(x, y);
-      if (!isEdge(hits, x, y) && !shade.mayBePane(hits.at(x, y))) {
+      if (!isEdge(hits, x, y)) {
         radiance(y, x) += shade(hits.at(x, y), static_cast<float>(x), row);
         continue;
       }
@@ -248,8 +155,7 @@ HitImage addRadiance(const RayGrid& grid, const Light& light, const RowOfPixel& 
         met[i] = shade.cast(ray_x, ray_y);
         int j = 0;
         while (!sameSurface(met[j], met[i])) ++j;
-        radiance_of[i] =
-            j < i && !shade.mayBePane(met[i]) ? radiance_of[j] : shade(met[i], ray_x, ray_y);
+        radiance_of[i] = j < i ? radiance_of[j] : shade(met[i], ray_x, ray_y);
         sum += radiance_of[i];
       }
       radiance(y, x) += 0.25f * sum;

@@ -15,7 +15,7 @@ using RowOfPixel = std::function<float(int x, int y)>;
 /// Light sources and reflections.
 struct Light {
   const Look& look;
-  const RayMap& around;  ///< what casts shadows, and what glossy paint reflects
+  const Shadows& shadows;
   uint32_t sky_seed;
 };
 

@@ -211,10 +211,8 @@ float albedoOf(const Primitive& p, int part, const Surface& s, const Vector3f& l
     case kBark:
       return p.albedo *
              (1.0f + contrast * 0.6f * texture2(u * 3, v * 0.7, fp, {0.5f, 6, 0.85f}, seed));
-    case kGloss:
     case kPaint:
       return paintAlbedo(p, s, fp, contrast, seed);
-    case kGlossCabin:
     case kCabin:
       return cabinAlbedo(p, part, s, local, fp, contrast, seed);
     case kRubber:
@@ -267,14 +265,7 @@ float mirrorOf(const Primitive& p, int part, const Vector3f& local) {
   if (material == kGlass) return 0.35f;
   if (material == kPaint) return 0.12f;
   if (material == kCabin) return isWindow(p, part, local) ? 0.45f : 0.12f;
-  if (material == kGloss) return 0.05f;  // clear coat
-  if (material == kGlossCabin)
-    return isWindow(p, part, local) ? 0.08f : 0.05f;  // a pane: two faces
   return 0;
-}
-
-bool isClear(const Primitive& p, int part, const Vector3f& local) {
-  return p.material == kGlossCabin && isWindow(p, part, local);
 }
 
 float surroundings(const Vector3f& direction, const Look& look, uint32_t seed) {

@@ -25,7 +25,6 @@ struct Look {
   float headlights = 0;      ///< light from the camera's own vehicle, below the horizon
   float lamps = 0;           ///< radiance of street lamps and headlights
   CeilingLamps ceiling;
-  bool glossy_cars = false;  ///< see makeGlossy()
 };
 
 /// Diffuse albedo of a surface, between about 0 and 1.
@@ -37,9 +36,6 @@ float mirrorOf(const Primitive& primitive, int part, const Vector3f& local_m);
 
 /// Illumination of a surface at this point of the world by the ceiling lamps, without shadows.
 float lampLight(const CeilingLamps& lamps, const Vector3f& point_m, const Vector3f& normal);
-
-/// Whether this is a transparent window.
-bool isClear(const Primitive& primitive, int part, const Vector3f& local_m);
 
 /// Radiance that a mirror reflects from this direction (unit length, world): the sky and, below the
 /// horizon, a blurred street.

@@ -1,7 +1,6 @@
 #include "evaluation/simulation/models.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 namespace predictive_stereo::simulation {
@@ -160,30 +159,6 @@ void addLeaves(Builder& b, const Vector3d& centre, double size, double albedo, R
   b.add(Shape::kLeaves, kLeaves, centre, {size, 0.01, size}, albedo * random.uniform(0.6, 1.3), R);
 }
 
-// Black, dark blue, dark metallic or silver metallic. All parts of a car get the same one, because
-// their paint has the same albedo.
-float glossyAlbedo(float paint) {
-  constexpr float kPaints[] = {0.015f, 0.03f, 0.06f, 0.2f};
-  uint32_t bits;
-  std::memcpy(&bits, &paint, sizeof(bits));
-  return kPaints[hashOf(bits) % 4];
-}
-
-// Adds two rows of seats with headrests, and a dashboard.
-void furnish(const Primitive& cabin, Primitives& out) {
-  Builder b(cabin.centre_m, cabin.R_local_world.transpose().cast<double>(), cabin.seed,
-            cabin.object, out, static_cast<uint32_t>(out.size()));
-  const Vector3d half = cabin.half_m.cast<double>();
-  const double belt = half.z() > 0.5 ? 0.0 : -half.z();  // cabins of vans begin at their floor
-  for (const double row : {0.05, -0.5})
-    for (const double side : {-0.45, 0.45}) {
-      const Vector3d seat(row * half.x(), side * half.y(), belt);
-      b.box(kCloth, seat, {0.06, 0.21, 0.3}, 0.12);
-      b.ellipsoid(kCloth, seat + Vector3d(0, 0, 0.38), {0.06, 0.13, 0.09}, 0.2);
-    }
-  b.box(kCloth, {0.8 * half.x(), 0, belt}, {0.12, 0.7 * half.y(), 0.05}, 0.08);
-}
-
 }  // namespace
 
 Vector3d sizeOf(Kind kind, uint32_t seed) {
@@ -314,22 +289,6 @@ void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed,
   if (random.chance(0.25))  // a shop sign over the pavement
     b.box(kSign, {0.08, 0.1 * width_m, 3.1}, {0.08, 0.22 * width_m, 0.35},
           random.uniform(0.5, 0.9));
-}
-
-void makeGlossy(Primitives& primitives) {
-  const size_t count = primitives.size();
-  for (size_t i = 0; i < count; ++i) {
-    Primitive& p = primitives[i];
-    const bool of_a_car = p.shape == Shape::kFrustum || p.shape == Shape::kEllipsoid;
-    if (p.material == kPaint && of_a_car) {
-      p.material = kGloss;
-      p.albedo = glossyAlbedo(p.albedo);
-    } else if (p.material == kCabin) {
-      p.material = kGlossCabin;
-      p.albedo = glossyAlbedo(p.albedo);
-      furnish(Primitive(p), primitives);
-    }
-  }
 }
 
 }  // namespace predictive_stereo::simulation

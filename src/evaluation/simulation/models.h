@@ -26,18 +26,13 @@ struct Place {
 class Builder {
  public:
   /// @param first  number of the first primitive: each one's seed is made of `seed` and its number.
-  Builder(const Vector3d& position_m, const Eigen::Matrix3d& R_world_thing, uint32_t seed,
-          int object, Primitives& out, uint32_t first = 1)
-      : position_m_(position_m),
-        R_world_thing_(R_world_thing),
+  Builder(const Place& place, uint32_t seed, int object, Primitives& out, uint32_t first = 1)
+      : position_m_(place.position_m),
+        R_world_thing_(Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix()),
         object_(object),
         seed_(seed),
         next_(first),
         out_(out) {}
-  Builder(const Place& place, uint32_t seed, int object, Primitives& out, uint32_t first = 1)
-      : Builder(place.position_m,
-                Eigen::AngleAxisd(place.heading_rad, Vector3d::UnitZ()).toRotationMatrix(), seed,
-                object, out, first) {}
 
   Primitive& add(Shape shape, Material material, const Vector3d& centre, const Vector3d& half,
                  double albedo,
@@ -106,9 +101,5 @@ void addSignPost(const Place& place, uint32_t seed, Primitives& out);
 void addFence(const Place& place, double length_m, uint32_t seed, Primitives& out);
 /// A house whose front, `width_m` long, faces along the place's heading.
 void addHouse(const Place& place, double width_m, double depth_m, uint32_t seed, Primitives& out);
-
-/// Makes all cars, vans and trucks difficult for stereo: glossy paint, mostly dark, and seats
-/// behind transparent windows.
-void makeGlossy(Primitives& primitives);
 
 }  // namespace predictive_stereo::simulation

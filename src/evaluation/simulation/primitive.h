@@ -46,8 +46,6 @@ enum Material : uint8_t {
   kPanels,      ///< ceilings
   kPrint,       ///< posters, boxes with print
   kChessboard,  ///< squares of 0.1 m inside a border
-  kGloss,       ///< of cars: reflects the surroundings; metallic unless it is dark
-  kGlossCabin,  ///< the same with transparent windows
 };
 
 /// Windows of a building, repeated in cells along its walls.

@@ -8,7 +8,6 @@ namespace predictive_stereo::simulation {
 namespace {
 
 constexpr float kHuge = 1e9f;
-constexpr float kTile_m = 2.5f;
 constexpr float kFinest_m = 2e-3f;  // per metre: see intersect()
 
 // Corners of a primitive's box in the camera's frame.
@@ -108,13 +107,13 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_w
   tiles_.add(sorted);
 }
 
-Hit RayGrid::cast(float x_px, float y_px, float limit_m, int except) const {
+Hit RayGrid::cast(float x_px, float y_px, float limit_m) const {
   const Vector3f direction = directionOf(x_px, y_px);
   Hit hit;
   hit.t = limit_m;
   for (const Tiles::Item& item : tiles_.at(x_px, y_px)) {
     if (item.nearest >= hit.t) break;
-    if (!item.bounds.contains(Vector2f(x_px, y_px)) || item.index == except) continue;
+    if (!item.bounds.contains(Vector2f(x_px, y_px))) continue;
     const auto i = static_cast<size_t>(item.index);
     const Primitive& p = primitives_[i];
     if (intersect(p, origins_[i], p.R_local_world * direction, inverse_f_, hit))
@@ -129,97 +128,46 @@ bool RayGrid::meets(int index, float x_px, float y_px) const {
                    primitive(index).R_local_world * directionOf(x_px, y_px), inverse_f_, hit);
 }
 
-RayMap::RayMap(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
-               const Vector3d& centre_m)
+Shadows::Shadows(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
+                 const Vector3d& centre_m)
     : primitives_(primitives),
       centre_m_(centre_m),
       to_sun_(to_sun),
       across_(to_sun.cross(Vector3f::UnitZ()).normalized()),
       up_(across_.cross(to_sun)),
-      ground_(square(kReach_m), kTile_m),
-      shadows_(square(kSunReach_m), 1.0f) {
-  std::vector<Tiles::Item> things, casters;
+      tiles_(square(kReach_m), 1.0f) {
+  std::vector<Tiles::Item> casters;
   for (const Primitive& p : primitives) {
     const auto index = static_cast<int>(centres_m_.size());
     const Vector3f centre = centres_m_.emplace_back((p.centre_m - centre_m).cast<float>());
-    if (p.shape == Shape::kGround) {
-      planes_.push_back(index);
-      continue;
-    }
-    const auto item = [&](const Vector2f& middle, const Vector2f& half) -> Tiles::Item {
-      const Vector2f enlarged = half + Vector2f(1e-3f, 1e-3f);
-      return {{middle - enlarged, middle + enlarged}, 0, index};
-    };
-    const Vector3f extent = p.R_local_world.transpose().cwiseAbs() * p.half_m;
-    things.push_back(item(centre.head<2>(), extent.head<2>()));
+    if (p.shape == Shape::kGround) continue;
     const auto extentAlong = [&](const Vector3f& axis) {
       return (p.R_local_world * axis).cwiseAbs().dot(p.half_m);
     };
-    casters.push_back(
-        item({centre.dot(across_), centre.dot(up_)}, {extentAlong(across_), extentAlong(up_)}));
+    const Vector2f middle(centre.dot(across_), centre.dot(up_));
+    const Vector2f half(extentAlong(across_), extentAlong(up_));
+    const Vector2f enlarged = half + Vector2f(1e-3f, 1e-3f);
+    casters.push_back({{middle - enlarged, middle + enlarged}, 0, index});
   }
-  ground_.add(things);
   // The largest ones first, because they are the most likely hits.
   std::stable_sort(casters.begin(), casters.end(), [](const Tiles::Item& a, const Tiles::Item& b) {
     return a.bounds.volume() > b.bounds.volume();
   });
-  shadows_.add(casters);
+  tiles_.add(casters);
 }
 
-bool RayMap::sunReaches(const Vector3f& point_m) const {
+bool Shadows::sunReaches(const Vector3f& point_m) const {
   const float x = point_m.dot(across_), y = point_m.dot(up_);
-  if (std::abs(x) > kSunReach_m || std::abs(y) > kSunReach_m) return true;
-  const auto& casters = shadows_.at(x, y);
+  if (std::abs(x) > kReach_m || std::abs(y) > kReach_m) return true;
+  const auto& casters = tiles_.at(x, y);
   return std::none_of(casters.begin(), casters.end(), [&](const Tiles::Item& item) {
     Hit hit;
-    const Primitive& p = primitives_[static_cast<size_t>(item.index)];
+    const auto i = static_cast<size_t>(item.index);
+    const Primitive& p = primitives_[i];
     return item.bounds.contains(Vector2f(x, y)) &&
-           intersect(p, inLocalAxes(item.index, point_m), p.R_local_world * to_sun_, kFinest_m,
-                     hit);
+           intersect(p, p.R_local_world * (point_m - centres_m_[i]), p.R_local_world * to_sun_,
+                     kFinest_m, hit);
   });
-}
-
-void RayMap::test(int primitive, const Vector3f& origin_m, const Vector3f& direction,
-                  Hit& hit) const {
-  const auto i = static_cast<size_t>(primitive);
-  const Primitive& p = primitives_[i];
-  // Early exit: most rays miss the bounding sphere.
-  const Vector3f to_centre = centres_m_[i] - origin_m;
-  const float along = to_centre.dot(direction);
-  if (to_centre.squaredNorm() - along * along > p.half_m.squaredNorm() && p.shape != Shape::kGround)
-    return;
-  if (intersect(p, inLocalAxes(primitive, origin_m), p.R_local_world * direction, kFinest_m, hit))
-    hit.primitive = primitive;
-}
-
-Hit RayMap::cast(const Vector3f& origin_m, const Vector3f& direction, int except) const {
-  Hit hit;
-  for (const int plane : planes_)
-    if (plane != except) test(plane, origin_m, direction, hit);
-  // From tile to tile (Amanatides and Woo, 1987), until there is a hit inside one.
-  constexpr int kTiles = static_cast<int>(2 * kReach_m / kTile_m);
-  int tile[2], step[2];
-  float leaves[2], per_tile[2];  // distances along the ray
-  for (int axis = 0; axis < 2; ++axis) {
-    tile[axis] = static_cast<int>(std::floor((origin_m[axis] + kReach_m) / kTile_m));
-    step[axis] = direction[axis] > 0 ? 1 : -1;
-    const auto border = static_cast<float>(tile[axis] + (direction[axis] > 0));
-    leaves[axis] = (border * kTile_m - kReach_m - origin_m[axis]) / direction[axis];
-    per_tile[axis] = kTile_m / std::abs(direction[axis]);
-    if (direction[axis] == 0) leaves[axis] = per_tile[axis] = hit.t;
-  }
-  while (tile[0] >= 0 && tile[1] >= 0 && tile[0] < kTiles && tile[1] < kTiles) {
-    const auto middle = [&](int axis) {
-      return (static_cast<float>(tile[axis]) + 0.5f) * kTile_m - kReach_m;
-    };
-    for (const Tiles::Item& item : ground_.at(middle(0), middle(1)))
-      if (item.index != except) test(item.index, origin_m, direction, hit);
-    const int axis = leaves[0] < leaves[1] ? 0 : 1;
-    if (hit.t <= leaves[axis] || std::isinf(leaves[axis])) break;
-    leaves[axis] += per_tile[axis];
-    tile[axis] += step[axis];
-  }
-  return hit;
 }
 
 }  // namespace predictive_stereo::simulation

@@ -47,9 +47,8 @@ class RayGrid {
   RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_world_cam,
           const StereoRig& rig, double cx_px);
 
-  /// First hit of the ray through (x, y) nearer than `limit_m`; primitive `except` is ignored.
-  Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity(),
-           int except = -1) const;
+  /// First hit of the ray through (x, y) nearer than `limit_m`.
+  Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity()) const;
 
   /// Whether the ray through (x, y) hits this primitive.
   bool meets(int primitive, float x_px, float y_px) const;
@@ -79,40 +78,26 @@ class RayGrid {
   float cx_, cy_, inverse_f_, inverse_fy_;
 };
 
-/// Casts rays from any point, given relative to a centre (world axes).
-class RayMap {
+/// Casts rays to the sun from any point, given relative to a centre (world axes).
+class Shadows {
  public:
-  static constexpr float kReach_m = 100;     ///< only sky is farther from the centre along x or y
-  static constexpr float kSunReach_m = 110;  ///< no shadows farther from the centre
+  static constexpr float kReach_m = 110;  ///< no shadows farther from the centre
 
-  /// @param primitives  must outlive the map.
-  RayMap(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
-         const Vector3d& centre_m);
+  /// @param primitives  must outlive the shadows.
+  Shadows(const std::vector<Primitive>& primitives, const Vector3f& to_sun,
+          const Vector3d& centre_m);
 
   const Vector3d& centre_m() const { return centre_m_; }  ///< in the world
 
   /// Whether the sun shines on this point. Surfaces within kNearest_m of it cast no shadow.
   bool sunReaches(const Vector3f& point_m) const;
 
-  /// First hit of a ray, where primitive `except` is ignored; t is the distance along it [m].
-  /// @param direction  unit length.
-  Hit cast(const Vector3f& origin_m, const Vector3f& direction, int except) const;
-
-  /// A point in the local axes of a primitive.
-  Vector3f inLocalAxes(int primitive, const Vector3f& point_m) const {
-    const auto i = static_cast<size_t>(primitive);
-    return primitives_[i].R_local_world * (point_m - centres_m_[i]);
-  }
-
  private:
-  void test(int primitive, const Vector3f& origin_m, const Vector3f& direction, Hit& hit) const;
-
   const std::vector<Primitive>& primitives_;
   Vector3d centre_m_;
   Vector3f to_sun_, across_, up_;  // the latter are normal to the sun's rays
   std::vector<Vector3f> centres_m_;
-  std::vector<int> planes_;
-  Tiles ground_, shadows_;  // tiles of the ground; of a plane normal to the sun's rays
+  Tiles tiles_;  // of a plane normal to the sun's rays
 };
 
 }  // namespace predictive_stereo::simulation

@@ -209,14 +209,6 @@ void addConditions(Scenes& list) {
       addBusy(list, "misaligned", "right camera up to 1.5 rows off, as KITTI's are");
   misaligned.sensor.row_offset_px = 1.5;
   setStopsAndTurns(misaligned.drive);
-  Scene& glossy =
-      addBusy(list, "glossy_cars",
-              "dark, glossy and metallic cars that reflect sky and street, clear windows");
-  glossy.look.glossy_cars = true;
-  glossy.traffic.companions = {{Kind::kCar, 8, 0, 2, 9}};
-  glossy.parked_cars = 0.9;
-  glossy.trees = 0.3;
-  glossy.drive.cruise_mps = 5;
   addBusy(list, "dropped", "every fifth frame is missing").sensor.drop_every = 5;
   addBusy(list, "duplicated", "every fifth frame repeats the previous one").sensor.duplicate_every =
       5;

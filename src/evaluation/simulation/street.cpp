@@ -132,8 +132,7 @@ float Street::alignedRow(int x, int y) const {
 }
 
 Primitives Street::primitivesAt(double time_s) const {
-  View view = viewFrom(poseAt(time_s), rig_);
-  view.all_around = scene_.look.glossy_cars;
+  const View view = viewFrom(poseAt(time_s), rig_);
   Primitives primitives;
   if (scene_.site == Site::kTown)
     addTown(scene_, seed(4), view, primitives);
@@ -148,7 +147,6 @@ Primitives Street::primitivesAt(double time_s) const {
     if (scene_.site == Site::kTown && (view.distance(at) > 200 || !view.reaches(at, 8))) continue;
     addThing(mover.kind, mover.seed, place, mover.strideAt(time_s), mover.id, primitives);
   }
-  if (scene_.look.glossy_cars) makeGlossy(primitives);
   return primitives;
 }
 
@@ -239,8 +237,8 @@ StreetFrame Street::render(int index) const {
     const RayGrid left(primitives, pose, rig_, rig_.cx_left_px);
     const RayGrid right(primitives, pose * Eigen::Translation3d(rig_.baseline_m, 0, 0), rig_,
                         rig_.cx_right_px);
-    const RayMap around(primitives, scene_.look.to_sun, pose.translation());
-    const Light light{scene_.look, around, seed(5)};
+    const Shadows shadows(primitives, scene_.look.to_sun, pose.translation());
+    const Light light{scene_.look, shadows, seed(5)};
     const HitImage left_hits = addRadiance(left, light, same_row, left_radiance);
     addRadiance(right, light, right_row, right_radiance);
     if (step != 0) continue;

@@ -137,7 +137,6 @@ Marking markingAt(double x_m, double y_m) {
 }
 
 bool View::reaches(const Vector2d& centre_m, double radius_m) const {
-  if (all_around && distance(centre_m) < kDetails_m) return true;
   const Vector2d offset = centre_m - position_m.head<2>();
   const double ahead = forward.dot(offset);
   const double aside = std::abs(forward.x() * offset.y() - forward.y() * offset.x());

@@ -25,7 +25,6 @@ struct View {
   Vector3d position_m;
   Vector2d forward;  ///< unit length
   double tan_half_angle;
-  bool all_around = false;  ///< includes the world behind the camera, which mirrors show
 
   bool reaches(const Vector2d& centre_m, double radius_m) const;
   double distance(const Vector2d& centre_m) const {
