@@ -32,21 +32,13 @@ std::vector<double> travelled(const Poses& poses) {
   return travelled_m;
 }
 
-void summarize(OdometryEvaluation& e) {
+// @param normalized  errors of the motions that were not lost. @param ms  of all motions.
+void summarize(const std::vector<double>& normalized, const std::vector<double>& ms,
+               OdometryEvaluation& e) {
   e.length_m = travelled(e.truth).back();
   e.length_error_percent = 100 * (travelled(e.estimated).back() / e.length_m - 1);
   e.relative = relativePoseErrors(e.estimated, e.truth, {5, 10, 20, 50, 100});
   e.mean = meanMotionError(e.estimated, e.truth);
-  std::vector<double> normalized, ms;
-  for (const auto& motion : e.motions) {
-    e.largest.translation_m = std::max(e.largest.translation_m, motion.error.translation_m);
-    e.largest.rotation_rad = std::max(e.largest.rotation_rad, motion.error.rotation_rad);
-    ms.push_back(motion.ms);
-    if (motion.tracked)
-      normalized.push_back(motion.normalized_error);
-    else
-      ++e.lost;
-  }
   e.mean_normalized_error = mean(normalized);
   e.median_normalized_error = nearestQuantile(normalized, 0.5);
   e.mean_ms = mean(ms);
@@ -124,6 +116,7 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
   e.name = sequence.name();
   e.truth.assign(poses->begin(), poses->begin() + frames);
   e.estimated = {e.truth.front()};
+  std::vector<double> normalized, ms;
   size_t last_good = 0;  // last frame whose pose was known
   VisualOdometry odometry(params, PipelineParams().max_gap);
   Progress progress(sequence.name(), frames);
@@ -138,16 +131,20 @@ OdometryEvaluation evaluateOdometry(const Sequence& sequence, const EgoMotionPar
     const bool tracked = output.motion_start.has_value();
     const size_t start = tracked ? i - static_cast<size_t>(estimate.frames) : last_good;
     const Eigen::Isometry3d truth = relative(e.truth[i], e.truth[start]);
-    const double normalized =
-        tracked ? normalizedErrorSquared(estimate.motion, truth) / 6 : kNotKnown;
     e.estimated.push_back(compose(e.truth.front(), output.pose.T_odom_cam));
     const Eigen::Isometry3d found =
         tracked ? estimate.motion.T_cam_prev : relative(e.estimated[i], e.estimated[start]);
-    e.motions.push_back({index, tracked, motionError(found, truth), normalized, estimate.features,
-                         estimate.inliers, estimate.residual_px, odometry.times().front().ms});
+    const MotionError error = motionError(found, truth);
+    e.largest.translation_m = std::max(e.largest.translation_m, error.translation_m);
+    e.largest.rotation_rad = std::max(e.largest.rotation_rad, error.rotation_rad);
+    ms.push_back(odometry.times().front().ms);
+    if (tracked)
+      normalized.push_back(normalizedErrorSquared(estimate.motion, truth) / 6);
+    else
+      ++e.lost;
     if (output.pose.state == PoseState::kKnown) last_good = i;
   }
-  summarize(e);
+  summarize(normalized, ms, e);
   return e;
 }
 

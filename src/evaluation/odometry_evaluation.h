@@ -44,15 +44,6 @@ double normalizedErrorSquared(const CameraMotion& estimated, const Eigen::Isomet
 /// Errors of the ego-motion on one sequence with true poses.
 struct OdometryEvaluation {
   std::string name;
-  struct Motion {
-    int frame;  ///< the later one of its two frames
-    bool tracked;
-    MotionError error;
-    double normalized_error;  ///< e'C^-1e / 6; NaN if the ego-motion was lost
-    int features, inliers;
-    double residual_px, ms;
-  };
-  std::vector<Motion> motions;
   Poses estimated, truth;                    ///< both start at the true first pose
   std::vector<EgoMotionEstimate> estimates;  ///< one per frame: the motion from the previous one
 

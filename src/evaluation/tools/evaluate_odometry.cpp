@@ -13,7 +13,7 @@ namespace predictive_stereo {
 namespace {
 
 void print(const OdometryEvaluation& e) {
-  std::printf("%s, %zu motions, %.1f m\n", e.name.c_str(), e.motions.size(), e.length_m);
+  std::printf("%s, %zu motions, %.1f m\n", e.name.c_str(), e.truth.size() - 1, e.length_m);
   std::printf("  per frame           %.4f m  %.4f deg (largest %.4f m  %.4f deg)\n",
               e.mean.translation_m, e.mean.rotation_rad * 180 / M_PI, e.largest.translation_m,
               e.largest.rotation_rad * 180 / M_PI);
@@ -40,7 +40,7 @@ std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
     // As in KITTI, over the longest segments of the path.
     const auto relative = std::find_if(e.relative.rbegin(), e.relative.rend(),
                                        [](const auto& error) { return error.stretches > 0; });
-    csv.add(e.name, e.motions.size(), e.length_m, e.mean.translation_m,
+    csv.add(e.name, e.truth.size() - 1, e.length_m, e.mean.translation_m,
             e.mean.rotation_rad * 180 / M_PI, e.largest.translation_m, e.length_error_percent,
             relative == e.relative.rend()
                 ? row("", "")
@@ -48,18 +48,6 @@ std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
             e.mean_normalized_error, e.median_normalized_error, e.lost, e.mean_ms, e.median_ms,
             e.p95_ms);
   }
-  return csv.csv();
-}
-
-std::string framesCsv(const std::vector<OdometryEvaluation>& evaluations) {
-  Table csv = Table::ofCsv(
-      "sequence,frame,status,translation_error_m,rotation_error_deg,normalized_error,features,"
-      "inliers,residual_px,ms");
-  for (const OdometryEvaluation& e : evaluations)
-    for (const auto& m : e.motions)
-      csv.add(e.name, m.frame, m.tracked ? "tracked" : "lost", m.error.translation_m,
-              m.error.rotation_rad * 180 / M_PI, m.normalized_error, m.features, m.inliers,
-              m.residual_px, m.ms);
   return csv.csv();
 }
 
@@ -82,8 +70,7 @@ int evaluate(const CommandLine& command_line) {
     report->add(reportItem("paths", "paths.csv"));
     report->finish();
   }
-  if (command_line.has("csv"))
-    writeCsv(command_line.get("csv"), csv(evaluations), framesCsv(evaluations));
+  if (command_line.has("csv")) writeText(command_line.get("csv"), csv(evaluations));
   return 0;
 }
 
