@@ -5,15 +5,6 @@
 namespace predictive_stereo {
 namespace {
 
-void addWidths(const cv::Mat1w& width_px, const DisparityRange& range,
-               DisparityEvaluation& evaluation) {
-  if (width_px.empty()) return;
-  updateMean(evaluation.mean_width_px, cv::mean(width_px)[0], evaluation.images);
-  const double full = cv::countNonZero(width_px >= range.count);
-  updateMean(evaluation.full_search_percent, 100 * full / static_cast<double>(width_px.total()),
-             evaluation.images);
-}
-
 void addScores(const SequenceFrame& frame, int index, const DisparityOutput& maps,
                const DisparityRange& range, DisparityEvaluation& evaluation) {
   const DisparityScore score = scoreDisparity(maps.disparity_px, range, frame.truth_px);
@@ -60,7 +51,9 @@ void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>&
       if (index == 0) continue;  // without a past, and slower (caches and buffers are cold)
       DisparityEvaluation& evaluation = evaluations[m];
       updateMean(evaluation.mean_ms, outputs[m].ms, evaluation.images);
-      addWidths(outputs[m].maps.search_width_px, range, evaluation);
+      const cv::Mat1w& width_px = outputs[m].maps.search_width_px;
+      if (!width_px.empty())
+        updateMean(evaluation.mean_width_px, cv::mean(width_px)[0], evaluation.images);
       ++evaluation.images;
       if (!frame.truth_px.empty()) addScores(frame, index, outputs[m].maps, range, evaluation);
     }

@@ -19,7 +19,6 @@ struct DisparityEvaluation {
   // The following only for methods of this package.
   MeanDisparityScore measured;  ///< of this frame's match alone
   double mean_width_px = 0;
-  double full_search_percent = 0;  ///< share of pixels searched over the whole range
   VarianceCalibration variance;
 
   struct Frame {

@@ -30,15 +30,11 @@ double DisparityScore::d1_filled_percent() const { return 100 * ratio(wrong(), t
 double DisparityScore::rms_px() const {
   return std::sqrt(ratio(sum_squared_inlier_error_px2, valid_pixels - outliers));
 }
-double DisparityScore::bias_px() const {
-  return ratio(sum_inlier_error_px, valid_pixels - outliers);
-}
 
 DisparityScore& DisparityScore::operator+=(const DisparityScore& other) {
   truth_pixels += other.truth_pixels;
   valid_pixels += other.valid_pixels;
   outliers += other.outliers;
-  sum_inlier_error_px += other.sum_inlier_error_px;
   sum_squared_inlier_error_px2 += other.sum_squared_inlier_error_px2;
   return *this;
 }
@@ -61,7 +57,6 @@ DisparityScore scoreDisparity(const cv::Mat1f& disparity_px, const DisparityRang
         continue;
       }
       const double error_px = static_cast<double>(disparity) - truth;
-      score.sum_inlier_error_px += error_px;
       score.sum_squared_inlier_error_px2 += error_px * error_px;
     }
   return score;
@@ -75,7 +70,6 @@ void MeanDisparityScore::add(const DisparityScore& score) {
   if (score.valid_pixels == 0) return;
   updateMean(d1_percent, score.d1_percent(), frames_with_valid_);
   updateMean(rms_px, score.rms_px(), frames_with_valid_);
-  updateMean(bias_px, score.bias_px(), frames_with_valid_);
   ++frames_with_valid_;
 }
 

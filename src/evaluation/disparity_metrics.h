@@ -24,7 +24,6 @@ struct DisparityScore {
   int64_t truth_pixels = 0;
   int64_t valid_pixels = 0;
   int64_t outliers = 0;  ///< among valid pixels
-  double sum_inlier_error_px = 0;
   double sum_squared_inlier_error_px2 = 0;
 
   /// Outliers and pixels without a disparity.
@@ -34,9 +33,8 @@ struct DisparityScore {
   double d1_percent() const;
   /// Outliers among all pixels, where those without a disparity count as outliers.
   double d1_filled_percent() const;
-  /// Root mean square error and mean error of inliers.
+  /// Root mean square error of inliers.
   double rms_px() const;
-  double bias_px() const;
 
   DisparityScore& operator+=(const DisparityScore& other);
 };
@@ -65,7 +63,6 @@ struct MeanDisparityScore {
   double d1_percent = 0;
   double d1_filled_percent = 0;
   double rms_px = 0;
-  double bias_px = 0;
 
   /// Frames without truth, or without valid pixels, are left out of the means that need these.
   void add(const DisparityScore& score);

@@ -6,34 +6,6 @@
 #include "tools/output_file.h"
 
 namespace predictive_stereo {
-namespace {
-
-bool isOwn(const DisparityEvaluation& evaluation) { return evaluation.measured.frames > 0; }
-
-using Figure = double MeanDisparityScore::*;
-constexpr Figure kD1 = &MeanDisparityScore::d1_percent,
-                 kD1Filled = &MeanDisparityScore::d1_filled_percent,
-                 kDensity = &MeanDisparityScore::density_percent,
-                 kRms = &MeanDisparityScore::rms_px, kBias = &MeanDisparityScore::bias_px;
-
-Row figures(const MeanDisparityScore& score, int decimals, std::initializer_list<Figure> members) {
-  Row row;
-  for (const Figure member : members) row.push_back(fixed(score.*member, decimals));
-  return row;
-}
-
-// D1 and D1f relative to opencv_hh and, for our methods, to ours_full.
-Row ratios(const SequenceReport& report, const DisparityEvaluation& e) {
-  Row row;
-  for (const auto* other : {report.find(kOpencvHh), isOwn(e) ? report.find(kOursFull) : nullptr})
-    for (const Figure d1 : {kD1, kD1Filled})
-      row.push_back(other && e.score.frames
-                        ? fixed(ratio(e.score.*d1, other->score.*d1, kNotKnown), 2)
-                        : "-");
-  return row;
-}
-
-}  // namespace
 
 const DisparityEvaluation* SequenceReport::find(const std::string& method) const {
   const auto found = std::find_if(evaluations.begin(), evaluations.end(),
@@ -43,27 +15,13 @@ const DisparityEvaluation* SequenceReport::find(const std::string& method) const
 
 Table accuracyTable(const SequenceReport& report) {
   Table table{report.name + ", " + std::to_string(report.evaluations.front().images) + " images",
-              {"method", "ms", "D1 %", "D1f %", "density %", "rms px", "bias", "D1 / hh",
-               "D1f / hh", "D1 / full", "D1f / full"}};
-  for (const DisparityEvaluation& e : report.evaluations)
-    table.add(e.method, fixed(e.mean_ms, 1),
-              e.score.frames ? row(figures(e.score, 2, {kD1, kD1Filled, kDensity}),
-                                   figures(e.score, 3, {kRms, kBias}))
-                             : Row(5, "-"),
-              ratios(report, e));
-  return table;
-}
-
-Table loopTable(const SequenceReport& report) {
-  Table table{report.name + ": searched disparities; the match alone and after the filters",
-              {"method", "mean width px", "full search %", "measured D1 %", "measured D1f %",
-               "measured rms", "filtered rms", "ratio"}};
+              {"method", "ms", "D1 %", "D1f %", "density %", "rms px"}};
   for (const DisparityEvaluation& e : report.evaluations) {
-    if (e.mean_width_px == 0) continue;
-    table.add(e.method, fixed(e.mean_width_px, 1), fixed(e.full_search_percent, 1),
-              figures(e.measured, 2, {kD1, kD1Filled}), figures(e.measured, 3, {kRms}),
-              figures(e.score, 3, {kRms}),
-              fixed(ratio(e.score.rms_px, e.measured.rms_px, kNotKnown), 3));
+    const MeanDisparityScore& s = e.score;
+    table.add(e.method, fixed(e.mean_ms, 1),
+              s.frames ? row(fixed(s.d1_percent, 2), fixed(s.d1_filled_percent, 2),
+                             fixed(s.density_percent, 2), fixed(s.rms_px, 3))
+                       : Row(4, "-"));
   }
   return table;
 }
@@ -79,31 +37,27 @@ Table calibrationTable(const std::vector<std::pair<std::string, VarianceCalibrat
 }
 
 std::vector<Table> tables(const SequenceReport& report) {
-  std::vector<Table> result = {accuracyTable(report), loopTable(report)};
-  if (const auto* ours = report.find(kOurs))
+  std::vector<Table> result = {accuracyTable(report)};
+  if (const auto* ours = report.find(kOurs); ours && ours->variance.count() > 0)
     result.push_back(calibrationTable({{"all", ours->variance}}));
-  result.erase(std::remove_if(result.begin(), result.end(),
-                              [](const Table& table) { return table.rows.empty(); }),
-               result.end());
   return result;
 }
 
 std::string csv(const std::vector<SequenceReport>& reports) {
   Table csv = Table::ofCsv(
-      "sequence,method,images,ms,d1_percent,d1f_percent,density_percent,rms_px,bias_px,"
-      "mean_width_px,full_search_percent,measured_d1_percent,measured_d1f_percent,"
-      "measured_rms_px,within_1_sigma,within_2_sigma,within_3_sigma,nll,mean_sigma_px");
+      "sequence,method,images,ms,d1_percent,d1f_percent,density_percent,rms_px,"
+      "mean_width_px,measured_rms_px,within_1_sigma,within_2_sigma,within_3_sigma,nll,"
+      "mean_sigma_px");
   for (const SequenceReport& report : reports)
     for (const DisparityEvaluation& e : report.evaluations) {
       const MeanDisparityScore& s = e.score;
       Row own;
-      if (isOwn(e))
-        own = row(e.mean_width_px, e.full_search_percent, e.measured.d1_percent,
-                  e.measured.d1_filled_percent, e.measured.rms_px, e.variance.shareWithin(1),
+      if (e.measured.frames > 0)  // a method of this package
+        own = row(e.mean_width_px, e.measured.rms_px, e.variance.shareWithin(1),
                   e.variance.shareWithin(2), e.variance.shareWithin(3),
                   e.variance.negativeLogLikelihood(), e.variance.meanSigma_px());
       csv.add(report.name, e.method, e.images, e.mean_ms, s.d1_percent, s.d1_filled_percent,
-              s.density_percent, s.rms_px, s.bias_px, own);
+              s.density_percent, s.rms_px, own);
     }
   return csv.csv();
 }

@@ -12,7 +12,6 @@ namespace predictive_stereo {
 /// Names of methods that reports know.
 constexpr char kOpencvHh[] = "opencv_hh";
 constexpr char kOurs[] = "ours";
-constexpr char kOursFull[] = "ours_full";
 
 struct SequenceReport {
   std::string name;
@@ -23,10 +22,8 @@ struct SequenceReport {
   const DisparityEvaluation* find(const std::string& method) const;
 };
 
-/// Time and errors of each method, also relative to opencv_hh and to ours_full.
+/// Time and errors of each method.
 Table accuracyTable(const SequenceReport& report);
-/// Search widths, and errors of the match alone and after the filters.
-Table loopTable(const SequenceReport& report);
 /// Variances of `ours`: shares of errors within 1, 2 and 3 standard deviations, for groups of
 /// pixels. Groups without pixels are left out.
 Table calibrationTable(const std::vector<std::pair<std::string, VarianceCalibration>>& groups);

@@ -93,7 +93,6 @@ TEST(EvaluateDisparity, CountsAllFramesButTheFirst) {
   EXPECT_NEAR(ours.score.rms_px, 0.5, 1e-6);
   EXPECT_NEAR(ours.measured.rms_px, 1.0, 1e-6);
   EXPECT_DOUBLE_EQ(ours.mean_width_px, 44);
-  EXPECT_DOUBLE_EQ(ours.full_search_percent, 25);
   EXPECT_DOUBLE_EQ(ours.variance.shareWithin(1), 0.5);
   EXPECT_EQ(opencv.measured.frames, 0);
   ASSERT_EQ(ours.series.size(), 3u);
@@ -104,9 +103,7 @@ TEST(DisparityReport, TablesHoldTheFigures) {
   const SequenceReport report = evaluateWall();
   const Table accuracy = accuracyTable(report);
   EXPECT_EQ(accuracy.rows[1],
-            (std::vector<std::string>{"ours", "30.0", "50.00", "62.50", "75.00", "0.500", "0.500",
-                                      "1.00", "1.25", "-", "-"}));
-  EXPECT_EQ(loopTable(report).rows.size(), 1u);
+            (std::vector<std::string>{"ours", "30.0", "50.00", "62.50", "75.00", "0.500"}));
   EXPECT_EQ(tables(report).back().rows[0][0], "all") << "variances";
 }
 

@@ -37,7 +37,7 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
       {kOurs, ours(params)},
       {"ours_diagonal", ours(diagonal)},
       {"ours_8", ours(all)},
-      {kOursFull, ours(full)},
+      {"ours_full", ours(full)},
   };
   if (params.disparity.matcher.exact_ranges) {
     PipelineParams widened = params, all_widened = all;
