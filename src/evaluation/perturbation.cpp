@@ -47,9 +47,8 @@ cv::Mat1b withNoise(const cv::Mat1b& image, double sigma, uint64_t seed) {
 
 class PerturbedSequence : public Sequence {
  public:
-  PerturbedSequence(std::shared_ptr<const Sequence> from, const Perturbation& change,
-                    const std::string& suffix)
-      : Sequence(from->name() + suffix, from->rig()), from_(std::move(from)), change_(change) {
+  PerturbedSequence(std::shared_ptr<const Sequence> from, const Perturbation& change)
+      : Sequence(from->name(), from->rig()), from_(std::move(from)), change_(change) {
     if (change.mirrored) {
       const double last = rig_.size.width - 1;
       rig_.cx_left_px = last - from_->rig().cx_right_px;
@@ -58,22 +57,12 @@ class PerturbedSequence : public Sequence {
     for (int i = change.first; i < from_->frames(); i += change.every)
       if (change.drop_every == 0 || i % change.drop_every != 5) kept_.push_back(i);
   }
-  const std::string& recording() const override { return from_->recording(); }
   int frames() const override { return static_cast<int>(kept_.size()); }
   double stamp_s(int index) const override { return from_->stamp_s(source(index)); }
   int fileNumber(int index) const override { return from_->fileNumber(source(index)); }
-  std::optional<std::vector<Eigen::Isometry3d>> poses() const override {
-    const auto all = change_.mirrored ? std::nullopt : from_->poses();
-    if (!all) return std::nullopt;
-    std::vector<Eigen::Isometry3d> poses;
-    for (const int i : kept_) poses.push_back(all->at(static_cast<size_t>(i)));
-    return poses;
-  }
 
   SequenceFrame frame(int index) const override {
     SequenceFrame frame = from_->frame(source(index));
-    if (change_.right_shift_px != 0)
-      frame.right = shiftedRight(frame.right, change_.right_shift_px);
     frame.right = withWrongColumns(frame.right, source(index));
     if (change_.mirrored) {
       cv::Mat1b left, right;
@@ -180,15 +169,8 @@ ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig) {
 }
 
 std::unique_ptr<Sequence> perturbed(std::shared_ptr<const Sequence> sequence,
-                                    const Perturbation& perturbation, const std::string& suffix) {
-  return std::make_unique<PerturbedSequence>(std::move(sequence), perturbation, suffix);
-}
-
-cv::Mat1b shiftedRight(const cv::Mat1b& right, double shift_px) {
-  const cv::Matx23d shift(1, 0, shift_px, 0, 1, 0);
-  cv::Mat1b shifted;
-  cv::warpAffine(right, shifted, shift, right.size(), cv::INTER_LANCZOS4, cv::BORDER_REPLICATE);
-  return shifted;
+                                    const Perturbation& perturbation) {
+  return std::make_unique<PerturbedSequence>(std::move(sequence), perturbation);
 }
 
 }  // namespace predictive_stereo

@@ -21,7 +21,6 @@ struct Perturbation {
   double column_offset_px = 0;  ///< largest error of the right image's columns, quadratic
   double column_bow_px = 0;     ///< their error at both borders, a parabola over the columns
   double column_jump_px = 0;    ///< their error from the middle of the sequence on, constant
-  double right_shift_px = 0;    ///< of the whole right image, to the right
   bool mirrored = false;        ///< flipped; the right image becomes the left one
   int every = 1, first = 0;     ///< only frames `first`, `first + every`, ...
   int drop_every = 0;           ///< frames 5, 5 + drop_every, ... are missing; 0: none
@@ -40,14 +39,8 @@ std::unique_ptr<Sequence> loadIntoMemory(const Sequence& sequence, int max_frame
 /// distance is not known, or if the right image shows less than half of it.
 ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig);
 
-/// The sequence, perturbed. Without true poses if it is mirrored.
-/// @param suffix  of its name.
+/// The sequence, perturbed, without true poses.
 std::unique_ptr<Sequence> perturbed(std::shared_ptr<const Sequence> sequence,
-                                    const Perturbation& perturbation,
-                                    const std::string& suffix = "");
-
-/// The right image, shifted to the right (Lanczos interpolation, borders replicated), as after a
-/// small turn of that camera.
-cv::Mat1b shiftedRight(const cv::Mat1b& right, double shift_px);
+                                    const Perturbation& perturbation);
 
 }  // namespace predictive_stereo

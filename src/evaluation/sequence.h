@@ -26,9 +26,8 @@ struct SequenceFrame {
 class Sequence {
  public:
   virtual ~Sequence() = default;
+  /// Also that of its label file.
   const std::string& name() const { return name_; }
-  /// Name of its recording, which label files have.
-  virtual const std::string& recording() const { return name_; }
   const StereoRig& rig() const { return rig_; }
   virtual int frames() const = 0;
   /// @throws std::runtime_error with the file that cannot be read.

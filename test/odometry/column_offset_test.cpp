@@ -7,7 +7,6 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "evaluation/perturbation.h"
 #include "evaluation/simulation/street.h"
 #include "predictive_stereo/ego_motion.h"
 
@@ -18,6 +17,14 @@ struct Pair {
   cv::Mat1b left, right;
   Eigen::Isometry3d T_world_cam;
 };
+
+// The right image, shifted to the right, as after a small turn of that camera.
+cv::Mat1b shiftedRight(const cv::Mat1b& right, double shift_px) {
+  const cv::Matx23d shift(1, 0, shift_px, 0, 1, 0);
+  cv::Mat1b shifted;
+  cv::warpAffine(right, shifted, shift, right.size(), cv::INTER_LANCZOS4, cv::BORDER_REPLICATE);
+  return shifted;
+}
 
 StereoRig streetRig() {
   static const StereoRig rig = Street(StreetParams()).rig();

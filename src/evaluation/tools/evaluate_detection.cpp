@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 void setLabels(const CommandLine& command_line, Sequence& sequence) {
   const fs::path path = command_line.get("labels");
   fs::path file = path;
-  if (fs::is_directory(path)) file = path / (sequence.recording() + ".csv");
+  if (fs::is_directory(path)) file = path / (sequence.name() + ".csv");
   const bool has_truth = sequence.objects(0).has_value();
   if (command_line.has("labels") && (file == path || fs::exists(file) || !has_truth))
     sequence.setLabels(readObjectLabels(file.string()));

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "evaluation/odometry_evaluation.h"
-#include "evaluation/perturbation.h"
 #include "evaluation/report.h"
 #include "evaluation/tools/tool_input.h"
 #include "tools/output_file.h"
@@ -54,16 +53,13 @@ std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
 int evaluate(const CommandLine& command_line) {
   const PipelineParams params = readParams(command_line);
   const int max_frames = command_line.getInt("frames", 0, 2);
-  Perturbation thinned;
-  thinned.every = command_line.getInt("every", 1, 1);
   std::optional<Report> report;
   if (command_line.has("report"))
     report.emplace(command_line.get("report"), "Paths, seen from above", command_line.command());
   std::vector<OdometryEvaluation> evaluations;
-  for (SequenceGroup& group : openSequences(command_line))
-    for (auto& sequence : group.sequences)
-      evaluations.push_back(evaluateOdometry(*perturbed(std::move(sequence), thinned),
-                                             params.ego_motion, max_frames));
+  for (const SequenceGroup& group : openSequences(command_line))
+    for (const auto& sequence : group.sequences)
+      evaluations.push_back(evaluateOdometry(*sequence, params.ego_motion, max_frames));
   for (const OdometryEvaluation& evaluation : evaluations) print(evaluation);
   if (report) {
     writeText(report->dir() / "paths.csv", pathsCsv(evaluations));

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 
-#include "evaluation/perturbation.h"
 #include "nodelets/nodelet_params.h"
 #include "params/yaml_params.h"
 #include "tools/output_file.h"
@@ -69,20 +68,10 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
     StreetParams params;
     params.scene = scene;
     params.frames = command_line.getInt("street-frames", 40, 2);
-    params.rate_hz = command_line.getDouble("street-rate", 0);
     groups.push_back(groupOfOne(streetSequence(params)));
   }
   if (groups.empty() && !command_line.has("kitti2015"))
     throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
-  Perturbation shift;
-  shift.right_shift_px = command_line.getDouble("shift-right", 0);
-  if (shift.right_shift_px == 0) return groups;
-  for (SequenceGroup& group : groups) {
-    for (auto& sequence : group.sequences)
-      sequence =
-          perturbed(std::move(sequence), shift, cv::format(", right %+g px", shift.right_shift_px));
-    group.name += ", right " + command_line.get("shift-right") + " px";
-  }
   return groups;
 }
 
