@@ -146,16 +146,6 @@ Table perturbationTable(const std::vector<PerturbedEvaluation>& runs) {
   return table;
 }
 
-Table spreadTable(const std::vector<PerturbedEvaluation>& runs) {
-  Table table{"each sequence over perturbations, mean +- spread", row("", kRateNames)};
-  for (size_t s = 0; !runs.empty() && s < runs[0].evaluations.size(); ++s) {
-    std::vector<Rates> rates;
-    for (const PerturbedEvaluation& run : runs) rates.push_back(ratesOf({run.evaluations[s]}));
-    table.add(runs[0].evaluations[s].name, meansAndSpreads(rates));
-  }
-  return table;
-}
-
 std::vector<Table> scoreTables(const std::vector<DetectionEvaluation>& evaluations) {
   std::vector<Table> tables;
   for (const DetectionEvaluation& evaluation : evaluations) {

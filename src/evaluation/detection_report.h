@@ -27,8 +27,6 @@ struct PerturbedEvaluation {
 /// Recall and precision of all sequences together for each perturbation, with means and standard
 /// deviations over the perturbations.
 Table perturbationTable(const std::vector<PerturbedEvaluation>& runs);
-/// Means and standard deviations of each sequence over the perturbations.
-Table spreadTable(const std::vector<PerturbedEvaluation>& runs);
 
 /// Slowest speeds that the default scheme can detect with a sequence's camera; see detectableSpeed.
 Table limitsTable(const Sequence& sequence, const PipelineParams& params);

@@ -27,7 +27,6 @@ double number(const std::string& text) {
 }
 
 int whole(const std::string& text) { return static_cast<int>(std::lround(number(text))); }
-int wholeOrZero(const std::string& text) { return text.empty() ? 0 : whole(text); }
 
 ObjectLabel parse(const std::vector<std::string>& f) {
   if (f.size() != 12) throw std::invalid_argument("fields");
@@ -39,10 +38,8 @@ ObjectLabel parse(const std::vector<std::string>& f) {
   if (!(first.x < last.x && first.y < last.y)) throw std::invalid_argument("empty box");
   label.box_px = cv::Rect2d(first, last);
   if (!f[7].empty()) label.distance_m = number(f[7]);
-  label.truncated = wholeOrZero(f[8]) != 0;
-  label.occluded = wholeOrZero(f[9]);
   label.motion = f[10];
-  label.hard = wholeOrZero(f[11]) != 0;
+  label.hard = !f[11].empty() && whole(f[11]) != 0;
   return label;
 }
 

@@ -12,7 +12,8 @@
 namespace predictive_stereo {
 
 /// A labelled object in one frame; CSV with the columns
-/// frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard.
+/// frame,track,class,x1,y1,x2,y2,distance_m,truncated,occluded,motion,hard. Nothing here needs
+/// truncated and occluded.
 struct ObjectLabel {
   int frame = 0;  ///< number of the image file
   int track = 0;  ///< the same for one object in all frames
@@ -20,11 +21,9 @@ struct ObjectLabel {
   std::string type;
   cv::Rect2d box_px;
   std::optional<double> distance_m;  ///< depth of its nearest part
-  bool truncated = false;
-  int occluded = 0;
-  std::string motion;               ///< toward, away, crossing, static, unknown
-  bool hard = false;                ///< moving, but too hard to be demanded
-  std::optional<double> speed_mps;  ///< over ground; not in files
+  std::string motion;                ///< toward, away, crossing, static, unknown
+  bool hard = false;                 ///< moving, but too hard to be demanded
+  std::optional<double> speed_mps;   ///< over ground; not in files
 
   bool isStatic() const { return type == "static"; }
   bool isIgnored() const { return type == "ignore"; }

@@ -163,7 +163,6 @@ ObjectLabel mirrored(const ObjectLabel& label, const StereoRig& rig) {
   const cv::Rect2d whole(rig.size.width - (label.box_px.br().x - shift_px), label.box_px.y,
                          label.box_px.width, label.box_px.height);
   result.box_px = whole & cv::Rect2d(0, 0, rig.size.width, rig.size.height);
-  if (result.box_px.width < 0.98 * whole.width) result.truncated = true;
   if (!label.distance_m || result.box_px.area() < 0.5 * whole.area()) result.hard = true;
   return result;
 }

@@ -68,8 +68,7 @@ class Evaluator {
     std::cout << scoreTables(evaluations_).back().text() << "\n"
               << pooledTable(evaluations_).text() << "\n"
               << reliabilityTable(evaluations_).text() << "\n";
-    if (!runs_.empty())
-      std::cout << spreadTable(runs_).text() << "\n" << perturbationTable(runs_).text() << "\n";
+    if (!runs_.empty()) std::cout << perturbationTable(runs_).text() << "\n";
     for (const Table& table : limits_) std::cout << table.text();
   }
 

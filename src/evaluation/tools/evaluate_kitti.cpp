@@ -9,7 +9,6 @@
 #include "evaluation/disparity_report.h"
 #include "evaluation/kitti_evaluation_2015.h"
 #include "evaluation/tools/tool_input.h"
-#include "params/param_table.h"
 #include "tools/output_file.h"
 #include "tools/progress.h"
 
@@ -67,19 +66,6 @@ void print(const SequenceReport& report) {
   std::cout << std::endl;
 }
 
-/// The command and the parameters that differ from their defaults.
-std::string provenance(const CommandLine& command_line, PipelineParams params) {
-  std::ostringstream text;
-  text << command_line.command() << "\nOpenCV " << CV_VERSION << ", " << cv::getNumThreads()
-       << " threads\n";
-  PipelineParams defaults;
-  const ParamTable used(params), known(defaults);
-  for (size_t i = 0; i < used.entries().size(); ++i)
-    if (used.entries()[i].get() != known.entries()[i].get())
-      text << used.entries()[i].name << " = " << used.entries()[i].get() << "\n";
-  return text.str();
-}
-
 /// One pair, as frame `index` of a sequence.
 MethodInput pairInput(const Sequence& scene, const SequenceFrame& pair, int index) {
   MethodInput input{index, stereoFrame(scene, index, pair), {}};
@@ -109,7 +95,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   std::optional<Report> report;
   if (command_line.has("report"))
     report.emplace(fs::path(command_line.get("report")) / "kitti2015", "KITTI 2015, single pairs",
-                   provenance(command_line, params));
+                   command_line.command());
   KittiEvaluation2015 evaluation(methods);
   {
     Progress progress("KITTI 2015", static_cast<int>(names.size()));
@@ -149,7 +135,7 @@ int evaluate(const CommandLine& command_line) {
   std::optional<Report> page;
   if (command_line.has("report"))
     page.emplace(command_line.get("report"), "Disparities against ground truth",
-                 provenance(command_line, params));
+                 command_line.command());
   makeFolderOf(command_line.get("csv"));
 
   if (command_line.has("kitti2015")) evaluateKitti2015(command_line, params, methods);
