@@ -24,7 +24,8 @@ struct PastCamera {
   float x_m, y_m, z_m;
   float focal_px, cx_px, cy_px, disparity_times_depth;
 
-  // See parallaxSince.
+  // Motion [px] of a static point in the image since then, without that of the camera's rotation;
+  // infinity if the point was behind the camera.
   float parallax(float x, float y, float d) const {
     const float depth = disparity_times_depth - d * z_m;  // past depth times d
     const float across = std::abs((x - cx_px) * z_m - focal_px * x_m);
@@ -176,10 +177,6 @@ void repeatEach(const T* points, int width, T* lattice) {
 }
 
 }  // namespace
-
-float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Vector3f& point_px) {
-  return cameraOf(rig, past).parallax(point_px.x(), point_px.y(), point_px.z());
-}
 
 void longResidual(const StereoRig& rig, const cv::Mat1f& disparity_px, const DisparityRange& range,
                   const std::vector<PastPair>& pairs, double most_px, cv::Size lattice,

@@ -18,17 +18,14 @@ struct PastPair {
   PastFrame past, halfway;
 };
 
-/// Motion [px] of a static point (x, y, d) in the image since then, without that of the camera's
-/// rotation; infinity if the point was behind the camera.
-float parallaxSince(const StereoRig& rig, const PastFrame& past, const Eigen::Vector3f& point_px);
-
 /// Signed residual of motion along the line of sight, on the lattice of compareFrames [px]: the
 /// disparity that a static point would have had in the past, minus the one measured there.
 ///
-/// Uses the first pair with a parallax of at most `most_px`; with more parallax another surface was
-/// often visible at that position. The halfway frame must confirm it, with the same sign and half
-/// the size: motion accumulates over frames, errors of disparities do not. Computed for every
-/// second lattice point and row, and copied to their neighbours.
+/// Uses the first pair with a parallax (the point's motion in the image but for the camera's
+/// rotation) of at most `most_px`; with more parallax another surface was often visible at that
+/// position. The halfway frame must confirm it, with the same sign and half the size: motion
+/// accumulates over frames, errors of disparities do not. Computed for every second lattice point
+/// and row, and copied to their neighbours.
 /// @param pairs  the farthest one first.
 /// @param residual_px  kUnknownResidual where a disparity is unknown.
 /// @param pair  index of the pair of each lattice point, or kNoPair.
