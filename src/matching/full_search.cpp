@@ -37,14 +37,13 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
   const int strips = params_.paths == PathSet::kStraight4 ? stripsOfSearch() : 0;
   if (strips > 0) return matchByStrips(offset, floors, strips, all_sums, match);
   visitRowsTwice(height, height / 2, [&](const RowVisit& visit) {
-    row_works_.withWork([&](RowWork& work) {
-      uint8_t* const sums = all_sums + visit.y * row_bytes;
-      uint8_t* const row_sums = work.sums.reserve(row_bytes);
-      fullSearchRow(simd_target_)(rowOf(visit, RowPart::kWhole, floors, width,
-                                        visit.is_first ? nullptr : sums,
-                                        visit.is_first ? sums : row_sums));
-      if (!visit.is_first) chooseWinners(offset, visit.y, row_sums, work.winners, match);
-    });
+    RowWork& work = row_works_.local();
+    uint8_t* const sums = all_sums + visit.y * row_bytes;
+    uint8_t* const row_sums = work.sums.reserve(row_bytes);
+    fullSearchRow(simd_target_)(rowOf(visit, RowPart::kWhole, floors, width,
+                                      visit.is_first ? nullptr : sums,
+                                      visit.is_first ? sums : row_sums));
+    if (!visit.is_first) chooseWinners(offset, visit.y, row_sums, work.winners, match);
   });
 }
 
@@ -70,8 +69,7 @@ void FullSearch::matchByStrips(const PrincipalOffset& offset, const JumpFloors& 
   };
   const auto finish = [&](const RowVisit& visit) {
     const uint8_t* const sums = all_sums + visit.y * row_bytes;
-    row_works_.withWork(
-        [&](RowWork& work) { chooseWinners(offset, visit.y, sums, work.winners, match); });
+    chooseWinners(offset, visit.y, sums, row_works_.local().winners, match);
   };
   visitRowsByStrips(height, height / 2, strips, across, down, finish);
 }

@@ -1,6 +1,8 @@
 /// Full search of a pair by kernels: both passes, exact for any number of threads.
 #pragma once
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <opencv2/core.hpp>
 
 #include "matching/aligned_buffer.h"
@@ -10,7 +12,6 @@
 #include "matching/principal_offset.h"
 #include "matching/row_visits.h"
 #include "matching/row_winners.h"
-#include "parallel/work_pool.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -54,7 +55,7 @@ class FullSearch {
   AlignedBuffer dead_, chunk_costs_;
   CensusPlanes left_planes_, right_planes_;
   Pass downward_, upward_;
-  WorkPool<RowWork> row_works_;
+  tbb::enumerable_thread_specific<RowWork> row_works_;
 };
 
 }  // namespace predictive_stereo

@@ -38,16 +38,14 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
     return matchByStrips(left_words, offset, floors, windows, strips, all_sums, match);
   reserve(paths_, 2, columns);
   visitRowsTwice(left_words.rows, rowInTheMiddle(windows), [&](const RowVisit& visit) {
-    row_works_.withWork([&](RowWork& work) {
-      reserve(work, columns);
-      uint8_t* const sums = all_sums + windows.row_begins[visit.y];
-      uint8_t* const row_sums = work.row_sums.data() + kRowSumsMargin;
-      const RowMemory memory{&paths_[visit.upward], work.half_sums.data(),
-                             visit.is_first ? nullptr : sums, visit.is_first ? sums : row_sums};
-      reducedSearchRow(simd_target_)(
-          rowOf(visit, RowPart::kWhole, left_words, floors, windows, memory));
-      if (!visit.is_first) chooseWinners(offset, windows, visit.y, row_sums, work, match);
-    });
+    RowWork& work = rowWork(columns);
+    uint8_t* const sums = all_sums + windows.row_begins[visit.y];
+    uint8_t* const row_sums = work.row_sums.data() + kRowSumsMargin;
+    const RowMemory memory{&paths_[visit.upward], work.half_sums.data(),
+                           visit.is_first ? nullptr : sums, visit.is_first ? sums : row_sums};
+    reducedSearchRow(simd_target_)(
+        rowOf(visit, RowPart::kWhole, left_words, floors, windows, memory));
+    if (!visit.is_first) chooseWinners(offset, windows, visit.y, row_sums, work, match);
   });
 }
 
@@ -57,13 +55,10 @@ void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const PrincipalOf
   const int columns = left_words.cols;
   reserve(paths_, 2 * strips, columns);
   const auto across = [&](const RowVisit& visit) {
-    row_works_.withWork([&](RowWork& work) {
-      reserve(work, columns);
-      uint8_t* const sums = all_sums + windows.row_begins[visit.y];
-      const RowMemory memory{&paths_[0], work.half_sums.data(), nullptr, sums};
-      reducedSearchRow(simd_target_)(
-          rowOf(visit, RowPart::kAcross, left_words, floors, windows, memory));
-    });
+    uint8_t* const sums = all_sums + windows.row_begins[visit.y];
+    const RowMemory memory{&paths_[0], rowWork(columns).half_sums.data(), nullptr, sums};
+    reducedSearchRow(simd_target_)(
+        rowOf(visit, RowPart::kAcross, left_words, floors, windows, memory));
   };
   const auto down = [&](const RowVisit& visit, int strip) {
     uint8_t* const sums = all_sums + windows.row_begins[visit.y];
@@ -74,10 +69,8 @@ void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const PrincipalOf
     reducedSearchRow(simd_target_)(row);
   };
   const auto finish = [&](const RowVisit& visit) {
-    row_works_.withWork([&](RowWork& work) {
-      reserve(work, columns);
-      chooseWinners(offset, windows, visit.y, all_sums + windows.row_begins[visit.y], work, match);
-    });
+    chooseWinners(offset, windows, visit.y, all_sums + windows.row_begins[visit.y],
+                  rowWork(columns), match);
   };
   visitRowsByStrips(left_words.rows, rowInTheMiddle(windows), strips, across, down, finish);
 }
@@ -90,11 +83,13 @@ void ReducedSearch::reserve(std::vector<PathRows>& paths, size_t count, int colu
       for (AlignedBuffer& row : rows) row.reserve(kBeyond + bytes + kBeyond);
 }
 
-void ReducedSearch::reserve(RowWork& work, int columns) const {
+ReducedSearch::RowWork& ReducedSearch::rowWork(int columns) {
+  RowWork& work = row_works_.local();
   const size_t bytes = static_cast<size_t>(columns + kWindowRun - 1) * params_.range.count;
   work.half_sums.reserve(bytes);
   work.row_sums.reserve(kRowSumsMargin + bytes + kRowSumsMargin);
   work.scratch.resize(columns, params_.range);
+  return work;
 }
 
 ReducedSearchRow ReducedSearch::rowOf(const RowVisit& visit, RowPart part,

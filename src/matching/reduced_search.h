@@ -1,6 +1,8 @@
 /// Reduced search of a pair by kernels: like FullSearch, with a window of disparities per run.
 #pragma once
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -11,7 +13,6 @@
 #include "matching/reduced_kernel.h"
 #include "matching/row_winners.h"
 #include "matching/search_windows.h"
-#include "parallel/work_pool.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -56,7 +57,7 @@ class ReducedSearch {
                          const JumpFloors& floors, const SearchWindows& windows,
                          const RowMemory& memory) const;
   void reserve(std::vector<PathRows>& paths, size_t count, int columns) const;
-  void reserve(RowWork& work, int columns) const;
+  RowWork& rowWork(int columns);  ///< of this thread
   void chooseWinners(const PrincipalOffset& offset, const SearchWindows& windows, int y,
                      const uint8_t* sums, RowWork& work, Match& match) const;
 
@@ -65,7 +66,7 @@ class ReducedSearch {
   CensusBytes right_bytes_;
   AlignedBuffer costs_;
   std::vector<PathRows> paths_;  ///< one per pass, or one per strip of each pass
-  WorkPool<RowWork> row_works_;
+  tbb::enumerable_thread_specific<RowWork> row_works_;
 };
 
 }  // namespace predictive_stereo
