@@ -2,7 +2,6 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <utility>
 
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/matcher.h"
@@ -61,13 +60,12 @@ class SearchRangeBuilder {
   void unite(const Prediction& prediction, const cv::Mat1f& coarse_disparity_px,
              SearchRanges& ranges);
   void addToTiles(int y, const SearchRanges& ranges);
-  std::pair<short, short> aroundTile(int tile_x, int tile_y) const;
   void clipAndFillEmpty(SearchRanges& ranges);
 
   DisparityRange range_;
   SearchRangeParams params_;
   SearchRanges coarse_;   // hulls of the half-resolution match
-  SearchRanges tiles_;    // hull of each tile
+  SearchRanges tiles_;    // hull of each tile, then of it and its neighbours
   SearchRanges columns_;  // hull of each column of a row of tiles
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "parallel/tasks.h"
@@ -11,8 +12,6 @@
 #define HWY_TARGET_INCLUDE "filtering/search_ranges.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
-
-#include "simd/pixel_loop-inl.h"
 
 #ifndef PREDICTIVE_STEREO_RANGE_ROWS
 #define PREDICTIVE_STEREO_RANGE_ROWS
@@ -78,28 +77,6 @@ void widenMeasuredPixels(const float* HWY_RESTRICT disparity_px, int width, floa
   }
 }
 
-// In place: the hull of each range and the two after it.
-void hullAcross(int width, const RangeRow& row) {
-  forPixels<int16_t>(0, width, [row](auto d, int x) HWY_ATTR {
-    const auto at = [&](const int16_t* values, int i)
-                        HWY_ATTR { return hn::LoadU(d, values + x + i); };
-    hn::StoreU(hn::Min(hn::Min(at(row.first, 0), at(row.first, 1)), at(row.first, 2)), d,
-               row.first + x);
-    hn::StoreU(hn::Max(hn::Max(at(row.last, 0), at(row.last, 1)), at(row.last, 2)), d,
-               row.last + x);
-  });
-}
-
-// Pixel by pixel, the hull of three rows.
-void hullOfRows(const RangeRow& a, const RangeRow& b, const RangeRow& c, int width,
-                const RangeRow& hull) {
-  forPixels<int16_t>(0, width, [=](auto d, int x) HWY_ATTR {
-    const auto at = [&](const int16_t* values) HWY_ATTR { return hn::LoadU(d, values + x); };
-    hn::StoreU(hn::Min(hn::Min(at(a.first), at(b.first)), at(c.first)), d, hull.first + x);
-    hn::StoreU(hn::Max(hn::Max(at(a.last), at(b.last)), at(c.last)), d, hull.last + x);
-  });
-}
-
 HWY_NOINLINE void uniteWithCoarsePixels(const int16_t* HWY_RESTRICT coarse_first,
                                         const int16_t* HWY_RESTRICT coarse_last, int pairs,
                                         int16_t* HWY_RESTRICT first, int16_t* HWY_RESTRICT last) {
@@ -128,19 +105,17 @@ void unitePixels(const int16_t* HWY_RESTRICT first, const int16_t* HWY_RESTRICT 
   }
 }
 
-// Cuts `ranges` to [smallest, largest]; empty ones become `otherwise`.
-void cutRanges(const RangeRow& otherwise, int width, int16_t smallest, int16_t largest,
-               const RangeRow& ranges) {
-  forPixels<int16_t>(0, width, [=](auto d, int x) HWY_ATTR {
-    const auto first = hn::LoadU(d, ranges.first + x), last = hn::LoadU(d, ranges.last + x);
-    const auto unknown = hn::Gt(first, last);
-    hn::StoreU(hn::IfThenElse(unknown, hn::LoadU(d, otherwise.first + x),
-                              hn::Max(first, hn::Set(d, smallest))),
-               d, ranges.first + x);
-    hn::StoreU(hn::IfThenElse(unknown, hn::LoadU(d, otherwise.last + x),
-                              hn::Min(last, hn::Set(d, largest))),
-               d, ranges.last + x);
-  });
+// Cuts ranges to [smallest, largest]; empty ones become the other ones.
+void cutRanges(const int16_t* HWY_RESTRICT other_first, const int16_t* HWY_RESTRICT other_last,
+               int width, int16_t smallest, int16_t largest, int16_t* HWY_RESTRICT first,
+               int16_t* HWY_RESTRICT last) {
+  for (int x = 0; x < width; ++x) {
+    const bool unknown = first[x] > last[x];
+    const int16_t cut_first = std::max(first[x], smallest), cut_last = std::min(last[x], largest);
+    const int16_t otherwise_first = other_first[x], otherwise_last = other_last[x];
+    first[x] = unknown ? otherwise_first : cut_first;
+    last[x] = unknown ? otherwise_last : cut_last;
+  }
 }
 
 PREDICTIVE_STEREO_END_KERNELS;
@@ -151,14 +126,11 @@ namespace {
 
 HWY_EXPORT(widenPredictedPixels);
 HWY_EXPORT(widenMeasuredPixels);
-HWY_EXPORT(hullAcross);
-HWY_EXPORT(hullOfRows);
 HWY_EXPORT(uniteWithCoarse);
 HWY_EXPORT(unitePixels);
 HWY_EXPORT(cutRanges);
 
 constexpr int kTilePx = 16;
-constexpr int kBandRows = 2 * kTilePx;
 
 void create(cv::Size size, SearchRanges& ranges) {
   ranges.first.create(size);
@@ -167,31 +139,15 @@ void create(cv::Size size, SearchRanges& ranges) {
 
 RangeRow row(SearchRanges& ranges, int y) { return {ranges.first[y], ranges.last[y]}; }
 
-// The 3x3 hulls of the ranges that widen(y, ranges) makes of row y. After each row of hulls it
-// calls finish(y), in order within bands of kBandRows.
-template <class Widen, class Finish>
-void hullOf3x3(const Widen& widen, SearchRanges& hull, const Finish& finish) {
-  const int width = hull.first.cols, height = hull.first.rows, padded = width + 2;
-  parallelForEach((height + kBandRows - 1) / kBandRows, [&](int band) {
-    // The hulls along three rows, which stay in the cache.
-    cv::AutoBuffer<int16_t, 6 * 2048> memory(static_cast<size_t>(6 * padded));
-    const auto kept = [&](int y) {
-      int16_t* const first = memory.data() + y % 3 * 2 * padded;
-      return RangeRow{first, first + padded};
-    };
-    int next = std::max(band * kBandRows - 1, 0);  // first row that is not widened yet
-    for (int y = band * kBandRows; y < std::min((band + 1) * kBandRows, height); ++y) {
-      const int above = std::max(y - 1, 0), below = std::min(y + 1, height - 1);
-      for (; next <= below; ++next) {
-        const RangeRow widened = kept(next);
-        widened.first[0] = widened.first[width + 1] = kEmptyFirst;
-        widened.last[0] = widened.last[width + 1] = kEmptyLast;
-        widen(next, RangeRow{widened.first + 1, widened.last + 1});
-        HWY_DYNAMIC_DISPATCH(hullAcross)(width, widened);
-      }
-      HWY_DYNAMIC_DISPATCH(hullOfRows)(kept(above), kept(y), kept(below), width, row(hull, y));
-      finish(y);
-    }
+// In place, from each range and those around it. Outside of the image there are none.
+void hullOf3x3(SearchRanges& ranges) {
+  if (ranges.first.empty()) return;
+  constexpr int kBorder = cv::BORDER_CONSTANT | cv::BORDER_ISOLATED;
+  parallelForEach(2, [&](int i) {
+    if (i == 0)
+      cv::erode(ranges.first, ranges.first, cv::Mat(), {-1, -1}, 1, kBorder);
+    else
+      cv::dilate(ranges.last, ranges.last, cv::Mat(), {-1, -1}, 1, kBorder);
   });
 }
 
@@ -199,14 +155,12 @@ void hullOf3x3(const Widen& widen, SearchRanges& hull, const Finish& finish) {
 
 void searchWidths(const SearchRanges& ranges, cv::Mat1w& width_px) {
   width_px.create(ranges.first.size());
+  const auto count = [](int first, int last) {
+    return static_cast<uint16_t>(std::max(last - first + 1, 0));
+  };
   parallelForEach(width_px.rows, [&](int y) {
-    const int width = width_px.cols;
-    const int16_t *const first = ranges.first[y], *const last = ranges.last[y];
-    uint16_t* const widths = width_px[y];
-    for (int x = 0; x < width; ++x) {
-      const auto count = static_cast<int16_t>(last[x] - first[x] + 1);
-      widths[x] = static_cast<uint16_t>(std::max<int16_t>(count, 0));
-    }
+    const short* const first = ranges.first[y];
+    std::transform(first, first + width_px.cols, ranges.last[y], width_px[y], count);
   });
 }
 
@@ -261,30 +215,33 @@ void SearchRangeBuilder::unite(const Prediction& prediction, const cv::Mat1f& co
   const Margins margins{static_cast<float>(params_.margin_sigma),
                         static_cast<float>(params_.margin_px),
                         static_cast<float>(params_.max_margin_px)};
-  const auto widen = [&](int y, const RangeRow& widened) {
+  create(coarse_size, coarse_);
+  parallelForEach(coarse_size.height, [&](int y) {
+    HWY_DYNAMIC_DISPATCH(widenMeasuredPixels)
+    (coarse_disparity_px[y], coarse_size.width, margins.least, smallest, coarse_.first[y],
+     coarse_.last[y]);
+  });
+  hullOf3x3(coarse_);
+  parallelForEach(size.height, [&](int y) {
     HWY_DYNAMIC_DISPATCH(widenPredictedPixels)
     (prediction.disparity_px[y], prediction.variance_px2[y], prediction.near_edge[y],
-     prediction.missed_frames[y], size.width, margins, smallest, widened.first, widened.last);
-  };
-  const auto widenCoarse = [&](int y, const RangeRow& widened) {
-    HWY_DYNAMIC_DISPATCH(widenMeasuredPixels)
-    (coarse_disparity_px[y], coarse_size.width, margins.least, smallest, widened.first,
-     widened.last);
-  };
-
-  create(coarse_size, coarse_);
-  hullOf3x3(widenCoarse, coarse_, [](int) {});
+     prediction.missed_frames[y], size.width, margins, smallest, ranges.first[y], ranges.last[y]);
+  });
+  hullOf3x3(ranges);
   const cv::Size tiles((size.width + kTilePx - 1) / kTilePx, (size.height + kTilePx - 1) / kTilePx);
   create(tiles, tiles_);
   create({size.width, tiles.height}, columns_);
-  hullOf3x3(widen, ranges, [&](int y) {
-    if (!coarse_size.empty()) {
-      const RangeRow coarse = row(coarse_, std::min(y / 2, coarse_size.height - 1));
-      HWY_DYNAMIC_DISPATCH(uniteWithCoarse)
-      (coarse, coarse_size.width, size.width, row(ranges, y));
+  parallelForEach(tiles.height, [&](int tile_y) {
+    for (int y = tile_y * kTilePx; y < std::min((tile_y + 1) * kTilePx, size.height); ++y) {
+      if (!coarse_size.empty()) {
+        const RangeRow coarse = row(coarse_, std::min(y / 2, coarse_size.height - 1));
+        HWY_DYNAMIC_DISPATCH(uniteWithCoarse)
+        (coarse, coarse_size.width, size.width, row(ranges, y));
+      }
+      addToTiles(y, ranges);
     }
-    addToTiles(y, ranges);
   });
+  hullOf3x3(tiles_);
   clipAndFillEmpty(ranges);
 }
 
@@ -307,35 +264,23 @@ void SearchRangeBuilder::addToTiles(int y, const SearchRanges& ranges) {
   }
 }
 
-// The hull of a tile and its neighbours; the whole range if nothing is known there.
-std::pair<short, short> SearchRangeBuilder::aroundTile(int tile_x, int tile_y) const {
-  short first = kEmptyFirst, last = kEmptyLast;
-  for (int i = std::max(tile_y - 1, 0); i <= std::min(tile_y + 1, tiles_.first.rows - 1); ++i)
-    for (int j = std::max(tile_x - 1, 0); j <= std::min(tile_x + 1, tiles_.first.cols - 1); ++j) {
-      first = std::min(first, tiles_.first(i, j));
-      last = std::max(last, tiles_.last(i, j));
-    }
-  const auto smallest = static_cast<short>(range_.min_disparity);
-  const auto largest = static_cast<short>(range_.max_disparity());
-  if (first > last) return {smallest, largest};
-  return {std::max(first, smallest), std::min(last, largest)};
-}
-
 // Cuts all ranges to that of the matcher, and replaces empty ones by the hull around their tile.
 void SearchRangeBuilder::clipAndFillEmpty(SearchRanges& ranges) {
   const cv::Size size = ranges.first.size(), tiles = tiles_.first.size();
+  const auto smallest = static_cast<short>(range_.min_disparity);
+  const auto largest = static_cast<short>(range_.max_disparity());
   parallelForEach(tiles.height, [&](int tile_y) {
     const RangeRow around = row(columns_, tile_y);
     for (int tile_x = 0; tile_x < tiles.width; ++tile_x) {
-      const auto [first, last] = aroundTile(tile_x, tile_y);
+      // The whole range if nothing is known there.
+      const short first = tiles_.first(tile_y, tile_x), last = tiles_.last(tile_y, tile_x);
       const int begin = tile_x * kTilePx, count = std::min(kTilePx, size.width - begin);
-      std::fill_n(around.first + begin, count, first);
-      std::fill_n(around.last + begin, count, last);
+      std::fill_n(around.first + begin, count, first > last ? smallest : std::max(first, smallest));
+      std::fill_n(around.last + begin, count, first > last ? largest : std::min(last, largest));
     }
     for (int y = tile_y * kTilePx; y < std::min((tile_y + 1) * kTilePx, size.height); ++y)
       HWY_DYNAMIC_DISPATCH(cutRanges)
-    (around, size.width, static_cast<short>(range_.min_disparity),
-     static_cast<short>(range_.max_disparity()), row(ranges, y));
+    (around.first, around.last, size.width, smallest, largest, ranges.first[y], ranges.last[y]);
   });
 }
 
