@@ -1,5 +1,6 @@
 #include "predictive_stereo/coarse_matcher.h"
 
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 
@@ -47,20 +48,16 @@ void CoarseMatcher::match(const cv::Mat1b& left, const cv::Mat1b& right, cv::Mat
 
   // Invalid half disparities, and those that only the halved range has, are outside the range.
   const DisparityRange& range = full_params_.range;
-  const auto range_lowest = static_cast<float>(range.min_disparity);
-  const auto range_highest = static_cast<float>(range.max_disparity());
+  const auto fullOf = [lowest = static_cast<float>(range.min_disparity),
+                       highest = static_cast<float>(range.max_disparity()),
+                       invalid = range.invalid()](float half_px) {
+    const float full_px = 2 * half_px;
+    return full_px >= lowest && full_px <= highest ? full_px : invalid;
+  };
   disparity_px.create(match_.disparity_px.size());
   parallelForEach(disparity_px.rows, [&](int y) {
-    const float* const half = match_.disparity_px[y];
-    float* const full = disparity_px[y];
-    // Local copies: compilers assume that a written pixel may change what a lambda captures.
-    const int width = disparity_px.cols;
-    const float lowest = range_lowest, highest = range_highest, invalid = range.invalid();
-    for (int x = 0; x < width; ++x) {
-      const float value = 2.0F * half[x];
-      const bool known = (value >= lowest) & (value <= highest);
-      full[x] = known ? value : invalid;
-    }
+    const float* const half_px = match_.disparity_px[y];
+    std::transform(half_px, half_px + disparity_px.cols, disparity_px[y], fullOf);
   });
 }
 
