@@ -3,7 +3,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "matching/aligned_buffer.h"
 #include "predictive_stereo/matcher.h"
 
 namespace predictive_stereo {
@@ -18,19 +17,16 @@ namespace predictive_stereo {
 /// sides.
 class JumpFloors {
  public:
-  /// Rows run in parallel.
   void build(const cv::Mat1b& left, const MatcherParams& params);
 
   /// Between pixels x - 1 and x of a row, x from 0 to the image's width. 16 more bytes can be read.
-  const uint8_t* across(int y) const { return across_.data() + offsetOf(y); }
+  const uint8_t* across(int y) const { return across_[y]; }
   /// Between rows y - 1 and y, y from 0 to the image's height. 16 more bytes can be read.
-  const uint8_t* down(int y) const { return down_.data() + offsetOf(y); }
+  const uint8_t* down(int y) const { return down_[y]; }
 
  private:
-  size_t offsetOf(int y) const { return static_cast<size_t>(y) * stride_; }
-
-  size_t stride_ = 0;
-  AlignedBuffer across_, down_;
+  cv::Mat1b padded_, far_steps_;
+  cv::Mat1b across_, down_;
 };
 
 }  // namespace predictive_stereo
