@@ -93,9 +93,6 @@ class Predictor {
   cv::Mat1i target_;
   cv::Mat1f target_disparity_px_, target_variance_px2_;
   std::vector<cv::Range> target_rows_;  // the rows that a row of the previous frame is warped to
-  // For every band of rows: one row of marks for the columns with edges, then the edge marks of the
-  // band's rows and of the rows within the margin around it.
-  cv::Mat1b marks_;
 };
 
 }  // namespace predictive_stereo

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "parallel/tasks.h"
 #include "predictive_stereo/prediction.h"
@@ -45,10 +46,6 @@ void markEdges(const float* HWY_RESTRICT row, const float* HWY_RESTRICT row_belo
           : 0;
 }
 
-void uniteMarks(const uint8_t* HWY_RESTRICT marks, int width, uint8_t* HWY_RESTRICT united) {
-  for (int x = 0; x < width; ++x) united[x] = united[x] | marks[x];
-}
-
 // Adds the process noise to the variance of valid pixels; near edges it becomes `reset_px2`.
 void addNoiseOrReset(const RowNoise& noise, const float* HWY_RESTRICT disparity_px,
                      const uint8_t* HWY_RESTRICT near_edge, int width, float smallest_valid,
@@ -73,10 +70,7 @@ namespace predictive_stereo {
 namespace {
 
 HWY_EXPORT(markEdges);
-HWY_EXPORT(uniteMarks);
 HWY_EXPORT(addNoiseOrReset);
-
-constexpr int kBandRows = 48;  // work is distributed by bands of rows
 
 // J Sigma J^T of the ego-motion for the pixels of one row, where J is the derivative of a disparity
 // d by the perturbation of T_cam_prev. d = fB / Z, and the perturbation changes Z by t_z + (r x
@@ -99,7 +93,6 @@ RowNoise rowNoise(const StereoRig& rig, const Eigen::Matrix3d& sigma, double flo
 
 }  // namespace
 
-// After all edges are found: bands read rows of their neighbours.
 void Predictor::rejectNearEdges(Prediction& prediction) const {
   prediction.disparity_px.setTo(range_.invalid(), prediction.near_edge);
   prediction.variance_px2.setTo(0, prediction.near_edge);
@@ -110,42 +103,25 @@ void Predictor::rejectNearEdges(Prediction& prediction) const {
 void Predictor::markNearEdgesAndAddNoise(const StereoRig& rig, const CameraMotion& motion,
                                          Prediction& prediction) {
   const cv::Size size = prediction.disparity_px.size();
-  const int margin = params_.edge_margin_px, padded_width = size.width + 2 * margin;
   const float smallest = static_cast<float>(range_.min_disparity);
   const double any_disparity_px2 = static_cast<double>(range_.count) * range_.count / 12.0;
   Eigen::Matrix3d sigma = Eigen::Matrix3d::Zero();
   if (params_.use_motion_covariance) sigma = motion.covariance.block<3, 3>(2, 2);
   prediction.near_edge.create(size);
 
-  const int bands = (size.height + kBandRows - 1) / kBandRows;
-  const int band_marks = kBandRows + 2 * margin + 1;
-  marks_.create(bands * band_marks, padded_width);
-  parallelForEach(bands, [&](int band) {
-    const cv::Range rows(band * kBandRows, std::min((band + 1) * kBandRows, size.height));
-    const cv::Range edge_rows(std::max(rows.start - margin, 0),
-                              std::min(rows.end + margin, size.height));
-    const int first_mark = band * band_marks;
-    const auto edges = [&](int y) { return marks_[first_mark + 1 + y - edge_rows.start]; };
-    for (int y = edge_rows.start; y < edge_rows.end; ++y) {
-      std::fill_n(edges(y), margin, uchar{0});
-      std::fill_n(edges(y) + margin + size.width, margin, uchar{0});
-      HWY_DYNAMIC_DISPATCH(markEdges)
-      (prediction.disparity_px[y], prediction.disparity_px[std::min(y + 1, size.height - 1)],
-       size.width, static_cast<float>(params_.edge_jump_px), smallest, edges(y) + margin);
-    }
-    uchar* const column_marks = marks_[first_mark];
-    for (int y = rows.start; y < rows.end; ++y) {
-      std::fill_n(column_marks, padded_width, uchar{0});
-      for (int i = std::max(y - margin, 0); i <= std::min(y + margin, size.height - 1); ++i)
-        HWY_DYNAMIC_DISPATCH(uniteMarks)(edges(i), padded_width, column_marks);
-      uchar* const near_edge = prediction.near_edge[y];
-      std::fill_n(near_edge, size.width, uchar{0});
-      for (int i = 0; i <= 2 * margin; ++i)
-        HWY_DYNAMIC_DISPATCH(uniteMarks)(column_marks + i, size.width, near_edge);
-      HWY_DYNAMIC_DISPATCH(addNoiseOrReset)
-      (rowNoise(rig, sigma, params_.process_noise_px2, y), prediction.disparity_px[y], near_edge,
-       size.width, smallest, static_cast<float>(any_disparity_px2), prediction.variance_px2[y]);
-    }
+  parallelForEach(size.height, [&](int y) {
+    HWY_DYNAMIC_DISPATCH(markEdges)
+    (prediction.disparity_px[y], prediction.disparity_px[std::min(y + 1, size.height - 1)],
+     size.width, static_cast<float>(params_.edge_jump_px), smallest, prediction.near_edge[y]);
+  });
+  const int square = 2 * params_.edge_margin_px + 1;
+  cv::dilate(prediction.near_edge, prediction.near_edge, cv::Mat1b::ones(square, square), {-1, -1},
+             1, cv::BORDER_CONSTANT | cv::BORDER_ISOLATED);
+  parallelForEach(size.height, [&](int y) {
+    HWY_DYNAMIC_DISPATCH(addNoiseOrReset)
+    (rowNoise(rig, sigma, params_.process_noise_px2, y), prediction.disparity_px[y],
+     prediction.near_edge[y], size.width, smallest, static_cast<float>(any_disparity_px2),
+     prediction.variance_px2[y]);
   });
 }
 
