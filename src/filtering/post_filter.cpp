@@ -22,14 +22,6 @@ namespace predictive_stereo {
 /// Key of unknown pixels, and of pixels outside the image: it is never between two others.
 constexpr int32_t kNoSupportKey = INT32_MIN;
 
-/// Rows of leaveOutAmbiguous.
-struct AmbiguousRow {
-  const float* measured_px;
-  const uint8_t* ambiguity;
-  const float* disparity_px;
-  float* certain_px;
-};
-
 }  // namespace predictive_stereo
 #endif
 
@@ -84,19 +76,15 @@ void filterRowBySupport(const float* disparity_px, const int32_t* const keys[5],
   });
 }
 
-void leaveOutAmbiguousOfRow(const AmbiguousRow& row, int width, float smallest_valid, float invalid,
-                            int most) {
-  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
-    const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<uint8_t, decltype(d)> d8;
-    const auto smallest = hn::Set(d, smallest_valid), none = hn::Set(d, invalid);
-    const auto ambiguity = hn::PromoteTo(di, hn::LoadU(d8, row.ambiguity + x));
-    const auto ambiguous = hn::RebindMask(d, hn::Gt(ambiguity, hn::Set(di, most)));
-    const auto measured = hn::Ge(hn::LoadU(d, row.measured_px + x), smallest);
-    const auto disparity = hn::LoadU(d, row.disparity_px + x);
-    hn::StoreU(hn::IfThenElse(hn::And(measured, ambiguous), none, disparity), d,
-               row.certain_px + x);
-  });
+void leaveOutAmbiguousOfRow(const float* HWY_RESTRICT measured_px,
+                            const uint8_t* HWY_RESTRICT ambiguity,
+                            const float* HWY_RESTRICT disparity_px, int width, float smallest_valid,
+                            float invalid, int most, float* HWY_RESTRICT certain_px) {
+  for (int x = 0; x < width; ++x) {
+    const bool left_out = (measured_px[x] >= smallest_valid) & (ambiguity[x] > most);
+    const float disparity = disparity_px[x];
+    certain_px[x] = left_out ? invalid : disparity;
+  }
 }
 
 template <class V>
@@ -226,8 +214,8 @@ void leaveOutAmbiguous(const DisparityRange& range, const cv::Mat1f& measured_px
   const auto smallest_valid = static_cast<float>(range.min_disparity);
   parallelForEach(disparity_px.rows, [&](int y) {
     HWY_DYNAMIC_DISPATCH(leaveOutAmbiguousOfRow)
-    ({measured_px[y], ambiguity[y], disparity_px[y], certain_px[y]}, disparity_px.cols,
-     smallest_valid, range.invalid(), static_cast<int>(255 * most));
+    (measured_px[y], ambiguity[y], disparity_px[y], disparity_px.cols, smallest_valid,
+     range.invalid(), static_cast<int>(255 * most), certain_px[y]);
   });
 }
 
