@@ -36,15 +36,10 @@ class AlignedBuffer {
   static constexpr size_t kHugePage = size_t{2} << 20;
 
   struct Free {
-    Free() : mapped_bytes(0) {}
-    explicit Free(size_t mapped) : mapped_bytes(mapped) {}
-    size_t mapped_bytes;  ///< 0: of the heap
+    size_t mapped_bytes;  ///< 0, as std::unique_ptr sets it: of the heap
     void operator()(uint8_t* memory) const {
 #ifdef PREDICTIVE_STEREO_MAPS_MEMORY
-      if (mapped_bytes > 0) {
-        munmap(memory, mapped_bytes);
-        return;
-      }
+      if (mapped_bytes > 0) return void(munmap(memory, mapped_bytes));
 #endif
       std::free(memory);
     }
@@ -66,7 +61,7 @@ class AlignedBuffer {
     if (before > 0) munmap(begin, before);
     if (before < kHugePage) munmap(begin + before + bytes, kHugePage - before);
     madvise(begin + before, bytes, MADV_HUGEPAGE);
-    return Memory(begin + before, Free(bytes));
+    return Memory(begin + before, Free{bytes});
 #else
     return onHeap(kHugePage, bytes);
 #endif
