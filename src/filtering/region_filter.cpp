@@ -1,6 +1,7 @@
 #include "predictive_stereo/region_filter.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "parallel/tasks.h"
@@ -11,22 +12,15 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/pixel_loop-inl.h"
-
 PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 // connected[x]: 1 if both pixels are valid and differ by at most 1 px, else 0.
 void connectionsOfRow(const float* pixels, const float* neighbours, int count, float smallest_valid,
-                      uint8_t* connected) {
-  forPixels<float>(0, count, [=](auto d, int x) HWY_ATTR {
-    const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<uint8_t, decltype(d)> d8;
-    const auto smallest = hn::Set(d, smallest_valid), one = hn::Set(d, 1.0f);
-    const auto a = hn::LoadU(d, pixels + x), b = hn::LoadU(d, neighbours + x);
-    const auto same = hn::And(hn::Ge(hn::Min(a, b), smallest), hn::Le(hn::Abs(hn::Sub(a, b)), one));
-    const auto flags = hn::IfThenElseZero(hn::RebindMask(di, same), hn::Set(di, 1));
-    hn::StoreU(hn::DemoteTo(d8, flags), d8, connected + x);
-  });
+                      uint8_t* HWY_RESTRICT connected) {
+  for (int x = 0; x < count; ++x) {
+    const float a = pixels[x], b = neighbours[x];
+    connected[x] = (a >= smallest_valid) & (b >= smallest_valid) & (std::abs(a - b) <= 1.0f);
+  }
 }
 
 PREDICTIVE_STEREO_END_KERNELS;
