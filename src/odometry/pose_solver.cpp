@@ -146,11 +146,7 @@ class Solver {
         params_(params),
         blocks_((all.size() + kBlock - 1) / kBlock) {}
 
-  Eigen::Isometry3d vote(const Eigen::Isometry3d& T_expected) const {
-    return voteForMotion(rig_, all_, T_expected, offset_.offset_px, coarse_,
-                         params_.max_hypotheses);
-  }
-  PoseSolution refine(const Eigen::Isometry3d& T_start);
+  PoseSolution solve(const Eigen::Isometry3d& T_expected);
 
  private:
   std::optional<Fit> iterate(const Eigen::Isometry3d& T_start);
@@ -312,8 +308,12 @@ PoseSolution Solver::assess(const Fit& fit) const {
   return solution;
 }
 
-PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
-  if (const std::optional<Fit> fit = iterate(T_start)) return assess(*fit);
+PoseSolution Solver::solve(const Eigen::Isometry3d& T_expected) {
+  std::optional<Fit> fit;
+  if (static_cast<int>(all_.size()) >= params_.min_inliers)
+    fit = iterate(
+        voteForMotion(rig_, all_, T_expected, offset_.offset_px, coarse_, params_.max_hypotheses));
+  if (fit) return assess(*fit);
   PoseSolution nothing;
   nothing.inlier.assign(all_.size(), 0);
   return nothing;
@@ -324,13 +324,7 @@ PoseSolution Solver::refine(const Eigen::Isometry3d& T_start) {
 PoseSolution solvePose(const StereoRig& rig, const std::vector<Correspondence>& correspondences,
                        const Eigen::Isometry3d& T_expected, const DisparityOffset& previous_offset,
                        double expected_sigma_px, const PoseSolverParams& params) {
-  if (static_cast<int>(correspondences.size()) < params.min_inliers) {
-    PoseSolution nothing;
-    nothing.inlier.assign(correspondences.size(), 0);
-    return nothing;
-  }
-  Solver solver(rig, correspondences, previous_offset, expected_sigma_px, params);
-  return solver.refine(solver.vote(T_expected));
+  return Solver(rig, correspondences, previous_offset, expected_sigma_px, params).solve(T_expected);
 }
 
 }  // namespace predictive_stereo
