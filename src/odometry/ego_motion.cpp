@@ -135,10 +135,7 @@ void EgoMotionState::describeOffset(EgoMotionEstimate& estimate) const {
   const bool tracked = estimate.state == PoseState::kKnown;
   estimate.disparity_offset_sigma_px =
       std::sqrt((tracked ? offset : offsetNotTracked()).variance_px2);
-  estimate.column_offset.known = steady_offset.isCertain();
-  estimate.column_offset.offset_px = steady_offset.mean_px();
-  estimate.column_offset.sigma_px = steady_offset.sigma_px();
-  estimate.column_offset.correction_px = steady_offset.correction_px();
+  estimate.column_offset = steady_offset.column();
 }
 
 // The reference for the next frame: the same while the image hardly moves, otherwise this frame.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "odometry/pose_solver.h"
+#include "predictive_stereo/ego_motion.h"
 
 namespace predictive_stereo {
 
@@ -21,19 +22,17 @@ class SteadyOffset {
     weight_ *= std::min(1.0, (kMostFrames - 1.0) / std::max(frames_, 1));
     frames_ = std::min(frames_ + 1, kMostFrames);
     weight_ += information;
-    mean_px_ += information / weight_ * (offset.offset_px - mean_px_);
+    auto& [known, mean_px, sigma_px, correction_px] = column_;
+    mean_px += information / weight_ * (offset.offset_px - mean_px);
     // Errors of successive frames are correlated: the mean is only as certain as one frame.
-    sigma_px_ = std::sqrt(offset.variance_px2);
-    if (isCertain() && std::abs(mean_px_ - correction_px_) > std::max(kStepPx, 3 * sigma_px_))
-      correction_px_ = mean_px_;
+    sigma_px = std::sqrt(offset.variance_px2);
+    known = frames_ >= kFewestFrames;
+    if (known && std::abs(mean_px - correction_px) > std::max(kStepPx, 3 * sigma_px))
+      correction_px = mean_px;
   }
 
-  /// Whether the mean is over enough frames.
-  bool isCertain() const { return frames_ >= kFewestFrames; }
-  double mean_px() const { return mean_px_; }
-  double sigma_px() const { return sigma_px_; }
-  /// 0 until the mean is certain.
-  double correction_px() const { return correction_px_; }
+  /// Known once the mean is over enough frames.
+  const ColumnOffset& column() const { return column_; }
 
  private:
   static constexpr double kCertainPx = 0.1;  // largest sigma of a frame that is used
@@ -44,9 +43,7 @@ class SteadyOffset {
 
   int frames_ = 0;     // of the mean
   double weight_ = 0;  // of the mean [1 / px^2]
-  double mean_px_ = 0;
-  double sigma_px_ = 0;
-  double correction_px_ = 0;
+  ColumnOffset column_;
 };
 
 }  // namespace predictive_stereo

@@ -18,14 +18,14 @@ TEST(SteadyOffset, IsKnownAfterAFewCertainFrames) {
   SteadyOffset steady;
   for (int frame = 0; frame < 4; ++frame) {
     steady.update(offset(2, 0.03));
-    EXPECT_FALSE(steady.isCertain());
-    EXPECT_EQ(steady.correction_px(), 0);
+    EXPECT_FALSE(steady.column().known);
+    EXPECT_EQ(steady.column().correction_px, 0);
   }
   steady.update(offset(2, 0.03));
-  EXPECT_TRUE(steady.isCertain());
-  EXPECT_DOUBLE_EQ(steady.mean_px(), 2);
-  EXPECT_DOUBLE_EQ(steady.sigma_px(), 0.03);
-  EXPECT_DOUBLE_EQ(steady.correction_px(), 2);
+  EXPECT_TRUE(steady.column().known);
+  EXPECT_DOUBLE_EQ(steady.column().offset_px, 2);
+  EXPECT_DOUBLE_EQ(steady.column().sigma_px, 0.03);
+  EXPECT_DOUBLE_EQ(steady.column().correction_px, 2);
 }
 
 TEST(SteadyOffset, FramesThatTellNothingDoNotCount) {
@@ -34,8 +34,8 @@ TEST(SteadyOffset, FramesThatTellNothingDoNotCount) {
     steady.update(offset(2, 0.5));
     steady.update(offset(2, 0));  // not estimated
   }
-  EXPECT_FALSE(steady.isCertain());
-  EXPECT_EQ(steady.correction_px(), 0);
+  EXPECT_FALSE(steady.column().known);
+  EXPECT_EQ(steady.column().correction_px, 0);
 }
 
 // As on KITTI: no step for an offset that is small on average.
@@ -45,9 +45,9 @@ TEST(SteadyOffset, CamerasThatShakeAreNotCorrected) {
   std::normal_distribution<double> shake(0.05, 0.2);
   for (int frame = 0; frame < 1000; ++frame) {
     steady.update(offset(shake(random), 0.03));
-    ASSERT_EQ(steady.correction_px(), 0) << frame;
+    ASSERT_EQ(steady.column().correction_px, 0) << frame;
   }
-  EXPECT_NEAR(steady.mean_px(), 0.05, 0.15);
+  EXPECT_NEAR(steady.column().offset_px, 0.05, 0.15);
 }
 
 TEST(SteadyOffset, FollowsARigThatWasKnockedInOneStep) {
@@ -57,13 +57,13 @@ TEST(SteadyOffset, FollowsARigThatWasKnockedInOneStep) {
   double correction_px = 0;
   for (int frame = 0; frame < 100; ++frame) {
     steady.update(offset(0.6, 0.03));
-    steps += steady.correction_px() != correction_px;
-    correction_px = steady.correction_px();
+    steps += steady.column().correction_px != correction_px;
+    correction_px = steady.column().correction_px;
   }
   EXPECT_GE(steps, 1);
   EXPECT_LE(steps, 2);
   EXPECT_NEAR(correction_px, 0.6, 0.25);
-  EXPECT_NEAR(steady.mean_px(), 0.6, 0.01);
+  EXPECT_NEAR(steady.column().offset_px, 0.6, 0.01);
 }
 
 }  // namespace
