@@ -155,8 +155,8 @@ void hullOf3x3(SearchRanges& ranges) {
 
 void searchWidths(const SearchRanges& ranges, cv::Mat1w& width_px) {
   width_px.create(ranges.first.size());
-  const auto count = [](int first, int last) {
-    return static_cast<uint16_t>(std::max(last - first + 1, 0));
+  const auto count = [](short first, short last) {
+    return static_cast<uint16_t>(std::max<short>(static_cast<short>(last - first + 1), 0));
   };
   parallelForEach(width_px.rows, [&](int y) {
     const short* const first = ranges.first[y];
