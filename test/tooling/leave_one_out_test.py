@@ -70,13 +70,16 @@ class LeaveOneOut(unittest.TestCase):
         done = self.run_script('--vary', 'x=2', '--', 'broken')
         self.assertEqual(done.returncode, 2)
         self.assertIn('evaluate_detection failed with defaults', done.stderr)
-        self.assertEqual(list((self.dir / 'out').iterdir()), [])
+        self.assertEqual(list((self.dir / 'out').glob('*.csv')), [])
 
     def test_what_is_measured_is_not_measured_again(self):
         self.run_script('--vary', 'x=2', '--', 'DATE', 'DRIVE')
         (self.dir / 'evaluate_detection').unlink()
         done = self.run_script('--vary', 'x=2', '--', 'DATE', 'DRIVE')
         self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.run_script('--vary', 'x=2', '--', 'DATE', 'OTHER')
+        self.assertEqual(done.returncode, 2)
+        self.assertIn('has figures of other arguments (DATE DRIVE)', done.stderr)
 
 
 if __name__ == '__main__':
