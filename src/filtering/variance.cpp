@@ -19,6 +19,11 @@
 #define PREDICTIVE_STEREO_VARIANCE_ROW
 namespace predictive_stereo {
 
+struct MeasurementTerms {
+  float smallest_valid;
+  float variance_by_ambiguity_px2[256];
+};
+
 /// Neighbours in two rings: the inner one sees specks, the outer one whole regions that are wrong.
 constexpr int kDisagreementRings = 2;
 constexpr int kDisagreementReachPx[kDisagreementRings] = {4, 9};
@@ -59,14 +64,13 @@ struct PublishedTerms {
 PREDICTIVE_STEREO_BEGIN_KERNELS;
 
 void measurementVarianceRow(const float* measured_px, const uint8_t* ambiguity, int width,
-                            float smallest_valid, const float* by_ambiguity_px2,
-                            float* variance_px2) {
-  forPixels<float>(0, width, [=](auto d, int x) HWY_ATTR {
+                            const MeasurementTerms& terms, float* variance_px2) {
+  forPixels<float>(0, width, [&](auto d, int x) HWY_ATTR {
     const hn::RebindToSigned<decltype(d)> di;
     const hn::Rebind<uint8_t, decltype(d)> d8;
-    const auto valid = hn::Ge(hn::LoadU(d, measured_px + x), hn::Set(d, smallest_valid));
+    const auto valid = hn::Ge(hn::LoadU(d, measured_px + x), hn::Set(d, terms.smallest_valid));
     const auto ambiguous = hn::PromoteTo(di, hn::LoadU(d8, ambiguity + x));
-    const auto of_match = hn::GatherIndex(d, by_ambiguity_px2, ambiguous);
+    const auto of_match = hn::GatherIndex(d, terms.variance_by_ambiguity_px2, ambiguous);
     hn::StoreU(hn::IfThenElseZero(valid, of_match), d, variance_px2 + x);
   });
 }
@@ -215,19 +219,18 @@ DisagreementRows rowsAround(const cv::Mat1f& disparity_px, int y) {
 void measurementVariance(const cv::Mat1f& measured_disparity_px, const cv::Mat1b& ambiguity,
                          const DisparityRange& range, const VarianceParams& params,
                          cv::Mat1f& variance_px2) {
-  float by_ambiguity_px2[256];
+  MeasurementTerms terms;
   for (int i = 0; i < 256; ++i) {
     const double t =
         std::max(0.0, (i / 255.0 - params.ambiguity_onset) / (1.0 - params.ambiguity_onset));
     const double sigma_px = params.sigma_floor_px + params.sigma_ambiguous_px * t * t;
-    by_ambiguity_px2[i] = static_cast<float>(sigma_px * sigma_px);
+    terms.variance_by_ambiguity_px2[i] = static_cast<float>(sigma_px * sigma_px);
   }
-  const auto smallest_valid = static_cast<float>(range.min_disparity);
+  terms.smallest_valid = static_cast<float>(range.min_disparity);
   variance_px2.create(measured_disparity_px.size());
   parallelForEach(variance_px2.rows, [&](int y) {
     HWY_DYNAMIC_DISPATCH(measurementVarianceRow)
-    (measured_disparity_px[y], ambiguity[y], variance_px2.cols, smallest_valid, by_ambiguity_px2,
-     variance_px2[y]);
+    (measured_disparity_px[y], ambiguity[y], variance_px2.cols, terms, variance_px2[y]);
   });
 }
 

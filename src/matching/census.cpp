@@ -100,11 +100,19 @@ void censusReference(const cv::Mat1b& image, CensusForm form, cv::Mat1i& words) 
 void CensusKernel::transform(const cv::Mat1b& image, cv::Mat1i& words) {
   constexpr int kMargin = kCensusMargin;
   constexpr int kLargestVector = 64;
-  cv::copyMakeBorder(image, padded_, 0, 0, kMargin, kMargin + kLargestVector,
-                     cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
-  // Flipping the highest bit gives signed numbers of the same order, which x86 compares faster.
-  cv::bitwise_xor(padded_, 0x80, padded_);
+  padded_.create(image.rows, image.cols + 2 * kMargin + kLargestVector);
   words.create(image.size());
+  parallelForEach(image.rows, [&](int y) {
+    const uint8_t* source = image[y];
+    uint8_t* target = padded_[y];
+    const int columns = image.cols;  // a copy: writes to bytes cannot alias it
+    // Flipping the highest bit gives signed numbers of the same order, which x86 compares faster.
+    for (int x = 0; x < columns; ++x) target[kMargin + x] = source[x] ^ 0x80;
+    std::fill_n(target, kMargin, target[kMargin]);
+    uint8_t* const end = target + kMargin + columns;
+    std::fill_n(end, kMargin + kLargestVector, end[-1]);
+  });
+
   const CensusPattern pattern = censusPattern(form_);
   const auto censusRow = PREDICTIVE_STEREO_DISPATCH(CensusRow, simd_target_);
   parallelForEach(image.rows, [&](int y) {
