@@ -2,6 +2,7 @@
 #include <sensor_msgs/image_encodings.h>
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
 #include <cmath>
 #include <cstring>
 #include <limits>

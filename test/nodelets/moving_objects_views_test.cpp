@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/image_encodings.h>
 
+#include <boost/make_shared.hpp>
 #include <set>
 #include <string>
 #include <vector>

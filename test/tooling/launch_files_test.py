@@ -197,8 +197,8 @@ class LaunchFiles(unittest.TestCase):
         self.assertIs(given['/stereo/ego_motion/publish_tf'], False)
         self.assertIs(given['/stereo/ego_motion/lazy'], True)
         self.assertEqual(given['/stereo/ego_motion/base_frame'], 'base')
-        self.assertRegex(command('/stereo/disparity', 'predictive_stereo.launch', *arguments),
-                         r'left/image_rect:=/l\b')
+        self.assertRegex(command('/stereo/rectify_left', 'predictive_stereo.launch', *arguments),
+                         r'image_raw:=/l\b')
         self.assertRegex(command('/player', 'predictive_stereo.launch', *arguments),
                          r'--rate 0.5')
 
