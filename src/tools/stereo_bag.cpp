@@ -6,6 +6,7 @@
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/make_shared.hpp>
 #include <cstring>
+#include <optional>
 
 namespace predictive_stereo {
 namespace {
@@ -69,12 +70,16 @@ sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
   return compressed ? decodedImage(*compressed) : nullptr;
 }
 
-// A message that waits for its partners.
-struct Held {
-  rosbag::MessageInstance place;
-  sensor_msgs::ImageConstPtr image;  // one of the two
-  sensor_msgs::CameraInfoConstPtr info;
-};
+// The stamp of an image, or of a calibration; none: the message is another one.
+std::optional<ros::Time> recordedStamp(const rosbag::MessageInstance& message, bool is_image) {
+  if (!is_image) {
+    const auto info = message.instantiate<sensor_msgs::CameraInfo>();
+    return info ? std::optional(info->header.stamp) : std::nullopt;
+  }
+  if (const auto image = message.instantiate<sensor_msgs::Image>()) return image->header.stamp;
+  const auto packed = message.instantiate<sensor_msgs::CompressedImage>();
+  return packed ? std::optional(packed->header.stamp) : std::nullopt;
+}
 
 enum Slot { kLeft, kLeftInfo, kRight, kRightInfo };
 
@@ -197,25 +202,26 @@ std::vector<BagPair> BagPairs::add(const rosbag::MessageInstance& message) {
   const auto place = std::find(topics_.begin(), topics_.end(), topic);
   if (place == topics_.end()) return {};
   const auto slot = static_cast<size_t>(place - topics_.begin());
-  Held held{message, {}, {}};
-  ros::Time stamp;
-  if (slot == kLeft || slot == kRight) {
-    if (refused_.refuses(topic, [&] { held.image = imageOf(message); }) || !held.image) return {};
-    stamp = held.image->header.stamp;
-    if (refused_.has(topic, stamp, ZeroStamp::kRefused)) return {};
-  } else {
-    held.info = message.instantiate<sensor_msgs::CameraInfo>();
-    if (!held.info) return {};
-    stamp = held.info->header.stamp;
-    if (refused_.has(topic, stamp, ZeroStamp::kLegal)) return {};
-  }
+  const bool is_image = slot == kLeft || slot == kRight;
+  const std::optional<ros::Time> stamp = recordedStamp(message, is_image);
+  if (!stamp || refused_.has(topic, *stamp, is_image ? ZeroStamp::kRefused : ZeroStamp::kLegal))
+    return {};
   std::vector<BagPair> pairs;
+  // Only places wait: a thousand images would need gigabytes.
   for (const StampMatcher::Set& set :
-       matcher_.add(slot, stamp, boost::make_shared<const Held>(held), stamp.isZero())) {
-    const auto at = [&](Slot s) -> const Held& { return *static_cast<const Held*>(set[s].get()); };
-    pairs.push_back(
-        {{at(kLeft).image, at(kRight).image, at(kLeftInfo).info, at(kRightInfo).info},
-         {at(kLeft).place, at(kLeftInfo).place, at(kRight).place, at(kRightInfo).place}});
+       matcher_.add(slot, *stamp, boost::make_shared<const rosbag::MessageInstance>(message),
+                    stamp->isZero())) {
+    const auto at = [&](Slot s) -> const rosbag::MessageInstance& {
+      return *static_cast<const rosbag::MessageInstance*>(set[s].get());
+    };
+    BagPair found{{}, {at(kLeft), at(kLeftInfo), at(kRight), at(kRightInfo)}};
+    const auto read = [&](Slot s, sensor_msgs::ImageConstPtr& image) {
+      return !refused_.refuses(topics_[s], [&] { image = imageOf(at(s)); });
+    };
+    if (!read(kLeft, found.pair.left) || !read(kRight, found.pair.right)) continue;
+    found.pair.left_info = at(kLeftInfo).instantiate<sensor_msgs::CameraInfo>();
+    found.pair.right_info = at(kRightInfo).instantiate<sensor_msgs::CameraInfo>();
+    pairs.push_back(std::move(found));
   }
   return pairs;
 }

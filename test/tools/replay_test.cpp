@@ -261,6 +261,22 @@ TEST_F(Replay, GoesOnAfterAPairThatCannotBeUsed) {
   EXPECT_EQ(messagesIn<stereo_msgs::DisparityImage>(out).at("/street/disparity").size(), 3u);
 }
 
+TEST_F(Replay, GoesOnAfterAnImageThatCannotBeDecoded) {
+  const std::string packed = files_.path("packed.bag"), path = files_.path("torn.bag"),
+                    out = files_.path("out.bag");
+  compress(street(), packed);
+  int image = 0;
+  copyChanged<sensor_msgs::CompressedImage>(
+      packed, path, [&](const std::string& topic, auto& message) {
+        if (topic == "/street/left/image_rect/compressed" && ++image == 2) message.data = {1, 2, 3};
+      });
+  const Result result = replay("--topics odometry --output " + out + " --bag " + path);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_NE(result.out.find("3 pairs"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("1 of /street/left/image_rect/compressed refused"), std::string::npos)
+      << result.out;
+}
+
 TEST_F(Replay, SaysWhatIsWrongIfNoPairCanBeUsed) {
   const std::string path = files_.path("torn.bag");
   copyChanged<sensor_msgs::Image>(
