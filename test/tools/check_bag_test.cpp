@@ -400,7 +400,7 @@ TEST_F(CheckBag, LeavesTfToAnOdometryOfTheBag) {
   EXPECT_TRUE(hasArgument(result, "odom_frame:=map"));
 }
 
-TEST_F(CheckBag, LeavesTfToAnOdometryThatMovesAFrameBelowTheBase) {
+TEST_F(CheckBag, LeavesTfToAnOdometryThatMovesWhatTheBaseIsFixedTo) {
   Recording own;
   own.base_parent = "odom";
   own.footprint = "base_footprint";

@@ -136,6 +136,21 @@ TEST_F(Replay, WritesWhatCanBeToldWithoutTruth) {
   EXPECT_EQ(figures.find("street,4,0,0,0,25,"), 0u) << figures;
 }
 
+TEST_F(Replay, EgoMotionUsesTheMaskWhereItIsTold) {
+  const std::string near = files_.path("near.bag");
+  const std::string street = " --scene near_half_moves --frames 8 --size 496x160";
+  ASSERT_EQ(run(std::string(STREET_TO_BAG) + " " + near + street).status, 0);
+  const auto last = [&](const std::string& used) {
+    const std::string out = files_.path(used + ".bag");
+    const Result result = replay("--bag " + near + " --camera street --topics odometry --output " +
+                                 out + " --set ego_motion/use_moving_mask=" + used);
+    EXPECT_EQ(result.status, 0) << result.errors;
+    return messagesIn<nav_msgs::Odometry>(out).at("/street/odometry").back()->pose.pose.position;
+  };
+  // Half of the view moves, so features on it change the motion.
+  EXPECT_NE(last("true"), last("false"));
+}
+
 TEST_F(Replay, ReadsCompressedImages) {
   const std::string packed = files_.path("packed.bag"), from_raw = files_.path("from_raw.bag"),
                     from_packed = files_.path("from_packed.bag");
