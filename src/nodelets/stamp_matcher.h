@@ -45,8 +45,6 @@ class StampMatcher {
       slot.constant = std::move(message);
     } else {
       slot.constant = nullptr;  // stamped messages replace a constant one
-      // Time went back, e.g. because a bag is played in a loop.
-      if (!slot.waiting.empty() && stamp < slot.waiting.back().stamp) slot.waiting.clear();
       slot.waiting.push_back({stamp, std::move(message)});
       if (slot.waiting.size() > static_cast<size_t>(params_.queue_size)) {
         slot.waiting.pop_front();
@@ -136,14 +134,19 @@ class StampMatcher {
     return set;
   }
 
-  // Drops partners that are slightly later than `stamp` as well. Returns the number of messages of
-  // slot 0.
+  // Drops what arrived before the set of this stamp: in a loop of a bag, later stamps, too, while
+  // earlier ones may wait behind it. Drops partners that are slightly later than `stamp` as well.
+  // Returns the number of messages of slot 0.
   size_t forgetUpTo(ros::Time stamp) {
     const size_t references = slots_[0].waiting.size();
     for (Slot& slot : slots_) {
       const double slack_s = &slot == &slots_[0] ? 0.0 : tolerance();
-      while (!slot.waiting.empty() && (slot.waiting.front().stamp - stamp).toSec() <= slack_s)
-        slot.waiting.pop_front();
+      const auto is_near = [&](const Entry& entry) {
+        return difference_s(entry.stamp, stamp) <= slack_s;
+      };
+      const auto end = slot.waiting.end(), first = std::find_if(slot.waiting.begin(), end, is_near);
+      if (first != end)
+        slot.waiting.erase(slot.waiting.begin(), std::find_if_not(first, end, is_near));
     }
     return references - slots_[0].waiting.size();
   }

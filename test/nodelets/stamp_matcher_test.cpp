@@ -144,6 +144,27 @@ TEST_F(StampMatcherTest, time_that_goes_back_starts_anew) {
   EXPECT_TRUE(add(exact_, kInfo, 100.0).empty()) << "the end of the last pass is forgotten";
 }
 
+// As MovingObjects, which gets a disparity later than its left image.
+TEST_F(StampMatcherTest, the_last_set_of_a_pass_is_complete_although_the_next_pass_has_begun) {
+  add(exact_, kRight, 100.0, 1);
+  add(exact_, kInfo, 100.0, 1);
+  add(exact_, kRight, 1.0, 2);
+  add(exact_, kInfo, 1.0, 2);
+  const auto last = add(exact_, kLeft, 100.0, 1);
+  ASSERT_EQ(last.size(), 1u);
+  EXPECT_EQ(value(last[0][kRight]), 1);
+  const auto first = add(exact_, kLeft, 1.0, 2);
+  ASSERT_EQ(first.size(), 1u);
+  EXPECT_EQ(value(first[0][kRight]), 2);
+  EXPECT_EQ(exact_.unmatched(), 0u);
+}
+
+TEST_F(StampMatcherTest, the_last_left_image_of_a_pass_is_counted_if_it_finds_no_partner) {
+  add(exact_, kLeft, 100.0);
+  for (const size_t slot : {kLeft, kRight, kInfo}) add(exact_, slot, 1.0);
+  EXPECT_EQ(exact_.unmatched(), 1u);
+}
+
 TEST_F(StampMatcherTest, cleared_it_waits_for_nothing_but_keeps_latched_ones) {
   add(matcher_, kInfo, 0, 7, true);
   add(matcher_, kLeft, 1.0);
