@@ -200,7 +200,7 @@ class LaunchFiles(unittest.TestCase):
         self.assertRegex(command('/stereo/rectify_left', 'predictive_stereo.launch', *arguments),
                          r'image_raw:=/l\b')
         self.assertRegex(command('/player', 'predictive_stereo.launch', *arguments),
-                         r'--rate 0.5')
+                         r'--delay 2 --rate 0.5')
 
     def test_robot_whose_camera_is_the_base(self):
         given = params('predictive_stereo.launch', 'camera:=/stereo', 'camera_is_base:=true')
