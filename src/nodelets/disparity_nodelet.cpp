@@ -169,7 +169,8 @@ class DisparityNodelet
         fits ? ""
              : "many measured disparities contradict the prediction by the motion of odom_frame '" +
                    params_.odom_frame +
-                   "': does this odometry jump? Use another one, or the EgoMotion nodelet");
+                   "': does this odometry jump? Use another one, or the EgoMotion nodelet. "
+                   "Or are images dark or disturbed?");
     health_->figure("prediction contradicted [%]", 100 * messages.contradicted_fraction, "%.1f");
     reportSimdTarget();
     health_->figure("predicted", messages.predicted ? "yes" : "no");

@@ -64,7 +64,7 @@ class OdometryInput {
       return cameraPose(tf_.buffer, odometry, now.frame_id, previous, now.stamp,
                         params_.odom_frame);
     };
-    return waitFor<CameraPose>(now, ask, "pose", ": no velocities");
+    return waitFor<CameraPose>(now, ask, "pose", ": no moving objects are found");
   }
 
   const MessageHistory<RowAlignment>& columns() const { return columns_.history(); }
@@ -101,11 +101,14 @@ class OdometryInput {
     return "tf has no " + what + " of '" + now.frame_id + "' relative to odom_frame '" +
            params_.odom_frame + "' at the image's stamp within transform_timeout = " +
            cv::format("%g s", params_.transform_timeout) + effect + ". " +
-           "Run the EgoMotion nodelet with publish_tf, or set odom_frame to the fixed frame of "
-           "your odometry";
+           (isLate(tf_.buffer, params_.odom_frame, now.frame_id, now.stamp)
+                ? "The newest one in tf is older than the image: raise transform_timeout; or has "
+                  "its publisher stopped, or another clock?"
+                : "Run the EgoMotion nodelet with publish_tf, or set odom_frame to the fixed "
+                  "frame of your odometry");
   }
 
-  // Then the motion is not late: nobody publishes it.
+  // Then nobody publishes the motion, or it is later than the timeout.
   bool isAbsent(const std::string& camera) const {
     std::string error;
     return in_vain_ && !lookUpTransform(tf_.buffer, params_.odom_frame, camera, *in_vain_, error);

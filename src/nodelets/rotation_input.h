@@ -194,9 +194,11 @@ class RotationInput {
     if (!T_cam_prev)  // Not the text of tf, which contains stamps: each would be logged.
       return fail("guess_frame",
                   "tf has no motion of '" + now.frame_id + "' relative to guess_frame '" +
-                      params_.guess_frame +
-                      "' at the image's stamp: set guess_frame to the fixed frame of another "
-                      "odometry, or leave it empty");
+                      params_.guess_frame + "' at the image's stamp: " +
+                      (isLate(tf_.buffer, params_.guess_frame, now.frame_id, now.stamp)
+                           ? "it is too late to be used; send it earlier, or correct its stamps"
+                           : "set guess_frame to the fixed frame of another odometry, or leave it "
+                             "empty"));
     is_late_ = false;
     health_.solved("guess_frame");
     return Eigen::Matrix3d(T_cam_prev->linear());

@@ -6,6 +6,7 @@
 #include <ros/node_handle.h>
 #include <ros/spinner.h>
 #include <tf2/buffer_core.h>
+#include <tf2/exceptions.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <boost/shared_ptr.hpp>
@@ -129,6 +130,18 @@ class TfHistory {
   std::map<std::string, Child> children_;
   ros::Time images_;  // where they went back to
 };
+
+/// Whether tf has the pose of `frame` relative to `fixed_frame`, but only before `stamp`.
+inline bool isLate(const tf2::BufferCore& tf, const std::string& fixed_frame,
+                   const std::string& frame, ros::Time stamp) {
+  try {
+    // The stamp of the newest one; zero if both frames are fixed to each other.
+    const ros::Time newest = tf.lookupTransform(fixed_frame, frame, ros::Time(0)).header.stamp;
+    return !newest.isZero() && newest < stamp;
+  } catch (const tf2::TransformException&) {
+    return false;
+  }
+}
 
 /// The tf buffer of a nodelet, filled by a separate thread. It respects remappings of /tf of the
 /// nodelet. A transform that is refused is a problem of the topic.

@@ -61,7 +61,7 @@ TEST_F(Diagnosis, moving_objects_tells_that_the_camera_has_stopped) {
   EXPECT_TRUE(says("MovingObjects", "is the camera running, or is the bag paused?"));
 }
 
-TEST_F(Diagnosis, moving_objects_without_tf_come_without_velocities) {
+TEST_F(Diagnosis, moving_objects_without_tf_are_not_found_which_is_told) {
   setParam("MovingObjects", "odom_frame", "nowhere");
   load("Disparity");
   load("MovingObjects");
@@ -76,6 +76,7 @@ TEST_F(Diagnosis, moving_objects_without_tf_come_without_velocities) {
   }));
   EXPECT_TRUE(
       says("MovingObjects", "relative to odom_frame 'nowhere' at the image's stamp within"));
+  EXPECT_TRUE(says("MovingObjects", ": no moving objects are found"));
   EXPECT_TRUE(
       says("MovingObjects", "Run the EgoMotion nodelet with publish_tf, or set odom_frame"));
 }

@@ -352,6 +352,7 @@ TEST_F(EgoMotionScenarios, a_guess_frame_that_does_not_exist_is_told) {
   start();
   for (int i : {0, 1, 2}) ASSERT_TRUE(odometryOf(i));
   EXPECT_TRUE(says("EgoMotion", "relative to guess_frame 'nowhere'"));
+  EXPECT_TRUE(says("EgoMotion", "set guess_frame to the fixed frame of another odometry"));
   EXPECT_TRUE(says("EgoMotion", "ego-motion uses the images only"));
   EXPECT_LT((position(*odometry_->last()) - truth(0, 2).translation()).norm(), 0.05);
 }

@@ -227,6 +227,19 @@ TEST_F(Scenarios, anybodys_odometry_serves_through_tf) {
   EXPECT_TRUE(eventually([&] { return value("Disparity", "predicted") == "yes"; }));
 }
 
+TEST_F(Scenarios, tf_that_is_late_is_told) {
+  setParam("Disparity", "odom_frame", "world_of_others");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  tf2_ros::TransformBroadcaster broadcaster;
+  for (int i : {0, 1})
+    ASSERT_TRUE(publishesDisparity(moved(i, "slow_camera", broadcaster), disparity));
+  const StereoPair late = withStamp(moved(1, "slow_camera", broadcaster), street().stamp(2));
+  ASSERT_TRUE(publishesDisparity(late, disparity));
+  EXPECT_TRUE(says("Disparity", "older than the image: raise transform_timeout"));
+}
+
 bool allFinite(const stereo_msgs::DisparityImage& disparity) {
   for (size_t i = 0; i < disparity.image.data.size(); i += sizeof(float)) {
     float d;

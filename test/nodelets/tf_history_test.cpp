@@ -109,6 +109,21 @@ TEST_F(TfHistoryTest, small_steps_back_are_no_new_pass) {
   EXPECT_TRUE(knows("base", 101));
 }
 
+TEST_F(TfHistoryTest, what_is_late_is_told_from_what_is_absent) {
+  addAll("base", 100, 105);
+  EXPECT_TRUE(isLate(buffer_, "world", "base", ros::Time(105.3)));
+  EXPECT_FALSE(isLate(buffer_, "world", "base", ros::Time(104.9)));
+  EXPECT_FALSE(isLate(buffer_, "world", "base", ros::Time(99)));
+  EXPECT_FALSE(isLate(buffer_, "nowhere", "base", ros::Time(105.3)));
+  geometry_msgs::TransformStamped fixed;
+  fixed.header.frame_id = "base";
+  fixed.child_frame_id = "camera";
+  fixed.transform.rotation.w = 1;
+  buffer_.setTransform(fixed, "tf", true);
+  EXPECT_TRUE(isLate(buffer_, "world", "camera", ros::Time(105.3)));
+  EXPECT_FALSE(isLate(buffer_, "base", "camera", ros::Time(105.3)));
+}
+
 TEST_F(TfHistoryTest, the_last_ten_seconds_are_kept) {
   addAll("base", 100, 200);
   addAll("arm", 100, 200);
