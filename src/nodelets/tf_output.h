@@ -81,8 +81,9 @@ class TfRivals {
     const std::string silent = ": tf is not published from here, as a frame has one parent only. ";
     if (!rival->is_static)
       return "tf: " + rival->publisher + " already moves '" + frame + "' in '" + rival->parent +
-             "'" + silent + "To use that motion, set publish_tf to false and odom_frame to '" +
-             rival->parent + "'; to use this one, stop the other and restart this nodelet";
+             "'" + silent +
+             "To use that motion, launch with ego_motion:=false odom_frame:=" + rival->parent +
+             "; to use this one, stop the other and restart this nodelet";
     const std::lock_guard<std::mutex> lock(mutex_);
     return "tf: " + rival->publisher + " has '" + frame + "' fixed to '" + rival->parent + "'" +
            silent + "Set base_frame to '" + fixed_.rootOf(frame) + "', or publish_tf to false";

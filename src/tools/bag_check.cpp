@@ -7,6 +7,8 @@
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -20,6 +22,22 @@ namespace {
 using Level = BagFinding::Level;
 
 constexpr double kLookedAt_s = 30;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+double secondsBetween(ros::Time from, ros::Time to) { return to.toSec() - from.toSec(); }
+
+// A frame that tf moves.
+struct MovingFrame {
+  std::string parent;
+  ros::Time first;                   // stamp
+  double least_delay_s = kInfinite;  // from a stamp until it was recorded
+
+  void add(const geometry_msgs::TransformStamped& transform, ros::Time recorded) {
+    if (parent.empty()) first = transform.header.stamp;
+    parent = withoutSlash(transform.header.frame_id);
+    least_delay_s = std::min(least_delay_s, secondsBetween(transform.header.stamp, recorded));
+  }
+};
 
 class Checker {
  public:
@@ -86,8 +104,11 @@ class Checker {
     return false;
   }
 
-  void addStamp(ros::Time stamp, StampStream& stream) {
-    if (!refused_.has(stream.topic, stamp, ZeroStamp::kLegal)) stream.stamps.push_back(stamp);
+  void addStamp(ros::Time stamp, ros::Time recorded, StampStream& stream) {
+    if (refused_.has(stream.topic, stamp, ZeroStamp::kLegal)) return;
+    stream.stamps.push_back(stamp);
+    if (&stream == &streams_[0])
+      image_delay_s_ = std::min(image_delay_s_, secondsBetween(stamp, recorded));
   }
 
   void readMessages() {
@@ -103,14 +124,14 @@ class Checker {
       auto& first_image = left_image ? pair_.left : pair_.right;
       StampStream& images = streams_[left_image ? 0 : 1];
       if (const auto image = message.instantiate<sensor_msgs::Image>()) {
-        addStamp(image->header.stamp, images);
+        addStamp(image->header.stamp, message.getTime(), images);
         if (!first_image) first_image = image;
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
-        addStamp(packed->header.stamp, images);
+        addStamp(packed->header.stamp, message.getTime(), images);
         if (!first_image) first_image = decodedImage(*packed);
       } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
         const bool left = message.getTopic() == topics.left_info;
-        addStamp(info->header.stamp, streams_[left ? 2 : 3]);
+        addStamp(info->header.stamp, message.getTime(), streams_[left ? 2 : 3]);
         auto& first = left ? pair_.left_info : pair_.right_info;
         if (!first) first = info;
       }
@@ -127,8 +148,7 @@ class Checker {
           if (is_static)
             fixed_.add(transform.child_frame_id, transform.header.frame_id);
           else
-            moving_parents_[withoutSlash(transform.child_frame_id)] =
-                withoutSlash(transform.header.frame_id);
+            moving_[withoutSlash(transform.child_frame_id)].add(transform, message.getTime());
         }
   }
 
@@ -219,8 +239,17 @@ class Checker {
     const std::string base = EgoMotionNodeletParams().base_frame;
     const bool has_path = tf_.canTransform(base, frame, ros::Time(0));
     if (has_path) result_.good("tf: has the transform from " + base + " to " + frame);
-    const std::string no_path = "tf has no path from " + base + " to " + frame;
     const std::string moved = fixed_.rootOf(has_path ? base : frame);
+    const auto odometry = moving_.find(moved);
+    if (odometry != moving_.end()) {
+      const std::string arguments[] = {"ego_motion:=false",
+                                       "odom_frame:=" + odometry->second.parent};
+      result_.arguments.insert(result_.arguments.end(), arguments, arguments + 2);
+      result_.advice("the bag's own tf moves " + moved + " in " + odometry->second.parent +
+                     ": give " + arguments[0] + " " + arguments[1] + " to use this motion");
+      return checkOdometry(odometry->second);
+    }
+    const std::string no_path = "tf has no path from " + base + " to " + frame;
     if (!has_path && moved == frame) {
       result_.arguments.push_back("camera_is_base:=true");
       result_.advice(no_path +
@@ -233,14 +262,24 @@ class Checker {
                                : no_path + ": give base_frame:=" + moved +
                                      ", the frame that the camera is fixed to"));
     }
-    const auto parent = moving_parents_.find(moved);
-    if (parent != moving_parents_.end()) {
-      result_.arguments.push_back("publish_tf:=false");
-      result_.arguments.push_back("odom_frame:=" + parent->second);
-      result_.advice("the bag's own tf moves " + moved + " in " + parent->second +
-                     ": give publish_tf:=false and odom_frame:=" + parent->second +
-                     " to use this motion");
-    }
+  }
+
+  // A frame waits for tf no longer than transform_timeout.
+  void checkOdometry(const MovingFrame& odometry) {
+    const double timeout_s = FrameNodeletParams().transform_timeout;
+    const double begin_s = secondsBetween(pair_.left->header.stamp, odometry.first);
+    if (begin_s > timeout_s)
+      result_.advice(
+          cv::format("this motion begins %.2f s after the images: the frames before are "
+                     "matched without prediction",
+                     begin_s));
+    const double late_s = odometry.least_delay_s - image_delay_s_;
+    if (late_s > timeout_s)
+      result_.advice(
+          cv::format("this motion was recorded %.2f s or more after the images of its "
+                     "stamps: raise transform_timeout of disparity and moving_objects "
+                     "above that",
+                     late_s));
   }
 
   const rosbag::Bag& bag_;
@@ -253,7 +292,8 @@ class Checker {
   RefusedMessages refused_{[this](const std::string& text) { result_.advice(text); }};
   tf2::BufferCore tf_{ros::Duration(2 * kLookedAt_s)};
   FixedFrames fixed_;
-  std::map<std::string, std::string> moving_parents_;  // by child
+  double image_delay_s_ = kInfinite;  // the least one of a left image until it was recorded
+  std::map<std::string, MovingFrame> moving_;  // by child
 };
 
 }  // namespace

@@ -380,7 +380,7 @@ TEST_F(EgoMotionScenarios, who_moves_the_base_later_is_told_and_left_alone) {
   ros::WallDuration(0.2).sleep();  // its arrival at the nodelet cannot be observed
   for (int i : {2, 3, 4}) ASSERT_TRUE(odometryOf(i)) << "the odometry goes on";
   EXPECT_TRUE(says("EgoMotion", "already moves 'base_link' in 'wheel_odom'"));
-  EXPECT_TRUE(says("EgoMotion", "set publish_tf to false and odom_frame to 'wheel_odom'"));
+  EXPECT_TRUE(says("EgoMotion", "launch with ego_motion:=false odom_frame:=wheel_odom"));
   EXPECT_EQ(ours(), 2u);
 }
 

@@ -29,6 +29,8 @@ struct Recording {
   std::string base = "base_link";
   std::string base_parent;  // parent of base_link in /tf ...
   std::string footprint;    // ... or of this frame, to which base_link is fixed
+  double tf_late_s = 0;     // recorded so long after its stamp
+  int first_tf = 0;         // frame
   uint8_t grey = 100;
   bool compressed = false, broken = false;
 };
@@ -122,9 +124,9 @@ class CheckBag : public testing::Test {
         bag.write(recording.right_info, now, info(recording, recording.right_P3, right));
       const std::string& footprint = recording.footprint;
       if (!footprint.empty()) bag.write("/tf_static", now, transform(footprint, "base_link", now));
-      if (!recording.base_parent.empty())
+      if (!recording.base_parent.empty() && static_cast<int>(i) >= recording.first_tf)
         bag.write(
-            "/tf", now,
+            "/tf", now + ros::Duration(recording.tf_late_s),
             transform(recording.base_parent, footprint.empty() ? "base_link" : footprint, now));
     }
     bag.close();
@@ -391,22 +393,35 @@ TEST_F(CheckBag, TakesWhatTheCameraIsFixedToAsTheBase) {
             0);
 }
 
-TEST_F(CheckBag, LeavesTfToAnOdometryOfTheBag) {
+TEST_F(CheckBag, UsesAnOdometryOfTheBag) {
   Recording own;
   own.base_parent = "map";
   const BagCheck result = check(own);
   EXPECT_TRUE(result.isUsable()) << faults(result);
-  EXPECT_TRUE(hasArgument(result, "publish_tf:=false"));
+  EXPECT_TRUE(hasArgument(result, "ego_motion:=false"));
   EXPECT_TRUE(hasArgument(result, "odom_frame:=map"));
+  EXPECT_EQ(advice(result).find("this motion begins"), std::string::npos);
+  EXPECT_EQ(advice(result).find("this motion was recorded"), std::string::npos);
 }
 
-TEST_F(CheckBag, LeavesTfToAnOdometryThatMovesWhatTheBaseIsFixedTo) {
+TEST_F(CheckBag, TellsThatAnOdometryOfTheBagIsLate) {
+  Recording late;
+  late.base_parent = "map";
+  late.tf_late_s = 0.3;
+  late.first_tf = 4;
+  const BagCheck result = check(late);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
+  EXPECT_SAYS(advice(result), "this motion begins 0.40 s after the images");
+  EXPECT_SAYS(advice(result), "this motion was recorded 0.30 s or more after the images");
+}
+
+TEST_F(CheckBag, UsesAnOdometryThatMovesWhatTheBaseIsFixedTo) {
   Recording own;
   own.base_parent = "odom";
   own.footprint = "base_footprint";
   const BagCheck result = check(own);
   EXPECT_TRUE(result.isUsable()) << faults(result);
-  EXPECT_TRUE(hasArgument(result, "base_frame:=base_footprint"));
+  EXPECT_TRUE(hasArgument(result, "ego_motion:=false"));
   EXPECT_TRUE(hasArgument(result, "odom_frame:=odom"));
 }
 
