@@ -135,6 +135,12 @@ class LaunchFiles(unittest.TestCase):
         self.assertIs(given['/stereo/ego_motion/use_imu'], False)
         self.assertEqual(given['/stereo/ego_motion/guess_frame'], 'wheels')
 
+    def test_odometry_of_others(self):
+        arguments = ('camera:=/stereo', 'odometry:=/wheels/odom')
+        for node in 'disparity', 'moving_objects':
+            self.assertRegex(command('/stereo/' + node, 'predictive_stereo.launch', *arguments), r'\bodometry:=/wheels/odom')
+        self.assertNotIn('/wheels/odom', command('/stereo/ego_motion', 'predictive_stereo.launch', *arguments))
+
     def test_the_demo_finds_the_images_of_each_camera(self):
         for given, images in (
                 ([], ['/stereo/left/image_rect', '/stereo/right/image_rect']),
