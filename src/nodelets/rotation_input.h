@@ -167,7 +167,9 @@ class RotationInput {
     if (imu_.frame().empty() && !input_.isPublished())
       return fail("imu", "use_imu: nobody publishes " + topic_ + " (launch argument imu:=<topic>)");
     Answer<Eigen::Matrix3d> answer;
-    arrivals_.waitFor(is_late_ ? 0 : kWithin_s, [&] {
+    const sensor_msgs::ImuConstPtr newest = input_.history().last();
+    const ros::Time newest_stamp = newest ? newest->header.stamp : ros::Time();
+    arrivals_.waitFor(patience_s(now.stamp, newest_stamp), [&] {
       answer = imu_.between(previous, now.stamp);
       return answer.complete;
     });
@@ -187,7 +189,8 @@ class RotationInput {
 
   std::optional<Eigen::Matrix3d> fromTf(ros::Time previous, const std_msgs::Header& now) {
     std::string error;
-    const auto T_cam_prev = arrivals_.waitFor(is_late_ ? 0 : kWithin_s, [&] {
+    const ros::Time newest = newestPose(tf_.buffer, params_.guess_frame, now.frame_id);
+    const auto T_cam_prev = arrivals_.waitFor(patience_s(now.stamp, newest), [&] {
       return lookUpCameraMotion(tf_.buffer, now.frame_id, previous, now.stamp, params_.guess_frame,
                                 error);
     });
@@ -204,6 +207,11 @@ class RotationInput {
     return Eigen::Matrix3d(T_cam_prev->linear());
   }
 
+  // Not for what was too late already, unless it has become almost as new as the image.
+  double patience_s(ros::Time image, ros::Time newest) const {
+    return is_late_ && (image - newest).toSec() > kWithin_s ? 0 : kWithin_s;
+  }
+
   std::nullopt_t fail(const std::string& cause, const std::string& text) {
     health_.problem(cause, text + "; ego-motion uses the images only");
     is_late_ = true;
@@ -217,7 +225,7 @@ class RotationInput {
   const EgoMotionNodeletParams& params_;
   MessageInput<sensor_msgs::Imu> input_;
   ImuRotation imu_{input_.history()};
-  bool is_late_ = false;  // do not wait for it again until it has arrived
+  bool is_late_ = false;  // the last frame got nothing
 };
 
 }  // namespace predictive_stereo

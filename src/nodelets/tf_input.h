@@ -131,16 +131,22 @@ class TfHistory {
   ros::Time images_;  // where they went back to
 };
 
-/// Whether tf has the pose of `frame` relative to `fixed_frame`, but only before `stamp`.
+/// Stamp of the newest pose of `frame` relative to `fixed_frame`; zero if tf has none, or if both
+/// are fixed to each other.
+inline ros::Time newestPose(const tf2::BufferCore& tf, const std::string& fixed_frame,
+                            const std::string& frame) {
+  try {
+    return tf.lookupTransform(fixed_frame, frame, ros::Time(0)).header.stamp;
+  } catch (const tf2::TransformException&) {
+    return {};
+  }
+}
+
+/// Whether tf has such poses, but only before `stamp`.
 inline bool isLate(const tf2::BufferCore& tf, const std::string& fixed_frame,
                    const std::string& frame, ros::Time stamp) {
-  try {
-    // The stamp of the newest one; zero if both frames are fixed to each other.
-    const ros::Time newest = tf.lookupTransform(fixed_frame, frame, ros::Time(0)).header.stamp;
-    return !newest.isZero() && newest < stamp;
-  } catch (const tf2::TransformException&) {
-    return false;
-  }
+  const ros::Time newest = newestPose(tf, fixed_frame, frame);
+  return !newest.isZero() && newest < stamp;
 }
 
 /// The tf buffer of a nodelet, filled by a separate thread. It respects remappings of /tf of the

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 #include "nodelet_fixture.h"
@@ -355,6 +356,31 @@ TEST_F(EgoMotionScenarios, a_guess_frame_that_does_not_exist_is_told) {
   EXPECT_TRUE(says("EgoMotion", "set guess_frame to the fixed frame of another odometry"));
   EXPECT_TRUE(says("EgoMotion", "ego-motion uses the images only"));
   EXPECT_LT((position(*odometry_->last()) - truth(0, 2).translation()).norm(), 0.05);
+}
+
+TEST_F(EgoMotionScenarios, a_guess_frame_that_was_late_once_is_waited_for_again) {
+  setParam("EgoMotion", "guess_frame", "wheels");
+  setParam("EgoMotion", "publish_tf", false);
+  start();
+  for (int i : {0, 1}) ASSERT_TRUE(odometryOf(i));
+  ASSERT_TRUE(says("EgoMotion", "guess_frame 'wheels'"));
+  tf2_ros::TransformBroadcaster wheels;
+  const auto send = [&](double t_s) {
+    wheels.sendTransform(transformMsg(street().stamp(0) + ros::Duration(t_s), "wheels", "base_link",
+                                      Eigen::Isometry3d::Identity()));
+  };
+  double t_s = 1;
+  EXPECT_TRUE(eventually([&] {
+    t_s += 0.1;
+    send(t_s - 0.03);
+    std::thread late([&] {
+      ros::WallDuration(0.02).sleep();
+      send(t_s);
+    });
+    const bool done = odometryOf(later(street().pair(0), t_s)) != nullptr;
+    late.join();
+    return done && !diagnostics_.says(ns_.substr(1) + "/EgoMotion", "guess_frame");
+  }));
 }
 
 TEST_F(EgoMotionScenarios, who_moves_the_base_later_is_told_and_left_alone) {
