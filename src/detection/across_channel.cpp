@@ -4,16 +4,16 @@
 #include <cmath>
 #include <optional>
 
+#include "detection/constants.h"
 #include "detection/displacement_search.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr float kLeastGain = 1.5f;
-
 double linkDisparity(const PastView& view, double d) {
-  return 1 + kLinkDepth * view.params().link_distance_m * d * d / view.rig().disparityTimesDepth();
+  return kDisparityError_px +
+         kLinkDepth * view.params().link_distance_m * d * d / view.rig().disparityTimesDepth();
 }
 
 // Repeatedly takes the first free point, and all free points around it.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "detection/constants.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
@@ -12,17 +13,8 @@ namespace {
 // Frames that are compared, if static points have not moved more since then.
 constexpr size_t kFramesBack[] = {8, 6, 4, 2};
 static_assert(kFramesBack[0] == FrameHistory::kFarthest);
-constexpr double kMostParallax_px = 16;
-constexpr float kLeastDisparity_px = 10;  // the relative error of smaller ones is too large
 
-constexpr int kReach = 2;           // residuals are summed over squares of 5x5 points
-constexpr float kFewestKnown = 15;  // points of a square
-constexpr float kLeastSign = 0.8f;  // 90 % of one sign, 10 % of the other
-constexpr size_t kFewestPoints = 20;
-constexpr int kFewestCells = 6;               // of an obstacle
-constexpr float kOfObstacle = 0.5f;           // least mean residual of an obstacle / of a square
-constexpr float kLeastSignOfObstacle = 0.6f;  // 80 % of one sign, 20 % of the other
-constexpr float kMostStep_px = 1.5f;          // of the disparity, between neighbours
+constexpr int kReach = 2;  // residuals are summed over squares of 5x5 points
 constexpr uchar kNoSeed = 0, kCandidate = 255;
 
 float orZero(float residual_px) { return residual_px == kUnknownResidual ? 0.0f : residual_px; }
@@ -171,8 +163,8 @@ std::vector<std::vector<cv::Point>> shiftedObstacles(const Obstacles& obstacles,
   for (size_t k = 0; k < residuals.size(); ++k) {
     const auto [sum_px, cells, signs] = residuals[k];
     const auto count = static_cast<float>(cells);
-    if (cells < kFewestCells || std::abs(sum_px) < least_mean_px * count ||
-        static_cast<float>(std::abs(signs)) < kLeastSignOfObstacle * count)
+    if (cells < kFewestShiftedCells || std::abs(sum_px) < least_mean_px * count ||
+        static_cast<float>(std::abs(signs)) < kLeastSign * count)
       continue;
     std::vector<cv::Point> points;
     for (const cv::Point cell : obstacles.cellsOf(static_cast<int>(k)))

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "detection/constants.h"
 #include "detection/motion_noise.h"
 #include "detection/point_tracks.h"
 
@@ -39,8 +40,8 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
   const double across_m = flow_px * depth_m / rig.fx_px;
 
   const double match_px2 = std::max<double>(variance.sigma_floor_px * variance.sigma_floor_px,
-                                            kLeastDisparityVariance_px2);
-  const double previous_px2 = kPreviousDisparitySigma_px * kPreviousDisparitySigma_px;
+                                            kDisparitySigma_px * kDisparitySigma_px);
+  const double previous_px2 = double{kDisparitySigma_px} * kDisparitySigma_px;
   const double ego_px = disparity_px * ego_m / depth_m;
   const double point_px = sigmas * std::sqrt(match_px2 + previous_px2 + ego_px * ego_px);
   const double change_px = std::min(point_px, detection.dense_min_residual_px);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "detection/constants.h"
 #include "simd/simd_dispatch.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -65,8 +66,6 @@ constexpr int kCoarse = 2;  // lattice points between coarse trials
 constexpr int kTrialsY = 2 * kReachY / kCoarse + 1;
 constexpr int kMostTrialsX =  // rounded up to whole blocks
     (2 * kSearchReach / kCoarse + kShiftBlock) / kShiftBlock * kShiftBlock;
-constexpr size_t kFewestPoints = 12;
-constexpr float kLeastMismatch_grey = 0.5f;  // smaller ones are noise
 
 // Current points, and their positions in the previous image if they are static.
 struct Samples {

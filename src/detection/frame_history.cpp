@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "detection/constants.h"
 #include "detection/motion_noise.h"
 #include "predictive_stereo/prediction.h"
 #include "predictive_stereo/rigid_motion.h"
@@ -10,7 +11,6 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kPyramidLevels = 4;
-constexpr double kMostOfTheImage = 0.8, kSuddenShare = 0.2;
 constexpr int kMostOddFrames = 2;
 
 }  // namespace
@@ -59,11 +59,11 @@ void FrameHistory::reset() {
   for (RememberedFrame& frame : frames_) frame = RememberedFrame();
 }
 
-bool PoseCheck::contradictsMost(double contradicting) { return contradicting > kMostOfTheImage; }
+bool PoseCheck::contradictsMost(double contradicting) { return contradicting > kMostContradicting; }
 
 bool PoseCheck::agreesWithMotion(double contradicting) {
-  const bool odd =
-      contradictsMost(contradicting) || (usual_ && contradicting > *usual_ + kSuddenShare);
+  const bool odd = contradictsMost(contradicting) ||
+                   (usual_ && contradicting > *usual_ + kSuddenlyContradicting);
   if (odd && odd_frames_ < kMostOddFrames) {
     ++odd_frames_;
     return false;

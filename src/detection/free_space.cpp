@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "detection/constants.h"
 #include "detection/patches.h"
 #include "parallel/tasks.h"
 #include "predictive_stereo/rigid_motion.h"
@@ -40,8 +41,9 @@ HWY_INLINE void placesOf(const SightRow& row, const PastSight& past, const Cells
   constexpr float kPerStep = 1.0f / kLatticeStep_px;
   const float per_fB = 1 / row.disparity_times_depth, per_focal = 1 / row.focal_px;
   const DepthNoiseOfRow noise = past.noise;
-  constexpr float kVariances = kSightSigmas * kSightSigmas;
-  constexpr float kOfMaps_px2 = kMapSigma_px * kMapSigma_px, kOfScale = kScaleSigma * kScaleSigma;
+  constexpr float kVariances = kSigmas * kSigmas;
+  constexpr float kOfMaps_px2 = kDisparitySigma_px * kDisparitySigma_px,
+                  kOfScale = kScaleSigma * kScaleSigma;
   const int x0 = kCellCentre_px + kCellSide_px * cells.first;
   for (int i = 0; i < cells.count; ++i) {
     const auto x = static_cast<float>(x0 + kCellSide_px * i);
@@ -121,11 +123,7 @@ namespace {
 
 HWY_EXPORT(sightsRow);
 
-constexpr double kLeastApart_s = 0.08;     // between remembered frames
-constexpr double kLongestGap_s = 1;        // a longer one ends the past
 constexpr int kLags[] = {2, 3, 5, 8, 13};  // remembered frames that are compared
-// Mean squared difference of patches, relative to its variance, up to which they are the same.
-constexpr float kMostDifference = 6;
 
 }  // namespace
 
@@ -170,7 +168,7 @@ bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image,
   const GreyPatch now(half_image, cell.x() / kLatticeStep_px, cell.y() / kLatticeStep_px);
   const auto looksLike = [&](const Eigen::Vector3f& at_px, float scale) {
     return now.differenceFrom(lag.past.half_image, at_px.x() / kLatticeStep_px,
-                              at_px.y() / kLatticeStep_px, scale) < kMostDifference;
+                              at_px.y() / kLatticeStep_px, scale) < kMostDifferenceOfFreeSpace;
   };
   // The surface was there, and its disparity was not measured.
   Eigen::Vector3f at = lag.into_past(cell.x(), cell.y(), cell.z());

@@ -29,16 +29,6 @@ struct SightRow {
   float disparity_times_depth;
 };
 
-/// Looking through: the past disparity is smaller by this many standard deviations of the
-/// difference, which has these parts.
-constexpr float kSightSigmas = 2;
-constexpr float kMapSigma_px = 0.5f;  ///< of the past disparity, and of errors of both maps
-constexpr float kScaleSigma = 0.02f;  ///< calibration, relative to the disparity
-constexpr int kFewestThrough = 2;     ///< past frames that looked through
-/// The matcher misses surfaces that are thinner than its windows. Less than five cells, so that a
-/// surface of five was not too thin when it was a little farther away.
-constexpr float kThinnest_px = 18;
-
 /// Compares the cells with past frames; the same on every SIMD target, bit by bit.
 /// @param past  `count` frames, the last one first.
 /// @param through_by  1 + index of the first frame that looked through, where kFewestThrough and

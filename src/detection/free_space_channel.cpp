@@ -5,12 +5,10 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/constants.h"
+
 namespace predictive_stereo {
 namespace {
-
-constexpr int kFewestCells = 15;     // of an obstacle
-constexpr double kLeastMoved = 0.2;  // share of them
-constexpr double kLeastFixed = 0.4;  // share of the compared cells, ground included
 
 struct CellCounts {
   int moved = 0, fixed = 0;
@@ -60,7 +58,7 @@ bool measureIfPossible(const FrameView& frame, const std::vector<cv::Point>& obs
   }
   const auto disparity_px = static_cast<float>(rig.disparityTimesDepth() / distance_m);
   const LowerEnd lower_end = lowerEndOf(frame.cells, frame.ground, pixelsOf(area), disparity_px);
-  return isPlausible(frame.params, extent, lower_end, distance_m);
+  return isPlausible(frame.params, extent, lower_end);
 }
 
 }  // namespace
@@ -77,7 +75,7 @@ Observation objectOf(const FrameView& frame, const std::vector<cv::Point>& obsta
     for (int y = first.y; y < first.y + kCellSide_px; ++y)
       for (int x = first.x; x < first.x + kCellSide_px; ++x)
         if (frame.range.isValid(disparity_px(y, x)) &&
-            std::abs(disparity_px(y, x) - d) <= kSameSurface_px + kSameSurface * d)
+            std::abs(disparity_px(y, x) - d) <= kDisparityError_px + kSameSurface * d)
           object.mask(y - box.y, x - box.x) = 255;
   }
   return object;

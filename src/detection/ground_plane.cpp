@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "detection/constants.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -12,16 +14,10 @@ constexpr size_t kMostSamples = 1500, kFewestSamples = 30;
 constexpr int kMostTrials = 150, kFits = 5;
 constexpr double kMayMiss = 1e-3;  // probability that no trial has three samples of the plane
 constexpr uint64_t kSeed = 7;
-// Least share of the known cells on the plane, for each metre of the camera's height, and its
-// limits. A low camera may see little of the ground; a high one sees hardly anything else.
-constexpr double kLeastSharePerMetre = 0.04, kLeastShare = 0.06, kLargestLeastShare = 0.5;
-constexpr float kTolerance_px = 0.6f, kTolerance = 0.02f;  // of a disparity, and relative to it
-constexpr double kLeastTriangle_px2 = 100;                 // twice its area
-const double kLeastCos = std::cos(80 * M_PI / 180), kMostSinRoll = std::sin(30 * M_PI / 180);
-
-// Of planes of two frames that are the same ground.
-constexpr double kMostChange = 0.1;                        // of the camera's height above it
-const double kLeastCosTurned = std::cos(20 * M_PI / 180);  // of the angle between the two
+constexpr double kLeastTriangle_px2 = 100;  // twice its area
+const double kLeastCos = std::cos(kMostPitch_deg * M_PI / 180),
+             kMostSinRoll = std::sin(kMostRoll_deg * M_PI / 180),
+             kLeastCosTurned = std::cos(kMostTurn_deg * M_PI / 180);
 
 struct Samples {
   std::vector<float> x_px, y_px, d_px;
@@ -61,7 +57,7 @@ std::optional<GroundPlane> planeOf(const StereoRig& rig, const Eigen::Vector3d& 
   return GroundPlane{abc[0], abc[1], abc[2], rig.disparityTimesDepth() / length, normal / length};
 }
 
-float toleranceAt(float disparity_px) { return kTolerance_px + kTolerance * disparity_px; }
+float toleranceAt(float disparity_px) { return kGroundTolerance_px + kScaleSigma * disparity_px; }
 
 struct Score {
   int on_plane = 0;  // samples
@@ -114,7 +110,7 @@ std::optional<GroundPlane> fitTo(const StereoRig& rig, const Samples& samples,
 
 bool areAlike(const GroundPlane& one, const GroundPlane& other) {
   return one.normal.dot(other.normal) > kLeastCosTurned &&
-         std::abs(std::log(one.camera_height_m / other.camera_height_m)) < kMostChange;
+         std::abs(std::log(one.camera_height_m / other.camera_height_m)) < kMostHeightChange;
 }
 
 }  // namespace
@@ -152,7 +148,7 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
   }
   if (!best) return std::nullopt;
   const double least_share =
-      std::clamp(kLeastSharePerMetre * best->camera_height_m, kLeastShare, kLargestLeastShare);
+      std::clamp(kGroundSharePerMetre * best->camera_height_m, kLeastGroundShare, kMostGroundShare);
   if (of_best.on_plane < least_share * static_cast<double>(samples.size())) return std::nullopt;
   return best;
 }

@@ -10,9 +10,6 @@
 
 namespace predictive_stereo {
 
-/// Surfaces up to here above the ground count as ground.
-constexpr double kGroundMargin_m = 0.25;
-
 /// A plane in space: points (x, y) [px] on it have the disparity a x + b y + c [px].
 struct GroundPlane {
   double a = 0, b = 0, c = 0;

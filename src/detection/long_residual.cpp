@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "detection/constants.h"
 #include "parallel/tasks.h"
 #include "simd/simd_dispatch.h"
 
@@ -52,7 +53,6 @@ struct LongRow {
   int pair_count;
   float smallest_valid_px, most_parallax_px;
 };
-constexpr float kLargestResidual_px = 8;  // larger ones count as this one
 
 }  // namespace predictive_stereo
 #endif

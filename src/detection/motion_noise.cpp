@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "detection/constants.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {

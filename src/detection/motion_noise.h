@@ -7,9 +7,6 @@
 
 namespace predictive_stereo {
 
-/// Standard deviations of a camera motion whose covariance its source does not tell.
-constexpr double kUntoldMotionSigma_m = 0.015, kUntoldMotionSigma_rad = 0.0002;
-
 /// `covariance` if it is one (finite, symmetric, with positive variances only); otherwise that of
 /// a motion whose source does not tell it.
 /// @param covariance  see CameraMotion::covariance.

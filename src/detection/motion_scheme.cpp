@@ -2,15 +2,10 @@
 
 #include <algorithm>
 
+#include "detection/constants.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
-namespace {
-
-// Share of a part's box that is within an object's box.
-constexpr double kMostOfPart = 0.8;
-
-}  // namespace
 
 const std::vector<Observation>& MotionScheme::observe(const DetectionInput& input,
                                                       const ObjectTracker& known) {

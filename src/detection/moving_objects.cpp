@@ -156,8 +156,8 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
       const Observation& object = observed[static_cast<size_t>(track.observation)];
       detections.mask(object.box_px).setTo(255, object.mask);
     } else if (wasSteadilySeen(track) &&
-               isStillThere(input.rig, state.params.range, input.measured_disparity_px, track.last,
-                            unseen_mask)) {
+               isStillThere(input, state.params.range, track.last,
+                            state.params.motion.layer_margin_m, unseen_mask)) {
       detections.mask(track.last.box_px & image).setTo(255, unseen_mask);
     } else {
       continue;

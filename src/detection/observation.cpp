@@ -5,18 +5,12 @@
 #include <cmath>
 #include <vector>
 
+#include "detection/constants.h"
+
 namespace predictive_stereo {
 namespace {
 
-constexpr size_t kFewestPoints = 8;
 constexpr int kMostPoints = 1500;  // more do not improve the result
-constexpr double kTail = 0.05;     // share of points left out at both ends: false matches, edges
-
-constexpr double kSlope = 0.03;        // of the ground: a far object may be uphill
-constexpr double kLeastVisible = 0.5;  // of the height of a partly hidden object
-constexpr int kBelow = 3;              // rows of cells in which something nearer hides a lower end
-
-constexpr double kThin = 0.3;  // pixels of a line / of the fullest line
 
 double quantile(std::vector<float>& values, double share) {
   const auto k =
@@ -27,7 +21,7 @@ double quantile(std::vector<float>& values, double share) {
 
 // Without thin lines at the ends.
 cv::Range withoutEnds(const std::vector<int>& counts) {
-  const double thin = kThin * *std::max_element(counts.begin(), counts.end());
+  const double thin = kThinnestLine * *std::max_element(counts.begin(), counts.end());
   cv::Range kept(0, static_cast<int>(counts.size()));
   const auto at = [&](int i) { return counts[static_cast<size_t>(i)]; };
   while (!kept.empty() && at(kept.start) <= thin) ++kept.start;
@@ -44,12 +38,12 @@ cv::Rect withoutEnds(const cv::Mat1b& mask) {
   return {across.start, down.start, across.size(), down.size()};
 }
 
-bool haveSameVelocity(const Observation& one, const Observation& other, double sigma_mps) {
-  constexpr double kMostSigmas = 3;
+bool haveSameVelocity(const Observation& one, const Observation& other) {
   const Eigen::Matrix3d covariance = one.velocity_covariance + other.velocity_covariance +
-                                     sigma_mps * sigma_mps * Eigen::Matrix3d::Identity();
+                                     kOwnMotion_mps * kOwnMotion_mps * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d difference = one.velocity_mps - other.velocity_mps;
-  return difference.dot(covariance.inverse() * difference) < kMostSigmas * kMostSigmas;
+  return difference.dot(covariance.inverse() * difference) <
+         kMostSigmasOfVelocity * kMostSigmasOfVelocity;
 }
 
 // Whether most pixels between two boxes have this disparity, if they are side by side or one above
@@ -61,7 +55,7 @@ bool isSurfaceBetween(const cv::Mat1f& disparity_px, const cv::Rect& a, const cv
   if (end.x >= first.x && end.y >= first.y) return true;
   if (end.x <= first.x && end.y <= first.y) return false;
   const cv::Mat1f between = disparity_px(cv::Rect(first, end));
-  const double tolerance_px = kSameSurface_px + kSameSurface * expected_px;
+  const double tolerance_px = kDisparityError_px + kSameSurface * expected_px;
   const int alike = cv::countNonZero(cv::abs(between - expected_px) <= tolerance_px);
   return 2 * alike >= static_cast<int>(between.total());
 }
@@ -113,24 +107,20 @@ LowerEnd lowerEndOf(const DepthCells& cells, const std::optional<GroundPlane>& g
                     const cv::Rect& box, float nearest_px) {
   const cv::Mat1f& disparity_px = cells.disparity_px;
   const auto cellsUntil = [](int end_px) { return (end_px + kCellSide_px - 1) / kCellSide_px; };
-  const int first = cellsUntil(box.br().y), end = std::min(first + kBelow, disparity_px.rows);
-  if (first >= disparity_px.rows) return LowerEnd::kCut;
+  const int below = cellsUntil(box.br().y);
+  if (below >= disparity_px.rows) return LowerEnd::kCut;
   if (!ground) return LowerEnd::kFoot;
   const int left = box.x / kCellSide_px,
             right = std::min(cellsUntil(box.br().x), disparity_px.cols);
   int hidden = 0;  // columns
-  for (int u = left; u < right; ++u)
-    for (int v = first; v < end; ++v) {
-      const float d = disparity_px(v, u);
-      if (d <= nearest_px || ground->heightOf({u, v}, d) <= kGroundMargin_m) continue;
-      ++hidden;
-      break;
-    }
+  for (int u = left; u < right; ++u) {
+    const float d = disparity_px(below, u);
+    hidden += d > nearest_px && ground->heightOf({u, below}, d) > kGap_m;
+  }
   return 2 * hidden > right - left ? LowerEnd::kHidden : LowerEnd::kFoot;
 }
 
-bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end,
-                 double distance_m) {
+bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end) {
   const double visible = lower_end == LowerEnd::kFoot     ? 1
                          : lower_end == LowerEnd::kHidden ? kLeastVisible
                                                           : 0;
@@ -139,9 +129,8 @@ bool isPlausible(const MotionDetectionParams& params, const Extent& extent, Lowe
     return false;
   if (lower_end == LowerEnd::kCut || !extent.above_ground) return true;
   const auto [foot_m, top_m] = *extent.above_ground;
-  const double uphill_m = kSlope * distance_m;
-  return top_m <= params.max_height_m + uphill_m &&
-         (lower_end == LowerEnd::kHidden || foot_m <= params.max_foot_m + uphill_m);
+  return top_m <= params.max_height_m &&
+         (lower_end == LowerEnd::kHidden || foot_m <= params.max_foot_m);
 }
 
 double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {
@@ -156,35 +145,30 @@ bool overlaps(const MotionDetectionParams& params, const Observation& seen,
          std::abs(object.distance_m - seen.distance_m) < params.max_width_m / 2;
 }
 
-bool belongsTo(const Observation& seen, const Observation& object) {
-  constexpr double kSigma_mps = 2;  // for sides, whose motion along them is vague
-  constexpr double kDepthGap_m = 4.5;
-  constexpr double kLargestPart = 0.25;  // its area / the object's
-  const int gap_px = static_cast<int>(kGap_m / object.size_m.x() * object.box_px.width) + 8;
+bool belongsTo(const MotionDetectionParams& params, const Observation& seen,
+               const Observation& object) {
+  const int gap_px = static_cast<int>(kGap_m / object.size_m.x() * object.box_px.width);
   const cv::Rect around(object.box_px.x - gap_px, object.box_px.y - gap_px,
                         object.box_px.width + 2 * gap_px, object.box_px.height + 2 * gap_px);
   if ((around & seen.box_px).empty()) return false;
-  if (seen.size_m.x() * seen.size_m.y() > kLargestPart * object.size_m.x() * object.size_m.y())
+  if (seen.size_m.x() * seen.size_m.y() > kLargestSide * object.size_m.x() * object.size_m.y())
     return false;
   const double depth_gap_m = std::max(seen.distance_m - (object.distance_m + object.size_m.z()),
                                       object.distance_m - (seen.distance_m + seen.size_m.z()));
-  if (depth_gap_m > kDepthGap_m) return false;
-  return haveSameVelocity(seen, object, kSigma_mps);
+  return depth_gap_m <= params.max_width_m / 2 && haveSameVelocity(seen, object);
 }
 
 bool moveAsOne(const DetectionInput& input, const MotionDetectionParams& params,
                const Observation& one, const Observation& other) {
-  constexpr double kSigma_mps = 0.5, kNoise_px = 1;
-  constexpr double kLeastCovered = 0.5;  // areas of both boxes / of the box around them
   const double disparity_times_depth = input.rig.disparityTimesDepth();
   const double d_one = disparity_times_depth / one.centre_m.z(),
                d_other = disparity_times_depth / other.centre_m.z();
   const bool same_depth =
       std::abs(one.centre_m.z() - other.centre_m.z()) <= params.layer_margin_m ||
-      std::abs(d_one - d_other) <= kNoise_px;
+      std::abs(d_one - d_other) <= kDisparityError_px;
   const bool cover_most =
       one.box_px.area() + other.box_px.area() >= kLeastCovered * (one.box_px | other.box_px).area();
-  return same_depth && cover_most && haveSameVelocity(one, other, kSigma_mps) &&
+  return same_depth && cover_most && haveSameVelocity(one, other) &&
          isSurfaceBetween(input.measured_disparity_px, one.box_px, other.box_px,
                           0.5 * (d_one + d_other));
 }

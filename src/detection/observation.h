@@ -31,7 +31,7 @@ struct Observation {
 
 /// Sets centre, size and distance of an object whose box and mask are known: of the 3-D box around
 /// its pixels with a positive disparity, without the outermost 5 % at both ends of each axis. False
-/// if there are fewer than eight such pixels.
+/// if there are fewer than kFewestPoints such pixels.
 bool measureShape(const DetectionInput& input, const DisparityRange& range, Observation& seen);
 
 /// Covariance [m^2] of the centre of an object with this disparity, in the camera's frame.
@@ -61,14 +61,7 @@ struct Extent {
   std::optional<Heights> above_ground;  ///< of its ends; none: no ground is in view
 };
 /// Whether size and height above the ground are possible for an object.
-bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end,
-                 double distance_m);
-
-/// Disparities of one surface differ by at most a fixed part and a share of them.
-constexpr float kSameSurface_px = 1, kSameSurface = 0.03f;
-
-/// Largest gap without texture within an object [m].
-constexpr double kGap_m = 0.25;
+bool isPlausible(const MotionDetectionParams& params, const Extent& extent, LowerEnd lower_end);
 
 /// Area in common / area of both together.
 double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b);
@@ -79,7 +72,8 @@ bool overlaps(const MotionDetectionParams& params, const Observation& seen,
 
 /// Whether `seen` is a small part of `object`: it is beside it and has the same velocity, like the
 /// side of a vehicle whose rear was found.
-bool belongsTo(const Observation& seen, const Observation& object);
+bool belongsTo(const MotionDetectionParams& params, const Observation& seen,
+               const Observation& object);
 
 /// Whether two observations are parts of one object, like the ends of a car with a dark door
 /// between them: they have the same velocity and depth, and so has the surface between them, which

@@ -4,16 +4,12 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/constants.h"
 #include "detection/standing_cells.h"
 
 namespace predictive_stereo {
 namespace {
 
-// Largest step within a surface: the larger of these.
-constexpr float kStep_m = 0.3f, kStep_px = 1;
-// Standard deviations of a step that have to be within it, too. Otherwise noise, as on a floor
-// without texture, joins all that touches it.
-constexpr float kSigmas = 2;
 constexpr float kWide_px = 1e6f;
 
 // Sets of cells; the root of a set is its first cell. Cells are added row by row.
@@ -40,14 +36,17 @@ class JoinedCells {
 
 JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv::Mat1b& usable) {
   const int columns = usable.cols;
-  const auto step_per_px2 = kStep_m / static_cast<float>(rig.disparityTimesDepth());
+  const auto step_per_px2 = static_cast<float>(kGap_m / rig.disparityTimesDepth());
   JoinedCells joined(usable.rows * columns);
   const float *const disparity = cells.disparity_px[0], *const variance = cells.variance_px2[0];
   const auto joinIfLevel = [&](int i, int j) {
     if (joined.areJoined(i, j)) return;
     const float d = disparity[i], e = disparity[j];
     const float larger = std::max(d, e);
-    const float margin = std::max(kStep_px, step_per_px2 * larger * larger) - std::abs(d - e);
+    // Standard deviations of the step have to be within it, too. Otherwise noise, as on a floor
+    // without texture, joins all that touches it.
+    const float margin =
+        std::max(kDisparityError_px, step_per_px2 * larger * larger) - std::abs(d - e);
     if (margin >= 0 && margin * margin >= kSigmas * kSigmas * (variance[i] + variance[j]))
       joined.join(i, j);
   };

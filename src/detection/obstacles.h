@@ -32,7 +32,7 @@ struct Obstacles {
 
 /// Joins neighbouring cells if there is certainly no step in depth between them, over gaps of one
 /// unknown cell.
-/// @param ground  cells on it, up to kGroundMargin_m above, are left out; none: those of level
+/// @param ground  cells on it, up to kGap_m above, are left out; none: those of level
 ///   surfaces are.
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
                         const std::optional<GroundPlane>& ground);

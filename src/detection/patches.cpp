@@ -2,11 +2,10 @@
 
 #include <limits>
 
+#include "detection/constants.h"
+
 namespace predictive_stereo {
 namespace {
-
-constexpr float kNoise_grey2 = 8;           // variance of the difference of two grey values
-constexpr float kPlaceVariance_px2 = 0.5f;  // of the place, along the gradient
 
 float square(int value) { return static_cast<float>(value * value); }
 
@@ -37,7 +36,7 @@ GreyPatch::GreyPatch(const cv::Mat1b& image, float x, float y) {
       const float gradient2 = 0.25f * (square(image(t, s + 1) - image(t, s - 1)) +
                                        square(image(t + 1, s) - image(t - 1, s)));
       grey_[i] = image(t, s);
-      information_[i] = 1 / (kNoise_grey2 + kPlaceVariance_px2 * gradient2);
+      information_[i] = 1 / (kGreyVariance + kPlaceVariance_px2 * gradient2);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "detection/constants.h"
 #include "detection/displacement_search.h"
 #include "detection/motion_noise.h"
 #include "imaging/tracking.h"
@@ -13,12 +14,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-// Variance of an error that all disparities share: calibration, row offsets.
-constexpr double kDisparityBias_px2 = 0.5;
-// Allowed difference between flows of one object.
-constexpr double kFlowNoise_px = 1.5, kFlowShare = 0.3;
-constexpr double kHuber = 2, kInlier = 5;  // standard deviations
 
 // Derivative of (x, y, d) with respect to the point.
 Matrix3d projectionJacobian(const StereoRig& rig, const Vector3d& p) {
@@ -44,13 +39,12 @@ bool hasMoved(const PastView& view, const PointTrack& track) {
   Matrix3d covariance = by_disparity * by_disparity.transpose() * track.variance_px2;
   // An error that both frames share cancels in the disparity.
   const Vector3d by_bias(by_disparity.x(), by_disparity.y(), 0);
-  covariance += by_bias * by_bias.transpose() * kDisparityBias_px2;
+  covariance += by_bias * by_bias.transpose() * kSharedVariance_px2;
   covariance += j *
                 pointCovariance(view.past.T_past_cam, view.past.motion_covariance, track.point_m) *
                 j.transpose();
   const double flow = kFlowSigma_px * kFlowSigma_px;
-  covariance.diagonal() +=
-      Vector3d(flow, flow, kPreviousDisparitySigma_px * kPreviousDisparitySigma_px);
+  covariance.diagonal() += Vector3d(flow, flow, kDisparitySigma_px * kDisparitySigma_px);
   Vector3d residual = track.found_px - track.static_px;
   if (track.found_px.z() < 0) {
     residual.z() = 0;
@@ -69,8 +63,8 @@ std::vector<PointTrack> expectedTracks(const PastView& view,
     PointTrack track;
     track.position = p;
     track.disparity_px = d;
-    track.variance_px2 =
-        std::max(view.frame.input.measured_variance_px2(p), kLeastDisparityVariance_px2);
+    track.variance_px2 = std::max(view.frame.input.measured_variance_px2(p),
+                                  kDisparitySigma_px * kDisparitySigma_px);
     track.point_m = view.rig().pointFromDisparity(p.x, p.y, d);
     track.static_m = view.past.T_past_cam * track.point_m;
     if (!(track.static_m.z() > 0.5)) continue;
@@ -109,15 +103,14 @@ Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>
       if (!(before.z() > 0.5)) continue;
       Vector3d residual = track.found_px - rig.disparityFromPoint(before);
       const double flow_variance = kFlowSigma_px * kFlowSigma_px;
-      Vector3d weight(
-          1 / flow_variance, 1 / flow_variance,
-          1 / (track.variance_px2 + kPreviousDisparitySigma_px * kPreviousDisparitySigma_px));
+      Vector3d weight(1 / flow_variance, 1 / flow_variance,
+                      1 / (track.variance_px2 + kDisparitySigma_px * kDisparitySigma_px));
       if (track.found_px.z() < 0) weight.z() = residual.z() = 0;
       const double flow_error = residual.head<2>().norm() / kFlowSigma_px;
       const double disparity_error = std::abs(residual.z()) * std::sqrt(weight.z());
-      if (flow_error < kInlier) fit.inliers.push_back(i);
-      weight.head<2>() *= std::min(1.0, kHuber / std::max(flow_error, 1e-9));
-      weight.z() *= std::min(1.0, kHuber / std::max(disparity_error, 1e-9));
+      if (flow_error < kInlierSigmas) fit.inliers.push_back(i);
+      weight.head<2>() *= std::min(1.0, kSigmas / std::max(flow_error, 1e-9));
+      weight.z() *= std::min(1.0, kSigmas / std::max(disparity_error, 1e-9));
       const Matrix3d j = -projectionJacobian(rig, before);
       information += j.transpose() * weight.asDiagonal() * j;
       gradient += j.transpose() * weight.asDiagonal() * residual;
@@ -215,7 +208,7 @@ std::vector<std::vector<PointTrack>> clusterTracks(const PastView& view,
     const cv::Point2f apart = p.track->position - q.track->position;
     const double reach_px = linked_px * mean_d;
     return apart.ddot(apart) <= reach_px * reach_px &&
-           std::abs(d - e) <= 1.0 + linked_depth * mean_d * mean_d &&
+           std::abs(d - e) <= kDisparityError_px + linked_depth * mean_d * mean_d &&
            (p.flow - q.flow).norm() <=
                kFlowNoise_px + kFlowShare * std::max(p.flow_length, q.flow_length);
   };
@@ -245,9 +238,8 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
   hypothesis.disparity_px = quantile(0.5);
   const auto fB = static_cast<float>(frame.input.rig.disparityTimesDepth());
   const auto margin_m = static_cast<float>(frame.params.layer_margin_m);
-  constexpr float kNoise_px = 1.0f;
-  hypothesis.nearest_px = fB / std::max(fB / quantile(0.9) - margin_m, 0.5f) + kNoise_px;
-  hypothesis.farthest_px = std::max(fB / (fB / quantile(0.1) + margin_m) - kNoise_px,
+  hypothesis.nearest_px = fB / std::max(fB / quantile(0.9) - margin_m, 0.5f) + kDisparityError_px;
+  hypothesis.farthest_px = std::max(fB / (fB / quantile(0.1) + margin_m) - kDisparityError_px,
                                     static_cast<float>(frame.range.min_disparity));
 }
 

@@ -11,16 +11,6 @@
 
 namespace predictive_stereo {
 
-/// Standard deviation of a tracked point's position [px].
-constexpr double kFlowSigma_px = 0.4;
-constexpr float kLeastDisparityVariance_px2 = 0.09f;  ///< minimum for current disparities
-/// Standard deviation of the previous frame's disparity at the tracked position.
-constexpr double kPreviousDisparitySigma_px = 0.5;
-
-/// Distance along the line of sight between points of an object, relative to
-/// MotionDetectionParams::link_distance_m.
-constexpr double kLinkDepth = 0.6;
-
 /// A point of the current frame that was tracked into the previous one.
 struct PointTrack {
   cv::Point2f position;       ///< in the current frame [px]

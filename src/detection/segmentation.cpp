@@ -6,22 +6,18 @@
 #include <utility>
 #include <vector>
 
+#include "detection/constants.h"
 #include "detection/long_residual.h"
 
 namespace predictive_stereo {
 namespace {
 
-constexpr float kDecisive_grey = 2.0f;  // difference of mismatches above noise
-constexpr float kContradiction_grey = 0.7f;
-// From an object's points to its end, relative to MotionDetectionParams::link_distance_m.
-constexpr double kReach = 1.6;
 // Reach of the comparison's windows (twice 2), the smoothing (2) and the opening (1), rounded up.
 constexpr int kReachOfWindows = 8;
 
 // Removes shadows, ground and branches beside an object: columns that rise much less above the
 // ground than the tallest columns. Where no ground is in view, there are none.
 void dropLowColumns(const PastView& view, cv::Point origin, cv::Mat1b& mask) {
-  constexpr double kLowest = 0.35, kTallest = 0.95;  // of the height; of the columns
   constexpr double kEmpty_m = -1e6;
   const std::optional<GroundPlane>& ground = view.frame.ground;
   if (!ground) return;
@@ -38,9 +34,9 @@ void dropLowColumns(const PastView& view, cv::Point origin, cv::Mat1b& mask) {
   }
   if (sorted.empty()) return;
   const auto tallest = sorted.begin() + static_cast<std::ptrdiff_t>(
-                                            kTallest * static_cast<double>(sorted.size() - 1));
+                                            (1 - kTail) * static_cast<double>(sorted.size() - 1));
   std::nth_element(sorted.begin(), tallest, sorted.end());
-  const double lowest_m = kLowest * std::max(*tallest, 0.0);
+  const double lowest_m = kLowestColumn * std::max(*tallest, 0.0);
   for (int v = 0; v < mask.rows; ++v)
     for (int u = 0; u < mask.cols; ++u)
       if (heights_m[static_cast<size_t>(u)] < lowest_m) mask(v, u) = 0;
@@ -66,11 +62,11 @@ double latticePerMetre(const StereoRig& rig, const Hypothesis& hypothesis) {
   return 0.5 * rig.fx_px / depth;
 }
 
-// The part of the lattice within the largest object's reach from the seeds.
+// The part of the lattice within half of the largest object from the seeds.
 cv::Rect reachOf(const FrameView& frame, const Hypothesis& hypothesis) {
   const cv::Rect seen = cv::boundingRect(hypothesis.seeds);
   const double lattice_per_m = latticePerMetre(frame.input.rig, hypothesis);
-  const int reach = static_cast<int>(kReach * frame.params.link_distance_m * lattice_per_m) + 3;
+  const int reach = static_cast<int>(frame.params.max_width_m / 2 * lattice_per_m) + 3;
   return cv::Rect(seen.x - reach, seen.y - reach, seen.width + 2 * reach, seen.height + 2 * reach) &
          cv::Rect(cv::Point(), frame.lattice());
 }
@@ -136,10 +132,10 @@ cv::Mat1f supportOf(const PastView& view, const cv::Mat1f& static_world,
 
 // Cells that the object's motion explains better, and close cells that do not contradict.
 cv::Mat1b supportedCells(const cv::Mat1b& layer, const cv::Mat1f& smooth, int gap) {
-  cv::Mat1b core = (smooth > kContradiction_grey) & layer, member;
+  cv::Mat1b core = (smooth > kDecisive_grey) & layer, member;
   cv::morphologyEx(core, core, cv::MORPH_OPEN, cv::Mat1b::ones(2, 2));
   cv::dilate(core, member, cv::Mat1b::ones(2 * gap + 1, 2 * gap + 1));
-  cv::bitwise_and(member, (smooth >= -kContradiction_grey) & layer, member);
+  cv::bitwise_and(member, (smooth >= -kDecisive_grey) & layer, member);
   cv::erode(member, member, cv::Mat1b::ones(2, 2));
   return member;
 }
@@ -212,10 +208,8 @@ Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b&
 }  // namespace
 
 void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
-                   cv::Mat1b& mask) {
-  constexpr int kMostGrowth = 4;              // cells after / before
-  constexpr double kMostContradicting = 0.5;  // contradicting cells / supporting cells
-  cv::Mat1b open = (smooth >= -kContradiction_grey) & layer;
+                   double min_explained, cv::Mat1b& mask) {
+  cv::Mat1b open = (smooth >= -kDecisive_grey) & layer;
   cv::morphologyEx(open, open, cv::MORPH_OPEN, cv::Mat1b::ones(3, 3));
   cv::Mat1i labels;
   const int count = cv::connectedComponents(open, labels, 4, CV_32S);
@@ -227,10 +221,9 @@ void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::M
   const auto [part, of_part] = mostFrequent(common);
   if (2 * of_part <= cells) return;
   const cv::Mat1b grown = mask | (labels == part);
-  if (cv::countNonZero(grown) > kMostGrowth * cells) return;
   // Refuted cells are in the layer, but not in the part: count in the whole box.
-  const auto [supporting, contradicting] = countDecisive(layer, support, cv::boundingRect(grown));
-  if (contradicting <= kMostContradicting * supporting) mask = grown;
+  const auto [better, worse] = countDecisive(layer, support, cv::boundingRect(grown));
+  if (better >= min_explained * (better + worse)) mask = grown;
 }
 
 std::optional<Segment> segment(const PastView& view, const cv::Mat1f& static_world,
@@ -246,7 +239,7 @@ std::optional<Segment> segment(const PastView& view, const cv::Mat1f& static_wor
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
   cv::Mat1b mask = partWithSeeds(supportedCells(layer.mask, smooth, gap), layer.area, seeds);
   if (mask.empty()) return std::nullopt;
-  growOverLayer(layer.mask, support, smooth, mask);
+  growOverLayer(layer.mask, support, smooth, view.params().min_explained, mask);
   dropLowColumns(view, layer.area.tl(), mask);
   if (cv::countNonZero(mask) == 0) return std::nullopt;
   return segmentOf(layer, support, mask, residual_px,

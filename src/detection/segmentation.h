@@ -33,8 +33,9 @@ std::optional<Segment> segment(const PastView& view, const cv::Mat1f& static_wor
 /// @param layer  not 0 in the object's disparity layer.
 /// @param support  how much better the object's motion explains each cell than a static world does.
 /// @param smooth  mean of `support` over 5x5 cells.
+/// @param min_explained  see MotionDetectionParams; for the whole box.
 /// @param[in,out] mask  255 in the segment, 0 elsewhere; of the layer's size.
 void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::Mat1f& smooth,
-                   cv::Mat1b& mask);
+                   double min_explained, cv::Mat1b& mask);
 
 }  // namespace predictive_stereo

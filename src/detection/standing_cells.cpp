@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "detection/constants.h"
+
 namespace predictive_stereo {
 
 // The loops over rows have no branches, so that compilers vectorise them.
@@ -10,7 +12,7 @@ namespace predictive_stereo {
 cv::Mat1b cellsAbove(const GroundPlane& ground, const DepthCells& cells) {
   const auto h = static_cast<float>(ground.camera_height_m);
   const auto per_column_px = static_cast<float>(kCellSide_px * ground.a);
-  const auto margin_m = static_cast<float>(kGroundMargin_m);
+  const auto margin_m = static_cast<float>(kGap_m);
   cv::Mat1b above(cells.disparity_px.size());
   const int columns = above.cols;
   for (int v = 0; v < above.rows; ++v) {

@@ -9,11 +9,7 @@
 
 namespace predictive_stereo {
 
-/// Downwards, the disparity of a level surface grows by these shares of what is expected at its
-/// height, that of an upright one by less.
-constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
-
-/// 255 on cells with a disparity more than kGroundMargin_m above the ground, 0 elsewhere.
+/// 255 on cells with a disparity more than kGap_m above the ground, 0 elsewhere.
 cv::Mat1b cellsAbove(const GroundPlane& ground, const DepthCells& cells);
 
 /// Adds the feet: cells below those that stand whose disparity is that of an upright surface.

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "detection/constants.h"
 #include "detection/patches.h"
 #include "parallel/tasks.h"
 
@@ -40,25 +41,17 @@ std::optional<cv::Point> mostSuspicious(const cv::Mat1f& texture, const cv::Mat1
 
 // Whether most pixels around a pixel have a similar disparity.
 bool isWithinSurface(const FrameView& frame, cv::Point p) {
-  constexpr int kReach_px = 4;
-  const int kFewestAlike = 6;  // of nine
   const cv::Mat1f& disparity_px = frame.input.measured_disparity_px;
   const float d = disparity_px(p);
   int alike = 0;
-  for (int dy = -kReach_px; dy <= kReach_px; dy += kReach_px)
-    for (int dx = -kReach_px; dx <= kReach_px; dx += kReach_px) {
+  for (int dy = -kAround_px; dy <= kAround_px; dy += kAround_px)
+    for (int dx = -kAround_px; dx <= kAround_px; dx += kAround_px) {
       const float other = disparity_px(p.y + dy, p.x + dx);
-      alike += frame.range.isValid(other) && std::abs(other - d) <= 1 + 0.05f * d;
+      alike +=
+          frame.range.isValid(other) && std::abs(other - d) <= kDisparityError_px + kOnSurface * d;
     }
-  return alike >= kFewestAlike;
+  return alike >= kFewestOnSurface;
 }
-
-constexpr int kAround_px = 4;               // distance of the neighbours whose disparity is tried
-constexpr float kDisparityError_px = 1.0f;  // of the point's own disparity
-constexpr float kSameDisparity_px = 0.5f;
-constexpr double kFastestAway_mps = 30;  // of an object that moves along the line of sight
-constexpr float kHidingMargin_px = 1.0f;
-constexpr float kMostDifference = 2.5f;  // of patches that are the same, see GreyPatch
 
 // Whether a static point was occluded in the past frame: at its position there was a surface so
 // much nearer that it cannot be the same one, even if it moves with the camera.
@@ -71,7 +64,7 @@ bool wasHidden(const PastView& view, cv::Point pixel) {
   const auto nearer_m = static_cast<float>(kFastestAway_mps * view.past.seconds);
   const float before = past_px(y, x);
   const float hiding_m = disparity_times_depth / from.z() - nearer_m;
-  return view.isKnown(before) && before > from.z() + kHidingMargin_px &&
+  return view.isKnown(before) && before > from.z() + kDisparityError_px &&
          before * hiding_m > disparity_times_depth;
 }
 
@@ -91,7 +84,7 @@ bool isExplained(const PastView& view, cv::Point p) {
   for (int dy = -kAround_px; dy <= kAround_px; dy += kAround_px)
     for (int dx = -kAround_px; dx <= kAround_px; dx += kAround_px) {
       const float other = view.disparity_px()(p.y + dy, p.x + dx);
-      if (view.isKnown(other) && other > 0 && std::abs(other - own) > kSameDisparity_px &&
+      if (view.isKnown(other) && other > 0 && std::abs(other - own) > kDisparitySigma_px &&
           explains(other))
         return true;
     }

@@ -12,9 +12,6 @@ namespace predictive_stereo {
 /// points|. At its border the image is mirrored.
 void greyTexture(const cv::Mat1b& grey, cv::Mat1f& texture);
 
-/// Texture below this is noise [grey levels].
-constexpr float kGreyNoise = 3.0f;
-
 struct Suspects {
   std::vector<cv::Point> points_px;  ///< at most one per cell of 4x4 lattice points, row by row
   double share = 0;  ///< of the image's cells, including those whose points were left out

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <tuple>
 
+#include "detection/constants.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -31,9 +33,8 @@ Matrix36 partOfState(int first) {
 // Natural logarithm of the odds that an observation is right. They grow with its score, and with
 // its pixels: many pixels agree less often by chance.
 double evidenceOf(const Observation& seen) {
-  constexpr double kMostCertain = 0.97, kPixels = 1000;
   const double score = std::clamp(seen.score, 1 - kMostCertain, kMostCertain);
-  return std::log(score / (1 - score) * std::max(seen.box_px.area(), 1) / kPixels);
+  return std::log(score / (1 - score) * std::max(seen.box_px.area(), 1) / kPixelsOfOdds);
 }
 
 // The image box of an object whose centre has moved in space.
@@ -122,7 +123,7 @@ void ObjectTracker::update(const std::vector<Observation>& observations, bool so
 bool ObjectTracker::goesOn(ObjectTrack& track, bool sought) const {
   if (sought || track.observation >= 0)
     track.history = track.history << 1 | (track.observation >= 0 ? 1 : 0);
-  else if (now_s_ - track.seen_s > kLongestWait_s)
+  else if (now_s_ - track.seen_s > kLongestGap_s)
     return false;
   const unsigned recent = (2u << params_.max_missed_frames) - 1;
   return (track.history & recent) != 0;
@@ -198,24 +199,21 @@ void ObjectTracker::reset() {
   located_s_.reset();
 }
 
-bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
-                  const Observation& moved_along, cv::Mat1b& mask) {
-  constexpr double kTolerance_m = 0.5,
-                   kTolerance_px = 1;  // before its nearest, behind its farthest part
-  constexpr double kLeastShare = 0.6;
-  const cv::Rect box = moved_along.box_px & cv::Rect(cv::Point(), rig.size);
-  if (box.empty() || !(moved_along.distance_m > 2 * kTolerance_m)) return false;
+bool isStillThere(const DetectionInput& input, const DisparityRange& range,
+                  const Observation& moved_along, double margin_m, cv::Mat1b& mask) {
+  const cv::Rect box = moved_along.box_px & cv::Rect(cv::Point(), input.rig.size);
+  const double nearest_m = moved_along.distance_m - margin_m,
+               farthest_m = moved_along.distance_m + moved_along.size_m.z() + margin_m;
+  if (box.empty() || !(nearest_m > margin_m)) return false;
   const auto disparityAt = [&](double depth_m) {
-    return static_cast<float>(rig.disparityTimesDepth() / depth_m);
+    return static_cast<float>(input.rig.disparityTimesDepth() / depth_m);
   };
-  const double nearest_m = moved_along.distance_m;
-  const float nearest_px = disparityAt(nearest_m - kTolerance_m) + kTolerance_px;
-  const float farthest_px =
-      disparityAt(nearest_m + moved_along.size_m.z() + kTolerance_m) - kTolerance_px;
+  const float nearest_px = disparityAt(nearest_m) + kDisparityError_px;
+  const float farthest_px = disparityAt(farthest_m) - kDisparityError_px;
   mask.create(box.size());
   int inside = 0;
   for (int y = 0; y < box.height; ++y) {
-    const float* const disparity = disparity_px[box.y + y] + box.x;
+    const float* const disparity = input.measured_disparity_px[box.y + y] + box.x;
     uchar* const of_row = mask[y];
     for (int x = 0; x < box.width; ++x) {
       const bool is_inside =
@@ -224,7 +222,7 @@ bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::M
       inside += is_inside;
     }
   }
-  return inside >= kLeastShare * box.area();
+  return 2 * inside > box.area();
 }
 
 }  // namespace predictive_stereo

@@ -48,9 +48,8 @@ class ObjectTracker {
                const std::optional<Eigen::Isometry3d>& T_odom_cam);
   /// Assigns each observation to a track, or starts a new one.
   /// @param sought  whether known objects were sought in this frame. If not, those without
-  ///   observation are not missed; they wait for up to kLongestWait_s since the last one.
+  ///   observation are not missed; they wait for up to kLongestGap_s since the last one.
   void update(const std::vector<Observation>& observations, bool sought = true);
-  static constexpr double kLongestWait_s = 1;
 
   const std::vector<ObjectTrack>& tracks() const { return tracks_; }
   DetectedObject describe(const ObjectTrack& track) const;
@@ -80,8 +79,9 @@ class ObjectTracker {
 /// Whether an object without observation in this frame is still there: most pixels in its predicted
 /// box have its disparity.
 /// @param moved_along  the object, predicted to this frame.
+/// @param margin_m  before its nearest and behind its farthest part.
 /// @param[out] mask  255 on these pixels; of the size of the box within the image.
-bool isStillThere(const StereoRig& rig, const DisparityRange& range, const cv::Mat1f& disparity_px,
-                  const Observation& moved_along, cv::Mat1b& mask);
+bool isStillThere(const DetectionInput& input, const DisparityRange& range,
+                  const Observation& moved_along, double margin_m, cv::Mat1b& mask);
 
 }  // namespace predictive_stereo

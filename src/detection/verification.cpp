@@ -7,8 +7,6 @@ namespace {
 
 using Source = Hypothesis::Source;
 
-constexpr double kLeastWithResidual = 0.7;  // share of pixels, for motion along the line of sight
-
 // The object of a segment in full resolution: pixels of its lattice cells within the layer.
 Observation observedObject(const DetectionInput& input, const Segment& segment, float nearest,
                            float farthest) {
@@ -49,8 +47,9 @@ bool explainsImages(const MotionDetectionParams& params, const Segment& segment)
 }
 
 // Whether disparity residuals show motion along the line of sight, and the images do not refute it.
-bool showsInResiduals(const Segment& segment) {
-  return segment.dense >= kLeastWithResidual && (segment.explained >= 0.5 || segment.decisive == 0);
+bool showsInResiduals(const MotionDetectionParams& params, const Segment& segment) {
+  return segment.dense >= params.min_explained &&
+         (segment.explained >= 0.5 || segment.decisive == 0);
 }
 
 }  // namespace
@@ -79,15 +78,15 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   auto found = segment(view, static_world, residual_px_, hypothesis);
   if (!found) return std::nullopt;
   const bool by_images = explainsImages(frame.params, *found);
-  if (!by_images && (hypothesis.source == Source::kAcross || !showsInResiduals(*found)))
+  if (!by_images &&
+      (hypothesis.source == Source::kAcross || !showsInResiduals(frame.params, *found)))
     return std::nullopt;
 
   Observation seen = observedObject(input, *found, hypothesis.nearest_px, hypothesis.farthest_px);
   if (!measureShape(input, frame.range, seen)) return std::nullopt;
   const LowerEnd lower_end =
       lowerEndOf(frame.cells, frame.ground, seen.box_px, hypothesis.nearest_px);
-  if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end,
-                   input.rig.disparityTimesDepth() / hypothesis.disparity_px))
+  if (!isPlausible(frame.params, extentOf(frame, seen, hypothesis.disparity_px), lower_end))
     return std::nullopt;
   seen.centre_covariance = centreCovariance(input.rig, hypothesis.disparity_px);
   const Eigen::Matrix3d R = past.frame->T_odom_cam.linear();
@@ -116,7 +115,7 @@ void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
     return take();
   }
   for (const Observation& other : objects_)
-    if (overlaps(frame.params, seen, other) || belongsTo(seen, other)) return;
+    if (overlaps(frame.params, seen, other) || belongsTo(frame.params, seen, other)) return;
   take();
   objects_.push_back(std::move(verified.object));
 }

@@ -80,7 +80,7 @@ bool isSeed(const cv::Mat1f& map, cv::Point at) {
     }
   return map(at) != kUnknownResidual && std::abs(map(at)) >= 0.5f * kLeastMean_px && known >= 15 &&
          std::abs(sum) >= kLeastMean_px * static_cast<float>(known) &&
-         static_cast<float>(std::abs(sign)) >= 0.8f * static_cast<float>(known);
+         static_cast<float>(std::abs(sign)) >= 0.6f * static_cast<float>(known);
 }
 
 TEST(ResidualGroups, AreThoseOfAReference) {
@@ -105,7 +105,7 @@ TEST(ResidualGroups, AreThoseOfAReference) {
       cv::Mat1d centroids;
       const int count = cv::connectedComponentsWithStats(of_sign, labels, stats, centroids, 4);
       for (int k = 1; k < count; ++k)
-        if (const int area = stats(k, cv::CC_STAT_AREA); area >= 20) ++expected[area];
+        if (const int area = stats(k, cv::CC_STAT_AREA); area >= 12) ++expected[area];
     }
     if (size.width == 300) {
       EXPECT_GT(expected.size(), 10u);

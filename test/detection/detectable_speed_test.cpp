@@ -5,6 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detection/constants.h"
 #include "detection/motion_noise.h"
 #include "detection/point_tracks.h"
 

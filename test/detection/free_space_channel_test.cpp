@@ -8,6 +8,7 @@
 
 #include "cell_rig.h"
 #include "detection/board_scene.h"
+#include "detection/constants.h"
 #include "frame_parts.h"
 
 namespace predictive_stereo {
@@ -72,7 +73,7 @@ class FreeSpaceChannelTest : public testing::Test {
 cv::Rect2d boxOf(const Board& board) {
   const double px_per_m = 300 / board.depth_m;
   const double foot_m = board.top_m + board.height_m;
-  const double lowest_m = std::min(foot_m, kCameraHeight_m - kGroundMargin_m);
+  const double lowest_m = std::min(foot_m, kCameraHeight_m - kGap_m);
   return {160 + board.left_m * px_per_m, 120 + board.top_m * px_per_m, board.width_m * px_per_m,
           (lowest_m - board.top_m) * px_per_m};
 }
@@ -216,8 +217,8 @@ TEST_F(FreeSpaceChannelTest, AGroundThatTheNextFrameDoesNotShowIsNone) {
 
 TEST_F(FreeSpaceChannelTest, LeavesOutWhatFlies) {
   const BoardScene empty = sceneWith({});
-  // Up to max_foot_m = 1.2, and 3 % of the distance.
-  const Board low = standing(-0.5, 1, 1.2, 5, 1.25), high = standing(-0.5, 1, 1.2, 5, 1.6);
+  // Up to max_foot_m = 1.2.
+  const Board low = standing(-0.5, 1, 1.2, 5, 1.1), high = standing(-0.5, 1, 1.2, 5, 1.6);
   EXPECT_EQ(findAfter(empty, {low}).size(), 1u);
   EXPECT_TRUE(findAfter(empty, {high}).empty());
   params_.max_foot_m = 1.7;
@@ -249,7 +250,7 @@ TEST_F(FreeSpaceChannelTest, LeavesOutImplausibleSizes) {
   EXPECT_FALSE(isFoundWith(&MotionDetectionParams::max_width_m, 0.9));
   EXPECT_TRUE(isFoundWith(&MotionDetectionParams::min_height_m, 1.4));
   EXPECT_FALSE(isFoundWith(&MotionDetectionParams::min_height_m, 1.6));
-  EXPECT_TRUE(isFoundWith(&MotionDetectionParams::max_height_m, 1.4));  // without the lowest 0.25 m
+  EXPECT_TRUE(isFoundWith(&MotionDetectionParams::max_height_m, 1.6));
   EXPECT_FALSE(isFoundWith(&MotionDetectionParams::max_height_m, 1.1));
 }
 

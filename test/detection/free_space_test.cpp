@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "detection/board_scene.h"
+#include "detection/constants.h"
 #include "every_target.h"
 
 namespace predictive_stereo {
@@ -301,7 +302,7 @@ class FreeSpaceRows : public testing::TestWithParam<int> {
     const float of_depth =
         past[static_cast<size_t>(k)].noise.variance((x - 40) * (1 / 300.0f), 60 / d);
     const float scale2 = kScaleSigma * kScaleSigma;
-    const float threshold2 = 4 * (variance[i] + kMapSigma_px * kMapSigma_px +
+    const float threshold2 = 4 * (variance[i] + kDisparitySigma_px * kDisparitySigma_px +
                                   by_depth * by_depth * of_depth + scale2 * expected * expected);
     const float behind = expected - near(p), before = far(p) - expected;
     if (behind > 0 && behind * behind > threshold2)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "detection/constants.h"
 #include "predictive_stereo/stereo_rig.h"
 
 namespace predictive_stereo {
@@ -77,7 +78,7 @@ Extent extent(double width_m, double foot_m, double top_m) {
 }
 
 bool plausible(const Extent& seen, LowerEnd lower_end) {
-  return isPlausible(kParams, seen, lower_end, kDepth_m);
+  return isPlausible(kParams, seen, lower_end);
 }
 
 TEST(PlausibleObject, HasTheSizeOfARoadUser) {
@@ -96,10 +97,9 @@ TEST(PlausibleObject, MayBeLowerWhereItIsNotSeenWhole) {
   EXPECT_TRUE(plausible(quarter, LowerEnd::kCut));
 }
 
-// The ground may rise by 3 % of the distance, 0.45 m here.
 TEST(PlausibleObject, StandsOnTheGround) {
-  EXPECT_TRUE(plausible(extent(1.8, kParams.max_foot_m + 0.4, 3), LowerEnd::kFoot));
-  const Extent above = extent(1.8, kParams.max_foot_m + 0.5, 3);
+  EXPECT_TRUE(plausible(extent(1.8, kParams.max_foot_m - 0.1, 3), LowerEnd::kFoot));
+  const Extent above = extent(1.8, kParams.max_foot_m + 0.1, 3);
   EXPECT_FALSE(plausible(above, LowerEnd::kFoot));
   EXPECT_TRUE(plausible(above, LowerEnd::kHidden));
   EXPECT_TRUE(plausible(above, LowerEnd::kCut));
@@ -108,8 +108,8 @@ TEST(PlausibleObject, StandsOnTheGround) {
 // A branch above a hedge is not an object.
 TEST(PlausibleObject, IsNotHigherThanALorry) {
   for (const LowerEnd lower_end : {LowerEnd::kFoot, LowerEnd::kHidden}) {
-    EXPECT_TRUE(plausible(extent(1.8, 1, kParams.max_height_m + 0.4), lower_end));
-    EXPECT_FALSE(plausible(extent(1.8, 1, kParams.max_height_m + 0.5), lower_end));
+    EXPECT_TRUE(plausible(extent(1.8, 1, kParams.max_height_m - 0.1), lower_end));
+    EXPECT_FALSE(plausible(extent(1.8, 1, kParams.max_height_m + 0.1), lower_end));
     EXPECT_FALSE(plausible(extent(1.8, -0.1, kParams.max_height_m + 0.1), lower_end));
   }
 }
@@ -218,42 +218,42 @@ TEST(Overlaps, AtAboutTheSameDistance) {
 
 TEST(BelongsTo, WithinAGapOfTheBox) {
   const Observation car = atRest(kCar, 10);
-  const int gap_px = static_cast<int>(kGap_m / 2.0 * kCar.width) + 8;
+  const int gap_px = static_cast<int>(kGap_m / 2.0 * kCar.width);
   const auto beside = [&](int pixels) {
     return atRest({kCar.br().x + pixels, kCar.y, 20, 20}, 10);
   };
-  EXPECT_TRUE(belongsTo(beside(0), car));
-  EXPECT_TRUE(belongsTo(beside(gap_px - 1), car));
-  EXPECT_FALSE(belongsTo(beside(gap_px), car));
+  EXPECT_TRUE(belongsTo(kParams, beside(0), car));
+  EXPECT_TRUE(belongsTo(kParams, beside(gap_px - 1), car));
+  EXPECT_FALSE(belongsTo(kParams, beside(gap_px), car));
   const auto above = [&](int pixels) { return atRest({kCar.x, kCar.y - 20 - pixels, 20, 20}, 10); };
-  EXPECT_TRUE(belongsTo(above(gap_px - 1), car));
-  EXPECT_FALSE(belongsTo(above(gap_px), car));
+  EXPECT_TRUE(belongsTo(kParams, above(gap_px - 1), car));
+  EXPECT_FALSE(belongsTo(kParams, above(gap_px), car));
 }
 
 TEST(BelongsTo, AQuarterOfTheSizeAtMost) {
   const Observation car = atRest(kCar, 10);
-  EXPECT_TRUE(belongsTo(atRest({kCar.br().x, kCar.y, 50, 40}, 9.99), car));
+  EXPECT_TRUE(belongsTo(kParams, atRest({kCar.br().x, kCar.y, 50, 40}, 9.99), car));
   // The metric size counts, not that in the image.
-  EXPECT_FALSE(belongsTo(atRest({kCar.br().x, kCar.y, 50, 40}, 10.01), car));
+  EXPECT_FALSE(belongsTo(kParams, atRest({kCar.br().x, kCar.y, 50, 40}, 10.01), car));
 }
 
 TEST(BelongsTo, AtDepthsThatGoOn) {
   const Observation car = atRest(kCar, 10);  // to 10.5 m
   const cv::Rect beside(kCar.br().x, kCar.y, 20, 20);
-  EXPECT_TRUE(belongsTo(atRest(beside, 14.99), car));
-  EXPECT_FALSE(belongsTo(atRest(beside, 15.01), car));
-  EXPECT_TRUE(belongsTo(atRest(beside, 5.01), car));  // to 5.51 m
-  EXPECT_FALSE(belongsTo(atRest(beside, 4.99), car));
+  EXPECT_TRUE(belongsTo(kParams, atRest(beside, 14.99), car));
+  EXPECT_FALSE(belongsTo(kParams, atRest(beside, 15.01), car));
+  EXPECT_TRUE(belongsTo(kParams, atRest(beside, 5.01), car));  // to 5.51 m
+  EXPECT_FALSE(belongsTo(kParams, atRest(beside, 4.99), car));
 }
 
 TEST(BelongsTo, OfAVelocityWithinThreeSigmas) {
   const cv::Rect beside(kCar.br().x, kCar.y, 20, 20);
-  // Both variances plus 2 m/s for a side that slides along itself: 9 m/s.
-  const Observation car = moving(at(kCar, 10), {0, 0, 5}, 38.5);
-  const auto part = [&](const Eigen::Vector3d& v) { return moving(at(beside, 10), v, 38.5); };
-  EXPECT_TRUE(belongsTo(part({0, 0, 5 + 26.9}), car));
-  EXPECT_FALSE(belongsTo(part({0, 0, 5 + 27.1}), car));
-  EXPECT_FALSE(belongsTo(part({20, 0, 5 + 20}), car));
+  // Both variances and 1 m/s: 9 m/s.
+  const Observation car = moving(at(kCar, 10), {0, 0, 5}, 40);
+  const auto part = [&](const Eigen::Vector3d& v) { return moving(at(beside, 10), v, 40); };
+  EXPECT_TRUE(belongsTo(kParams, part({0, 0, 5 + 26.9}), car));
+  EXPECT_FALSE(belongsTo(kParams, part({0, 0, 5 + 27.1}), car));
+  EXPECT_FALSE(belongsTo(kParams, part({20, 0, 5 + 20}), car));
 }
 
 // Two ends of a car, 10 m away, with a door of 40 columns between them.
@@ -281,9 +281,9 @@ struct MoveAsOne : testing::Test {
 
 TEST_F(MoveAsOne, AtOneVelocity) {
   EXPECT_TRUE(areOne(rear, endOfCar(170)));
-  EXPECT_TRUE(areOne(rear, endOfCar(170, 10, {5 + 1.4, 0, 0}))) << "3 sigma: 1.5 m/s";
-  EXPECT_FALSE(areOne(rear, endOfCar(170, 10, {5 + 1.6, 0, 0})));
-  EXPECT_FALSE(areOne(rear, endOfCar(170, 10, {5, 0, 1.6})));
+  EXPECT_TRUE(areOne(rear, endOfCar(170, 10, {5 + 2.9, 0, 0}))) << "3 sigma: 3 m/s";
+  EXPECT_FALSE(areOne(rear, endOfCar(170, 10, {5 + 3.1, 0, 0})));
+  EXPECT_FALSE(areOne(rear, endOfCar(170, 10, {5, 0, 3.1})));
 }
 
 TEST_F(MoveAsOne, AtOneDepth) {

@@ -132,12 +132,12 @@ TEST(Obstacles, AreAboveTheGround) {
     cells.disparity_px.row(v) = std::max(0.0, ground.disparityAt(0, 4 * v + 2));
   EXPECT_EQ(findObstacles(rig, cells, ground).sizes.size(), 0u);
   // A board at 5 m, whose foot is at y = 80 + 1.5 * 300 / 5 = 170: outside the image. Its lowest
-  // 0.25 m begin at y = 155, which is between the centres of the rows 38 and 39.
+  // 0.3 m begin at y = 152, which is between the centres of the rows 37 and 38.
   const cv::Rect board(20, 10, 10, 30);
   cells.disparity_px(board) = disparityOf(5);
   const auto obstacles = findObstacles(rig, cells, ground);
   ASSERT_EQ(obstacles.sizes.size(), 1u);
-  EXPECT_EQ(cv::boundingRect(obstacles.cellsOf(0)), cv::Rect(20, 10, 10, 29));
+  EXPECT_EQ(cv::boundingRect(obstacles.cellsOf(0)), cv::Rect(20, 10, 10, 28));
 }
 
 // Width [px] of the obstacle in a cell.

@@ -55,13 +55,13 @@ TEST(StandingCells, AreAboveTheGround) {
   const GroundPlane ground = levelGround(1.5);
   DepthCells cells = road(ground);
   EXPECT_EQ(cv::countNonZero(cellsAbove(ground, cells).rowRange(25, kCellRows)), 0);
-  // A board at 5 m. Its lowest 0.25 m begin at y = 80 + 1.25 * 300 / 5 = 155: between the centres
-  // of the rows 38 and 39.
+  // A board at 5 m. Its lowest 0.3 m begin at y = 80 + 1.2 * 300 / 5 = 152: between the centres
+  // of the rows 37 and 38.
   const cv::Rect board(20, 10, 10, 30);
   cells.disparity_px(board) = disparityOf(5);
   const cv::Mat1b above = cellsAbove(ground, cells);
-  EXPECT_EQ(shareOf(above, {20, 10, 10, 29}), 1);
-  EXPECT_EQ(shareOf(above, {20, 39, 10, 1}), 0);
+  EXPECT_EQ(shareOf(above, {20, 10, 10, 28}), 1);
+  EXPECT_EQ(shareOf(above, {20, 38, 10, 2}), 0);
   cells.disparity_px.setTo(0);
   EXPECT_EQ(cv::countNonZero(cellsAbove(ground, cells)), 0) << "nothing known";
 }

@@ -186,9 +186,10 @@ TEST(ObjectTracker, KeepsObjectsThatPassApart) {
 constexpr float kCar_px = 25, kBehind_px = 5;  // 10 m, 50 m
 
 struct Scene {
-  StereoRig rig;
+  DetectionInput input;
+  StereoRig& rig = input.rig;
   DisparityRange range;
-  cv::Mat1f disparity_px;
+  cv::Mat1f& disparity_px = input.measured_disparity_px;
   Observation car;
   cv::Mat1b mask;
 
@@ -203,7 +204,7 @@ struct Scene {
     car.distance_m = rig.disparityTimesDepth() / kCar_px;
     car.size_m = {1.6, 1.2, 0.4};
   }
-  bool isThere() { return isStillThere(rig, range, disparity_px, car, mask); }
+  bool isThere() { return isStillThere(input, range, car, 0.6, mask); }
 };
 
 TEST(UnseenObject, IsThereWhereMostOfItsBoxHasItsDisparity) {

@@ -1,0 +1,135 @@
+/// The numbers by which the default scheme decides, but for the user's (MotionDetectionParams).
+/// docs/design_notes.md has what other values do. Numbers that bound time or memory, and those of a
+/// kernel's layout, are where they are used.
+#pragma once
+
+#include <cstddef>
+
+namespace predictive_stereo {
+
+// --- Errors, beside those that the variances of the maps tell -----------------------------------
+
+/// Standard deviation of a disparity, at least.
+constexpr float kDisparitySigma_px = 0.5f;
+/// Largest error of a disparity: two that differ by more are of two surfaces.
+constexpr float kDisparityError_px = 1;
+/// Disparities of one surface also differ by this share of them.
+constexpr float kSameSurface = 0.03f;
+/// Standard deviation of the calibration's error, relative to the disparity.
+constexpr float kScaleSigma = 0.02f;
+/// A difference counts from this number of its standard deviations on.
+constexpr float kSigmas = 2;
+/// Standard deviation of a tracked point's position.
+constexpr double kFlowSigma_px = 0.4;
+/// Variance of an error that the disparities of a frame share: calibration, row offsets.
+constexpr double kSharedVariance_px2 = 0.5;
+/// Texture below this is noise [grey levels].
+constexpr float kGreyNoise = 3;
+/// Variance of the difference of two grey values, and of a patch's place.
+constexpr float kGreyVariance = 8, kPlaceVariance_px2 = 0.5f;
+/// Standard deviations of a camera motion whose covariance its source does not tell.
+constexpr double kUntoldMotionSigma_m = 0.015, kUntoldMotionSigma_rad = 0.0002;
+
+// --- Surfaces -----------------------------------------------------------------------------------
+
+/// What is farther apart is not joined: steps in depth, gaps without texture, what stands and the
+/// ground below it.
+constexpr double kGap_m = 0.3;
+/// Downwards, the disparity of a level surface grows by these shares of what is expected at its
+/// height, that of an upright one by less.
+constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
+/// Of a disparity of the ground, beside kScaleSigma.
+constexpr float kGroundTolerance_px = 0.6f;
+/// Least share of the known cells on the ground, for each metre of the camera's height, and its
+/// limits. A low camera may see little of the ground; a high one sees hardly anything else.
+constexpr double kGroundSharePerMetre = 0.04, kLeastGroundShare = 0.06, kMostGroundShare = 0.5;
+/// Of the ground against the optical axis, and about it.
+constexpr double kMostPitch_deg = 80, kMostRoll_deg = 30;
+/// Between two frames: of the angle, and of the camera's height, relative to it.
+constexpr double kMostTurn_deg = 20, kMostHeightChange = 0.1;
+
+// --- Evidence: motion across the line of sight ---------------------------------------------------
+
+/// Distance of the pixels whose disparity is compared with a point's, or tried for it.
+constexpr int kAround_px = 4;
+/// Of nine points around one that is on a surface, this one included, and how much they differ.
+constexpr int kFewestOnSurface = 6;
+constexpr float kOnSurface = 0.05f;
+/// Fastest motion away from the camera, of an object that may have hidden a point.
+constexpr double kFastestAway_mps = 30;
+/// Mean squared difference of patches that are the same, relative to its variance: of a point that
+/// a static world explains, and of free space that an image refutes.
+constexpr float kMostDifference = 2.5f, kMostDifferenceOfFreeSpace = 6;
+/// Mismatch of a group where a static world has it / where it was found.
+constexpr float kLeastGain = 1.5f;
+/// Smaller mismatches are noise.
+constexpr float kLeastMismatch_grey = 0.5f;
+/// Difference between flows of one object: this and a share of the larger one.
+constexpr double kFlowNoise_px = 1.5, kFlowShare = 0.3;
+/// Distance along the line of sight / MotionDetectionParams::link_distance_m.
+constexpr double kLinkDepth = 0.6;
+/// Of a point that agrees with the motion of its object.
+constexpr double kInlierSigmas = 5;
+/// Fewest points of an object, whatever it is measured by.
+constexpr std::size_t kFewestPoints = 12;
+
+// --- Evidence: motion along the line of sight ----------------------------------------------------
+
+/// Static points have moved at most by this in the frames that are compared.
+constexpr double kMostParallax_px = 16;
+/// The relative error of smaller disparities is too large.
+constexpr float kLeastDisparity_px = 10;
+/// Fewest known points of a square of 5x5, and fewest cells of an obstacle.
+constexpr float kFewestKnown = 15;
+constexpr int kFewestShiftedCells = 6;
+/// |points of one sign - points of the other| / points.
+constexpr float kLeastSign = 0.6f;
+/// Least mean residual of an obstacle / of a square.
+constexpr float kOfObstacle = 0.5f;
+/// Of the disparity, between neighbours.
+constexpr float kMostStep_px = 1.5f;
+/// Larger residuals count as this one.
+constexpr float kLargestResidual_px = 8;
+
+// --- Evidence: free space ------------------------------------------------------------------------
+
+/// Past frames that looked through a surface's place, at least.
+constexpr int kFewestThrough = 2;
+/// The matcher misses surfaces that are thinner than its windows. Less than five cells, so that a
+/// surface of five was not too thin when it was a little farther away.
+constexpr float kThinnest_px = 18;
+/// Between remembered frames.
+constexpr double kLeastApart_s = 0.08;
+/// Of an obstacle: its cells, and the share of them that has moved.
+constexpr int kFewestCells = 15;
+constexpr double kLeastMoved = 0.2;
+/// Share of all compared cells, ground included, that are where they were.
+constexpr double kLeastFixed = 0.4;
+
+// --- Objects -------------------------------------------------------------------------------------
+
+/// Difference of mismatches above noise: one explanation is better.
+constexpr float kDecisive_grey = 1;
+/// Share of an object's points that are left out at both ends: false matches, edges.
+constexpr double kTail = 0.05;
+/// Lowest column / tallest columns of an object, and pixels of a line / of its fullest line.
+constexpr double kLowestColumn = 0.35, kThinnestLine = 0.3;
+/// Visible share of the height of a partly hidden object.
+constexpr double kLeastVisible = 0.5;
+/// Parts of one object have the same velocity: standard deviation of each part's own motion, as
+/// that of limbs, and of both together.
+constexpr double kOwnMotion_mps = 1, kMostSigmasOfVelocity = 3;
+/// Area of a vehicle's side / of its rear; areas of both parts / of the box around them; share of a
+/// part's box that is within an object's box.
+constexpr double kLargestSide = 0.25, kLeastCovered = 0.5, kMostOfPart = 0.8;
+/// The score of one observation counts up to here, as that of so many pixels.
+constexpr double kMostCertain = 0.97, kPixelsOfOdds = 1000;
+
+// --- Time and pose -------------------------------------------------------------------------------
+
+/// A longer gap ends the past, and tracks that were not sought.
+constexpr double kLongestGap_s = 1;
+/// Share of the image that contradicts a right pose, and how much more than usual.
+constexpr double kMostContradicting = 0.8, kSuddenlyContradicting = 0.2;
+
+}  // namespace predictive_stereo
