@@ -31,6 +31,16 @@ struct CameraPose {
 constexpr double kUnseenVariance = 9999;
 inline Matrix6d unseenCovariance() { return kUnseenVariance * Matrix6d::Identity(); }
 
+/// Standard deviations of a motion from frame to frame whose source does not tell them.
+constexpr double kUntoldMotionSigma_m = 0.015, kUntoldMotionSigma_rad = 0.0002;
+/// Their covariance, along and about each axis.
+inline Matrix6d untoldCovariance() {
+  Vector6d sigmas;
+  sigmas << Eigen::Vector3d::Constant(kUntoldMotionSigma_m),
+      Eigen::Vector3d::Constant(kUntoldMotionSigma_rad);
+  return sigmas.cwiseAbs2().asDiagonal();
+}
+
 /// H of the paper's eq. 2: maps homogeneous disparity-space points (x, y, d, 1) [px] of the
 /// previous frame to the current one, up to scale. H = M^-1 T_cam_prev M, where M maps (x, y, d, 1)
 /// to homogeneous Euclidean points (Demirdjian and Darrell 2001).

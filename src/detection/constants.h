@@ -27,8 +27,6 @@ constexpr double kSharedVariance_px2 = 0.5;
 constexpr float kGreyNoise = 3;
 /// Variance of the difference of two grey values, and of a patch's place.
 constexpr float kGreyVariance = 8, kPlaceVariance_px2 = 0.5f;
-/// Standard deviations of a camera motion whose covariance its source does not tell.
-constexpr double kUntoldMotionSigma_m = 0.015, kUntoldMotionSigma_rad = 0.0002;
 
 // --- Surfaces -----------------------------------------------------------------------------------
 
@@ -110,6 +108,8 @@ constexpr double kLeastFixed = 0.4;
 
 /// Difference of mismatches above noise: one explanation is better.
 constexpr float kDecisive_grey = 1;
+/// Cells of an object / those that motion shows: a plain wall behind a person is not the person.
+constexpr int kMostGrown = 4;
 /// Share of an object's points that are left out at both ends: false matches, edges.
 constexpr double kTail = 0.05;
 /// Lowest column / tallest columns of an object, and pixels of a line / of its fullest line.

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "detection/constants.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
@@ -10,13 +9,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-Matrix6d untoldCovariance() {
-  Vector6d variances;
-  variances << Vector3d::Constant(kUntoldMotionSigma_m * kUntoldMotionSigma_m),
-      Vector3d::Constant(kUntoldMotionSigma_rad * kUntoldMotionSigma_rad);
-  return variances.asDiagonal();
-}
 
 bool isCovariance(const Matrix6d& matrix) {
   if (!matrix.allFinite() || !matrix.isApprox(matrix.transpose(), 1e-6)) return false;

@@ -221,6 +221,7 @@ void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::M
   const auto [part, of_part] = mostFrequent(common);
   if (2 * of_part <= cells) return;
   const cv::Mat1b grown = mask | (labels == part);
+  if (cv::countNonZero(grown) > kMostGrown * cells) return;
   // Refuted cells are in the layer, but not in the part: count in the whole box.
   const auto [better, worse] = countDecisive(layer, support, cv::boundingRect(grown));
   if (better >= min_explained * (better + worse)) mask = grown;

@@ -14,7 +14,7 @@
 namespace predictive_stereo {
 
 /// Length of roscpp's queue per topic. It drops messages silently, so it is longer than a nodelet
-/// needs: StampMatcher and LatestWorker drop messages as well, but count them.
+/// needs: StampMatcher and FrameWorker drop messages as well, but count them.
 constexpr uint32_t kRoscppQueue = 64;
 
 /// May throw: see Health::guard.

@@ -26,8 +26,8 @@
 namespace predictive_stereo {
 
 /// The skeleton of a nodelet that processes frames: parameters, health, demand, the input of the
-/// frames, a thread that always processes the newest one. A nodelet says its topics, and what
-/// happens to a frame. Its destructor calls shutDown() first.
+/// frames, a thread that processes them. A nodelet says its topics, and what happens to a frame.
+/// Its destructor calls shutDown() first.
 ///
 /// Changed parameters and ~reset take effect between two frames. Awake, it receives its inputs;
 /// asleep, because nobody wants its outputs, only tf; when it wakes up, the processor has been
@@ -185,7 +185,7 @@ class FrameNodelet : public nodelet::Nodelet {
     worker_.push({std::move(frame)});
   }
 
-  void processNewest(const Job& job) {
+  void processNext(const Job& job) {
     if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
     const bool reset = reset_requested_.exchange(false);
     // The state from before a sleep is too old to be useful.
@@ -204,10 +204,11 @@ class FrameNodelet : public nodelet::Nodelet {
   ros::ServiceServer reset_service_;
   std::mutex demand_mutex_;
   bool follows_demand_ = false;
-  LatestWorker<Job> worker_{[this](const Job& job) {
-    health_->guard(
-        "input", [&] { processNewest(job); }, Health::Severity::kBroken);
-  }};  // last: uses the members above
+  FrameWorker<Job> worker_{[this](const Job& job) {
+                             health_->guard(
+                                 "input", [&] { processNext(job); }, Health::Severity::kBroken);
+                           },
+                           arrivals_};  // last: uses the members above
 };
 
 }  // namespace predictive_stereo

@@ -3,75 +3,19 @@
 
 #include <ros/init.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
-#include <optional>
 #include <thread>
 #include <utility>
 
 namespace predictive_stereo {
-
-/// A thread that processes the newest job. A job that is still waiting when the next one arrives is
-/// dropped: so latency stays bounded if frames arrive faster than they can be processed.
-template <class Job>
-class LatestWorker {
- public:
-  /// @param work  must not throw.
-  explicit LatestWorker(std::function<void(Job&)> work)
-      : work_(std::move(work)), thread_([this] { run(); }) {}
-
-  ~LatestWorker() { stop(); }
-  LatestWorker(const LatestWorker&) = delete;
-  LatestWorker& operator=(const LatestWorker&) = delete;
-
-  void push(Job job) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (waiting_) ++dropped_;
-      waiting_ = std::move(job);
-    }
-    changed_.notify_one();
-  }
-
-  uint64_t dropped() const { return dropped_; }
-
-  /// Waits for the current job and ends the thread.
-  void stop() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      stop_ = true;
-    }
-    changed_.notify_one();
-    if (thread_.joinable()) thread_.join();
-  }
-
- private:
-  void run() {
-    while (true) {
-      std::optional<Job> job;
-      {
-        std::unique_lock<std::mutex> lock(mutex_);
-        changed_.wait(lock, [this] { return stop_ || waiting_; });
-        if (stop_) return;
-        std::swap(job, waiting_);
-      }
-      work_(*job);
-    }
-  }
-
-  std::function<void(Job&)> work_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<Job> waiting_;
-  bool stop_ = false;
-  std::atomic<uint64_t> dropped_{0};
-  std::thread thread_;  // last: uses the members above
-};
 
 /// Wakes the thread of a nodelet that waits for messages of other nodes. Thread-safe.
 class Arrivals {
@@ -102,6 +46,10 @@ class Arrivals {
     using Clock = std::chrono::steady_clock;
     const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                              std::chrono::duration<double>(timeout_s));
+    struct AtEnd {
+      std::atomic<bool>& waiting;
+      ~AtEnd() { waiting = false; }
+    } at_end{waiting_};
     std::unique_lock<std::mutex> lock(mutex_);
     while (true) {
       const uint64_t known = count_;
@@ -109,17 +57,94 @@ class Arrivals {
       auto answer = ask();
       if (answer || !ros::ok()) return answer;
       lock.lock();
+      if (stopped_ || Clock::now() >= deadline) return answer;
       const auto has_news = [&] { return stopped_ || count_ != known; };
-      if (!changed_.wait_until(lock, deadline, has_news) || stopped_ || Clock::now() >= deadline)
-        return answer;
+      ++waits_;
+      waiting_ = true;
+      if (!changed_.wait_until(lock, deadline, has_news) || stopped_) return answer;
     }
   }
+
+  /// Whether a thread waits now, and how often one has waited.
+  bool isWaiting() const { return waiting_; }
+  uint64_t waits() const { return waits_; }
 
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
   uint64_t count_ = 0;
   bool stopped_ = false;
+  std::atomic<bool> waiting_{false};
+  std::atomic<uint64_t> waits_{0};
+};
+
+/// A thread that processes jobs in their order. One job may wait, and those that arrive while the
+/// work waits for other nodes. If more arrive, it is too slow: then only the newest one stays, so
+/// that latency is bounded.
+template <class Job>
+class FrameWorker {
+ public:
+  /// @param work  must not throw. @param arrivals  that it waits for.
+  FrameWorker(std::function<void(Job&)> work, const Arrivals& arrivals)
+      : work_(std::move(work)), arrivals_(arrivals), thread_([this] { run(); }) {}
+
+  ~FrameWorker() { stop(); }
+  FrameWorker(const FrameWorker&) = delete;
+  FrameWorker& operator=(const FrameWorker&) = delete;
+
+  void push(Job job) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      jobs_.push_back(std::move(job));
+      if (jobs_.size() > (arrivals_.isWaiting() ? kMost : most_)) {
+        dropped_ += jobs_.size() - 1;
+        jobs_.erase(jobs_.begin(), jobs_.end() - 1);
+        most_ = 1;
+      }
+    }
+    changed_.notify_one();
+  }
+
+  uint64_t dropped() const { return dropped_; }
+
+  /// Waits for the current job and ends the thread.
+  void stop() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      stop_ = true;
+    }
+    changed_.notify_one();
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  static constexpr size_t kMost = 100;
+
+  void run() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (true) {
+      changed_.wait(lock, [this] { return stop_ || !jobs_.empty(); });
+      if (stop_) return;
+      Job job = std::move(jobs_.front());
+      jobs_.pop_front();
+      lock.unlock();
+      const uint64_t waits = arrivals_.waits();
+      work_(job);
+      lock.lock();
+      // Those that came while it waited, one during the next work, and one that comes early.
+      most_ = arrivals_.waits() != waits ? jobs_.size() + 2 : std::max<size_t>(most_ - 1, 1);
+    }
+  }
+
+  std::function<void(Job&)> work_;
+  const Arrivals& arrivals_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Job> jobs_;
+  size_t most_ = 1;  // jobs that may wait
+  bool stop_ = false;
+  std::atomic<uint64_t> dropped_{0};
+  std::thread thread_;  // last: uses the members above
 };
 
 /// Limits the threads of parallel loops in this process. All nodelets of a manager share them. The

@@ -38,6 +38,7 @@ std::optional<Eigen::Isometry3d> found(const LookUp& look_up, std::string& error
 }
 
 constexpr char kLost[] = "the odometry is lost";
+constexpr double kRounding = 1e-6;  // of motions [m, rad]
 
 // Odometry this much later than a frame does not belong to it.
 bool isTooNew(const nav_msgs::Odometry& odometry, ros::Time frame) {
@@ -62,16 +63,29 @@ bool wasUnseen(const OdometryHistory& odometry, ros::Time previous, ros::Time no
   return false;
 }
 
-// Whether the twist explains a motion in tf. After a loss it is the mean since the frame that the
-// camera was compared with: a motion that begins before this one has a part that was not seen.
-bool explains(const nav_msgs::Odometry& odometry, const Eigen::Isometry3d& T_prev_now,
-              double dt_s) {
-  constexpr double kRounding = 1e-6;
+// Whether the twist explains a motion in tf [m, rad]. After a loss it is the mean since the frame
+// that the camera was compared with: a motion that begins before this one has a part that was not
+// seen.
+bool explains(const nav_msgs::Odometry& odometry, const Vector6d& motion, double dt_s) {
   Vector6d twist;
   tf2::fromMsg(odometry.twist.twist, twist);
-  const Vector6d off = dt_s * (constantTwist(T_prev_now, dt_s) - twist);
+  const Vector6d off = motion - dt_s * twist;
   const Vector6d sigma = dt_s * fromMsg(odometry.twist.covariance).diagonal().cwiseSqrt();
   return (off.cwiseAbs().array() <= 3 * sigma.array() + kRounding).all();
+}
+
+// By how much the poses of the odometry say another motion than tf [m, rad]; zero if it has none of
+// these frames.
+Vector6d differenceFromPoses(const OdometryHistory& odometry,
+                             const nav_msgs::Odometry& odometry_now, ros::Time previous,
+                             ros::Time now, const Vector6d& motion) {
+  const auto before = odometry.of(previous);
+  if (!before || odometry_now.header.stamp != now) return Vector6d::Zero();
+  const double dt_s = (now - previous).toSec();
+  Eigen::Isometry3d T_odom_prev, T_odom_now;
+  tf2::fromMsg(before->pose.pose, T_odom_prev);
+  tf2::fromMsg(odometry_now.pose.pose, T_odom_now);
+  return dt_s * constantTwist(relative(T_odom_prev, T_odom_now), dt_s) - motion;
 }
 
 }  // namespace
@@ -127,13 +141,22 @@ bool twistIsUnknown(const nav_msgs::Odometry& odometry) {
 
 Matrix6d motionCovariance(const nav_msgs::Odometry& odometry, double dt_s,
                           const Eigen::Isometry3d& T_cam_child) {
-  const Matrix6d twist = fromMsg(odometry.twist.covariance);
-  const Vector6d variances = twist.diagonal();
-  // Wheel odometry has huge variances for axes that it does not measure.
-  if (!twist.allFinite() || variances.minCoeff() < 0 || variances.maxCoeff() >= kUnknownCovariance)
-    return Matrix6d::Zero();
+  Matrix6d motion = fromMsg(odometry.twist.covariance) * (dt_s * dt_s);
+  if (!motion.allFinite() || motion.diagonal().minCoeff() < 0) return Matrix6d::Zero();
+  int told = 0;
+  for (int axis = 0; axis < 6; ++axis) {
+    const double variance = odometry.twist.covariance[static_cast<size_t>(7 * axis)];
+    if (variance > 0 && variance < kUnknownCovariance) {
+      ++told;
+      continue;
+    }
+    motion.row(axis).setZero();
+    motion.col(axis).setZero();
+    motion(axis, axis) = untoldCovariance()(axis, axis);
+  }
+  if (told == 0) return Matrix6d::Zero();
   const Matrix6d A = adjoint(T_cam_child);
-  return A * twist * A.transpose() * (dt_s * dt_s);
+  return A * motion * A.transpose();
 }
 
 MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
@@ -141,21 +164,38 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
                           const std::string& fixed_frame) {
   MotionAnswer answer;
   const auto T_cam_prev = lookUpCameraMotion(tf, camera, previous, now, fixed_frame, answer.reason);
-  if (!T_cam_prev) return answer;
+  if (!T_cam_prev) {
+    // What tf lacks before a pose that it has will not come any more.
+    std::string of_now;
+    answer.complete = lookUpTransform(tf, fixed_frame, camera, now, of_now).has_value();
+    if (answer.complete) answer.reason = "tf has no pose of the frame before";
+    return answer;
+  }
   answer.value = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
   const auto odometry_now = odometryOf(now, odometry, answer.complete);
   if (!odometry_now) return answer;
   const double dt_s = (now - previous).toSec();
-  bool seen = !twistIsUnknown(*odometry_now);
-  if (seen && wasUnseen(*odometry, previous, now)) {
-    const auto T_now_prev = lookUpCameraMotion(tf, odometry_now->child_frame_id, previous, now,
-                                               fixed_frame, answer.reason);
-    seen = T_now_prev && explains(*odometry_now, T_now_prev->inverse(), dt_s);
-  }
-  if (!seen) return {std::nullopt, true, kLost};
-  if (const auto T_cam_child =
-          lookUpTransform(tf, camera, odometry_now->child_frame_id, now, answer.reason))
-    answer.value->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
+  const std::string& child = odometry_now->child_frame_id;
+  std::optional<Vector6d> motion;  // of the child
+  if (const auto T_child_prev =
+          lookUpCameraMotion(tf, child, previous, now, fixed_frame, answer.reason))
+    motion = dt_s * constantTwist(T_child_prev->inverse(), dt_s);
+  const Vector6d off = motion
+                           ? differenceFromPoses(*odometry, *odometry_now, previous, now, *motion)
+                           : Vector6d::Zero();
+  const bool is_of_tf = off.isZero(kRounding);
+  const auto isLost = [&] {
+    if (twistIsUnknown(*odometry_now)) return true;
+    return wasUnseen(*odometry, previous, now) &&
+           !(motion && explains(*odometry_now, *motion, dt_s));
+  };
+  if (is_of_tf && isLost()) return {std::nullopt, true, kLost};
+  const auto T_cam_child = lookUpTransform(tf, camera, child, now, answer.reason);
+  if (!T_cam_child) return answer;
+  answer.value->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
+  if (is_of_tf || answer.value->covariance.isZero()) return answer;
+  const Vector6d of_camera = adjoint(*T_cam_child) * off;
+  answer.value->covariance += of_camera * of_camera.transpose();
   return answer;
 }
 
@@ -169,8 +209,8 @@ PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry
   answer.value = CameraPose{*T_odom_cam, Matrix6d::Zero()};
   const auto odometry_now = odometryOf(now, odometry, answer.complete);
   if (!odometry_now || !previous) return answer;  // the first pose of a path has no twist
-  if (twistIsUnknown(*odometry_now)) return {std::nullopt, true, kLost};
   const MotionAnswer since = cameraMotion(tf, odometry, camera, *previous, now, fixed_frame);
+  if (!since.value && twistIsUnknown(*odometry_now)) return {std::nullopt, true, kLost};
   answer.value->motion_covariance = since.value ? since.value->covariance : unseenCovariance();
   return answer;
 }

@@ -45,8 +45,9 @@ std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
 /// there is no previous frame.
 bool twistIsUnknown(const nav_msgs::Odometry& odometry);
 
-/// CameraMotion::covariance over dt_s, from the twist of an odometry; zero (unknown) if the
-/// odometry lacks the covariance of an axis.
+/// CameraMotion::covariance over dt_s, from the twist of an odometry. Axes whose variance it does
+/// not tell (zero, kUnknownCovariance or more), as wheels do not, get that of untoldCovariance().
+/// Zero (unknown) if it tells none, or if one is negative or not finite.
 /// @param T_cam_child  from the odometry's child frame to the camera.
 Matrix6d motionCovariance(const nav_msgs::Odometry& odometry, double dt_s,
                           const Eigen::Isometry3d& T_cam_child);
@@ -63,17 +64,19 @@ struct Answer {
 using MotionAnswer = Answer<CameraMotion>;
 using PoseAnswer = Answer<CameraPose>;
 
-/// The motion from tf, and its covariance from odometry of any source.
+/// The motion from tf, and its covariance from odometry of any source. If the poses of the odometry
+/// say another motion, tf is moved by another source, as wheels: the square of the difference is
+/// added, as it is an error of one of both.
 /// @param odometry  nullptr: no odometry; the covariance is then zero (unknown).
-/// @returns no motion, too, if the odometry did not see a part of it: the poses in tf are then
-///   partly a guess. It is lost where its twist is unknown (twistIsUnknown).
+/// @returns no motion, too, if tf has the odometry's, and this did not see a part of it: the poses
+///   in tf are then partly a guess. It is lost where its twist is unknown (twistIsUnknown).
 MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                           const std::string& camera, ros::Time previous, ros::Time now,
                           const std::string& fixed_frame);
 
 /// The pose from tf, and the covariance of the motion since `previous` as cameraMotion gives it.
 /// @param previous  the last frame with a pose; none, or not before `now`: there is none.
-/// @returns no pose if the odometry is lost in this frame.
+/// @returns no pose if tf has the odometry's, and this is lost in this frame.
 PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                       const std::string& camera, std::optional<ros::Time> previous, ros::Time now,
                       const std::string& fixed_frame);

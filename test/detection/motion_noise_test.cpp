@@ -5,7 +5,6 @@
 
 #include <limits>
 
-#include "detection/constants.h"
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {

@@ -142,6 +142,14 @@ TEST(GrownSegment, StaysBeforeAWallThatStandsStill) {
   EXPECT_EQ(cv::countNonZero(surface.mask), shown.area());
 }
 
+// The motion of a tiny part of a surface is not that of the surface.
+TEST(GrownSegment, StaysWhereItIsATinyPart) {
+  const cv::Rect shown(40, 20, 10, 10);
+  Surface surface({0, 10, 120, 45}, shown);
+  EXPECT_FALSE(surface.grow());
+  EXPECT_EQ(surface.box(), shown);
+}
+
 TEST(GrownSegment, StaysWhereItsPartsLieInMoreThanOneSurface) {
   Surface surface({20, 10, 20, 30}, {25, 15, 10, 20});
   surface.layer(cv::Rect(60, 10, 20, 30)) = 255;

@@ -82,15 +82,21 @@ class MotionFromOdometry : public testing::Test {
  protected:
   // @param unseen  whether the motion to this frame was not seen.
   void add(double stamp_s, double x_m, double twist_mps, bool unseen = false) {
+    add(stamp_s, x_m, x_m, twist_mps, unseen);
+  }
+  // @param tf_m  where another source has it in tf.
+  void add(double stamp_s, double tf_m, double x_m, double twist_mps, bool unseen) {
     geometry_msgs::TransformStamped transform;
     transform.header.frame_id = "odom";
     transform.header.stamp = ros::Time(stamp_s);
     transform.child_frame_id = "camera";
-    transform.transform.translation.x = x_m;
+    transform.transform.translation.x = tf_m;
     transform.transform.rotation.w = 1;
     tf_.setTransform(transform, "test");
     const nav_msgs::OdometryPtr odometry = odometryAt(stamp_s);
     odometry->child_frame_id = "camera";
+    odometry->pose.pose.position.x = x_m;
+    odometry->pose.pose.orientation.w = 1;
     odometry->twist.twist.linear.x = unseen ? 0 : twist_mps;
     odometry->twist.covariance =
         covarianceMsg((unseen ? kUnknownCovariance : 1e-4) * Matrix6d::Identity());
@@ -114,6 +120,33 @@ TEST_F(MotionFromOdometry, is_known_over_a_lost_frame_that_later_ones_reach_acro
   ASSERT_TRUE(motion(10.1, 10.3).value);
   EXPECT_NEAR(motion(10.1, 10.3).value->T_cam_prev.translation().x(), -2.3, 1e-6);
   EXPECT_FALSE(motion(10.2, 10.3).value) << "it leads from 10.1, not from the lost frame";
+}
+
+// As of wheels, while EgoMotion runs with publish_tf:=false.
+TEST_F(MotionFromOdometry, is_doubted_by_its_difference_from_another_source_in_tf) {
+  add(10.0, 0, 0, 0, true);
+  add(10.1, 1.1, 1, 10, false);
+  add(10.2, 2.2, 2, 0, true);
+  add(10.3, 3.2, 3, 10, false);
+  ASSERT_TRUE(motion(10.0, 10.1).value);
+  Matrix6d expected = 1e-6 * Matrix6d::Identity();
+  expected(0, 0) += 0.1 * 0.1;
+  EXPECT_TRUE(motion(10.0, 10.1).value->covariance.isApprox(expected, 1e-6));
+  ASSERT_TRUE(motion(10.1, 10.2).value) << "the camera is lost, the wheels are not";
+  EXPECT_TRUE(motion(10.1, 10.2).value->covariance.isZero());
+  EXPECT_TRUE(motion(10.1, 10.3).value);
+  EXPECT_TRUE(
+      cameraPose(tf_, &odometry_, "camera", ros::Time(10.1), ros::Time(10.2), "odom").value);
+}
+
+TEST_F(MotionFromOdometry, since_a_frame_before_the_first_pose_in_tf_will_not_come) {
+  add(10.1, 1, 10);
+  add(10.2, 2, 10);
+  const MotionAnswer answer = motion(10.0, 10.2);
+  EXPECT_FALSE(answer.value);
+  EXPECT_TRUE(answer.complete);
+  EXPECT_EQ(answer.reason, "tf has no pose of the frame before");
+  EXPECT_FALSE(motion(10.1, 10.3).complete) << "not yet";
 }
 
 TEST_F(MotionFromOdometry, makes_the_pose_as_certain_as_it_was_seen) {

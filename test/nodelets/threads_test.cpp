@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <thread>
+#include <vector>
 
 namespace predictive_stereo {
 namespace {
@@ -84,6 +85,57 @@ TEST_F(ArrivalsTest, stop_ends_waits_and_later_ones) {
   arrivals_.stop();
   waiter.join();
   EXPECT_FALSE(arrivals_.waitFor(3600, [] { return false; }));
+}
+
+class FrameWorkerTest : public ArrivalsTest {
+ protected:
+  // Until the worker has taken the job and has done so much with it.
+  static void until(const std::atomic<int>& count, int value) {
+    while (count < value) std::this_thread::yield();
+  }
+  std::vector<int> done_;
+  std::atomic<int> started_{0}, finished_{0};
+  std::atomic<bool> free_{false};
+};
+
+TEST_F(FrameWorkerTest, keeps_the_newest_job_while_it_works) {
+  FrameWorker<int> worker(
+      [&](int job) {
+        ++started_;
+        while (!free_) std::this_thread::yield();
+        done_.push_back(job);
+        ++finished_;
+      },
+      arrivals_);
+  worker.push(0);
+  until(started_, 1);
+  for (int job = 1; job <= 5; ++job) worker.push(job);
+  free_ = true;
+  until(finished_, 2);
+  worker.stop();
+  EXPECT_EQ(done_, (std::vector<int>{0, 5}));
+  EXPECT_EQ(worker.dropped(), 4u);
+}
+
+// As with tf that is late: each frame is ready, only later.
+TEST_F(FrameWorkerTest, keeps_all_jobs_while_it_waits_for_other_nodes) {
+  FrameWorker<int> worker(
+      [&](int job) {
+        ++started_;
+        arrivals_.waitFor(60, [&] { return free_.load(); });
+        done_.push_back(job);
+        ++finished_;
+      },
+      arrivals_);
+  worker.push(0);
+  while (!arrivals_.isWaiting()) std::this_thread::yield();
+  for (int job = 1; job <= 3; ++job) worker.push(job);
+  free_ = true;
+  arrivals_.notify();
+  until(finished_, 4);
+  worker.stop();
+  EXPECT_EQ(done_, (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(worker.dropped(), 0u);
 }
 
 TEST(ThreadLimit, TheLeastOfSeveralHolds) {

@@ -141,12 +141,32 @@ TEST(Transforms, a_motions_covariance_is_that_of_the_twist_in_the_cameras_frame)
 TEST(Transforms, a_covariance_without_a_meaning_is_unknown) {
   nav_msgs::Odometry odometry;
   Matrix6d covariance = 0.01 * Matrix6d::Identity();
-  for (const double value : {-1.0, kUnknownCovariance, std::nan("")}) {
+  for (const double value : {-1.0, std::nan("")}) {
     covariance(1, 1) = value;
     odometry.twist.covariance = covarianceMsg(covariance);
     EXPECT_EQ(motionCovariance(odometry, 0.1, Eigen::Isometry3d::Identity()), Matrix6d::Zero())
         << value;
   }
+}
+
+// Drivers of wheels give huge variances, or zeros, to what wheels do not measure.
+TEST(Transforms, axes_whose_variance_is_not_told_get_the_default) {
+  nav_msgs::Odometry odometry;
+  const Matrix6d untold = untoldCovariance();
+  for (const double value : {0.0, kUnknownCovariance, 1e6}) {
+    Matrix6d covariance = value * Matrix6d::Identity();
+    for (const int axis : {0, 1, 5}) covariance(axis, axis) = 0.01;
+    covariance(0, 5) = covariance(5, 0) = 0.002;
+    covariance(0, 4) = covariance(4, 0) = 0.001;
+    odometry.twist.covariance = covarianceMsg(covariance);
+    const Matrix6d motion = motionCovariance(odometry, 0.1, Eigen::Isometry3d::Identity());
+    for (const int axis : {0, 1, 5}) EXPECT_NEAR(motion(axis, axis), 1e-4, 1e-12);
+    for (const int axis : {2, 3, 4}) EXPECT_NEAR(motion(axis, axis), untold(axis, axis), 1e-12);
+    EXPECT_NEAR(motion(0, 5), 2e-5, 1e-12);
+    EXPECT_EQ(motion(0, 4), 0);
+  }
+  odometry.twist.covariance = covarianceMsg(Matrix6d::Zero());
+  EXPECT_TRUE(motionCovariance(odometry, 0.1, Eigen::Isometry3d::Identity()).isZero());
 }
 
 }  // namespace
