@@ -1,6 +1,6 @@
 /// The numbers by which the default scheme decides, but for the user's (MotionDetectionParams).
-/// docs/design_notes.md has what other values do. Numbers that bound time or memory, and those of a
-/// kernel's layout, are where they are used.
+/// docs/design_notes.md has what other values do. Numbers that bound time or memory, those of a
+/// kernel's layout, and halves and thirds are where they are used.
 #pragma once
 
 #include <cstddef>
@@ -68,6 +68,10 @@ constexpr double kFlowNoise_px = 1.5, kFlowShare = 0.3;
 constexpr double kLinkDepth = 0.6;
 /// Of a point that agrees with the motion of its object.
 constexpr double kInlierSigmas = 5;
+/// Standard deviation of a motion that the points hardly show, along the line of sight.
+constexpr double kPriorMotion_m = 3;
+/// Errors of neighbouring points are correlated: variance of their motion / of independent points.
+constexpr double kCorrelation = 4;
 /// Fewest points of an object, whatever it is measured by.
 constexpr std::size_t kFewestPoints = 12;
 
@@ -122,6 +126,12 @@ constexpr double kOwnMotion_mps = 1, kMostSigmasOfVelocity = 3;
 /// Area of a vehicle's side / of its rear; areas of both parts / of the box around them; share of a
 /// part's box that is within an object's box.
 constexpr double kLargestSide = 0.25, kLeastCovered = 0.5, kMostOfPart = 0.8;
+/// Depths of a known object / of its centre, and the ends of its box that are left out, at both
+/// sides, when it is sought.
+constexpr float kKnownDepth = 0.15f;
+constexpr double kEndsDown = 0.25, kEndsAcross = 0.2;
+/// Standard deviations of an object's centre: across, along, and along for each m per px.
+constexpr double kCentreSigma_m = 0.2, kDepthSigma_m = 0.3, kDepthSigma_px = 0.3;
 /// The score of one observation counts up to here, as that of so many pixels.
 constexpr double kMostCertain = 0.97, kPixelsOfOdds = 1000;
 
@@ -131,5 +141,7 @@ constexpr double kMostCertain = 0.97, kPixelsOfOdds = 1000;
 constexpr double kLongestGap_s = 1;
 /// Share of the image that contradicts a right pose, and how much more than usual.
 constexpr double kMostContradicting = 0.8, kSuddenlyContradicting = 0.2;
+/// So many frames in a row may contradict; then the scene does.
+constexpr int kMostOddFrames = 2;
 
 }  // namespace predictive_stereo

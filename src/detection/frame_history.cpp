@@ -11,7 +11,6 @@ namespace predictive_stereo {
 namespace {
 
 constexpr int kPyramidLevels = 4;
-constexpr int kMostOddFrames = 2;
 
 }  // namespace
 

@@ -86,8 +86,9 @@ bool measureShape(const DetectionInput& input, const DisparityRange& range, Obse
 
 Eigen::Matrix3d centreCovariance(const StereoRig& rig, double disparity_px) {
   const double depth_m = rig.disparityTimesDepth() / disparity_px;
-  const double sigma_z_m = 0.3 + 0.3 * depth_m / disparity_px;
-  return Eigen::Vector3d(0.04, 0.04, sigma_z_m * sigma_z_m).asDiagonal();
+  const double sigma_z_m = kDepthSigma_m + kDepthSigma_px * depth_m / disparity_px;
+  const double across_m2 = kCentreSigma_m * kCentreSigma_m;
+  return Eigen::Vector3d(across_m2, across_m2, sigma_z_m * sigma_z_m).asDiagonal();
 }
 
 Observation joined(const Observation& part, const Observation& whole) {

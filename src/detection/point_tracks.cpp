@@ -92,7 +92,7 @@ Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>
   int count = 0;
   for (int iteration = 0; iteration < 8; ++iteration) {
     // A weak prior, for the motion along the line of sight.
-    information = Matrix3d::Identity() / 9.0;
+    information = Matrix3d::Identity() / (kPriorMotion_m * kPriorMotion_m);
     Vector3d gradient = information * -fit.moved_m;
     chi2 = 0;
     count = 0;
@@ -123,8 +123,8 @@ Displacement fitDisplacement(const PastView& view, const std::vector<PointTrack>
   }
   const double scale = count > 6 ? std::max(1.0, chi2 / (count - 3)) : 4.0;
   fit.covariance = scale * information.inverse();
-  // Errors of neighbouring points are correlated, and all points share the error of the ego-motion.
-  fit.covariance *= 4;
+  // All points share the error of the ego-motion.
+  fit.covariance *= kCorrelation;
   Vector3d centre_m = Vector3d::Zero();
   for (const PointTrack& track : tracks)
     centre_m += track.point_m / static_cast<double>(tracks.size());
@@ -252,9 +252,11 @@ std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& 
   const Eigen::Vector3d velocity_mps = known.state.tail<3>();
   hypothesis.moved_m =
       view.past.frame->T_odom_cam.linear().transpose() * velocity_mps * view.past.seconds;
-  const float tolerance = 1 + 0.15f * hypothesis.disparity_px;
-  for (int v = box.y / 2 + box.height / 8; v < (box.br().y - box.height / 4) / 2; v += 2)
-    for (int u = box.x / 2 + box.width / 10; u < (box.br().x - box.width / 5) / 2; u += 2) {
+  const float tolerance = kDisparityError_px + kKnownDepth * hypothesis.disparity_px;
+  const int across = static_cast<int>(kEndsAcross * box.width),
+            down = static_cast<int>(kEndsDown * box.height);
+  for (int v = (box.y + down) / 2; v < (box.br().y - down) / 2; v += 2)
+    for (int u = (box.x + across) / 2; u < (box.br().x - across) / 2; u += 2) {
       const float d = view.disparity_px()(2 * v, 2 * u);
       if (view.isKnown(d) && std::abs(d - hypothesis.disparity_px) < tolerance)
         hypothesis.seeds.emplace_back(u, v);

@@ -60,7 +60,7 @@ class FrameNodelet : public nodelet::Nodelet {
   /// Also called if connect() was not, or was not completed. After it has returned, no callback of
   /// an input runs.
   virtual void unsubscribeInputs() = 0;
-  /// The stamps of the frames went back to this one.
+  /// The stamps of the frames went back to this one; in the thread of the frames.
   virtual void goBackTo(ros::Time) {}
   /// Called whenever demand may have changed.
   virtual void followDemand() {}
@@ -73,7 +73,7 @@ class FrameNodelet : public nodelet::Nodelet {
   void makeInput(ros::NodeHandle& node, const SyncParams& params) {
     input_ = std::make_unique<SyncedTopics>(
         node, *health_, params, Input::topics(), Input::cures(),
-        [this](const SyncedTopics::Set& set) { receive(Input::frame(set)); });
+        [this](const SyncedTopics::Set& set) { worker_.push({Input::frame(set)}); });
   }
 
   /// After this has returned, nothing calls the nodelet.
@@ -175,17 +175,14 @@ class FrameNodelet : public nodelet::Nodelet {
     health_->setAsleep(true);
   }
 
-  void receive(Frame frame) {
-    const ros::Time stamp = frame.left->header.stamp;
-    if (stamp < last_received_) {
+  void processNext(const Job& job) {
+    // Not before the last frame of a pass has ended: it may wait for its motion.
+    const ros::Time stamp = job.frame.left->header.stamp;
+    if (stamp < last_stamp_) {
       tf_->goBackTo(stamp);
       goBackTo(stamp);
     }
-    last_received_ = stamp;
-    worker_.push({std::move(frame)});
-  }
-
-  void processNext(const Job& job) {
+    last_stamp_ = stamp;
     if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
     const bool reset = reset_requested_.exchange(false);
     // The state from before a sleep is too old to be useful.
@@ -198,7 +195,7 @@ class FrameNodelet : public nodelet::Nodelet {
   Live Params::*const live_;
   const std::vector<std::string> fixed_;
   std::unique_ptr<SyncedTopics> input_;
-  ros::Time last_received_;
+  ros::Time last_stamp_;
   std::atomic<bool> reset_requested_{false}, forget_{false}, awake_{false};
   std::unique_ptr<LiveParams<Live>> live_params_;
   ros::ServiceServer reset_service_;

@@ -163,12 +163,12 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
                           const std::string& camera, ros::Time previous, ros::Time now,
                           const std::string& fixed_frame) {
   MotionAnswer answer;
+  // Asked first, because tf receives poses meanwhile.
+  const bool has_now = lookUpTransform(tf, fixed_frame, camera, now, answer.reason).has_value();
   const auto T_cam_prev = lookUpCameraMotion(tf, camera, previous, now, fixed_frame, answer.reason);
   if (!T_cam_prev) {
     // What tf lacks before a pose that it has will not come any more.
-    std::string of_now;
-    answer.complete = lookUpTransform(tf, fixed_frame, camera, now, of_now).has_value();
-    if (answer.complete) answer.reason = "tf has no pose of the frame before";
+    if (has_now) return {std::nullopt, true, "tf has no pose of the frame before"};
     return answer;
   }
   answer.value = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
