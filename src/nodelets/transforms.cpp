@@ -74,6 +74,16 @@ bool explains(const nav_msgs::Odometry& odometry, const Vector6d& motion, double
   return (off.cwiseAbs().array() <= 3 * sigma.array() + kRounding).all();
 }
 
+// None: it has a twist only, or is damaged.
+std::optional<Eigen::Isometry3d> poseOf(const nav_msgs::Odometry& odometry) {
+  const geometry_msgs::Pose& pose = odometry.pose.pose;
+  const auto& q = pose.orientation;
+  Eigen::Isometry3d T;
+  tf2::fromMsg(pose, T);
+  const bool is_pose = std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 0.01;
+  return is_pose && T.matrix().allFinite() ? std::optional(T) : std::nullopt;
+}
+
 // By how much the poses of the odometry say another motion than tf [m, rad]; zero if it has none of
 // these frames.
 Vector6d differenceFromPoses(const OdometryHistory& odometry,
@@ -81,11 +91,10 @@ Vector6d differenceFromPoses(const OdometryHistory& odometry,
                              ros::Time now, const Vector6d& motion) {
   const auto before = odometry.of(previous);
   if (!before || odometry_now.header.stamp != now) return Vector6d::Zero();
+  const auto T_odom_prev = poseOf(*before), T_odom_now = poseOf(odometry_now);
+  if (!T_odom_prev || !T_odom_now) return Vector6d::Zero();
   const double dt_s = (now - previous).toSec();
-  Eigen::Isometry3d T_odom_prev, T_odom_now;
-  tf2::fromMsg(before->pose.pose, T_odom_prev);
-  tf2::fromMsg(odometry_now.pose.pose, T_odom_now);
-  return dt_s * constantTwist(relative(T_odom_prev, T_odom_now), dt_s) - motion;
+  return dt_s * constantTwist(relative(*T_odom_prev, *T_odom_now), dt_s) - motion;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <boost/make_shared.hpp>
 #include <boost/weak_ptr.hpp>
+#include <cmath>
 #include <vector>
 
 #include "nodelets/transforms.h"
@@ -81,11 +82,12 @@ TEST(OdometryHistory, forgets_a_later_pass) {
 class MotionFromOdometry : public testing::Test {
  protected:
   // @param unseen  whether the motion to this frame was not seen.
-  void add(double stamp_s, double x_m, double twist_mps, bool unseen = false) {
-    add(stamp_s, x_m, x_m, twist_mps, unseen);
+  nav_msgs::OdometryPtr add(double stamp_s, double x_m, double twist_mps, bool unseen = false) {
+    return add(stamp_s, x_m, x_m, twist_mps, unseen);
   }
   // @param tf_m  where another source has it in tf.
-  void add(double stamp_s, double tf_m, double x_m, double twist_mps, bool unseen) {
+  nav_msgs::OdometryPtr add(double stamp_s, double tf_m, double x_m, double twist_mps,
+                            bool unseen) {
     geometry_msgs::TransformStamped transform;
     transform.header.frame_id = "odom";
     transform.header.stamp = ros::Time(stamp_s);
@@ -101,6 +103,7 @@ class MotionFromOdometry : public testing::Test {
     odometry->twist.covariance =
         covarianceMsg((unseen ? kUnknownCovariance : 1e-4) * Matrix6d::Identity());
     odometry_.add(odometry);
+    return odometry;
   }
   MotionAnswer motion(double previous_s, double now_s) const {
     return cameraMotion(tf_, &odometry_, "camera", ros::Time(previous_s), ros::Time(now_s), "odom");
@@ -137,6 +140,17 @@ TEST_F(MotionFromOdometry, is_doubted_by_its_difference_from_another_source_in_t
   EXPECT_TRUE(motion(10.1, 10.3).value);
   EXPECT_TRUE(
       cameraPose(tf_, &odometry_, "camera", ros::Time(10.1), ros::Time(10.2), "odom").value);
+}
+
+TEST_F(MotionFromOdometry, is_not_compared_with_poses_that_are_none) {
+  for (const double w : {0.0, std::nan("")}) {
+    add(10.0, 0, 0, true);
+    const nav_msgs::OdometryPtr with_twist_only = add(10.1, 1, 10);
+    with_twist_only->pose.pose = geometry_msgs::Pose();
+    with_twist_only->pose.pose.orientation.w = w;
+    ASSERT_TRUE(motion(10.0, 10.1).value) << w;
+    EXPECT_TRUE(motion(10.0, 10.1).value->covariance.isApprox(1e-6 * Matrix6d::Identity())) << w;
+  }
 }
 
 TEST_F(MotionFromOdometry, since_a_frame_before_the_first_pose_in_tf_will_not_come) {
