@@ -12,6 +12,7 @@
 #include <functional>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -47,9 +48,14 @@ class Arrivals {
     const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                              std::chrono::duration<double>(timeout_s));
     struct AtEnd {
-      std::atomic<bool>& waiting;
-      ~AtEnd() { waiting = false; }
-    } at_end{waiting_};
+      Arrivals& arrivals;
+      Clock::time_point begin = Clock::now();
+      ~AtEnd() {
+        if (!arrivals.waiting_.exchange(false)) return;
+        const std::chrono::duration<double> waited = Clock::now() - begin;
+        arrivals.waited_s_ = arrivals.waited_s_ + waited.count();
+      }
+    } at_end{*this};
     std::unique_lock<std::mutex> lock(mutex_);
     while (true) {
       const uint64_t known = count_;
@@ -59,15 +65,14 @@ class Arrivals {
       lock.lock();
       if (stopped_ || Clock::now() >= deadline) return answer;
       const auto has_news = [&] { return stopped_ || count_ != known; };
-      ++waits_;
       waiting_ = true;
       if (!changed_.wait_until(lock, deadline, has_news) || stopped_) return answer;
     }
   }
 
-  /// Whether a thread waits now, and how often one has waited.
+  /// Whether the nodelet's thread waits now, and how long it has waited until now.
   bool isWaiting() const { return waiting_; }
-  uint64_t waits() const { return waits_; }
+  double waited_s() const { return waited_s_; }
 
  private:
   std::mutex mutex_;
@@ -75,12 +80,12 @@ class Arrivals {
   uint64_t count_ = 0;
   bool stopped_ = false;
   std::atomic<bool> waiting_{false};
-  std::atomic<uint64_t> waits_{0};
+  std::atomic<double> waited_s_{0};
 };
 
 /// A thread that processes jobs in their order. One job may wait, and those that arrive while the
-/// work waits for other nodes. If more arrive, it is too slow: then only the newest one stays, so
-/// that latency is bounded.
+/// work waits for other nodes, unless the work alone takes longer than jobs need to arrive. If more
+/// arrive, it is too slow: then only the newest one stays, so that latency is bounded.
 template <class Job>
 class FrameWorker {
  public:
@@ -96,7 +101,10 @@ class FrameWorker {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       jobs_.push_back(std::move(job));
-      if (jobs_.size() > (arrivals_.isWaiting() ? kMost : most_)) {
+      const auto now = Clock::now();
+      if (last_push_) smooth(seconds(now - *last_push_), period_s_);
+      last_push_ = now;
+      if (jobs_.size() > (isTooSlow() ? 1 : arrivals_.isWaiting() ? kMost : most_)) {
         dropped_ += jobs_.size() - 1;
         jobs_.erase(jobs_.begin(), jobs_.end() - 1);
         most_ = 1;
@@ -118,7 +126,17 @@ class FrameWorker {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
   static constexpr size_t kMost = 100;
+
+  static double seconds(Clock::duration time) {
+    return std::chrono::duration<double>(time).count();
+  }
+  static void smooth(double value, double& mean) {
+    constexpr double kShare = 0.2;
+    mean = mean > 0 ? mean + kShare * (value - mean) : value;
+  }
+  bool isTooSlow() const { return work_s_ > period_s_; }
 
   void run() {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -128,11 +146,14 @@ class FrameWorker {
       Job job = std::move(jobs_.front());
       jobs_.pop_front();
       lock.unlock();
-      const uint64_t waits = arrivals_.waits();
+      const auto begin = Clock::now();
+      const double before_s = arrivals_.waited_s();
       work_(job);
       lock.lock();
+      const double waited_s = arrivals_.waited_s() - before_s;
+      smooth(seconds(Clock::now() - begin) - waited_s, work_s_);
       // Those that came while it waited, one during the next work, and one that comes early.
-      most_ = arrivals_.waits() != waits ? jobs_.size() + 2 : std::max<size_t>(most_ - 1, 1);
+      most_ = waited_s > 0 ? jobs_.size() + 2 : std::max<size_t>(most_ - 1, 1);
     }
   }
 
@@ -141,7 +162,9 @@ class FrameWorker {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Job> jobs_;
-  size_t most_ = 1;  // jobs that may wait
+  size_t most_ = 1;                   // jobs that may wait
+  double work_s_ = 0, period_s_ = 0;  // means of the last ones; work without waits
+  std::optional<Clock::time_point> last_push_;
   bool stop_ = false;
   std::atomic<uint64_t> dropped_{0};
   std::thread thread_;  // last: uses the members above
