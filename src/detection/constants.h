@@ -36,21 +36,22 @@ constexpr double kGap_m = 0.3;
 /// Downwards, the disparity of a level surface grows by these shares of what is expected at its
 /// height, that of an upright one by less.
 constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
-/// Of a disparity of the ground, beside kScaleSigma.
+/// Largest error of a disparity of the ground, plus kScaleSigma times the disparity.
 constexpr float kGroundTolerance_px = 0.6f;
 /// Least share of the known cells on the ground, for each metre of the camera's height, and its
 /// limits. A low camera may see little of the ground; a high one sees hardly anything else.
 constexpr double kGroundSharePerMetre = 0.04, kLeastGroundShare = 0.06, kMostGroundShare = 0.5;
-/// Of the ground against the optical axis, and about it.
+/// Largest angle between the ground's normal and the camera's y axis, in all and sideways.
 constexpr double kMostPitch_deg = 80, kMostRoll_deg = 30;
-/// Between two frames: of the angle, and of the camera's height, relative to it.
+/// The ground of two frames: largest turn, and largest relative change of the camera's height.
 constexpr double kMostTurn_deg = 20, kMostHeightChange = 0.1;
 
 // --- Evidence: motion across the line of sight ---------------------------------------------------
 
 /// Distance of the pixels whose disparity is compared with a point's, or tried for it.
 constexpr int kAround_px = 4;
-/// Of nine points around one that is on a surface, this one included, and how much they differ.
+/// A point is on a surface if so many of nine points, itself and those around it, have its
+/// disparity, up to this share of it and kDisparityError_px.
 constexpr int kFewestOnSurface = 6;
 constexpr float kOnSurface = 0.05f;
 /// Fastest motion away from the camera, of an object that may have hidden a point.
@@ -66,7 +67,7 @@ constexpr float kLeastMismatch_grey = 0.5f;
 constexpr double kFlowNoise_px = 1.5, kFlowShare = 0.3;
 /// Distance along the line of sight / MotionDetectionParams::link_distance_m.
 constexpr double kLinkDepth = 0.6;
-/// Of a point that agrees with the motion of its object.
+/// Largest error of a point that agrees with the motion of its object.
 constexpr double kInlierSigmas = 5;
 /// Standard deviation of a motion that the points hardly show, along the line of sight.
 constexpr double kPriorMotion_m = 3;
@@ -88,7 +89,7 @@ constexpr int kFewestShiftedCells = 6;
 constexpr float kLeastSign = 0.6f;
 /// Least mean residual of an obstacle / of a square.
 constexpr float kOfObstacle = 0.5f;
-/// Of the disparity, between neighbours.
+/// Largest step of the disparity between neighbours.
 constexpr float kMostStep_px = 1.5f;
 /// Larger residuals count as this one.
 constexpr float kLargestResidual_px = 8;
@@ -130,9 +131,11 @@ constexpr double kLargestSide = 0.25, kLeastCovered = 0.5, kMostOfPart = 0.8;
 /// sides, when it is sought.
 constexpr float kKnownDepth = 0.15f;
 constexpr double kEndsDown = 0.25, kEndsAcross = 0.2;
-/// Standard deviations of an object's centre: across, along, and along for each m per px.
+/// Standard deviation of an object's centre across the line of sight; along it the second, plus the
+/// third times depth [m] / disparity [px].
 constexpr double kCentreSigma_m = 0.2, kDepthSigma_m = 0.3, kDepthSigma_px = 0.3;
-/// The score of one observation counts up to here, as that of so many pixels.
+/// The score of one observation counts up to the first; its odds grow with its pixels, relative to
+/// the second.
 constexpr double kMostCertain = 0.97, kPixelsOfOdds = 1000;
 
 // --- Time and pose -------------------------------------------------------------------------------

@@ -251,7 +251,7 @@ TEST_F(FreeSpaceChannelTest, LeavesOutImplausibleSizes) {
   EXPECT_TRUE(isFoundWith(&MotionDetectionParams::min_height_m, 1.4));
   EXPECT_FALSE(isFoundWith(&MotionDetectionParams::min_height_m, 1.6));
   EXPECT_TRUE(isFoundWith(&MotionDetectionParams::max_height_m, 1.6));
-  EXPECT_FALSE(isFoundWith(&MotionDetectionParams::max_height_m, 1.1));
+  EXPECT_FALSE(isFoundWith(&MotionDetectionParams::max_height_m, 1.4));
 }
 
 TEST_F(FreeSpaceChannelTest, APoseThatJumpsEndsThePast) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -140,21 +141,24 @@ TEST_F(FrameWorkerTest, keeps_all_jobs_while_it_waits_for_other_nodes) {
 
 // Otherwise latency would grow to that of all jobs that came while it waited.
 TEST_F(FrameWorkerTest, keeps_the_newest_job_if_its_work_takes_longer_than_jobs_to_arrive) {
+  std::atomic<int> newest{0};
+  std::vector<int> lags;  // jobs that were newer than the one that is taken
   FrameWorker<int> worker(
       [&](int job) {
+        lags.push_back(newest - job);
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         arrivals_.waitFor(0.02, [] { return false; });
-        done_.push_back(job);
       },
       arrivals_);
   for (int job = 0; job < 100; ++job) {
+    newest = job;
     worker.push(job);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   worker.stop();
-  ASSERT_GE(done_.size(), 4u);
-  for (size_t i = 3; i < done_.size(); ++i) EXPECT_GE(done_[i] - done_[i - 1], 2);
-  EXPECT_GE(done_.back(), 80) << "it lags behind";
+  ASSERT_GE(lags.size(), 4u);
+  std::sort(lags.begin(), lags.end());
+  EXPECT_LE(lags[lags.size() / 2], 1);
 }
 
 TEST(ThreadLimit, TheLeastOfSeveralHolds) {
