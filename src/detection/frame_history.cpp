@@ -1,6 +1,7 @@
 #include "detection/frame_history.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "detection/constants.h"
 #include "detection/motion_noise.h"
@@ -16,7 +17,8 @@ constexpr int kPyramidLevels = 4;
 
 void FrameHistory::remember(const DetectionInput& input) {
   continueMotions(input);
-  std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
+  const auto end = secondLastStays() ? frames_.end() : frames_.begin() + 2;
+  std::rotate(frames_.begin(), end - 1, end);
   RememberedFrame& current = frames_[0];
   current.stamp_s = input.stamp_s;
   current.pose_state = input.pose_state;
@@ -25,6 +27,14 @@ void FrameHistory::remember(const DetectionInput& input) {
   current.motion_since = PathCovariance();
   current.pyramid.build(input.left, kPyramidLevels);
   input.measured_disparity_px.copyTo(current.disparity_px);
+}
+
+// Before a new frame is added: whether the frame before the current one is far enough from those
+// before it. It also stays where nothing before it can be compared: there past() ends.
+bool FrameHistory::secondLastStays() const {
+  const RememberedFrame &second_last = frames_[1], &before = frames_[2];
+  return before.empty() || !second_last.follows || second_last.pose_state != PoseState::kKnown ||
+         !(std::abs(second_last.stamp_s - before.stamp_s) < kLeastApart_s);
 }
 
 // Frames before one without a known pose are not compared any more: see past().

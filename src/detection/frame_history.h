@@ -41,7 +41,8 @@ struct PastFrame {
 
 class FrameHistory {
  public:
-  /// Number of past frames that are kept.
+  /// Number of past frames that are kept: the previous one, and others that are at least
+  /// kLeastApart_s apart.
   static constexpr int kFarthest = 8;
 
   /// Adds a frame, which becomes the current one.
@@ -57,6 +58,7 @@ class FrameHistory {
 
  private:
   void continueMotions(const DetectionInput& input);
+  bool secondLastStays() const;
 
   /// The current frame, then the previous ones, the last one first.
   std::array<RememberedFrame, 1 + kFarthest> frames_;

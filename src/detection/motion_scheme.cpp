@@ -1,11 +1,25 @@
 #include "detection/motion_scheme.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "detection/constants.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
+namespace {
+
+// Removes the previous frame of a fast camera, since which little has moved. Returns it if near
+// objects have moved enough.
+std::optional<PastFrame> takePrevious(std::vector<PastFrame>& past) {
+  if (past.size() < 2 || past[0].seconds >= kLeastApart_s) return std::nullopt;
+  const PastFrame previous = past[0];
+  past.erase(past.begin());
+  if (previous.seconds < kLeastApart_s / 2) return std::nullopt;
+  return previous;
+}
+
+}  // namespace
 
 const std::vector<Observation>& MotionScheme::observe(const DetectionInput& input,
                                                       const ObjectTracker& known) {
@@ -20,7 +34,8 @@ const std::vector<Observation>& MotionScheme::observe(const DetectionInput& inpu
   objects_.clear();
   sought_known_ = false;
   if (input.pose_state != PoseState::kKnown) return objects_;
-  const std::vector<PastFrame> past = frames_.past();
+  std::vector<PastFrame> past = frames_.past();
+  const std::optional<PastFrame> previous = takePrevious(past);
   const FrameView frame{input,  range_,          params_,   frames_.current(),
                         cells_, ground_.plane(), obstacles_};
   if (!past.empty()) {
@@ -33,24 +48,24 @@ const std::vector<Observation>& MotionScheme::observe(const DetectionInput& inpu
   }
   runTogether([&] { objects_ = free_space_.find(frame, cells_); },
               [&] {
-                if (sought_known_) findByMotion(frame, past, known);
+                if (sought_known_) findByMotion(frame, past, previous, known);
               });
   addMoving(frame, verification_.objects());
   return objects_;
 }
 
 void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
+                                const std::optional<PastFrame>& previous,
                                 const ObjectTracker& known) {
   along_.compare(frame, past);
   verification_.setFrame(frame, along_.residual_px);
   const PastView since_last = frame.since(past[0]);
   since_last_.find(since_last, verification_);
-  // Far or slow objects may move too little between two successive frames: also compare with the
-  // second last frame.
-  if (past.size() > 1) {
-    const PastView view = frame.since(past[1]);
-    since_second_last_.compare(view, texture_);
-    since_second_last_.find(view, verification_);
+  // Near or fast objects may move too much until then, far or slow ones too little.
+  if (previous || past.size() > 1) {
+    const PastView view = frame.since(previous ? *previous : past[1]);
+    since_other_.compare(view, texture_);
+    since_other_.find(view, verification_);
   }
   along_.find(frame, verification_);
   // The known objects at their predicted positions.

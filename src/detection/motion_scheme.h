@@ -1,6 +1,7 @@
 /// The default detection scheme: compares images and disparities with those of a static world.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "detection/across_channel.h"
@@ -34,7 +35,7 @@ class MotionScheme {
 
  private:
   void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
-                    const ObjectTracker& known);
+                    const std::optional<PastFrame>& previous, const ObjectTracker& known);
   void addMoving(const FrameView& frame, const std::vector<Observation>& moving);
 
   DisparityRange range_;
@@ -47,7 +48,7 @@ class MotionScheme {
   SteadyGround ground_;
   Obstacles obstacles_;
   cv::Mat1f texture_;
-  AcrossChannel since_last_, since_second_last_;  // compare with the last and second last frame
+  AcrossChannel since_last_, since_other_;  // compare with the last frame, and another one
   AlongChannel along_;
   FreeSpaceChannel free_space_;
   Verification verification_;

@@ -1,8 +1,9 @@
-/// Past frames are the same as in a plain list.
+/// Past frames are the same as in a plain list, or, of a fast camera, a part of it.
 #include "detection/frame_history.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "predictive_stereo/rigid_motion.h"
@@ -53,6 +54,42 @@ TEST(FrameHistory, KeepsTheLastEight) {
     if (expected.size() > FrameHistory::kFarthest) expected.pop_back();
   }
   EXPECT_EQ(expected.size(), 8u);
+}
+
+TEST(FrameHistory, KeepsTimeNotFrames) {
+  constexpr double kFast_s = 1.0 / 30;
+  FrameHistory history;
+  for (int k = 0; k < 60; ++k) {
+    SCOPED_TRACE(k);
+    DetectionInput input = frameOf(k);
+    input.stamp_s = 5 + kFast_s * k;
+    history.remember(input);
+    const std::vector<PastFrame> past = history.past();
+    if (k == 0) continue;
+    EXPECT_NEAR(past[0].seconds, kFast_s, 1e-9) << "the previous frame";
+    for (size_t i = 0; i < past.size(); ++i) {
+      const int kept = past[i].frame->pyramid.level(0)(0, 0) - 10;
+      EXPECT_NEAR(past[i].seconds, kFast_s * (k - kept), 1e-9);
+      EXPECT_TRUE(
+          past[i].T_past_cam.isApprox(relative(frameOf(kept).T_odom_cam, input.T_odom_cam)));
+      if (i < 2) continue;
+      EXPECT_NEAR(past[i].seconds - past[i - 1].seconds, 3 * kFast_s, 1e-9);
+    }
+    EXPECT_GE(past.back().seconds, std::min(0.6, kFast_s * k) - 1e-9);
+  }
+}
+
+TEST(FrameHistory, OfAFastCameraEndsWhereThePoseDoesNotGoOn) {
+  FrameHistory history;
+  for (int k = 0; k < 12; ++k) {
+    DetectionInput input = frameOf(k);
+    input.stamp_s = 5 + 0.02 * k;
+    history.remember(input);
+    history.setFollows(k != 7);
+    const std::vector<PastFrame> past = history.past();
+    if (k < 8) continue;
+    EXPECT_EQ(past.back().frame->pyramid.level(0)(0, 0), 10 + 7);
+  }
 }
 
 TEST(FrameHistory, AddsTheMotionsUp) {
