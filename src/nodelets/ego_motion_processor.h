@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "nodelets/fixed_frames.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
@@ -89,7 +90,7 @@ class EgoMotionProcessor {
 
  private:
   bool cameraIsBase(const StereoPair& pair) const {
-    return baseFrame(pair) == pair.left->header.frame_id;
+    return withoutSlash(baseFrame(pair)) == withoutSlash(pair.left->header.frame_id);
   }
 
   // Because of noise, consecutive images of a live camera always differ, also of a static scene.

@@ -20,6 +20,7 @@
 #include <string>
 #include <utility>
 
+#include "nodelets/fixed_frames.h"
 #include "nodelets/health.h"
 #include "nodelets/message_checks.h"
 #include "nodelets/threads.h"
@@ -136,7 +137,8 @@ class TfHistory {
 inline ros::Time newestPose(const tf2::BufferCore& tf, const std::string& fixed_frame,
                             const std::string& frame) {
   try {
-    return tf.lookupTransform(fixed_frame, frame, ros::Time(0)).header.stamp;
+    return tf.lookupTransform(withoutSlash(fixed_frame), withoutSlash(frame), ros::Time(0))
+        .header.stamp;
   } catch (const tf2::TransformException&) {
     return {};
   }

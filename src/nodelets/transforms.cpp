@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "nodelets/fixed_frames.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -133,15 +135,16 @@ std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
                                                  const std::string& target,
                                                  const std::string& source, ros::Time stamp,
                                                  std::string& error) {
-  return found([&] { return tf.lookupTransform(target, source, stamp); }, error);
+  return found(
+      [&] { return tf.lookupTransform(withoutSlash(target), withoutSlash(source), stamp); }, error);
 }
 
 std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
                                                     const std::string& camera, ros::Time previous,
                                                     ros::Time now, const std::string& fixed_frame,
                                                     std::string& error) {
-  return found([&] { return tf.lookupTransform(camera, now, camera, previous, fixed_frame); },
-               error);
+  const std::string frame = withoutSlash(camera), fixed = withoutSlash(fixed_frame);
+  return found([&] { return tf.lookupTransform(frame, now, frame, previous, fixed); }, error);
 }
 
 bool twistIsUnknown(const nav_msgs::Odometry& odometry) {

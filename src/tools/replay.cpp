@@ -128,7 +128,9 @@ class Replay {
       tf.setTransform(transform, "bag", is_static);
       if (is_static) fixed.add(transform.child_frame_id, transform.header.frame_id);
     }
-    if (base == camera || camera.empty() || tf.canTransform(base, camera, ros::Time(0))) return;
+    if (base == camera || camera.empty() ||
+        tf.canTransform(withoutSlash(base), withoutSlash(camera), ros::Time(0)))
+      return;
     std::cerr << "note: the bag's tf has no path from '" << base << "' to the left camera '"
               << camera << "': ";
     const std::string root = fixed.rootOf(camera);

@@ -4,6 +4,9 @@
 
 #include <cmath>
 
+#include "nodelets/ego_motion_processor.h"
+#include "nodelets/tf_input.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -83,6 +86,25 @@ TEST(Transforms, tf_answers_at_the_stamp_or_says_why_not) {
   EXPECT_NE(error.find("extrapolation"), std::string::npos) << error;
   EXPECT_FALSE(lookUpTransform(tf, "odom", "elsewhere", ros::Time(10.1), error));
   EXPECT_NE(error.find("elsewhere"), std::string::npos) << error;
+}
+
+TEST(Transforms, slashes_at_the_beginning_of_frames_do_not_count) {
+  tf2::BufferCore tf;
+  tf.setTransform(stamped("/odom", "/camera", 10.0, pose(0, 0, 0, {0, 0, 0})), "test");
+  tf.setTransform(stamped("/odom", "/camera", 10.2, pose(2, 0, 0, {0, 0, 0.2})), "test");
+  std::string error;
+  const ros::Time before(10), now(10.2);
+  EXPECT_TRUE(lookUpTransform(tf, "/odom", "/camera", now, error)) << error;
+  EXPECT_TRUE(lookUpCameraMotion(tf, "/camera", before, now, "/odom", error)) << error;
+  EXPECT_EQ(newestPose(tf, "/odom", "/camera"), now);
+
+  EgoMotionNodeletParams params;
+  params.base_frame = "head";
+  StereoPair pair;
+  const auto left = boost::make_shared<sensor_msgs::Image>();
+  left->header.frame_id = "/head";
+  pair.left = left;
+  EXPECT_TRUE(EgoMotionProcessor(params).extrinsic(tf, pair, error)) << "it is its own base";
 }
 
 TEST(Transforms, what_tf_answers_does_not_depend_on_other_poses_in_its_buffer) {
