@@ -50,6 +50,11 @@ class Rectifier {
           "): calibrate the camera (camera_calibration's cameracalibrator), or, if its images are "
           "rectified already, do not set rectify");
     const cv::Matx33d K = intrinsics(info), P = rectifiedIntrinsics(info), R(info.R.data());
+    constexpr double kTolerance = 1e-2;  // of a rotation with few decimals
+    if (!(cv::norm(R * R.t(), cv::Matx33d::eye(), cv::NORM_INF) <= kTolerance))
+      throw std::invalid_argument(
+          "camera_info: R, which begins with " + std::to_string(info.R[0]) +
+          ", is no rotation: calibrate the cameras again (1 0 0 0 1 0 0 0 1 turns nothing)");
     namespace models = sensor_msgs::distortion_models;
     if (info.D.empty() || info.distortion_model == models::PLUMB_BOB ||
         info.distortion_model == models::RATIONAL_POLYNOMIAL)

@@ -160,6 +160,8 @@ TEST(Rectifier, names_what_it_cannot_use) {
   info->distortion_model = "plumb_bob";
   info->D.resize(3);
   EXPECT_NE(refusal(*info).find("camera_info cannot be used"), std::string::npos);
+  info->R.fill(0);
+  EXPECT_NE(refusal(*info).find("is no rotation"), std::string::npos);
   info->K[0] = 0;
   EXPECT_NE(refusal(*info).find("no calibration"), std::string::npos);
 }
