@@ -90,6 +90,7 @@ class DisparityNodelet
 
  private:
   void connect(ros::NodeHandle& node) override {
+    for (const std::string& warning : unknownSections(node)) health_->warning(warning);
     reportSimdTarget();
     odometry_.emplace(node, *health_, arrivals_, *tf_, params_, "odometry/row_alignment");
     clouds_.emplace(

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 namespace predictive_stereo {
 namespace {
@@ -136,6 +137,21 @@ std::vector<std::string> setFromRosParams(const ros::NodeHandle& node, ParamTabl
       warnings.push_back(error.what());
     }
   }
+  return warnings;
+}
+
+std::vector<std::string> unknownSections(const ros::NodeHandle& node) {
+  const std::set<std::string> known = {"ego_motion", "disparity", "moving_objects", "rectify_left",
+                                       "rectify_right"};
+  std::vector<std::string> warnings;
+  XmlRpc::XmlRpcValue config;
+  node.getParam(kConfigNamespace, config);
+  if (config.getType() != XmlRpc::XmlRpcValue::TypeStruct) return warnings;
+  for (const auto& [name, values] : config)
+    if (known.count(name) == 0)
+      warnings.push_back("config has '" + name +
+                         "', which no nodelet reads: write parameters below ego_motion, disparity "
+                         "or moving_objects");
   return warnings;
 }
 

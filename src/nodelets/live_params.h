@@ -26,6 +26,13 @@ namespace predictive_stereo {
 /// @throws std::invalid_argument for a wrong value, with the parameter, the value and its limits.
 std::vector<std::string> setFromRosParams(const ros::NodeHandle& node, ParamTable& table);
 
+/// The launch files load their file `config` here, too.
+constexpr char kConfigNamespace[] = "predictive_stereo_config";
+
+/// @param node  of the camera's namespace.
+/// @returns a warning for each section of that file that no nodelet reads.
+std::vector<std::string> unknownSections(const ros::NodeHandle& node);
+
 // Conversions to and from the messages of dynamic_reconfigure. `section` of
 // config/predictive_stereo.yaml describes the parameters.
 using Assignments = std::vector<std::pair<std::string, std::string>>;  // name, value

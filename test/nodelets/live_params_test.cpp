@@ -216,6 +216,15 @@ TEST_F(LiveParamsTest, a_nodelet_that_is_loaded_again_goes_on_with_what_was_set)
   EXPECT_EQ(findIn<int>(nothing.response.config, "matcher/p1"), 7);
 }
 
+TEST_F(LiveParamsTest, a_section_that_no_nodelet_reads_is_told) {
+  ros::param::set(ns_ + "/predictive_stereo_config/disparity/min_support", 3);
+  ros::param::set(ns_ + "/predictive_stereo_config/dispairty/min_support", 3);
+  ASSERT_TRUE(eventually([&] { return log_.connected(); }));
+  load("Disparity");
+  EXPECT_TRUE(logSays("config has 'dispairty', which no nodelet reads"));
+  EXPECT_FALSE(logSays("config has 'disparity'"));
+}
+
 TEST_F(LiveParamsTest, all_three_describe_themselves) {
   for (const char* nodelet : {"EgoMotion", "Disparity", "MovingObjects"}) {
     load(nodelet);
