@@ -5,6 +5,7 @@
 #include <ros/node_handle.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <boost/pointer_cast.hpp>
 #include <chrono>
 #include <functional>
@@ -65,7 +66,8 @@ class SyncedTopics {
 
   /// Does nothing if it is started with this count. With another one it starts anew.
   /// @param count  so many topics make a frame, from the first one on.
-  /// @throws std::runtime_error if the plugin of the image transport is missing.
+  /// @throws std::runtime_error if the plugin of the image transport is missing, or if the name of
+  ///   an image topic is that of its compressed images.
   void start(size_t count) {
     std::vector<Subscriber> before, now;
     {
@@ -153,10 +155,13 @@ class SyncedTopics {
   }
 
   Subscriber cameraImages(size_t slot, const std::string& topic) {
-    const std::string& transport = params_.image_transport;
+    const std::string &transport = params_.image_transport, images = node_.resolveName(topic);
+    if (boost::ends_with(images, kCompressedTopic))
+      throw std::runtime_error(images + " has no raw images: give its name without " +
+                               kCompressedTopic + ", and set image_transport to compressed");
     if (transport == "compressed")
       return subscribe<sensor_msgs::CompressedImage>(
-          node_, health_, node_.resolveName(topic) + kCompressedTopic, queue_,
+          node_, health_, images + kCompressedTopic, queue_,
           [this, slot](const sensor_msgs::CompressedImageConstPtr& image) {
             markReceived(slot);  // also if it cannot be decoded
             add(slot, sensor_msgs::ImageConstPtr(decodedImage(*image)));
@@ -166,8 +171,7 @@ class SyncedTopics {
     };
     try {
       return image_transport::ImageTransport(node_).subscribe(
-          topic, queue_, guarded<sensor_msgs::Image>(health_, node_.resolveName(topic), use),
-          ros::VoidPtr(),
+          topic, queue_, guarded<sensor_msgs::Image>(health_, images, use), ros::VoidPtr(),
           image_transport::TransportHints(transport, ros::TransportHints().tcpNoDelay()));
     } catch (const image_transport::TransportLoadException& e) {
       throw std::runtime_error("image_transport = " + transport + ": cannot be used (" + e.what() +

@@ -192,6 +192,15 @@ TEST_F(Diagnosis, a_transport_without_its_plugin_is_told_and_the_manager_lives) 
   EXPECT_TRUE(says("Disparity", "image_transport = smoke_signals: cannot be used"));
 }
 
+TEST_F(Diagnosis, the_name_of_compressed_images_is_told_with_the_cure) {
+  const std::string compressed = ns_ + "/left/image_rect/compressed";
+  ASSERT_TRUE(loader_->load(ns_ + "/Disparity", "predictive_stereo/Disparity",
+                            {{ns_ + "/left/image_rect", compressed}}, {}));
+  const DisparityRecorder disparity(node_, "disparity");
+  EXPECT_TRUE(
+      says("Disparity", compressed + " has no raw images: give its name without /compressed"));
+}
+
 TEST_F(Diagnosis, images_that_cannot_be_unpacked_are_told) {
   setParam("Disparity", "image_transport", "compressed");
   ros::Publisher left =
