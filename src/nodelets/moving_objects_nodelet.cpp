@@ -40,8 +40,8 @@ struct DisparityInput {
   }
   static SyncedTopics::Cures cures() {
     return {
-        "run the Disparity nodelet in the same namespace (launch argument camera:=<namespace>), or "
-        "remap",
+        "run the camera driver and the Disparity nodelet in this namespace (launch argument "
+        "camera:=<namespace>), or remap",
         "see the diagnostics of the Disparity nodelet",
         "no disparity has the stamp of a left image that is still there: raise queue_size, or do "
         "the topics belong to two cameras?"};

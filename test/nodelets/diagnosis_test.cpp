@@ -43,11 +43,11 @@ TEST_F(Diagnosis, moving_objects_names_the_nodelet_that_it_waits_for) {
   Recorder<MovingObjectArray> objects(node_, "moving_objects");
   const std::string measured =
       "nobody publishes " + ns_ + "/measured_disparity, " + ns_ + "/measured_variance";
-  EXPECT_TRUE(
-      says("MovingObjects", measured + ": run the Disparity nodelet in the same namespace"));
+  const std::string cure = ": run the camera driver and the Disparity nodelet in this namespace";
+  EXPECT_TRUE(says("MovingObjects", measured + cure));
   const Recorder<sensor_msgs::Image> residual(node_, "moving_objects/residual");
   EXPECT_TRUE(says("MovingObjects", measured + ", " + ns_ + "/predicted_disparity, " + ns_ +
-                                        "/predicted_variance: run the Disparity nodelet"));
+                                        "/predicted_variance" + cure));
 }
 
 TEST_F(Diagnosis, moving_objects_tells_that_the_camera_has_stopped) {
