@@ -8,6 +8,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <limits>
 #include <map>
 #include <stdexcept>
@@ -15,6 +16,7 @@
 #include "nodelets/fixed_frames.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
+#include "tools/pipeline_processor.h"
 
 namespace predictive_stereo {
 namespace {
@@ -61,6 +63,7 @@ class Checker {
     if (checkMessages() && checkCalibration()) {
       checkStamps(streams_, result_);
       checkFrames();
+      checkOutputs();
     }
     return result_;
   }
@@ -280,6 +283,32 @@ class Checker {
                      "stamps: raise transform_timeout of disparity and moving_objects "
                      "above that",
                      late_s));
+  }
+
+  // Topics on which the nodelets publish, too. The odometry may be that of another node.
+  void checkOutputs() {
+    using boost::algorithm::starts_with;
+    const std::string prefix = "camera:=";
+    std::string camera = "/kitti";
+    bool estimates_odometry = true;
+    for (const std::string& argument : result_.arguments) {
+      if (starts_with(argument, prefix)) camera = cameraNamespace(argument.substr(prefix.size()));
+      if (argument == "ego_motion:=false") estimates_odometry = false;
+    }
+    std::vector<std::string> outputs;
+    visitOutputs([&](const std::string& name, const auto&) {
+      const std::string topic = camera + "/" + name;
+      if (types_.count(topic) && (estimates_odometry || !starts_with(name, "odometry")))
+        outputs.push_back(topic);
+    });
+    if (outputs.empty()) return;
+    std::string inputs;
+    for (const std::string& topic : camera_.topics.all()) inputs += "'" + topic + "', ";
+    result_.advice(
+        cv::format("the bag has %zu outputs of the nodelets, e.g. %s: they mix with the new ones. "
+                   "Make a bag of the inputs by rosbag filter IN.bag OUT.bag ",
+                   outputs.size(), outputs.front().c_str()) +
+        "\"topic in (" + inputs + "'/tf', '/tf_static')\"");
   }
 
   const rosbag::Bag& bag_;

@@ -33,6 +33,7 @@ struct Recording {
   int first_tf = 0;         // frame
   uint8_t grey = 100;
   bool compressed = false, broken = false;
+  std::vector<std::string> others;  // more topics
 };
 
 sensor_msgs::Image image(const Recording& recording, unsigned width, ros::Time stamp) {
@@ -102,6 +103,8 @@ class CheckBag : public testing::Test {
       for (int i = 0; i < 10; ++i) stamps_s.push_back(i * recording.period_s);
     if (recording.extrinsic)
       bag.write("/tf_static", begin, transform(recording.base, recording.left_frame, begin));
+    for (const std::string& topic : recording.others)
+      bag.write(topic, begin, image(recording, recording.width, begin));
     for (size_t i = 0; i < stamps_s.size(); ++i) {
       const ros::Time now = begin + ros::Duration(recording.period_s * static_cast<double>(i));
       const auto stamp = [&](double offset_s) {
@@ -402,6 +405,17 @@ TEST_F(CheckBag, UsesAnOdometryOfTheBag) {
   EXPECT_TRUE(hasArgument(result, "odom_frame:=map"));
   EXPECT_EQ(advice(result).find("this motion begins"), std::string::npos);
   EXPECT_EQ(advice(result).find("this motion was recorded"), std::string::npos);
+}
+
+TEST_F(CheckBag, TellsThatTheBagHasOutputsOfTheNodelets) {
+  Recording own;
+  EXPECT_EQ(advice(check(own)).find("outputs of the nodelets"), std::string::npos);
+  own.others = {"/stereo/disparity/image", "/stereo/odometry"};
+  EXPECT_SAYS(advice(check(own)), "the bag has 2 outputs of the nodelets");
+  own.others = {"/stereo/odometry"};
+  own.base_parent = "odom";
+  EXPECT_EQ(advice(check(own)).find("outputs of the nodelets"), std::string::npos)
+      << "it may be that of the wheels";
 }
 
 TEST_F(CheckBag, TellsThatAnOdometryOfTheBagIsLate) {
