@@ -90,6 +90,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
                                       "or set base_frame to '" +
                                       camera + "' to take the camera itself as the base",
                      Health::Severity::kBroken);
+    if (T_base_cam) health_->problem("mount", doubtAboutMount(*T_base_cam, base, camera));
     return T_base_cam;
   }
 

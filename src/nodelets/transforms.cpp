@@ -139,6 +139,16 @@ std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
       [&] { return tf.lookupTransform(withoutSlash(target), withoutSlash(source), stamp); }, error);
 }
 
+std::string doubtAboutMount(const Eigen::Isometry3d& T_base_cam, const std::string& base,
+                            const std::string& camera) {
+  constexpr double kSteep = 0.8;  // more than 53 degrees above the horizon
+  if (withoutSlash(base) == withoutSlash(camera) || T_base_cam.linear()(2, 2) < kSteep) return "";
+  return "by tf the left camera '" + camera + "' looks up from '" + base + "'. If it does not, '" +
+         camera +
+         "' is not its optical frame (z ahead, y down): correct the frame_id of the images, or "
+         "this transform";
+}
+
 std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
                                                     const std::string& camera, ros::Time previous,
                                                     ros::Time now, const std::string& fixed_frame,

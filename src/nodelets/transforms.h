@@ -35,6 +35,11 @@ std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
                                                  const std::string& source, ros::Time stamp,
                                                  std::string& error);
 
+/// Why a mount of the left camera is hardly meant so; empty: it may be. A frame with the axes of
+/// the base, as camera_link has, makes a camera that looks ahead one that looks up.
+std::string doubtAboutMount(const Eigen::Isometry3d& T_base_cam, const std::string& base,
+                            const std::string& camera);
+
 /// The camera's motion between two instants relative to `fixed_frame`, as CameraMotion::T_cam_prev.
 std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,
                                                     const std::string& camera, ros::Time previous,

@@ -16,6 +16,7 @@
 #include "nodelets/fixed_frames.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
+#include "nodelets/transforms.h"
 #include "tools/pipeline_processor.h"
 
 namespace predictive_stereo {
@@ -243,6 +244,12 @@ class Checker {
     const bool has_path = tf_.canTransform(base, frame, ros::Time(0));
     if (has_path) result_.good("tf: has the transform from " + base + " to " + frame);
     const std::string moved = fixed_.rootOf(has_path ? base : frame);
+    std::string error;
+    if (const auto mount =
+            lookUpTransform(tf_, has_path ? base : moved, frame, ros::Time(0), error))
+      if (const std::string doubt = doubtAboutMount(*mount, has_path ? base : moved, frame);
+          !doubt.empty())
+        result_.advice(doubt);
     const auto odometry = moving_.find(moved);
     if (odometry != moving_.end()) {
       const std::string arguments[] = {"ego_motion:=false",

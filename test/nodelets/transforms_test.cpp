@@ -107,6 +107,17 @@ TEST(Transforms, slashes_at_the_beginning_of_frames_do_not_count) {
   EXPECT_TRUE(EgoMotionProcessor(params).extrinsic(tf, pair, error)) << "it is its own base";
 }
 
+TEST(Transforms, a_camera_that_looks_up_may_not_have_its_optical_frame) {
+  const auto doubt = [](const Eigen::Vector3d& turn_rad) {
+    return doubtAboutMount(pose(0, 0, 1, turn_rad), "base", "camera_link");
+  };
+  EXPECT_NE(doubt({0, 0, 0}).find("camera_link"), std::string::npos);
+  EXPECT_NE(doubt({0, 0.4, 1}), "") << "camera_link of a camera that looks down a little";
+  EXPECT_EQ(doubt(Eigen::Vector3d(-1, 1, -1) * 2 * M_PI / std::sqrt(27)), "") << "ahead";
+  EXPECT_EQ(doubt({M_PI, 0, 0}), "") << "down";
+  EXPECT_EQ(doubtAboutMount(Eigen::Isometry3d::Identity(), "head", "/head"), "") << "its own base";
+}
+
 TEST(Transforms, what_tf_answers_does_not_depend_on_other_poses_in_its_buffer) {
   const Eigen::Isometry3d now = pose(1.23456789, -0.3, 7, {0.01, 0.2, -0.4});
   tf2::BufferCore alone, among_others;

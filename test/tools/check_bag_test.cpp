@@ -25,7 +25,7 @@ struct Recording {
   double period_s = 0.1, right_delay_s = 0;
   std::vector<double> stamps_s;  // empty: ten, one per period
   bool zero_stamps = false;
-  bool extrinsic = true;
+  bool extrinsic = true, optical = true;
   std::string base = "base_link";
   std::string base_parent;  // parent of base_link in /tf ...
   std::string footprint;    // ... or of this frame, to which base_link is fixed
@@ -88,6 +88,14 @@ tf2_msgs::TFMessage transform(const std::string& parent, const std::string& chil
   return message;
 }
 
+// Of a camera that looks ahead.
+geometry_msgs::Quaternion optical() {
+  geometry_msgs::Quaternion q;
+  q.x = q.z = -0.5;
+  q.y = q.w = 0.5;
+  return q;
+}
+
 class CheckBag : public testing::Test {
  protected:
   CheckBag()
@@ -101,8 +109,11 @@ class CheckBag : public testing::Test {
     std::vector<double> stamps_s = recording.stamps_s;
     if (stamps_s.empty())
       for (int i = 0; i < 10; ++i) stamps_s.push_back(i * recording.period_s);
-    if (recording.extrinsic)
-      bag.write("/tf_static", begin, transform(recording.base, recording.left_frame, begin));
+    if (recording.extrinsic) {
+      tf2_msgs::TFMessage mount = transform(recording.base, recording.left_frame, begin);
+      if (recording.optical) mount.transforms[0].transform.rotation = optical();
+      bag.write("/tf_static", begin, mount);
+    }
     for (const std::string& topic : recording.others)
       bag.write(topic, begin, image(recording, recording.width, begin));
     for (size_t i = 0; i < stamps_s.size(); ++i) {
@@ -437,6 +448,13 @@ TEST_F(CheckBag, UsesAnOdometryThatMovesWhatTheBaseIsFixedTo) {
   EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_TRUE(hasArgument(result, "ego_motion:=false"));
   EXPECT_TRUE(hasArgument(result, "odom_frame:=odom"));
+}
+
+TEST_F(CheckBag, DoubtsACameraThatLooksUp) {
+  Recording own;
+  EXPECT_EQ(advice(check(own)).find("looks up"), std::string::npos);
+  own.optical = false;
+  EXPECT_SAYS(advice(check(own)), "'left_optical_frame' looks up from 'base_link'");
 }
 
 TEST_F(CheckBag, RefusesAnEmptyFrame) {
