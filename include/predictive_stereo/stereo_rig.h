@@ -26,9 +26,9 @@ struct StereoRig {
   /// offset, as KITTI's colour pair does.
   /// @param size  of the images [px].
   /// @throws std::invalid_argument if the size is empty; if an entry of P is not finite; if a focal
-  ///   length is not positive, or differs by more than 0.1 % between the cameras; if a principal
-  ///   point is more than 10^6 px away; if the baseline is not positive (swapped cameras); or if
-  ///   fx * baseline is not finite. The message has both P.
+  ///   length is not positive, or differs by more than 0.1 %; if a principal point is more than
+  ///   10^6 px away, or their rows differ by more than 3 px; if the baseline is not positive
+  ///   (swapped cameras); or if fx * baseline is not finite. The message has both P.
   static StereoRig fromProjections(const Matrix34d& P_left, const Matrix34d& P_right,
                                    cv::Size size);
 

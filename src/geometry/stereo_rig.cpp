@@ -9,6 +9,8 @@ namespace {
 
 // No image lies farther from its principal point.
 constexpr double kFarthestPrincipalPoint_px = 1e6;
+// RowAlignment corrects small ones.
+constexpr double kLargestRowDifference_px = 3;
 
 }  // namespace
 
@@ -49,6 +51,11 @@ StereoRig StereoRig::fromProjections(const Matrix34d& P_left, const Matrix34d& P
       refuse("principal point: " + coordinate.str() +
              " px is too far from the image; calibrate the cameras again");
     }
+  if (std::abs(P_right(1, 2) - rig.cy_px) > kLargestRowDifference_px)
+    refuse("principal points are in row " + std::to_string(rig.cy_px) + " (left) and row " +
+           std::to_string(P_right(1, 2)) +
+           " (right), so equal rows do not see the same; rectify both cameras together, with the "
+           "same roi.y_offset");
   rig.baseline_m = (P_left(0, 3) - P_right(0, 3)) / rig.fx_px;
   if (!(rig.baseline_m > 0))
     refuse("baseline " + std::to_string(rig.baseline_m) +

@@ -55,6 +55,15 @@ TEST(StereoRig, RefusesPrincipalPointsThatNoCameraHas) {
   }
 }
 
+TEST(StereoRig, RefusesImagesWhoseRowsDiffer) {
+  const auto rig = [](double cy_right_px) {
+    return StereoRig::fromProjections(projection(700, 320, 240, 0),
+                                      projection(700, 320, cy_right_px, -70), {640, 480});
+  };
+  EXPECT_NO_THROW(rig(242));
+  EXPECT_THROW(rig(232), std::invalid_argument);
+}
+
 TEST(StereoRig, RefusesDisparitiesThatAreNotFinite) {
   constexpr double kHuge = 1e308;
   EXPECT_THROW(StereoRig::fromProjections(projection(700, 320, 240, kHuge),
