@@ -1,10 +1,8 @@
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
-#include <ros/master.h>
 #include <ros/node_handle.h>
 #include <tf2_msgs/TFMessage.h>
-#include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
 #include <chrono>
@@ -20,22 +18,6 @@
 #include "nodelets/threads.h"
 
 namespace predictive_stereo {
-
-/// Whether the master knows a publisher of the topic other than `node`. True, too, if its answer
-/// cannot be read: to look for rivals in vain only takes some time.
-/// @param system_state  the answer to getSystemState.
-inline bool hasOtherPublisher(XmlRpc::XmlRpcValue system_state, const std::string& topic,
-                              const std::string& node) try {
-  XmlRpc::XmlRpcValue& publishers = system_state[0];
-  for (int i = 0; i < publishers.size(); ++i) {
-    if (static_cast<std::string>(publishers[i][0]) != topic) continue;
-    for (int j = 0; j < publishers[i][1].size(); ++j)
-      if (static_cast<std::string>(publishers[i][1][j]) != node) return true;
-  }
-  return false;
-} catch (const XmlRpc::XmlRpcException&) {  // is no std::exception
-  return true;
-}
 
 /// Finds other publishers of a frame in tf. A frame must have one parent and one publisher: with
 /// two, readers of tf get their transforms alternately.
@@ -128,23 +110,17 @@ class TfOutput {
   static constexpr double kFirstWithin_s = 0.5;  // rivals are assumed to publish at 2 Hz or more
 
   void waitForRivalOnce(const std::string& frame, Arrivals& arrivals) {
-    if (std::exchange(asked_, true) || !othersPublish()) return;
+    if (std::exchange(waited_, true)) return;
     const std::chrono::duration<double> listened =
         std::chrono::steady_clock::now() - listening_since_;
     arrivals.waitFor(kFirstWithin_s - listened.count(),
                      [&] { return rivals_.rivalOf(frame).has_value(); });
   }
 
-  bool othersPublish() const {
-    XmlRpc::XmlRpcValue request(ros::this_node::getName()), response, state;
-    return ros::master::execute("getSystemState", request, response, state, false) &&
-           hasOtherPublisher(state, publisher_.getTopic(), ros::this_node::getName());
-  }
-
   ros::Publisher publisher_;
   TfRivals rivals_;
   std::chrono::steady_clock::time_point listening_since_;
-  bool asked_ = false;    // it has waited for transforms of rivals
+  bool waited_ = false;   // for transforms of rivals
   bool yielded_ = false;  // it does not publish because of a rival
 };
 

@@ -15,26 +15,6 @@ geometry_msgs::TransformStamped transform(const std::string& parent, const std::
   return result;
 }
 
-XmlRpc::XmlRpcValue systemState(const std::string& topic, const std::string& publisher) {
-  XmlRpc::XmlRpcValue state;
-  state[0][0][0] = topic;
-  state[0][0][1][0] = publisher;
-  return state;
-}
-
-TEST(TfRivals, other_publishers_are_found_in_the_answer_of_the_master) {
-  EXPECT_TRUE(hasOtherPublisher(systemState("/tf", "/other"), "/tf", "/manager"));
-  EXPECT_FALSE(hasOtherPublisher(systemState("/tf", "/manager"), "/tf", "/manager"));
-  EXPECT_FALSE(hasOtherPublisher(systemState("/tf_static", "/other"), "/tf", "/manager"));
-}
-
-TEST(TfRivals, an_answer_of_the_master_that_cannot_be_read_throws_nothing) {
-  EXPECT_TRUE(hasOtherPublisher(XmlRpc::XmlRpcValue("no list"), "/tf", "/manager"));
-  XmlRpc::XmlRpcValue numbers;
-  numbers[0][0][0] = 1;
-  EXPECT_TRUE(hasOtherPublisher(numbers, "/tf", "/manager"));
-}
-
 TEST(TfRivals, our_own_transforms_are_no_rivals) {
   TfRivals rivals;
   for (int i = 0; i < 3000; ++i) {
