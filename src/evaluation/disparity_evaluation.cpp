@@ -22,9 +22,8 @@ void addScores(const SequenceFrame& frame, int index, const DisparityOutput& map
 
 }  // namespace
 
-std::vector<std::unique_ptr<DisparityMethod>> startMethods(
-    const std::vector<NamedMethod>& methods) {
-  std::vector<std::unique_ptr<DisparityMethod>> running;
+std::vector<DisparityMethod> startMethods(const std::vector<NamedMethod>& methods) {
+  std::vector<DisparityMethod> running;
   for (const NamedMethod& method : methods) running.push_back(method.make());
   return running;
 }
@@ -46,7 +45,7 @@ void evaluateDisparity(const Sequence& sequence, const std::vector<NamedMethod>&
     MethodInput input{index, stereoFrame(sequence, index, frame), {}};
     input.camera = odometry.process(input.frame);
     for (size_t m = 0; m < methods.size(); ++m) {
-      running[m]->run(input, outputs[m]);
+      running[m](input, outputs[m]);
       if (seen) seen(frame, index, m, outputs[m]);
       if (index == 0) continue;  // without a past, and slower (caches and buffers are cold)
       DisparityEvaluation& evaluation = evaluations[m];

@@ -31,11 +31,11 @@ struct DisparityEvaluation {
 /// A method with its name on the command line.
 struct NamedMethod {
   std::string name;
-  std::function<std::unique_ptr<DisparityMethod>()> make;
+  std::function<DisparityMethod()> make;
 };
 
 /// New instances of the methods, without a past.
-std::vector<std::unique_ptr<DisparityMethod>> startMethods(const std::vector<NamedMethod>& methods);
+std::vector<DisparityMethod> startMethods(const std::vector<NamedMethod>& methods);
 
 /// Called with each frame, its index, a method's index and its output.
 using FrameCallback = std::function<void(const SequenceFrame&, int, size_t, const MethodOutput&)>;

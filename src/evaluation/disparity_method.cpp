@@ -7,76 +7,15 @@
 namespace predictive_stereo {
 namespace {
 
-RowAlignmentParams enabled(RowAlignmentParams params) {
-  params.enabled = true;
-  return params;
-}
-
-class PredictiveMethod : public DisparityMethod {
+// Aligns the rows of right images, as this package does.
+class RightAligner {
  public:
-  explicit PredictiveMethod(const PipelineParams& params) : pipeline_(params) {}
-  void run(const MethodInput& input, MethodOutput& output) override {
-    std::swap(output_.disparity, output.maps);  // reuses the memory
-    pipeline_.process(
-        input.frame, [&] { return input.camera; }, output_);
-    std::swap(output_.disparity, output.maps);
-    output.objects = output_.detections.objects;
-    output.ms = 0;
-    for (const StageTime& time : pipeline_.times().disparity) output.ms += time.ms;
-  }
-  cv::Mat1f doubt(const MethodInput&, const MethodOutput& output) override {
-    return output.maps.disparity_variance_px2;
-  }
-
- private:
-  Pipeline pipeline_;
-  PipelineOutput output_;
-};
-
-class OpencvMethod : public DisparityMethod {
- public:
-  OpencvMethod(int mode, const DisparityParams& params, bool aligned)
-      : mode_(mode),
-        range_(params.matcher.range),
-        aligned_(aligned),
+  explicit RightAligner(const DisparityParams& params)
+      : range_(params.matcher.range),
         coarse_matcher_(params.matcher, params.min_region_px),
         row_aligner_(enabled(params.row_alignment)) {}
 
-  void run(const MethodInput& input, MethodOutput& output) override {
-    const StereoFrame& frame = input.frame;
-    right_ = aligned_ ? alignedRight(frame) : frame.right;
-    StageTimes times;
-    Stopwatch watch;
-    opencvDisparity(frame.left, right_, range_, mode_, output.maps.disparity_px,
-                    frame.rig.principalOffset());
-    watch.lap("OpenCV", times);
-    output.ms = times.front().ms;
-  }
-
-  cv::Mat1f doubt(const MethodInput& input, const MethodOutput& output) override {
-    const StereoFrame& frame = input.frame;
-    const cv::Mat1f& left_px = output.maps.disparity_px;
-    const double offset_px = frame.rig.principalOffset();
-    // Of the mirrored pair the right image is the left one.
-    cv::Mat1b left, right;
-    cv::flip(right_, left, 1);
-    cv::flip(frame.left, right, 1);
-    cv::Mat1f right_px;
-    opencvDisparity(left, right, range_, mode_, right_px, offset_px);
-    cv::flip(right_px, right_px, 1);
-    cv::Mat1f difference_px(left_px.size(), static_cast<float>(range_.count));
-    for (int y = 0; y < left_px.rows; ++y)
-      for (int x = 0; x < left_px.cols; ++x) {
-        const int other = cvRound(x - left_px(y, x) - offset_px);
-        if (range_.isValid(left_px(y, x)) && other >= 0 && other < left_px.cols &&
-            range_.isValid(right_px(y, other)))
-          difference_px(y, x) = std::abs(left_px(y, x) - right_px(y, other));
-      }
-    return difference_px;
-  }
-
- private:
-  cv::Mat1b alignedRight(const StereoFrame& frame) {
+  cv::Mat1b align(const StereoFrame& frame) {
     const double offset_px = frame.rig.principalOffset();
     cv::Mat1f coarse_px;
     coarse_matcher_.match(frame.left, frame.right, coarse_px, offset_px);
@@ -87,13 +26,38 @@ class OpencvMethod : public DisparityMethod {
     return aligned;
   }
 
-  int mode_;
+ private:
+  static RowAlignmentParams enabled(RowAlignmentParams params) {
+    params.enabled = true;
+    return params;
+  }
+
   DisparityRange range_;
-  bool aligned_;
   CoarseMatcher coarse_matcher_;
   RowAligner row_aligner_;
-  cv::Mat1b right_;
 };
+
+// See MethodOutput::doubt.
+// @param left_px  disparities of OpenCV from these images.
+cv::Mat1f leftRightDifference(const cv::Mat1b& left, const cv::Mat1b& right, double offset_px,
+                              const DisparityRange& range, int mode, const cv::Mat1f& left_px) {
+  // Of the mirrored pair the right image is the left one.
+  cv::Mat1b mirrored_left, mirrored_right;
+  cv::flip(right, mirrored_left, 1);
+  cv::flip(left, mirrored_right, 1);
+  cv::Mat1f right_px;
+  opencvDisparity(mirrored_left, mirrored_right, range, mode, right_px, offset_px);
+  cv::flip(right_px, right_px, 1);
+  cv::Mat1f difference_px(left_px.size(), static_cast<float>(range.count));
+  for (int y = 0; y < left_px.rows; ++y)
+    for (int x = 0; x < left_px.cols; ++x) {
+      const int other = cvRound(x - left_px(y, x) - offset_px);
+      if (range.isValid(left_px(y, x)) && other >= 0 && other < left_px.cols &&
+          range.isValid(right_px(y, other)))
+        difference_px(y, x) = std::abs(left_px(y, x) - right_px(y, other));
+    }
+  return difference_px;
+}
 
 }  // namespace
 
@@ -113,13 +77,35 @@ void opencvDisparity(const cv::Mat1b& left, const cv::Mat1b& right, const Dispar
   disparity_px.setTo(range.invalid(), unknown);
 }
 
-std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params) {
-  return std::make_unique<PredictiveMethod>(params);
+DisparityMethod predictiveMethod(const PipelineParams& params) {
+  const auto pipeline = std::make_shared<Pipeline>(params);
+  const auto buffer = std::make_shared<PipelineOutput>();
+  return [=](const MethodInput& input, MethodOutput& output) {
+    std::swap(buffer->disparity, output.maps);  // reuses the memory
+    pipeline->process(
+        input.frame, [&] { return input.camera; }, *buffer);
+    std::swap(buffer->disparity, output.maps);
+    output.objects = buffer->detections.objects;
+    output.ms = 0;
+    for (const StageTime& time : pipeline->times().disparity) output.ms += time.ms;
+  };
 }
 
-std::unique_ptr<DisparityMethod> opencvMethod(int mode, const DisparityParams& params,
-                                              bool aligned) {
-  return std::make_unique<OpencvMethod>(mode, params, aligned);
+DisparityMethod opencvMethod(int mode, const DisparityParams& params, bool aligned) {
+  const auto aligner = aligned ? std::make_shared<RightAligner>(params) : nullptr;
+  return [=, range = params.matcher.range](const MethodInput& input, MethodOutput& output) {
+    const StereoFrame& frame = input.frame;
+    const cv::Mat1b left = frame.left, right = aligner ? aligner->align(frame) : frame.right;
+    const double offset_px = frame.rig.principalOffset();
+    StageTimes times;
+    Stopwatch watch;
+    opencvDisparity(left, right, range, mode, output.maps.disparity_px, offset_px);
+    watch.lap("OpenCV", times);
+    output.ms = times.front().ms;
+    output.doubt = [=, left_px = output.maps.disparity_px] {
+      return leftRightDifference(left, right, offset_px, range, mode, left_px);
+    };
+  };
 }
 
 }  // namespace predictive_stereo

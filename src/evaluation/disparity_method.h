@@ -1,6 +1,6 @@
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <vector>
 
 #include "evaluation/sequence.h"
@@ -20,24 +20,17 @@ struct MethodOutput {
   DisparityOutput maps;
   std::vector<DetectedObject> objects;  ///< moving objects
   double ms = 0;  ///< for the disparities, without images, ego-motion and scoring
+  /// Computes what orders the pixels by their certainty: the larger, the less certain. OpenCV: the
+  /// difference between left and right disparities [px], from a second match of the right image;
+  /// the number of disparities where the right image has none. Empty: the variance orders them.
+  std::function<cv::Mat1f()> doubt;
 };
 
-/// A method that estimates disparities, frame by frame over a sequence.
-class DisparityMethod {
- public:
-  virtual ~DisparityMethod() = default;
-  virtual void run(const MethodInput& input, MethodOutput& output) = 0;
-  /// Orders the pixels of run()'s result by their certainty: the larger, the less certain. Ours:
-  /// the variance. OpenCV: the difference between left and right disparities [px], from a second
-  /// match of the right image; the number of disparities where the right image has none.
-  /// Empty: not known.
-  virtual cv::Mat1f doubt(const MethodInput& /*input*/, const MethodOutput& /*output*/) {
-    return {};
-  }
-};
+/// A method that estimates disparities, called with each frame of a sequence in their order.
+using DisparityMethod = std::function<void(const MethodInput&, MethodOutput&)>;
 
 /// This package with a given ego-motion; moving objects are detected and fed back.
-std::unique_ptr<DisparityMethod> predictiveMethod(const PipelineParams& params);
+DisparityMethod predictiveMethod(const PipelineParams& params);
 
 /// OpenCV's semi-global matching with the paper's parameters (P1 26, P2 470, block 3; OpenCV's
 /// defaults for all others).
@@ -50,7 +43,6 @@ void opencvDisparity(const cv::Mat1b& left, const cv::Mat1b& right, const Dispar
 
 /// OpenCV.
 /// @param aligned  whether the rows of the images are aligned first, as in this package.
-std::unique_ptr<DisparityMethod> opencvMethod(int mode, const DisparityParams& params,
-                                              bool aligned);
+DisparityMethod opencvMethod(int mode, const DisparityParams& params, bool aligned);
 
 }  // namespace predictive_stereo

@@ -72,13 +72,12 @@ KittiEvaluation2015::KittiEvaluation2015(const std::vector<NamedMethod>& methods
 }
 
 void KittiEvaluation2015::add(const std::string& scene, const SequenceFrame& frame,
-                              const MethodInput& input,
-                              const std::vector<std::unique_ptr<DisparityMethod>>& running,
+                              const MethodInput& input, const std::vector<DisparityMethod>& running,
                               const DisparityRange& range) {
   for (size_t m = 0; m < methods_.size(); ++m) {
     Method& method = methods_[m];
     MethodOutput output;
-    running[m]->run(input, output);
+    running[m](input, output);
     method.ms += output.ms;
     const DisparityOutput& maps = output.maps;
     const KittiScore score = scoreAsKitti(maps.disparity_px, range, frame.truth_px, frame.vehicles);
@@ -91,7 +90,7 @@ void KittiEvaluation2015::add(const std::string& scene, const SequenceFrame& fra
         (frame.vehicles(y, x) ? method.vehicle_variance : method.background_variance)
             .add(error_px, variance_px2);
       });
-    const cv::Mat1f doubt = running[m]->doubt(input, output);
+    const cv::Mat1f doubt = output.doubt ? output.doubt() : maps.disparity_variance_px2;
     const auto addDoubt = [&](int x, int y, double error_px) {
       method.sparsification.add(error_px, doubt(y, x));
     };

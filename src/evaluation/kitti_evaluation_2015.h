@@ -1,7 +1,6 @@
 /// Evaluation of methods on the pairs of KITTI 2015, with the devkit's D1.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,8 +46,7 @@ class KittiEvaluation2015 {
   /// @param input  the pair in a sequence, of which it may be the only one.
   /// @param running  the methods, with the past of that sequence.
   void add(const std::string& scene, const SequenceFrame& frame, const MethodInput& input,
-           const std::vector<std::unique_ptr<DisparityMethod>>& running,
-           const DisparityRange& range);
+           const std::vector<DisparityMethod>& running, const DisparityRange& range);
 
   /// D1 of background, vehicles and all pixels, with and without interpolation.
   Table table() const;

@@ -36,15 +36,13 @@ class WallSequence : public Sequence {
   }
 };
 
-/// Returns disparity 8 everywhere; as "ours" with a variance, and invalid in the top quarter.
-class ConstantMethod : public DisparityMethod {
- public:
-  explicit ConstantMethod(bool own) : own_(own) {}
-  void run(const MethodInput& input, MethodOutput& output) override {
+/// Gives disparity 8 everywhere; as "ours" with a variance, and invalid in the top quarter.
+DisparityMethod constantMethod(bool own) {
+  return [=](const MethodInput& input, MethodOutput& output) {
     const cv::Size size = input.frame.left.size();
     output.maps.disparity_px = cv::Mat1f(size, 8.5f);
     output.ms = 10 * (input.index + 1);
-    if (!own_) return;
+    if (!own) return;
     output.maps.disparity_px.rowRange(0, 16).setTo(-1.0f);
     output.maps.measured_disparity_px = output.maps.disparity_px.clone() + 0.5f;
     output.maps.measured_disparity_px.rowRange(0, 16).setTo(-1.0f);
@@ -57,17 +55,13 @@ class ConstantMethod : public DisparityMethod {
     output.maps.predicted_disparity_px.colRange(80, 160).setTo(11.5f);
     output.objects = {DetectedObject()};
     output.objects[0].box_px = {100, 30, 20, 20};
-  }
-
- private:
-  bool own_;
-};
+  };
+}
 
 // With a page: also writes the maps of the last frame.
 SequenceReport evaluateWall(Report* page = nullptr) {
-  const std::vector<NamedMethod> methods = {
-      {kOpencvHh, [] { return std::make_unique<ConstantMethod>(false); }},
-      {kOurs, [] { return std::make_unique<ConstantMethod>(true); }}};
+  const std::vector<NamedMethod> methods = {{kOpencvHh, [] { return constantMethod(false); }},
+                                            {kOurs, [] { return constantMethod(true); }}};
   const WallSequence wall;
   SequenceReport report;
   report.name = wall.name();

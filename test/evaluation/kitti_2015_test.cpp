@@ -138,22 +138,18 @@ TEST(KittiScene2015, NamesWhatIsMissing) {
   EXPECT_THROW(listKittiScenes(KittiStereo::k2015, folder.path("image_2")), std::runtime_error);
 }
 
-/// Returns the same disparity everywhere, invalid in the first columns.
-class Constant : public DisparityMethod {
- public:
-  void run(const MethodInput& input, MethodOutput& output) override {
-    EXPECT_EQ(PoseState::kLost, input.camera.ego_motion.state);
-    output.maps.disparity_px = cv::Mat1f(input.frame.left.size(), 8.0f);
-    output.maps.disparity_px.colRange(0, 8) = kX;
-  }
-};
+/// Gives the same disparity everywhere, invalid in the first columns.
+void runConstant(const MethodInput& input, MethodOutput& output) {
+  EXPECT_EQ(PoseState::kLost, input.camera.ego_motion.state);
+  output.maps.disparity_px = cv::Mat1f(input.frame.left.size(), 8.0f);
+  output.maps.disparity_px.colRange(0, 8) = kX;
+}
 
 TEST(KittiEvaluation2015, PoolsScenes) {
   const Scene2015 folder;
   const auto scene = kittiScene(KittiStereo::k2015, folder.path(), "000003");
   const SequenceFrame pair = scene->frame(0);
-  const std::vector<NamedMethod> methods = {
-      {"constant", [] { return std::make_unique<Constant>(); }}};
+  const std::vector<NamedMethod> methods = {{"constant", [] { return runConstant; }}};
   KittiEvaluation2015 evaluation(methods);
   for (int i = 0; i < 2; ++i)
     evaluation.add(scene->name(), pair, {i, stereoFrame(*scene, i, pair), {}},

@@ -81,7 +81,7 @@ void addPictures(const Sequence& scene, const std::vector<NamedMethod>& methods,
   const YAML::Node item = frameItem(pair, scene.name(), report);
   for (const NamedMethod& method : methods) {
     MethodOutput output;
-    method.make()->run(pairInput(scene, pair, 0), output);
+    method.make()(pairInput(scene, pair, 0), output);
     addMethod(method.name, range, output, item, report);
   }
   report.add(item);
@@ -101,7 +101,7 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
     Progress progress("KITTI 2015", static_cast<int>(names.size()));
     const bool as_sequence = command_line.has("kitti2015-as-sequence");
     VisualOdometry odometry(params.ego_motion, params.max_gap);
-    std::vector<std::unique_ptr<DisparityMethod>> running;
+    std::vector<DisparityMethod> running;
     int index = 0;
     for (const std::string& name : names) {
       progress.update(index);
