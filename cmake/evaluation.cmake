@@ -13,12 +13,9 @@ target_link_libraries(predictive_stereo_evaluation
   PUBLIC predictive_stereo_simulation predictive_stereo_tools opencv_calib3d yaml-cpp
 )
 
-function(predictive_stereo_evaluation_tool name)
-  predictive_stereo_tool(${name} src/evaluation/tools/${name}.cpp)
-  target_link_libraries(predictive_stereo_${name} predictive_stereo_evaluation ${ARGN})
-endfunction()
 foreach(tool estimate_noise evaluate_kitti evaluate_odometry)
-  predictive_stereo_evaluation_tool(${tool})
+  predictive_stereo_tool(${tool} src/evaluation/tools/${tool}.cpp src/tools/main.cpp)
+  target_link_libraries(predictive_stereo_${tool} predictive_stereo_evaluation)
 endforeach()
 
 if(PREDICTIVE_STEREO_ROS)
@@ -29,6 +26,11 @@ if(PREDICTIVE_STEREO_ROS)
   target_link_libraries(predictive_stereo_bag_sequences
     PUBLIC predictive_stereo_evaluation predictive_stereo_bag_tools
   )
-  predictive_stereo_evaluation_tool(evaluate_detection predictive_stereo_bag_sequences)
-  predictive_stereo_evaluation_tool(street_to_bag predictive_stereo_bag_tools)
+  predictive_stereo_tool(evaluate_detection
+    src/evaluation/tools/evaluate_detection.cpp src/tools/main.cpp)
+  target_link_libraries(predictive_stereo_evaluate_detection predictive_stereo_bag_sequences)
+  # Its help lists the scenes, so it has its own main().
+  predictive_stereo_tool(street_to_bag src/evaluation/tools/street_to_bag.cpp)
+  target_link_libraries(predictive_stereo_street_to_bag
+    predictive_stereo_simulation predictive_stereo_bag_tools)
 endif()

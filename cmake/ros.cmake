@@ -50,7 +50,7 @@ target_link_libraries(predictive_stereo_bag_tools
   PUBLIC predictive_stereo_ros predictive_stereo_tools
 )
 foreach(tool check_bag kitti_to_bag load_test replay)
-  predictive_stereo_tool(${tool} src/tools/${tool}.cpp)
+  predictive_stereo_tool(${tool} src/tools/${tool}.cpp src/tools/main.cpp)
   target_link_libraries(predictive_stereo_${tool} predictive_stereo_bag_tools)
 endforeach()
 add_dependencies(predictive_stereo_load_test predictive_stereo_nodelets)

@@ -38,7 +38,8 @@ endfunction()
 
 # An executable with the command line of src/tools/command_line.h. Its help is docs/help/NAME.txt, where
 # @sequences@ and @parameters@ stand for the files of docs/help/common.
-function(predictive_stereo_tool name source)
+# predictive_stereo_tool(name source...)
+function(predictive_stereo_tool name)
   foreach(file common/sequences common/parameters ${name})
     get_filename_component(part ${file} NAME)
     file(READ docs/help/${file}.txt text)
@@ -47,6 +48,6 @@ function(predictive_stereo_tool name source)
   endforeach()
   string(CONFIGURE "${${name}}" help @ONLY)
   configure_file(cmake/help.cpp.in ${name}_help.cpp @ONLY)
-  predictive_stereo_executable(${name} ${source} ${CMAKE_CURRENT_BINARY_DIR}/${name}_help.cpp
+  predictive_stereo_executable(${name} ${ARGN} ${CMAKE_CURRENT_BINARY_DIR}/${name}_help.cpp
     ${predictive_stereo_thread_backend})
 endfunction()

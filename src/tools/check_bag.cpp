@@ -30,7 +30,9 @@ std::string launchLine(const BagCheck& check) {
   return line;
 }
 
-int check(const CommandLine& command_line) {
+}  // namespace
+
+int runProgram(const CommandLine& command_line) {
   if (command_line.positional().size() != 1) throw UsageError("give one bag");
   const StereoTopicChoice choice = topicChoice(command_line);
   const std::string path = command_line.positional()[0];
@@ -55,10 +57,4 @@ int check(const CommandLine& command_line) {
   return usable ? 0 : 1;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
-
-int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
-                                    predictive_stereo::check);
-}

@@ -52,6 +52,10 @@ void setFromOptions(const CommandLine& line, Params& params) {
 /// The help of this program, docs/help/NAME.txt; see predictive_stereo_tool in cmake/targets.cmake.
 extern const char kToolHelp[];
 
+/// The body of this program, which its source file defines.
+/// @returns the exit status.
+int runProgram(const CommandLine& line);
+
 /// Runs the body of a tool, with as many threads as the option --threads says.
 /// @param help  printed for --help; see CommandLine. Exceptions are printed to stderr as
 ///   "tool: message".

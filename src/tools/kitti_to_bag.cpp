@@ -204,7 +204,9 @@ class DriveWriter {
   std::vector<geometry_msgs::TransformStamped> dynamic_;
 };
 
-int convert(const CommandLine& command_line) {
+}  // namespace
+
+int runProgram(const CommandLine& command_line) {
   const auto& arguments = command_line.positional();
   if (arguments.size() != 3) throw UsageError("expected DATE_DIR DRIVE OUT.bag");
   const std::string cameras = command_line.get("cameras", "gray");
@@ -228,10 +230,4 @@ int convert(const CommandLine& command_line) {
   return 0;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
-
-int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
-                                    predictive_stereo::convert);
-}

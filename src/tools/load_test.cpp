@@ -58,7 +58,9 @@ std::vector<double> ratesFrom(const std::string& text) {
   return rates;
 }
 
-int run(const CommandLine& line) {
+}  // namespace
+
+int runProgram(const CommandLine& line) {
   if (!line.has("bag")) throw UsageError("--bag is missing");
   if (!line.positional().empty()) throw UsageError("unexpected argument " + line.positional()[0]);
   const std::vector<double> rates = ratesFrom(line.get("rates", "10,30,max"));
@@ -91,10 +93,4 @@ int run(const CommandLine& line) {
   return 0;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
-
-int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
-                                    predictive_stereo::run);
-}

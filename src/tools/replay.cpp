@@ -279,7 +279,9 @@ class Replay {
       [](const std::string& text) { std::cerr << "\nwarning: " << text << "\n"; }};
 };
 
-int run(const CommandLine& line) {
+}  // namespace
+
+int runProgram(const CommandLine& line) {
   if (line.has("parameters")) {
     AllNodeletParams params;
     std::cout << toYaml(ParamTable(params));
@@ -293,10 +295,4 @@ int run(const CommandLine& line) {
   return 0;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
-
-int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
-                                    predictive_stereo::run);
-}

@@ -68,7 +68,7 @@ def benchmark_page():
 
 def tools():
     """Programs of the package: those whose source is in a folder tools, and the benchmarks."""
-    names = {path.stem for path in (REPOSITORY / 'src').rglob('tools/*.cpp') if 'runTool' in path.read_text()}
+    names = {path.stem for path in (REPOSITORY / 'src').rglob('tools/*.cpp') if 'runProgram' in path.read_text()}
     return {name for name in names if (TOOLS / name).exists()}
 
 

@@ -84,7 +84,9 @@ std::string yamlOf(const Observations& all, bool all_errors) {
   return yaml.str();
 }
 
-int estimate(const CommandLine& command_line) {
+}  // namespace
+
+int runProgram(const CommandLine& command_line) {
   if (!command_line.has("output")) throw UsageError("--output is missing");
   const auto drives = driveArguments(command_line.positional());
   if (drives.empty()) throw UsageError("expected DATE_DIR DRIVE");
@@ -105,10 +107,4 @@ int estimate(const CommandLine& command_line) {
   return 0;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
-
-int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
-                                    predictive_stereo::estimate);
-}

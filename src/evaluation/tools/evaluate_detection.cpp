@@ -112,7 +112,9 @@ class Evaluator {
   StereoRig last_rig_;
 };
 
-int evaluate(const CommandLine& command_line) {
+}  // namespace
+
+int runProgram(const CommandLine& command_line) {
   const PipelineParams params = readParams(command_line);
   const StereoTopicChoice topics = topicChoice(command_line);
   const auto groups = openSequences(
@@ -133,10 +135,4 @@ int evaluate(const CommandLine& command_line) {
   return 0;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
-
-int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
-                                    predictive_stereo::evaluate);
-}

@@ -125,7 +125,9 @@ void evaluateKitti2015(const CommandLine& command_line, const PipelineParams& pa
   report->finish();
 }
 
-int evaluate(const CommandLine& command_line) {
+}  // namespace
+
+int runProgram(const CommandLine& command_line) {
   const PipelineParams params = readParams(command_line);
   const int max_frames = command_line.getInt("frames", 0, 1);
   const auto methods = chooseMethods(command_line, params);
@@ -170,10 +172,4 @@ int evaluate(const CommandLine& command_line) {
   return 0;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
-
-int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
-                                    predictive_stereo::evaluate);
-}

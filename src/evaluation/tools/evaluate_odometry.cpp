@@ -50,7 +50,9 @@ std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
   return csv.csv();
 }
 
-int evaluate(const CommandLine& command_line) {
+}  // namespace
+
+int runProgram(const CommandLine& command_line) {
   const PipelineParams params = readParams(command_line);
   const int max_frames = command_line.getInt("frames", 0, 2);
   std::optional<Report> report;
@@ -70,10 +72,4 @@ int evaluate(const CommandLine& command_line) {
   return 0;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
-
-int main(int argc, char** argv) {
-  return predictive_stereo::runTool(argc, argv, predictive_stereo::kToolHelp,
-                                    predictive_stereo::evaluate);
-}

@@ -156,7 +156,9 @@ StreetParams paramsFrom(const CommandLine& line) {
   return params;
 }
 
-int streetToBag(const CommandLine& line) {
+}  // namespace
+
+int runProgram(const CommandLine& line) {
   if (line.positional().size() != 1)
     throw UsageError("give one bag to write, e.g. street_to_bag street.bag");
   const Street street(paramsFrom(line));
@@ -196,10 +198,9 @@ int streetToBag(const CommandLine& line) {
   return 0;
 }
 
-}  // namespace
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
   return predictive_stereo::runTool(argc, argv, predictive_stereo::helpText(),
-                                    predictive_stereo::streetToBag);
+                                    predictive_stereo::runProgram);
 }
