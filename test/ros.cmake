@@ -20,7 +20,7 @@ foreach(name camera_motion disparity_views message_checks message_pool moving_ob
     stamp_matcher stereo_messages threads transforms)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_ros)
 endforeach()
-foreach(name imu_rotation tf_history tf_rivals)
+foreach(name imu_rotation tf_history tf_output)
   predictive_stereo_unit_test(nodelets ${name}_test predictive_stereo_nodelets predictive_stereo_ros)
 endforeach()
 

@@ -24,9 +24,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
  private:
   TfInput::Listener tfListener() override {
     return [this](const geometry_msgs::TransformStamped& transform, const std::string& publisher,
-                  bool is_static) {
-      tf_output_.rivals().addTransform(transform, publisher, is_static);
-    };
+                  bool is_static) { tf_output_.addTransform(transform, publisher, is_static); };
   }
 
   void connect(ros::NodeHandle& node) override {

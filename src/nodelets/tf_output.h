@@ -9,7 +9,6 @@
 #include <deque>
 #include <map>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -19,26 +18,38 @@
 
 namespace predictive_stereo {
 
-/// Finds other publishers of a frame in tf. A frame must have one parent and one publisher: with
-/// two, readers of tf get their transforms alternately.
-///
-/// Thread-safe.
-class TfRivals {
+/// Publishes frames in tf, unless another node does. A frame must have one parent and one
+/// publisher: with two, readers of tf get their transforms alternately. That is worse than none, so
+/// a node that finds such a rival stops.
+class TfOutput {
  public:
-  struct Rival {
-    std::string publisher;  ///< node
-    std::string parent;
-    bool is_static = false;
-  };
+  void start(ros::NodeHandle& node) {
+    listening_since_ = std::chrono::steady_clock::now();
+    publisher_ = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
+  }
 
-  /// Call this before publishing a transform: it will be received, and must not count as a rival's.
+  void publish(const geometry_msgs::TransformStamped& transform, Health& health,
+               Arrivals& arrivals) {
+    if (yielded_) return;
+    waitForRivalOnce(transform.child_frame_id, arrivals);
+    const std::string objection = reasonNotToMove(transform.child_frame_id);
+    health.problem("tf", objection);
+    yielded_ = !objection.empty();
+    if (yielded_) return;
+    addOwnTransform(transform);
+    const auto message = boost::make_shared<tf2_msgs::TFMessage>();
+    message->transforms.push_back(transform);
+    publisher_.publish(message);
+  }
+
+  /// Adds a transform before it is published: it will be received, and must not count as a rival's.
   void addOwnTransform(const geometry_msgs::TransformStamped& transform) {
     const std::lock_guard<std::mutex> lock(mutex_);
     ours_.push_back(transform);
     if (ours_.size() > kRemembered) ours_.pop_front();
   }
 
-  /// Adds a transform that was received from any publisher.
+  /// Adds a transform that was received from any publisher; from any thread.
   void addTransform(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
                     bool is_static) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -49,79 +60,48 @@ class TfRivals {
     if (is_static) fixed_.add(child, parent);
   }
 
-  /// The rival that published last; none: no other node publishes this frame.
-  std::optional<Rival> rivalOf(const std::string& frame) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto rival = rivals_.find(withoutSlash(frame));
-    return rival == rivals_.end() ? std::nullopt : std::optional(rival->second);
-  }
-
   /// Why this node must not publish this frame in tf, and the cure; empty: it may.
   std::string reasonNotToMove(const std::string& frame) const {
-    const std::optional<Rival> rival = rivalOf(frame);
-    if (!rival) return "";
-    const std::string silent = ": tf is not published from here, as a frame has one parent only. ";
-    if (!rival->is_static)
-      return "tf: " + rival->publisher + " already moves '" + frame + "' in '" + rival->parent +
-             "'" + silent +
-             "To use that motion, launch with ego_motion:=false odom_frame:=" + rival->parent +
-             "; to use this one, stop the other and restart this nodelet";
     const std::lock_guard<std::mutex> lock(mutex_);
-    return "tf: " + rival->publisher + " has '" + frame + "' fixed to '" + rival->parent + "'" +
+    const auto found = rivals_.find(withoutSlash(frame));
+    if (found == rivals_.end()) return "";
+    const Rival& rival = found->second;
+    const std::string silent = ": tf is not published from here, as a frame has one parent only. ";
+    if (!rival.is_static)
+      return "tf: " + rival.publisher + " already moves '" + frame + "' in '" + rival.parent + "'" +
+             silent +
+             "To use that motion, launch with ego_motion:=false odom_frame:=" + rival.parent +
+             "; to use this one, stop the other and restart this nodelet";
+    return "tf: " + rival.publisher + " has '" + frame + "' fixed to '" + rival.parent + "'" +
            silent + "Set base_frame to '" + fixed_.rootOf(frame) + "', or publish_tf to false";
   }
 
  private:
-  static constexpr size_t kRemembered = 1000;  // they are received within milliseconds
+  // The node that published a frame last.
+  struct Rival {
+    std::string publisher, parent;
+    bool is_static = false;
+  };
 
-  mutable std::mutex mutex_;
-  std::deque<geometry_msgs::TransformStamped> ours_;
-  std::map<std::string, Rival> rivals_;  // by child
-  FixedFrames fixed_;
-};
-
-/// Publishes a frame in tf, unless another node does: two publishers of the same frame are worse
-/// than none, so a node that finds a rival stops.
-class TfOutput {
- public:
-  void start(ros::NodeHandle& node) {
-    listening_since_ = std::chrono::steady_clock::now();
-    publisher_ = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
-  }
-
-  /// Gets every transform that is received.
-  TfRivals& rivals() { return rivals_; }
-
-  void publish(const geometry_msgs::TransformStamped& transform, Health& health,
-               Arrivals& arrivals) {
-    if (yielded_) return;
-    waitForRivalOnce(transform.child_frame_id, arrivals);
-    const std::string objection = rivals_.reasonNotToMove(transform.child_frame_id);
-    health.problem("tf", objection);
-    yielded_ = !objection.empty();
-    if (yielded_) return;
-    rivals_.addOwnTransform(transform);
-    const auto message = boost::make_shared<tf2_msgs::TFMessage>();
-    message->transforms.push_back(transform);
-    publisher_.publish(message);
-  }
-
- private:
   static constexpr double kFirstWithin_s = 0.5;  // rivals are assumed to publish at 2 Hz or more
+  static constexpr size_t kRemembered = 1000;    // they are received within milliseconds
 
   void waitForRivalOnce(const std::string& frame, Arrivals& arrivals) {
     if (std::exchange(waited_, true)) return;
     const std::chrono::duration<double> listened =
         std::chrono::steady_clock::now() - listening_since_;
     arrivals.waitFor(kFirstWithin_s - listened.count(),
-                     [&] { return rivals_.rivalOf(frame).has_value(); });
+                     [&] { return !reasonNotToMove(frame).empty(); });
   }
 
   ros::Publisher publisher_;
-  TfRivals rivals_;
   std::chrono::steady_clock::time_point listening_since_;
   bool waited_ = false;   // for transforms of rivals
   bool yielded_ = false;  // it does not publish because of a rival
+  mutable std::mutex mutex_;
+  std::deque<geometry_msgs::TransformStamped> ours_;
+  std::map<std::string, Rival> rivals_;  // by child
+  FixedFrames fixed_;
 };
 
 }  // namespace predictive_stereo
