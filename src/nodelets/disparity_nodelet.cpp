@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "nodelets/frame_nodelet.h"
-#include "nodelets/mask_input.h"
+#include "nodelets/message_input.h"
 #include "nodelets/odometry_input.h"
 #include "nodelets/output_topics.h"
 
@@ -28,12 +28,12 @@ class CloudOutput {
 
   bool wanted() const { return outputs_.wanted(); }
   /// The clouds of this frame may wait until its mask or the next frame arrives.
-  void publish(const DisparityMessages& messages, const MaskInput& masks) {
+  void publish(const DisparityMessages& messages, const MessageInput<sensor_msgs::Image>& masks) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (pending_) publishPending(nullptr);
     if (!wanted()) return;
     pending_ = CloudSource{messages.disparity, messages.left, messages.rig, params_, nullptr};
-    const sensor_msgs::ImageConstPtr mask = masks.at(messages.left->header.stamp);
+    const sensor_msgs::ImageConstPtr mask = masks.history().of(messages.left->header.stamp);
     if (mask || !masks.isPublished()) publishPending(mask);
   }
 
@@ -95,7 +95,7 @@ class DisparityNodelet
     odometry_.emplace(node, *health_, arrivals_, *tf_, params_, "odometry/row_alignment");
     clouds_.emplace(
         node, [this] { updateDemand(); }, *health_, params_.points);
-    masks_.emplace(node, *health_, arrivals_,
+    masks_.emplace(node, *health_, arrivals_, kMasksKept,
                    [this](const sensor_msgs::ImageConstPtr& mask) { clouds_->finish(mask); });
     makeInput(node, params_.sync);
     for_detection_.emplace(node, [this] { updateDemand(); });
@@ -116,8 +116,9 @@ class DisparityNodelet
   void followDemand() override {
     const bool needed = wanted() && (params_.disparity.use_moving_mask || clouds_->wanted());
     masks_->listenTo(!needed                                   ? ""
-                     : outputs_->wanted() || clouds_->wanted() ? MaskInput::kTopic
-                                                               : MaskInput::kPassiveTopic);
+                     : outputs_->wanted() || clouds_->wanted() ? kMaskTopic
+                                                               : kPassiveMaskTopic,
+                     kMaskQueue);
   }
 
   bool wanted() const override {
@@ -141,9 +142,9 @@ class DisparityNodelet
     };
     sources.moved = [&](Stamp before) {
       Stopwatch watch;
-      mask = masks_->waitForMask(rosTime(before), params_.transform_timeout);
+      mask = masks_->waitFor(rosTime(before), params_.transform_timeout);
       watch.lap("waiting for moving objects", waiting);
-      return masks_->usable(mask, *job.frame.left);
+      return usableMask(mask, *job.frame.left);
     };
     sources.measured = [&](const auto& frame) { for_detection_->publish(frame); };
     if (const RowAlignmentConstPtr told = odometry_->columns().before(job.frame.left->header.stamp))
@@ -185,7 +186,7 @@ class DisparityNodelet
   std::optional<Outputs<MovingObjectsInput>> for_detection_;
   std::optional<OdometryInput> odometry_;
   std::optional<CloudOutput> clouds_;
-  std::optional<MaskInput> masks_;
+  std::optional<MessageInput<sensor_msgs::Image>> masks_;
 };
 
 }  // namespace

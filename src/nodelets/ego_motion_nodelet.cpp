@@ -4,7 +4,7 @@
 #include <string>
 
 #include "nodelets/frame_nodelet.h"
-#include "nodelets/mask_input.h"
+#include "nodelets/message_input.h"
 #include "nodelets/output_topics.h"
 #include "nodelets/rotation_input.h"
 #include "nodelets/tf_output.h"
@@ -29,7 +29,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
 
   void connect(ros::NodeHandle& node) override {
     if (params_.publish_tf) tf_output_.start(node);
-    masks_.emplace(node, *health_, arrivals_);
+    masks_.emplace(node, *health_, arrivals_, kMasksKept);
     rotation_.emplace(node, *health_, arrivals_, *tf_, params_);
     makeInput(node, params_.sync);
     visitEgoMotionOutputs(*outputs_);
@@ -42,7 +42,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
   void subscribeInputs() override {
     // MovingObjects needs this nodelet. If each kept the other one awake, neither would ever sleep.
     if (params_.use_moving_mask)
-      masks_->listenTo(mustNotSleep() ? MaskInput::kTopic : MaskInput::kPassiveTopic);
+      masks_->listenTo(mustNotSleep() ? kMaskTopic : kPassiveMaskTopic, kMaskQueue);
     rotation_->start();
   }
 
@@ -61,9 +61,9 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     Stopwatch watch;
     const std::optional<Eigen::Matrix3d> R_cam_prev = rotation_->since(last_stamp_, header);
     watch.lap("waiting for the rotation", times);
-    const sensor_msgs::ImageConstPtr mask = masks_->at(last_stamp_);
-    const EgoMotionProcessor::Output output = processor_->process(
-        job.frame, *T_base_cam, masks_->usable(mask, *job.frame.left), R_cam_prev);
+    const sensor_msgs::ImageConstPtr mask = masks_->history().of(last_stamp_);
+    const EgoMotionProcessor::Output output =
+        processor_->process(job.frame, *T_base_cam, usableMask(mask, *job.frame.left), R_cam_prev);
     watch.lap("ego-motion", times);
     tell(output.sequence);
     // Images that repeat show no motion, whatever the gyroscope measures.
@@ -136,7 +136,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
   static constexpr double kLargestColumnOffsetPx = 0.5;
 
   TfOutput tf_output_;
-  std::optional<MaskInput> masks_;
+  std::optional<MessageInput<sensor_msgs::Image>> masks_;
   std::optional<RotationInput> rotation_;
   ros::Time last_stamp_;
 };

@@ -89,6 +89,15 @@ class FrameNodelet : public nodelet::Nodelet {
     tf_.reset();
   }
 
+  /// A view of a mask of moving objects as input of the core; it shares the message's memory.
+  /// Empty, and a problem, if the mask cannot be used: the frame goes on without it.
+  /// @param mask  may be nullptr. @param left  an image of the sequence.
+  cv::Mat1b usableMask(const sensor_msgs::ImageConstPtr& mask, const sensor_msgs::Image& left) {
+    cv::Mat1b view;
+    if (mask) health_->guard(kMaskTopic, [&] { view = movedMask(*mask, left); });
+    return view;
+  }
+
   /// Tells how a frame continues the sequence.
   /// @throws std::invalid_argument for a frame that is ignored: nothing is done with it.
   void tell(const SequenceGuard::Result& sequence) {

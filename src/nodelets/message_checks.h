@@ -5,6 +5,7 @@
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/RowAlignment.h>
 #include <ros/time.h>
+#include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
 
 #include <cmath>
@@ -64,7 +65,7 @@ inline void requireTransform(const geometry_msgs::TransformStamped& transform, Z
 
 /// Frame, and a finite angular velocity, unless the message says that it has none.
 /// @throws std::invalid_argument
-inline void requireImu(const sensor_msgs::Imu& imu) {
+inline void requireUsable(const sensor_msgs::Imu& imu) {
   if (imu.header.frame_id.empty())
     throw std::invalid_argument("frame_id is empty: set it in the IMU's driver");
   const auto& w = imu.angular_velocity;
@@ -75,17 +76,20 @@ inline void requireImu(const sensor_msgs::Imu& imu) {
 
 /// The child frame, to which twist and covariance belong.
 /// @throws std::invalid_argument
-inline void requireOdometry(const nav_msgs::Odometry& odometry) {
+inline void requireUsable(const nav_msgs::Odometry& odometry) {
   if (odometry.child_frame_id.empty())
     throw std::invalid_argument("child_frame_id is empty: set it in the node of the odometry");
 }
 
 /// A finite column offset.
 /// @throws std::invalid_argument
-inline void requireRowAlignment(const RowAlignment& alignment) {
+inline void requireUsable(const RowAlignment& alignment) {
   if (!std::isfinite(alignment.column_offset + alignment.column_offset_sigma +
                      alignment.column_correction))
     throw std::invalid_argument("its column offset is not finite: correct its publisher");
 }
+
+/// A mask of moving objects is compared with an image, see movedMask.
+inline void requireUsable(const sensor_msgs::Image&) {}
 
 }  // namespace predictive_stereo

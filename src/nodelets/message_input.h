@@ -3,12 +3,12 @@
 #include <ros/node_handle.h>
 
 #include <atomic>
-#include <functional>
 #include <mutex>
 #include <string>
 #include <utility>
 
 #include "nodelets/callbacks.h"
+#include "nodelets/message_checks.h"
 #include "nodelets/message_history.h"
 #include "nodelets/threads.h"
 
@@ -20,16 +20,13 @@ class MessageInput {
  public:
   using ConstPtr = boost::shared_ptr<const Message>;
 
-  /// @param check  throws for a message that must not be used.
-  /// @param received  called with each message, from the node handle's callback queue; may throw.
   /// @param most  see MessageHistory.
-  MessageInput(const ros::NodeHandle& node, Health& health, Arrivals& arrivals,
-               std::function<void(const Message&)> check, Receiver<Message> received = {},
-               size_t most = 10000)
+  /// @param received  called with each message, from the node handle's callback queue; may throw.
+  MessageInput(const ros::NodeHandle& node, Health& health, Arrivals& arrivals, size_t most = 10000,
+               Receiver<Message> received = {})
       : health_(health),
         arrivals_(arrivals),
         node_(node),
-        check_(std::move(check)),
         received_(std::move(received)),
         history_(most) {}
 
@@ -59,25 +56,31 @@ class MessageInput {
   bool isExpected() const { return isPublished() && !silent_; }
   /// A message was waited for in vain: none is expected until the next one arrives.
   void expectNone() { silent_ = true; }
+  /// Waits for the message of this stamp; nullptr: it did not come. After a timeout it does not
+  /// wait again until another message has arrived.
+  ConstPtr waitFor(ros::Time stamp, double timeout_s) {
+    const bool expected = isExpected();
+    const ConstPtr message =
+        arrivals_.waitFor(expected ? timeout_s : 0.0, [&] { return history_.of(stamp); });
+    if (expected && !message) expectNone();
+    return message;
+  }
 
   MessageHistory<Message>& history() { return history_; }
   const MessageHistory<Message>& history() const { return history_; }
 
- protected:
-  Health& health_;
-  Arrivals& arrivals_;
-
  private:
   void add(const ConstPtr& message) {
-    check_(*message);
+    requireUsable(*message);
     history_.add(message);
     silent_ = false;
     arrivals_.notify();
     if (received_) received_(message);
   }
 
+  Health& health_;
+  Arrivals& arrivals_;
   ros::NodeHandle node_;
-  const std::function<void(const Message&)> check_;
   const Receiver<Message> received_;
   MessageHistory<Message> history_;
   std::string topic_;

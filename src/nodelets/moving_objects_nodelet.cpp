@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "nodelets/frame_nodelet.h"
-#include "nodelets/mask_input.h"
 #include "nodelets/odometry_input.h"
 #include "nodelets/output_topics.h"
 #include "nodelets/transforms.h"
@@ -78,7 +77,7 @@ class MovingObjectsNodelet
     odometry_.emplace(node, *health_, arrivals_, *tf_, params_, "row_alignment");
     makeInput(node, SyncParams::exact(params_.queue_size, params_.image_transport));
     visitMovingObjectsOutputs(*outputs_);
-    passive_mask_ = node.advertise<sensor_msgs::Image>(MaskInput::kPassiveTopic, 5);
+    passive_mask_ = node.advertise<sensor_msgs::Image>(kPassiveMaskTopic, 5);
   }
 
   void subscribeInputs() override { odometry_->start(); }

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 
-#include "nodelets/message_checks.h"
 #include "nodelets/message_input.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
@@ -31,8 +30,8 @@ class OdometryInput {
         tf_(tf),
         params_(params),
         columns_topic_(columns_topic),
-        odometry_(node, health, arrivals, requireOdometry),
-        columns_(node, health, arrivals, requireRowAlignment) {}
+        odometry_(node, health, arrivals),
+        columns_(node, health, arrivals) {}
 
   void start() {
     odometry_.listenTo("odometry");

@@ -60,7 +60,7 @@ template <class Visit>
 void visitMovingObjectsOutputs(Visit&& visit) {
   using O = MovingObjectsProcessor::Output;
   visit({"moving_objects", 10}, &O::objects);
-  visit({"moving_objects/mask", 5, true}, &O::mask);
+  visit({kMaskTopic, 5, true}, &O::mask);
   visit({"moving_objects/residual"}, [](const O& o) { return residualImage(o.input); });
   visit({"moving_objects/markers"}, [](const O& o) { return markers(*o.objects, o.pose); });
   visit({"moving_objects/image", 5, true},

@@ -128,7 +128,7 @@ class RotationInput {
         arrivals_(arrivals),
         tf_(tf),
         params_(params),
-        input_(node, health, arrivals, requireImu) {}
+        input_(node, health, arrivals) {}
 
   void start() {
     if (params_.use_imu) input_.listenTo("imu", 500);

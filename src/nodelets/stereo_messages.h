@@ -105,6 +105,15 @@ StereoRig stereoRig(const StereoPair& pair);
 /// @throws std::invalid_argument  as stereoRig, greyImage and requireStamp.
 StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1b& right_buffer);
 
+/// Masks of moving objects. A subscription to this topic wakes MovingObjects.
+constexpr char kMaskTopic[] = "moving_objects/mask";
+/// The same masks, while another subscriber keeps MovingObjects awake; a subscription to this topic
+/// does not. Without it, two nodelets that need each other would never sleep.
+constexpr char kPassiveMaskTopic[] = "moving_objects/passive_mask";
+/// See MessageInput: the newest one is kept. One that waits longer than one other is of no use.
+constexpr size_t kMasksKept = 1;
+constexpr uint32_t kMaskQueue = 2;
+
 /// View of the mask of moving objects of the previous frame, as input of the core; it shares the
 /// message's memory.
 /// @param left  an image of the sequence.

@@ -90,23 +90,23 @@ TEST(MessageChecks, transforms_that_are_none_are_refused_with_their_names) {
 
 TEST(MessageChecks, imu_odometry_and_row_alignment) {
   sensor_msgs::Imu imu;
-  EXPECT_THROW(requireImu(imu), std::invalid_argument);
+  EXPECT_THROW(requireUsable(imu), std::invalid_argument);
   imu.header.frame_id = "imu";
-  EXPECT_NO_THROW(requireImu(imu));
+  EXPECT_NO_THROW(requireUsable(imu));
   imu.angular_velocity.z = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(requireImu(imu), std::invalid_argument);
+  EXPECT_THROW(requireUsable(imu), std::invalid_argument);
   imu.angular_velocity_covariance[0] = -1;  // no gyroscope: its numbers mean nothing
-  EXPECT_NO_THROW(requireImu(imu));
+  EXPECT_NO_THROW(requireUsable(imu));
 
   nav_msgs::Odometry odometry;
-  EXPECT_THROW(requireOdometry(odometry), std::invalid_argument);
+  EXPECT_THROW(requireUsable(odometry), std::invalid_argument);
   odometry.child_frame_id = "base";
-  EXPECT_NO_THROW(requireOdometry(odometry));
+  EXPECT_NO_THROW(requireUsable(odometry));
 
   RowAlignment alignment;
-  EXPECT_NO_THROW(requireRowAlignment(alignment));
+  EXPECT_NO_THROW(requireUsable(alignment));
   alignment.column_offset_sigma = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(requireRowAlignment(alignment), std::invalid_argument);
+  EXPECT_THROW(requireUsable(alignment), std::invalid_argument);
 }
 
 }  // namespace

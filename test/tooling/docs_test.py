@@ -215,8 +215,8 @@ def topics():
         names |= set(re.findall(r'\(\{"([a-z0-9_/]+)"', text))
         for call in re.findall(r'advertise\w*(?:<[^;(]*?>)?\(([^;]*?)\)', text, re.DOTALL):
             names |= set(re.findall(r'"([a-z0-9_/]+)"', call))
-    mask = (REPOSITORY / 'src/nodelets/mask_input.h').read_text()
-    return names | set(re.findall(r'k\w*Topic\[?\]? = "([a-z_/]+)"', mask))
+    masks = (REPOSITORY / 'src/nodelets/stereo_messages.h').read_text()
+    return names | set(re.findall(r'k\w*MaskTopic\[\] = "([a-z_/]+)"', masks))
 
 
 if __name__ == '__main__':
