@@ -102,7 +102,16 @@ class DisparityNodelet
     visitDisparityOutputs(*outputs_, *for_detection_);
   }
 
-  void subscribeInputs() override { odometry_->start(); }
+  // If the inputs of MovingObjects are the only outputs with subscribers, this nodelet must not
+  // keep MovingObjects awake: so it uses the passive topic.
+  void subscribeInputs() override {
+    odometry_->start();
+    const bool needed = params_.disparity.use_moving_mask || clouds_->wanted();
+    masks_->listenTo(!needed                                   ? ""
+                     : outputs_->wanted() || clouds_->wanted() ? kMaskTopic
+                                                               : kPassiveMaskTopic,
+                     kMaskQueue);
+  }
   void unsubscribeInputs() override {
     if (masks_) masks_->listenTo("");
     if (clouds_) clouds_->forget();
@@ -110,16 +119,6 @@ class DisparityNodelet
   }
 
   void goBackTo(ros::Time stamp) override { odometry_->goBackTo(stamp); }
-
-  // If the inputs of MovingObjects are the only outputs with subscribers, this nodelet must not
-  // keep MovingObjects awake: so it uses the passive topic.
-  void followDemand() override {
-    const bool needed = wanted() && (params_.disparity.use_moving_mask || clouds_->wanted());
-    masks_->listenTo(!needed                                   ? ""
-                     : outputs_->wanted() || clouds_->wanted() ? kMaskTopic
-                                                               : kPassiveMaskTopic,
-                     kMaskQueue);
-  }
 
   bool wanted() const override {
     return outputs_->wanted() || clouds_->wanted() || for_detection_->wanted();

@@ -54,16 +54,15 @@ class FrameNodelet : public nodelet::Nodelet {
   /// Makes inputs and outputs, the input of the frames by makeInput(). The nodelet is asleep.
   virtual void connect(ros::NodeHandle& node) = 0;
   virtual bool wanted() const { return outputs_->wanted(); }
-  /// Inputs other than the frames. Before the frames, so that no motion is missed. Does nothing for
-  /// those that it has, so that it can try again after something was thrown.
+  /// Inputs other than the frames. Before the frames, so that no motion is missed. Also called
+  /// awake, whenever demand may have changed or something was thrown: then it does nothing for
+  /// those that it has.
   virtual void subscribeInputs() = 0;
   /// Also called if connect() was not, or was not completed. After it has returned, no callback of
   /// an input runs.
   virtual void unsubscribeInputs() = 0;
   /// The stamps of the frames went back to this one; in the thread of the frames.
   virtual void goBackTo(ros::Time) {}
-  /// Called whenever demand may have changed.
-  virtual void followDemand() {}
   /// Called in the thread of the frames, within Health::guard.
   virtual void process(const Job& job) = 0;
   virtual TfInput::Listener tfListener() { return {}; }
@@ -128,7 +127,6 @@ class FrameNodelet : public nodelet::Nodelet {
       } else if (awake_) {
         sleep();
       }
-      followDemand();
     };
     health_->guard("subscriptions", follow, Health::Severity::kBroken);
   }
