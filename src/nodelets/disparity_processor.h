@@ -54,7 +54,7 @@ class DisparityProcessor {
   /// See Pipeline::begin.
   /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
   SequenceGuard::Result begin(const StereoPair& pair) {
-    const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
+    const StereoFrame frame = stereoFrame(pair);
     const SequenceGuard::Result sequence = loop_.begin(frame);
     if (sequence.isIgnored()) return sequence;
     pair_ = pair;
@@ -157,7 +157,6 @@ class DisparityProcessor {
   }
 
   DisparityLoop loop_;
-  cv::Mat1b left_buffer_, right_buffer_;
   MessagePool<sensor_msgs::Image> images_;
   MessagePool<stereo_msgs::DisparityImage> disparities_;
 

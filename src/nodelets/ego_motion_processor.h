@@ -52,7 +52,7 @@ class EgoMotionProcessor {
   Output process(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam,
                  const cv::Mat1b& moving_mask = {},
                  const std::optional<Eigen::Matrix3d>& R_cam_prev = {}) {
-    const StereoFrame frame = stereoFrame(pair, left_buffer_, right_buffer_);
+    const StereoFrame frame = stereoFrame(pair);
     Output output;
     output.sequence = odometry_.begin(frame);
     if (output.sequence.isIgnored()) return output;
@@ -144,7 +144,6 @@ class EgoMotionProcessor {
 
   EgoMotionNodeletParams params_;
   VisualOdometry odometry_;
-  cv::Mat1b left_buffer_, right_buffer_;
 
   sensor_msgs::ImageConstPtr last_left_, last_right_;
   ros::Time last_change_;  // of the images

@@ -91,7 +91,7 @@ class MovingObjectsProcessor {
     StereoFrame frame;
     requireStamp(input.left->header.stamp, ZeroStamp::kLegal);
     frame.stamp = stampOf(input.left->header.stamp);
-    frame.left = greyImage(*input.left, "left", left_buffer_);
+    frame.left = greyImage(*input.left, "left");
     const cv::Size size = frame.left.size();
     frame.rig = rigOf(*input.left_info, *input.measured_disparity, size);
     const auto view = [&](const sensor_msgs::Image& message, const char* name) {
@@ -178,7 +178,6 @@ class MovingObjectsProcessor {
   ColumnOffset column_offset_;  // of its disparities
   DisparityOutput maps_;        // views of messages
   Detections detections_;
-  cv::Mat1b left_buffer_;
   MessagePool<sensor_msgs::Image> images_;
   std::optional<ros::Time> last_with_pose_;
   MovingObjectsInput last_;  // keeps the memory that the detector may still read

@@ -26,7 +26,7 @@ class Rectifier {
   /// @throws std::invalid_argument for an image or a calibration that cannot be used.
   sensor_msgs::ImagePtr rectify(const sensor_msgs::Image& raw,
                                 const sensor_msgs::CameraInfo& info) {
-    const cv::Mat1b grey = greyImage(raw, "raw", grey_buffer_);
+    const cv::Mat1b grey = greyImage(raw, "raw");
     try {
       calibrate(info, grey.size());
     } catch (const cv::Exception& error) {  // e.g. for an unsupported number of coefficients
@@ -85,7 +85,6 @@ class Rectifier {
 
   sensor_msgs::CameraInfo info_;  // from which the maps were made, without its header
   cv::Mat map_, fractions_;       // for cv::remap
-  cv::Mat1b grey_buffer_;
   MessagePool<sensor_msgs::Image> images_;
 };
 

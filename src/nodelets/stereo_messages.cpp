@@ -134,14 +134,13 @@ void requireOneCamera(const std::string& name, cv::Size size, const std::string&
                                 sizeText(expected) + "; do the topics belong to one camera?");
 }
 
-cv::Mat1b greyImage(const sensor_msgs::Image& message, const std::string& name, cv::Mat1b& buffer) {
+cv::Mat1b greyImage(const sensor_msgs::Image& message, const std::string& name) {
   if (message.encoding == encodings::MONO8 || message.encoding == encodings::TYPE_8UC1) {
     requireData(message, name + " image", 1);
     return cv::Mat1b(static_cast<int>(message.height), static_cast<int>(message.width),
                      const_cast<uint8_t*>(message.data.data()), message.step);
   }
-  buffer = converted(message, name, encodings::MONO8);
-  return buffer;
+  return converted(message, name, encodings::MONO8);
 }
 
 cv::Mat3b bgrImage(const sensor_msgs::Image& message, const std::string& name) {
@@ -209,20 +208,19 @@ StereoRig stereoRig(const StereoPair& pair) {
   return rig;
 }
 
-StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1b& right_buffer) {
+StereoFrame stereoFrame(const StereoPair& pair) {
   requireStamp(pair.left->header.stamp, ZeroStamp::kLegal);
   StereoFrame frame;
   frame.rig = stereoRig(pair);
-  frame.left = greyImage(*pair.left, "left", left_buffer);
-  frame.right = greyImage(*pair.right, "right", right_buffer);
+  frame.left = greyImage(*pair.left, "left");
+  frame.right = greyImage(*pair.right, "right");
   frame.stamp = stampOf(pair.left->header.stamp);
   return frame;
 }
 
 cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {
   requireOneCamera("moving_objects/mask", sizeOf(message), "left image", sizeOf(left));
-  cv::Mat1b unused;
-  return greyImage(message, "moving_objects/mask", unused);
+  return greyImage(message, "moving_objects/mask");
 }
 
 Stamp stampOf(ros::Time time) {

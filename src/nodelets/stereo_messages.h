@@ -51,11 +51,11 @@ cv::Mat_<Pixel> allocateImage(const std_msgs::Header& header, cv::Size size,
 
 /// The image in 8-bit grey. For mono8 the result shares the message's memory, so the message must
 /// outlive it. Other encodings that cv_bridge converts to mono8 (colours, Bayer patterns, yuv422,
-/// 16 bit) are written to `buffer`. In 16-bit images 65535 becomes 255, so those that do not use
-/// the upper bits become dark.
+/// 16 bit) get separate memory. In 16-bit images 65535 becomes 255, so those that do not use the
+/// upper bits become dark.
 /// @param name  "left" or "right", for errors.
 /// @throws std::invalid_argument for another encoding, or for fewer data than the size needs.
-cv::Mat1b greyImage(const sensor_msgs::Image& message, const std::string& name, cv::Mat1b& buffer);
+cv::Mat1b greyImage(const sensor_msgs::Image& message, const std::string& name);
 
 /// The image as bgr8, where the largest value of its encoding becomes 255; in separate memory.
 /// @throws std::invalid_argument  as greyImage.
@@ -100,10 +100,9 @@ struct MovingObjectsInput {
 ///   StereoRig::fromProjections) or for images of another size.
 StereoRig stereoRig(const StereoPair& pair);
 
-/// The pair as a frame. Its images share the memory of the messages or of the buffers, see
-/// greyImage.
+/// The pair as a frame. Its images may share the memory of the messages, see greyImage.
 /// @throws std::invalid_argument  as stereoRig, greyImage and requireStamp.
-StereoFrame stereoFrame(const StereoPair& pair, cv::Mat1b& left_buffer, cv::Mat1b& right_buffer);
+StereoFrame stereoFrame(const StereoPair& pair);
 
 /// Masks of moving objects. A subscription to this topic wakes MovingObjects.
 constexpr char kMaskTopic[] = "moving_objects/mask";

@@ -150,9 +150,7 @@ sensor_msgs::PointCloud2Ptr pointCloud(const CloudSource& source, MovingPoints m
   const stereo_msgs::DisparityImage& disparity = *source.disparity;
   const cv::Mat1f map = floatView(disparity.image, "disparity");
   const cv::Mat3b bgr = bgrImage(*source.left, "left");
-  cv::Mat1b unused;
-  const cv::Mat1b mask =
-      source.mask ? greyImage(*source.mask, "moving_objects/mask", unused) : cv::Mat1b();
+  const cv::Mat1b mask = source.mask ? greyImage(*source.mask, "moving_objects/mask") : cv::Mat1b();
   requireOneCamera("left image", bgr.size(), "disparity", map.size());
   if (!mask.empty()) requireOneCamera("moving_objects/mask", mask.size(), "disparity", map.size());
 
@@ -216,9 +214,7 @@ visualization_msgs::MarkerArrayPtr markers(const MovingObjectArray& objects,
 
 sensor_msgs::ImagePtr overlay(const sensor_msgs::Image& left, const MovingObjectArray& objects,
                               const sensor_msgs::Image& mask) {
-  cv::Mat1b buffer, mask_buffer;
-  const cv::Mat1b grey = greyImage(left, "left", buffer);
-  const cv::Mat1b moving = greyImage(mask, "mask", mask_buffer);
+  const cv::Mat1b grey = greyImage(left, "left"), moving = greyImage(mask, "mask");
   requireOneCamera("moving_objects/mask", moving.size(), "left image", grey.size());
   const auto message = boost::make_shared<sensor_msgs::Image>();
   cv::Mat3b image = allocateImage<cv::Vec3b>(left.header, grey.size(), *message);

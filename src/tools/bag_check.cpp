@@ -198,9 +198,8 @@ class Checker {
 
   bool checkCalibration() {
     try {
-      cv::Mat1b buffer;
-      greyImage(*pair_.right, "right", buffer);
-      checkBrightness(greyImage(*pair_.left, "left", buffer));
+      greyImage(*pair_.right, "right");
+      checkBrightness(greyImage(*pair_.left, "left"));
       result_.good(cv::format("images: %ux%u %s", pair_.left->width, pair_.left->height,
                               pair_.left->encoding.c_str()));
       const StereoRig rig = stereoRig(pair_);

@@ -64,18 +64,13 @@ struct RawCamera {
 const RawCamera kLeft{"plumb_bob", {-0.25, 0.08, 0.002, -0.001, 0.0}, {0.01, -0.02, 0.015}};
 const RawCamera kRight{"plumb_bob", {-0.22, 0.06, -0.001, 0.001, 0.0}, {-0.012, 0.01, -0.02}};
 
-cv::Mat1b pixels(const sensor_msgs::Image& message, cv::Mat1b& buffer) {
-  return greyImage(message, "left", buffer);
-}
+cv::Mat1b pixels(const sensor_msgs::Image& message) { return greyImage(message, "left"); }
 
 StereoPair rawPair(int index) {
   StereoPair pair = street().pair(index);
-  cv::Mat1b unused;
   const auto left_info = kLeft.info(*pair.left_info), right_info = kRight.info(*pair.right_info);
-  pair.left =
-      street().image(kLeft.see(pixels(*pair.left, unused), *left_info), street().stamp(index));
-  pair.right =
-      street().image(kRight.see(pixels(*pair.right, unused), *right_info), street().stamp(index));
+  pair.left = street().image(kLeft.see(pixels(*pair.left), *left_info), street().stamp(index));
+  pair.right = street().image(kRight.see(pixels(*pair.right), *right_info), street().stamp(index));
   pair.left_info = left_info;
   pair.right_info = right_info;
   return pair;
@@ -97,11 +92,10 @@ double agreement(const cv::Mat1f& map, const cv::Mat1f& truth) {
 }
 
 TEST(Rectifier, undoes_lenses_of_all_models) {
-  cv::Mat1b buffer;
   const StereoPair pair = street().pair(0);
   // Smooth, so that two interpolations change little.
   cv::Mat1b truth;
-  cv::GaussianBlur(pixels(*pair.left, buffer), truth, cv::Size(), 2);
+  cv::GaussianBlur(pixels(*pair.left), truth, cv::Size(), 2);
   for (const RawCamera& camera :
        {kLeft, RawCamera{"rational_polynomial", {-0.2, 0.1, 0, 0, 0.01, 0.02, 0.03, 0.01}, {}},
         RawCamera{"equidistant", {-0.02, 0.01, -0.004, 0.001}, {0.01, 0.0, 0.02}},
@@ -122,10 +116,9 @@ TEST(Rectifier, undoes_lenses_of_all_models) {
 }
 
 TEST(Rectifier, takes_cropped_images) {
-  cv::Mat1b buffer;
   const StereoPair pair = street().pair(0);
   const auto info = kLeft.info(*pair.left_info);
-  const cv::Mat1b raw = kLeft.see(pixels(*pair.left, buffer), *info);
+  const cv::Mat1b raw = kLeft.see(pixels(*pair.left), *info);
   Rectifier whole;
   const auto expected = whole.rectify(*street().image(raw, street().stamp(0)), *info);
 
@@ -214,8 +207,7 @@ TEST(RectifyNodelet, takes_compressed_images) {
         sensor_msgs::CompressedImage message;
         message.header = image.header;
         message.format = "mono8; png compressed ";
-        cv::Mat1b buffer;
-        cv::imencode(".png", pixels(image, buffer), message.data);
+        cv::imencode(".png", pixels(image), message.data);
         return message;
       });
   ASSERT_FALSE(rectified.empty());

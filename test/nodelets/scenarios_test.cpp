@@ -168,8 +168,7 @@ TEST_F(Scenarios, compressed_images_need_no_plugin) {
     CompressedImage message;
     message.header = image.header;
     message.format = "mono8; png compressed ";
-    cv::Mat1b unused;
-    cv::imencode(".png", greyImage(image, "left", unused), message.data);
+    cv::imencode(".png", greyImage(image, "left"), message.data);
     return message;
   };
   for (int i = 0; i < 3; ++i) {

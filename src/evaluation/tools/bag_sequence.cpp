@@ -60,10 +60,9 @@ class BagSequence : public Sequence {
     if (stereoRig(pair) != rig_)
       throw std::runtime_error(name_ + ": the calibration changes at pair " +
                                std::to_string(index) + "; split the bag there (rosbag filter)");
-    cv::Mat1b left, right;
     SequenceFrame frame;
-    frame.left = greyImage(*pair.left, "left", left).clone();
-    frame.right = greyImage(*pair.right, "right", right).clone();
+    frame.left = greyImage(*pair.left, "left").clone();
+    frame.right = greyImage(*pair.right, "right").clone();
     return frame;
   }
 
