@@ -101,8 +101,6 @@ constexpr int kFewestThrough = 2;
 /// The matcher misses surfaces that are thinner than its windows. Less than five cells, so that a
 /// surface of five was not too thin when it was a little farther away.
 constexpr float kThinnest_px = 18;
-/// Between remembered frames.
-constexpr double kLeastApart_s = 0.08;
 /// Of an obstacle: its cells, and the share of them that has moved.
 constexpr int kFewestCells = 15;
 constexpr double kLeastMoved = 0.2;
@@ -140,6 +138,8 @@ constexpr double kMostCertain = 0.97, kPixelsOfOdds = 1000;
 
 // --- Time and pose -------------------------------------------------------------------------------
 
+/// Between past frames that are kept.
+constexpr double kLeastApart_s = 0.08;
 /// A longer gap ends the past, and tracks that were not sought.
 constexpr double kLongestGap_s = 1;
 /// Share of the image that contradicts a right pose, and how much more than usual.

@@ -13,8 +13,6 @@
 namespace predictive_stereo {
 namespace {
 
-constexpr int kFramesBack = 2;  // both channels compare with at least this frame
-
 void requirePositive(const char* name, double value) {
   if (!(value > 0 && std::isfinite(value)))
     throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
@@ -32,23 +30,29 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
   const double disparity_px = fB / depth_m;
   const double sigmas = std::sqrt(detection.min_mahalanobis);
 
+  // Both channels compare with the second of the past frames that are kept; images of a camera
+  // whose previous frame is compared, too, with the first one.
+  const double frames_apart = std::ceil(kLeastApart_s / frame_interval_s);
+  const double frames_along = 2 * frames_apart,
+               frames_across = frames_apart == 2 ? 2 : frames_along;
   // The noise of the ego-motion adds up from frame to frame.
-  const double turn_m = depth_m * kUntoldMotionSigma_rad;
-  const double ego_m = std::sqrt(kFramesBack) * std::hypot(kUntoldMotionSigma_m, turn_m);
-  const double ego_flow_px = rig.fx_px * ego_m / depth_m;
+  const auto egoNoise_m = [&](double frames) {
+    return std::sqrt(frames) * std::hypot(kUntoldMotionSigma_m, depth_m * kUntoldMotionSigma_rad);
+  };
+  const double ego_flow_px = rig.fx_px * egoNoise_m(frames_across) / depth_m;
   const double flow_px = sigmas * std::hypot(kFlowSigma_px, ego_flow_px);
   const double across_m = flow_px * depth_m / rig.fx_px;
 
   const double match_px2 = std::max<double>(variance.sigma_floor_px * variance.sigma_floor_px,
                                             kDisparitySigma_px * kDisparitySigma_px);
   const double previous_px2 = double{kDisparitySigma_px} * kDisparitySigma_px;
-  const double ego_px = disparity_px * ego_m / depth_m;
+  const double ego_px = disparity_px * egoNoise_m(frames_along) / depth_m;
   const double point_px = sigmas * std::sqrt(match_px2 + previous_px2 + ego_px * ego_px);
   const double change_px = std::min(point_px, detection.dense_min_residual_px);
   const double along_m = change_px < disparity_px ? fB / (disparity_px - change_px) - depth_m
                                                   : std::numeric_limits<double>::infinity();
-  const double seconds = kFramesBack * frame_interval_s;
-  return {across_m / seconds, along_m / seconds};
+  return {across_m / (frames_across * frame_interval_s),
+          along_m / (frames_along * frame_interval_s)};
 }
 
 }  // namespace predictive_stereo

@@ -50,8 +50,11 @@ TEST(DetectableSpeed, FollowsFromRigRateAndThresholds) {
   const StereoRig rig = kittiRig();
   const DetectableSpeed base = detectableSpeed(rig, 30, 0.1);
   const DetectableSpeed fast = detectableSpeed(rig, 30, 0.05);
-  EXPECT_DOUBLE_EQ(fast.across_mps, 2 * base.across_mps) << "less way between two frames";
-  EXPECT_DOUBLE_EQ(fast.along_mps, 2 * base.along_mps);
+  EXPECT_DOUBLE_EQ(fast.across_mps, 2 * base.across_mps) << "less way until the first past frame";
+  EXPECT_DOUBLE_EQ(fast.along_mps, base.along_mps);
+  const DetectableSpeed slow = detectableSpeed(rig, 30, 0.2);
+  EXPECT_DOUBLE_EQ(slow.across_mps, 0.5 * base.across_mps);
+  EXPECT_DOUBLE_EQ(slow.along_mps, 0.5 * base.along_mps);
   StereoRig wide = rig;
   wide.baseline_m *= 2;
   EXPECT_DOUBLE_EQ(detectableSpeed(wide, 30, 0.1).across_mps, base.across_mps);
@@ -90,25 +93,21 @@ class Board {
   }
 
   // The largest number of objects found in a frame.
-  int found() {
+  int found(double interval_s = 0.1) {
     MovingObjectDetector detector{DetectionParams()};
     Detections detections;
     DetectionInput input;
     input.rig = rig_;
     input.pose_state = PoseState::kKnown;
     size_t most = 0;
-    cv::Mat1f before_px;
-    for (int k = 0; k < 5; ++k) {
-      input.stamp_s = 0.1 * k;
+    for (double time_s = 0; time_s < 0.45; time_s += interval_s) {
+      input.stamp_s = time_s;
       cv::Mat1f disparity_px;
       draw(input.stamp_s, input.left, disparity_px);
       input.measured_disparity_px = disparity_px;
-      input.predicted_disparity_px = k == 0 ? cv::Mat1f(rig_.size, -1.0f) : before_px;
       input.measured_variance_px2 = cv::Mat1f(rig_.size, 0.1f);
-      input.predicted_variance_px2 = cv::Mat1f(rig_.size, k == 0 ? 0.0f : 0.1f);
       detector.detect(input, detections);
       most = std::max(most, detections.objects.size());
-      before_px = disparity_px;
     }
     return static_cast<int>(most);
   }
@@ -157,6 +156,10 @@ TEST(DetectableSpeed, IsWhatTheDetectorDetects) {
     const DetectableSpeed limit = detectableSpeed(kittiRig(), depth_m, 0.1);
     EXPECT_EQ(Board(depth_m, 1.4 * limit.across_mps, 0).found(), 1) << "across at " << depth_m;
     EXPECT_EQ(Board(depth_m, 0.5 * limit.across_mps, 0).found(), 0) << "across at " << depth_m;
+    constexpr double kFast_s = 0.03;
+    const double fast_mps = detectableSpeed(kittiRig(), depth_m, kFast_s).across_mps;
+    EXPECT_EQ(Board(depth_m, 1.4 * fast_mps, 0).found(kFast_s), 1) << "across at " << depth_m;
+    EXPECT_EQ(Board(depth_m, 0.5 * fast_mps, 0).found(kFast_s), 0) << "across at " << depth_m;
   }
   for (double depth_m : {12.0, 25.0}) {
     const DetectableSpeed limit = detectableSpeed(kittiRig(), depth_m, 0.1);
