@@ -20,13 +20,13 @@ struct DetectableSpeed {
 ///
 /// An object on the optical axis at depth Z that moves across the line of sight by m changes its
 /// column by fx m / Z. One that moves along it by m changes its disparity by fx B m / (Z (Z + m)).
-/// The detector compares with the second of the past frames that are at least 80 ms apart; images
-/// of 13 to 25 frames per second with the first one. Until then these changes must exceed the
-/// thresholds of MotionDetectionParams: min_mahalanobis against the noise of flow, disparity and
-/// ego-motion; or, along the line of sight, dense_min_residual_px on average. The limit across
-/// therefore grows with Z at most, the limit along the line of sight with Z^2. Far away the
-/// disparity does not show motion along the line of sight, whatever the thresholds. Off the optical
-/// axis such motion also moves the image, and is detected earlier.
+/// The detector compares with the second of the past frames that are at least 80 ms apart; at 13 to
+/// 25 frames per second it compares images with the first one only. Since that frame these changes
+/// must exceed the thresholds of MotionDetectionParams: min_mahalanobis against the noise of flow,
+/// disparity and ego-motion; or, along the line of sight, dense_min_residual_px on average. The
+/// limit across therefore grows with Z at most, the limit along the line of sight with Z^2. Far
+/// away the disparity does not show motion along the line of sight, whatever the thresholds. Off
+/// the optical axis such motion also moves the image, and is detected earlier.
 /// @param rig  only fx_px and baseline_m are used.
 /// @param depth_m  Z of the object.
 /// @param frame_interval_s  time between two frames.

@@ -9,7 +9,7 @@
 
 namespace predictive_stereo {
 
-/// Points that may belong to one object, and their common displacement since the previous frame.
+/// Points that may belong to one object, and their common displacement since the past frame.
 struct SuspectGroup {
   std::vector<cv::Point> points_px;
   cv::Point2f shift_px;  ///< relative to a static world

@@ -38,7 +38,7 @@ struct AlongChannel {
   cv::Mat1f residual_px;        ///< of each lattice point, see longResidual
   cv::Mat1b pair;
 
-  /// @param past  previous frames, the last one first; at least one.
+  /// @param past  past frames, the last one first; at least one.
   void compare(const FrameView& frame, const std::vector<PastFrame>& past);
   /// Adds the objects that it finds. Call after compare().
   void find(const FrameView& frame, Verification& verification) const;

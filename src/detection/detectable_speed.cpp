@@ -30,8 +30,8 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
   const double disparity_px = fB / depth_m;
   const double sigmas = std::sqrt(detection.min_mahalanobis);
 
-  // Both channels compare with the second of the past frames that are kept; images of a camera
-  // whose previous frame is compared, too, with the first one.
+  // Both channels compare with the second of the past frames that are kept. If images are compared
+  // with the previous frame, too, the first one is their oldest.
   const double frames_apart = std::ceil(kLeastApart_s / frame_interval_s);
   const double frames_along = 2 * frames_apart,
                frames_across = frames_apart == 2 ? 2 : frames_along;

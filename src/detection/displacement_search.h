@@ -18,7 +18,7 @@ struct ShiftFound {
 /// Largest search range to the left and right, in lattice points.
 constexpr int kSearchReach = 40;
 
-/// Displacement of a group of lattice points in the previous frame, relative to a static world, by
+/// Displacement of a group of lattice points in the past frame, relative to a static world, by
 /// exhaustive search: for objects that move too far for Lucas-Kanade.
 /// @param reach  search range to the left and right, in lattice points; at most kSearchReach.
 /// @returns the shift with the lowest mean zero-mean difference; none if too few points stay in the

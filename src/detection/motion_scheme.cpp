@@ -9,10 +9,10 @@
 namespace predictive_stereo {
 namespace {
 
-// Removes the previous frame of a fast camera, since which little has moved. Returns it if near
-// objects have moved enough.
+// Removes the previous frame of a fast camera, if two others are there: little has moved since
+// then. Returns it if near objects have moved enough.
 std::optional<PastFrame> takePrevious(std::vector<PastFrame>& past) {
-  if (past.size() < 2 || past[0].seconds >= kLeastApart_s) return std::nullopt;
+  if (past.size() < 3 || past[0].seconds >= kLeastApart_s) return std::nullopt;
   const PastFrame previous = past[0];
   past.erase(past.begin());
   if (previous.seconds < kLeastApart_s / 2) return std::nullopt;
@@ -61,7 +61,7 @@ void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFr
   verification_.setFrame(frame, along_.residual_px);
   const PastView since_last = frame.since(past[0]);
   since_last_.find(since_last, verification_);
-  // Near or fast objects may move too much until then, far or slow ones too little.
+  // Since that frame, near or fast objects may have moved too much, far or slow ones too little.
   if (previous || past.size() > 1) {
     const PastView view = frame.since(previous ? *previous : past[1]);
     since_other_.compare(view, texture_);

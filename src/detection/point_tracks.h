@@ -18,8 +18,8 @@ struct PointTrack {
   float variance_px2 = 0;     ///< of disparity_px
   Eigen::Vector3d point_m;    ///< current position in the current camera's frame
   Eigen::Vector3d static_m;   ///< current position in the previous camera's frame
-  Eigen::Vector3d static_px;  ///< (x, y, d) in the previous frame if the point is static
-  Eigen::Vector3d found_px;   ///< (x, y, d) in the previous frame as tracked; d < 0: unknown
+  Eigen::Vector3d static_px;  ///< (x, y, d) in the past frame if the point is static
+  Eigen::Vector3d found_px;   ///< (x, y, d) in the past frame as tracked; d < 0: unknown
   /// Whether the squared Mahalanobis distance of found_px and static_px reaches
   /// MotionDetectionParams::min_mahalanobis.
   bool moving = false;
@@ -27,7 +27,7 @@ struct PointTrack {
   Eigen::Vector2d flow() const { return (found_px - static_px).head<2>(); }
 };
 
-/// Tracks lattice points into the previous frame by Lucas-Kanade. Points that are not found are
+/// Tracks lattice points into the past frame by Lucas-Kanade. Points that are not found are
 /// left out.
 /// @param shift_px  start of the search, relative to a static point.
 std::vector<PointTrack> followPoints(const PastView& view, const std::vector<cv::Point>& points_px,
@@ -40,7 +40,7 @@ struct Displacement {
   std::vector<size_t> inliers;  ///< of the tracks
 };
 
-/// Robust fit of the translation of these points since the previous frame. None if fewer than
+/// Robust fit of the translation of these points since the past frame. None if fewer than
 /// params.min_tracks of them have it, or if it is not significant: its squared Mahalanobis distance
 /// from zero does not reach params.min_mahalanobis.
 std::optional<Displacement> significantMotion(const PastView& view,

@@ -28,7 +28,7 @@ constexpr size_t kMostSuspects = 3000;
 
 /// Drops points that a static world explains after all, with a slightly larger or smaller disparity
 /// or with that of a neighbour: disparities of foliage, fences and edges are often wrong by this.
-/// Also drops points that were occluded in the previous frame.
+/// Also drops points that were occluded in the past frame.
 /// @param points_px  on the lattice, at least 3 lattice points from its border.
 /// @returns the other points, in their order. If there are more than kMostSuspects points, as when
 ///   ego-motion fails, only an even sample of them is used.

@@ -41,9 +41,8 @@ class Rectifier {
   }
 
  private:
-  void calibrate(sensor_msgs::CameraInfo info, cv::Size size) {
-    info.header = std_msgs::Header();
-    if (info == info_ && map_.size() == size) return;
+  void calibrate(const sensor_msgs::CameraInfo& info, cv::Size size) {
+    if (sameCalibration(info, info_) && map_.size() == size) return;
     if (!(info.K[0] > 0 && info.K[4] > 0 && info.P[0] > 0 && info.P[5] > 0))
       throw std::invalid_argument(
           "camera_info has no calibration (fx in K is " + std::to_string(info.K[0]) + ", in P " +
@@ -69,6 +68,12 @@ class Rectifier {
     info_ = info;
   }
 
+  static bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
+    return a.distortion_model == b.distortion_model && a.D == b.D && a.K == b.K && a.R == b.R &&
+           a.P == b.P && a.roi.x_offset == b.roi.x_offset && a.roi.y_offset == b.roi.y_offset &&
+           a.binning_x == b.binning_x && a.binning_y == b.binning_y;
+  }
+
   static cv::Matx33d intrinsics(const sensor_msgs::CameraInfo& info) {
     cv::Matx33d K(info.K.data());
     K(0, 2) -= info.roi.x_offset;
@@ -83,7 +88,7 @@ class Rectifier {
     return cv::Matx33d(P(0, 0), P(0, 1), P(0, 2), P(1, 0), P(1, 1), P(1, 2), 0, 0, 1);
   }
 
-  sensor_msgs::CameraInfo info_;  // from which the maps were made, without its header
+  sensor_msgs::CameraInfo info_;  // from which the maps were made
   cv::Mat map_, fractions_;       // for cv::remap
   MessagePool<sensor_msgs::Image> images_;
 };
