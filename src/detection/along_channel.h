@@ -10,23 +10,20 @@
 
 namespace predictive_stereo {
 
-/// Connected groups of lattice points whose 5x5 mean residual is large and nearly all of one sign;
-/// the largest one first.
-/// @param residual_px, pair  see longResidual. Points of a group have the same pair of frames.
-/// @param disparity_px  of the frame, in full resolution.
-/// @param least_mean_px  least |mean residual| over 5x5 lattice points.
+/// Connected groups of cells whose mean residual over 3x3 cells is large and nearly all of one
+/// sign; the largest one first.
+/// @param residual_px, pair  see longResidual. Cells of a group have the same pair of frames.
+/// @param cells_px  DepthCells::disparity_px.
+/// @param least_mean_px  least |mean residual| over 3x3 cells.
 std::vector<std::vector<cv::Point>> groupResiduals(const cv::Mat1f& residual_px,
-                                                   const cv::Mat1b& pair,
-                                                   const cv::Mat1f& disparity_px,
+                                                   const cv::Mat1b& pair, const cv::Mat1f& cells_px,
                                                    float least_mean_px);
 
-/// Obstacles whose mean residual is large and mostly of one sign, as lattice points with a
-/// disparity and a residual. A far one hardly fills a square of 5x5 points, but has more points.
+/// The cells of obstacles whose mean residual is large and mostly of one sign, the largest one
+/// first. A far one hardly fills a square of 3x3 cells, but has more cells.
 /// @param least_mean_px  least |mean residual| over an obstacle.
 std::vector<std::vector<cv::Point>> shiftedObstacles(const Obstacles& obstacles,
                                                      const cv::Mat1f& residual_px,
-                                                     const cv::Mat1f& disparity_px,
-                                                     const DisparityRange& range,
                                                      float least_mean_px);
 
 /// Finds objects that move along the line of sight, which changes the disparity but hardly the
@@ -35,7 +32,7 @@ std::vector<std::vector<cv::Point>> shiftedObstacles(const Obstacles& obstacles,
 /// since then: motion accumulates over frames, errors of disparities do not.
 struct AlongChannel {
   std::vector<PastPair> pairs;  ///< the farthest one first
-  cv::Mat1f residual_px;        ///< of each lattice point, see longResidual
+  cv::Mat1f residual_px;        ///< of each cell, see longResidual
   cv::Mat1b pair;
 
   /// @param past  past frames, the last one first; at least one.

@@ -82,12 +82,11 @@ constexpr std::size_t kFewestPoints = 12;
 constexpr double kMostParallax_px = 16;
 /// The relative error of smaller disparities is too large.
 constexpr float kLeastDisparity_px = 10;
-/// Fewest known points of a square of 5x5, and fewest cells of an obstacle.
-constexpr float kFewestKnown = 15;
+/// Fewest known cells, of an obstacle or of the 3x3 around a cell.
 constexpr int kFewestShiftedCells = 6;
-/// |points of one sign - points of the other| / points.
+/// |cells of one sign - cells of the other| / cells.
 constexpr float kLeastSign = 0.6f;
-/// Least mean residual of an obstacle / of a square.
+/// Least mean residual of an obstacle / of 3x3 cells.
 constexpr float kOfObstacle = 0.5f;
 /// Largest step of the disparity between neighbours.
 constexpr float kMostStep_px = 1.5f;

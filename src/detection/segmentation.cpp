@@ -191,16 +191,16 @@ Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b&
   result.decisive = better + worse;
   result.explained = result.decisive ? static_cast<double>(better) / result.decisive : 0;
   int positive = 0, negative = 0, known = 0;
-  for (int v = box.y; v < box.br().y; ++v) {
-    const float* const residual = residual_px[origin.y + v] + origin.x;
-    const uchar* const in_mask = mask[v];
-    for (int u = box.x; u < box.br().x; ++u) {
-      if (!in_mask[u] || residual[u] == kUnknownResidual) continue;
+  const cv::Rect of_cells(-origin, residual_px.size() * 2);  // no cell: the last column or row
+  const cv::Rect counted = box & of_cells;
+  for (int v = counted.y; v < counted.br().y; ++v)
+    for (int u = counted.x; u < counted.br().x; ++u) {
+      const float residual = residual_px((origin.y + v) / 2, (origin.x + u) / 2);
+      if (!mask(v, u) || residual == kUnknownResidual) continue;
       ++known;
-      positive += residual[u] > least_residual;
-      negative += residual[u] < -least_residual;
+      positive += residual > least_residual;
+      negative += residual < -least_residual;
     }
-  }
   result.dense = known ? static_cast<double>(std::max(positive, negative)) / known : 0;
   return result;
 }

@@ -1,7 +1,5 @@
 #include "predictive_stereo/pipeline.h"
 
-#include "parallel/tasks.h"
-
 namespace predictive_stereo {
 namespace {
 
@@ -38,7 +36,8 @@ void Pipeline::process(const Follow& follow, PipelineOutput& output) {
   };
   disparity_.measure(motion, {}, output.disparity);
   output.column_offset = disparity_.columnOffset();
-  runTogether([&] { detect(output); }, [&] { disparity_.publish(output.disparity); });
+  disparity_.publish(output.disparity);
+  detect(output);
   disparity_.eraseMoving(output.detections.mask);
   disparity_.setColumnOffset(camera.ego_motion.column_offset);
   times_.ego_motion = odometry_.times();

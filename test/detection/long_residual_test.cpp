@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "detection/depth_cells.h"
 #include "detection/frame_comparison.h"
 #include "driving_scene.h"
 #include "every_target.h"
@@ -35,7 +36,8 @@ class Wall {
             {way.past(0.2), way.past(0.1)}};
   }
   void find(double most_px) {
-    longResidual(rig_, disparityAt(0), {0, 64}, pairs(), most_px, {80, 40}, residual_px, pair);
+    const cv::Mat1f cells_px(rig_.size / kCellSide_px, disparityAt(0)(0, 0));
+    longResidual(rig_, cells_px, {0, 64}, pairs(), most_px, residual_px, pair);
   }
   /// Disparity of a static wall at that time, minus that of this one.
   double expected(double seconds) const {
@@ -71,9 +73,9 @@ TEST(LongResidual, AddsUpOnWhatDrivesAlong) {
   Wall wall(8);
   wall.find(16);
   // Near the direction of travel the oldest frame is used, because it has the largest residual.
-  EXPECT_EQ(wall.pair(20, 40), 0);
-  EXPECT_NEAR(wall.residual_px(20, 40), wall.expected(0.8), 0.3);
-  EXPECT_LT(wall.residual_px(20, 40), -2);
+  EXPECT_EQ(wall.pair(10, 20), 0);
+  EXPECT_NEAR(wall.residual_px(10, 20), wall.expected(0.8), 0.3);
+  EXPECT_LT(wall.residual_px(10, 20), -2);
   EXPECT_LT(std::abs(wall.expected(0.1)), 0.4);
 }
 
@@ -81,12 +83,12 @@ TEST(LongResidual, LooksLessFarBackWhereTheWorldHasMovedMore) {
   Wall wall(8);
   wall.find(4);
   int last = 0;
-  for (int u = 40; u < 80; ++u) {
-    EXPECT_GE(wall.pair(20, u), last) << "column " << 2 * u;
-    last = wall.pair(20, u);
+  for (int u = 20; u < 40; ++u) {
+    EXPECT_GE(wall.pair(10, u), last) << "column " << 4 * u;
+    last = wall.pair(10, u);
     for (int k = 0; k < last; ++k)
       EXPECT_GT(parallaxSince(testRig(), wall.pairs()[static_cast<size_t>(k)].past,
-                              {u / 2 * 4.0, 40, wall.disparityAt(0)(0, 0)}),
+                              {4.0 * u + 2, 42, wall.disparityAt(0)(0, 0)}),
                 4);
   }
   EXPECT_GT(last, 0);
@@ -97,23 +99,23 @@ TEST(LongResidual, NeedsTheFrameHalfwayToAgree) {
   Wall standing(0);
   wall.way.frame(0.4).disparity_px = standing.disparityAt(0.4);  // like a wrong match in one frame
   wall.find(16);
-  EXPECT_NEAR(wall.residual_px(20, 40), 0, 1e-3);
+  EXPECT_NEAR(wall.residual_px(10, 20), 0, 1e-3);
 }
 
 TEST(LongResidual, IsUnknownWithoutDisparities) {
   Wall wall(8);
   wall.way.frame(0.8).disparity_px.setTo(-1);
   wall.find(16);
-  EXPECT_EQ(wall.residual_px(20, 40), kUnknownResidual);
+  EXPECT_EQ(wall.residual_px(10, 20), kUnknownResidual);
 }
 
-// Reference of longResidual, point by point; kNoPair: no suitable pair.
-float residualAt(const StereoRig& rig, const cv::Mat1f& disparity_px, const DisparityRange& range,
-                 const std::vector<PastPair>& pairs, float most_px, cv::Point at, uchar& pair) {
-  const auto x = static_cast<float>(at.x), y = static_cast<float>(at.y);
-  const float d = disparity_px(at);
+// Reference of longResidual, cell by cell; kNoPair: no suitable pair.
+float residualAt(const StereoRig& rig, const cv::Mat1f& cells_px, const DisparityRange& range,
+                 const std::vector<PastPair>& pairs, float most_px, cv::Point cell, uchar& pair) {
+  const auto x = static_cast<float>(4 * cell.x + 2), y = static_cast<float>(4 * cell.y + 2);
+  const float d = cells_px(cell);
   pair = kNoPair;
-  if (!range.isValid(d)) return kUnknownResidual;
+  if (!(d > 0)) return kUnknownResidual;
   for (size_t k = 0; k < pairs.size() && pair == kNoPair; ++k)
     if (parallaxSince(rig, pairs[k].past, {x, y, d}) <= most_px) pair = static_cast<uchar>(k);
   if (pair == kNoPair) return kUnknownResidual;
@@ -139,7 +141,7 @@ float residualAt(const StereoRig& rig, const cv::Mat1f& disparity_px, const Disp
 TEST(LongResidual, IsThatOfTheReferenceOnEveryTarget) {
   const DisparityRange range{0, 64};
   for (const cv::Size size :
-       {cv::Size(1, 1), cv::Size(6, 5), cv::Size(131, 63), cv::Size(342, 90)}) {
+       {cv::Size(4, 4), cv::Size(10, 8), cv::Size(131, 63), cv::Size(642, 180)}) {
     SCOPED_TRACE(size);
     StereoRig rig = testRig();
     rig.size = size;
@@ -165,24 +167,25 @@ TEST(LongResidual, IsThatOfTheReferenceOnEveryTarget) {
           Eigen::AngleAxisd(0.02 * past[i].seconds, Eigen::Vector3d(0, 1, 0)));
     }
     const std::vector<PastPair> pairs = {{past[3], past[1]}, {past[1], past[0]}};
+    DepthCells cells;
     const cv::Mat1f now = world();
-    const cv::Size lattice((size.width + 1) / 2, (size.height + 1) / 2);
+    cells.setFrame(range, now, now);
+    const cv::Mat1f& cells_px = cells.disparity_px;
     forEveryTarget([&] {
       cv::Mat1f residual_px;
       cv::Mat1b pair;
-      longResidual(rig, now, range, pairs, 16, lattice, residual_px, pair);
+      longResidual(rig, cells_px, range, pairs, 16, residual_px, pair);
       int moving = 0, of_pair[2] = {0, 0};
-      for (int v = 0; v < lattice.height; ++v)
-        for (int u = 0; u < lattice.width; ++u) {
+      for (int v = 0; v < cells_px.rows; ++v)
+        for (int u = 0; u < cells_px.cols; ++u) {
           uchar expected_pair;
-          const float expected =
-              residualAt(rig, now, range, pairs, 16, {u / 2 * 4, v / 2 * 4}, expected_pair);
+          const float expected = residualAt(rig, cells_px, range, pairs, 16, {u, v}, expected_pair);
           ASSERT_EQ(residual_px(v, u), expected) << u << ' ' << v;
           ASSERT_EQ(pair(v, u), expected_pair) << u << ' ' << v;
           moving += expected != kUnknownResidual && expected != 0;
           if (expected_pair != kNoPair) ++of_pair[expected_pair];
         }
-      if (size.width > 300) {
+      if (size.width > 600) {
         EXPECT_GT(std::min({moving, of_pair[0], of_pair[1]}), 300);
       }
     });
