@@ -93,16 +93,12 @@ bool isExplained(const PastView& view, cv::Point p) {
 
 }  // namespace
 
-// Sums over squares are exact.
 void greyTexture(const cv::Mat1b& grey, cv::Mat1f& texture) {
-  constexpr int kSquare = kTextureSide * kTextureSide;
   const cv::Size square(kTextureSide, kTextureSide);
-  cv::Mat1w sum, scaled;
-  cv::boxFilter(grey, sum, CV_16U, square, {-1, -1}, false);
-  grey.convertTo(scaled, CV_16U, kSquare);
-  cv::absdiff(scaled, sum, scaled);
-  cv::boxFilter(scaled, texture, CV_32F, square, {-1, -1}, false);
-  texture *= 1.0 / (kSquare * kSquare);
+  cv::Mat1b deviation;
+  cv::blur(grey, deviation, square);
+  cv::absdiff(grey, deviation, deviation);
+  cv::boxFilter(deviation, texture, CV_32F, square);
 }
 
 Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv::Mat1f& mismatch) {
