@@ -11,6 +11,9 @@ namespace predictive_stereo {
 
 /// Standard deviation of a disparity, at least.
 constexpr float kDisparitySigma_px = 0.5f;
+/// Variance of the difference of two frames: of errors that all disparities of a frame share
+/// (calibration, row offsets), and of a patch's place.
+constexpr float kBothFrames_px2 = 2 * kDisparitySigma_px * kDisparitySigma_px;
 /// Largest error of a disparity: two that differ by more are of two surfaces.
 constexpr float kDisparityError_px = 1;
 /// Disparities of one surface also differ by this share of them.
@@ -21,12 +24,10 @@ constexpr float kScaleSigma = 0.02f;
 constexpr float kSigmas = 2;
 /// Standard deviation of a tracked point's position.
 constexpr double kFlowSigma_px = 0.4;
-/// Variance of an error that the disparities of a frame share: calibration, row offsets.
-constexpr double kSharedVariance_px2 = 0.5;
 /// Texture below this is noise [grey levels].
 constexpr float kGreyNoise = 3;
-/// Variance of the difference of two grey values, and of a patch's place.
-constexpr float kGreyVariance = 8, kPlaceVariance_px2 = 0.5f;
+/// Variance of the difference of two grey values.
+constexpr float kGreyVariance = 8;
 
 // --- Surfaces -----------------------------------------------------------------------------------
 

@@ -36,7 +36,7 @@ GreyPatch::GreyPatch(const cv::Mat1b& image, float x, float y) {
       const float gradient2 = 0.25f * (square(image(t, s + 1) - image(t, s - 1)) +
                                        square(image(t + 1, s) - image(t - 1, s)));
       grey_[i] = image(t, s);
-      information_[i] = 1 / (kGreyVariance + kPlaceVariance_px2 * gradient2);
+      information_[i] = 1 / (kGreyVariance + kBothFrames_px2 * gradient2);
     }
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "detection/constants.h"
 #include "detection/displacement_search.h"
@@ -39,7 +38,7 @@ bool hasMoved(const PastView& view, const PointTrack& track) {
   Matrix3d covariance = by_disparity * by_disparity.transpose() * track.variance_px2;
   // An error that both frames share cancels in the disparity.
   const Vector3d by_bias(by_disparity.x(), by_disparity.y(), 0);
-  covariance += by_bias * by_bias.transpose() * kSharedVariance_px2;
+  covariance += by_bias * by_bias.transpose() * kBothFrames_px2;
   covariance += j *
                 pointCovariance(view.past.T_past_cam, view.past.motion_covariance, track.point_m) *
                 j.transpose();
@@ -193,12 +192,6 @@ std::vector<std::vector<PointTrack>> clusterTracks(const PastView& view,
   std::vector<Moving> moving;
   for (const PointTrack& track : tracks)
     if (track.moving) moving.push_back({&track, track.flow(), track.flow().norm()});
-  std::vector<size_t> parent(moving.size());
-  std::iota(parent.begin(), parent.end(), size_t{0});
-  const auto root = [&](size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
   const MotionDetectionParams& params = view.params();
   const double linked_px = params.link_distance_m / view.rig().baseline_m;  // per px of disparity
   const double linked_depth =
@@ -212,11 +205,11 @@ std::vector<std::vector<PointTrack>> clusterTracks(const PastView& view,
            (p.flow - q.flow).norm() <=
                kFlowNoise_px + kFlowShare * std::max(p.flow_length, q.flow_length);
   };
-  for (size_t a = 0; a < moving.size(); ++a)
-    for (size_t b = a + 1; b < moving.size(); ++b)
-      if (areAlike(moving[a], moving[b])) parent[root(a)] = root(b);
-  std::vector<std::vector<PointTrack>> clusters(moving.size());
-  for (size_t i = 0; i < moving.size(); ++i) clusters[root(i)].push_back(*moving[i].track);
+  std::vector<int> labels;
+  std::vector<std::vector<PointTrack>> clusters(
+      static_cast<size_t>(cv::partition(moving, labels, areAlike)));
+  for (size_t i = 0; i < moving.size(); ++i)
+    clusters[static_cast<size_t>(labels[i])].push_back(*moving[i].track);
   clusters.erase(std::remove_if(clusters.begin(), clusters.end(),
                                 [&](const auto& cluster) {
                                   return static_cast<int>(cluster.size()) < params.min_tracks;
