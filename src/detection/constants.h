@@ -55,8 +55,6 @@ constexpr int kAround_px = 4;
 /// disparity, up to this share of it and kDisparityError_px.
 constexpr int kFewestOnSurface = 6;
 constexpr float kOnSurface = 0.05f;
-/// Fastest motion away from the camera, of an object that may have hidden a point.
-constexpr double kFastestAway_mps = 30;
 /// Mean squared difference of patches that are the same, relative to its variance: of a point that
 /// a static world explains, and of free space that an image refutes.
 constexpr float kMostDifference = 2.5f, kMostDifferenceOfFreeSpace = 6;

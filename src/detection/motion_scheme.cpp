@@ -29,7 +29,10 @@ const std::vector<Observation>& MotionScheme::observe(const DetectionInput& inpu
         ground_.setFrame(input.rig, cells_);
         obstacles_ = findObstacles(input.rig, cells_, ground_.plane());
       },
-      [&] { frames_.remember(input); });
+      [&] {
+        frames_.remember(input);
+        greyTexture(frames_.current().pyramid.level(1), texture_);
+      });
   verification_.forgetObjects();
   objects_.clear();
   sought_known_ = false;
@@ -39,7 +42,6 @@ const std::vector<Observation>& MotionScheme::observe(const DetectionInput& inpu
   const FrameView frame{input,  range_,          params_,   frames_.current(),
                         cells_, ground_.plane(), obstacles_};
   if (!past.empty()) {
-    greyTexture(frames_.current().pyramid.level(1), texture_);
     since_last_.compare(frame.since(past[0]), texture_);
     const double contradicting = since_last_.suspects.share;
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));

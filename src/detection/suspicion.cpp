@@ -61,7 +61,7 @@ bool wasHidden(const PastView& view, cv::Point pixel) {
   const int x = cvRound(from.x()), y = cvRound(from.y());
   if (!(from.z() > 0) || x < 0 || y < 0 || x >= past_px.cols || y >= past_px.rows) return false;
   const auto disparity_times_depth = static_cast<float>(view.rig().disparityTimesDepth());
-  const auto nearer_m = static_cast<float>(kFastestAway_mps * view.past.seconds);
+  const auto nearer_m = static_cast<float>(view.params().largest_speed_mps * view.past.seconds);
   const float before = past_px(y, x);
   const float hiding_m = disparity_times_depth / from.z() - nearer_m;
   return view.isKnown(before) && before > from.z() + kDisparityError_px &&

@@ -101,7 +101,7 @@ TEST(DetectionScenes, FindsWhatMovesInTheStreet) {
 TEST(DetectionScenes, FindsWhatMovesBeforeAFastCamera) {
   const DetectionScore score = scoreOf({{"turn", 60, 30, 30}, {"crowded", 30, 30, 30}});
   SCOPED_TRACE(describe(score));
-  EXPECT_GE(score.all().recall(), 0.88);
+  EXPECT_GE(score.all().recall(), 0.85);
   EXPECT_LE(score.all().false_boxes, 1);
 }
 

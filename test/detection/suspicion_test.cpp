@@ -36,7 +36,7 @@ std::vector<cv::Point> reference(const cv::Mat1b& grey, const cv::Mat1f& mismatc
   cv::Mat1d values = cv::Mat1d(grey), deviation(grey.size(), 0);
   for (int v = 2; v < grey.rows - 2; ++v)
     for (int u = 2; u < grey.cols - 2; ++u)
-      deviation(v, u) = std::abs(values(v, u) - meanAround(values, v, u));
+      deviation(v, u) = std::abs(values(v, u) - cvRound(meanAround(values, v, u)));
   std::vector<cv::Point> points;
   for (int v = 5; v + 4 + 5 <= grey.rows; v += 4)
     for (int u = 5; u + 4 + 5 <= grey.cols; u += 4) {
@@ -178,6 +178,7 @@ TEST(UnexplainedPoints, UnknownDisparitiesHideNothing) {
   Passing scene;
   scene.move(kAll, 14);
   scene.T_prev_cam.translation() = Eigen::Vector3d(0, 0, 5);  // 15 m ahead, 20 m then
+  scene.params.largest_speed_mps = 30;                        // what hides it may go 3 m farther
   scene.previous.disparity_px.setTo(range.invalid());
   scene.range = all;
   EXPECT_TRUE(unexplained(scene, middle).empty());
