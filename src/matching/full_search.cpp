@@ -1,5 +1,6 @@
 #include "matching/full_search.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "matching/row_visits.h"
@@ -35,43 +36,22 @@ void FullSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_words
   start(upward_, width);
 
   const int strips = params_.paths == PathSet::kStraight4 ? stripsOfSearch() : 0;
-  if (strips > 0) return matchByStrips(offset, floors, strips, all_sums, match);
-  visitRowsTwice(height, height / 2, [&](const RowVisit& visit) {
-    RowWork& work = row_works_.local();
-    uint8_t* const sums = all_sums + visit.y * row_bytes;
-    uint8_t* const row_sums = work.sums.reserve(row_bytes);
-    fullSearchRow(simd_target_)(rowOf(visit, RowPart::kWhole, floors, width,
-                                      visit.is_first ? nullptr : sums,
-                                      visit.is_first ? sums : row_sums));
-    if (!visit.is_first) chooseWinners(offset, visit.y, row_sums, work.winners, match);
-  });
-}
-
-void FullSearch::matchByStrips(const PrincipalOffset& offset, const JumpFloors& floors, int strips,
-                               uint8_t* all_sums, Match& match) {
-  const int width = match.disparity_px.cols, height = match.disparity_px.rows;
-  const size_t row_bytes = static_cast<size_t>(width) * layout_.size();
-  uint8_t* const chunk_costs = chunk_costs_.reserve(row_bytes * kChunkSlots);
-  const auto rowOfStrips = [&](const RowVisit& visit, RowPart part) {
-    uint8_t* const sums = all_sums + visit.y * row_bytes;
-    FullSearchRow row = rowOf(visit, part, floors, width, sums, sums);
-    if (visit.is_first) row.costs = chunk_costs + visit.slot * row_bytes;
-    return row;
-  };
-  const auto across = [&](const RowVisit& visit) {
-    fullSearchRow(simd_target_)(rowOfStrips(visit, RowPart::kAcross));
-  };
-  const auto down = [&](const RowVisit& visit, int strip) {
-    FullSearchRow row = rowOfStrips(visit, RowPart::kDown);
-    row.begin_column = width * strip / strips;
-    row.end_column = width * (strip + 1) / strips;
-    fullSearchRow(simd_target_)(row);
-  };
-  const auto finish = [&](const RowVisit& visit) {
-    const uint8_t* const sums = all_sums + visit.y * row_bytes;
-    chooseWinners(offset, visit.y, sums, row_works_.local().winners, match);
-  };
-  visitRowsByStrips(height, height / 2, strips, across, down, finish);
+  const int parts = std::max(strips, 1);
+  uint8_t* const chunk_costs = strips > 0 ? chunk_costs_.reserve(row_bytes * kChunkSlots) : nullptr;
+  searchRows(
+      height, height / 2, strips, [&](int y) { return all_sums + y * row_bytes; },
+      [&] { return row_works_.local().sums.reserve(row_bytes); },
+      [&](const RowTask& task) {
+        FullSearchRow row = rowOf(task, floors, width);
+        row.begin_column = width * task.strip / parts;
+        row.end_column = width * (task.strip + 1) / parts;
+        const bool keeps_costs = strips > 0 && task.visit.is_first;
+        row.costs = keeps_costs ? chunk_costs + task.visit.slot * row_bytes : nullptr;
+        fullSearchRow(simd_target_)(row);
+      },
+      [&](int y, const uint8_t* sums) {
+        chooseWinners(offset, y, sums, row_works_.local().winners, match);
+      });
 }
 
 void FullSearch::chooseWinners(const PrincipalOffset& offset, int y, const uint8_t* sums,
@@ -98,35 +78,22 @@ void FullSearch::start(Pass& pass, int width) const {
   }
 }
 
-FullSearchRow FullSearch::rowOf(const RowVisit& visit, RowPart part, const JumpFloors& floors,
-                                int width, const uint8_t* sums_before, uint8_t* sums) const {
-  const int y = visit.y;
-  const Pass& pass = visit.upward ? upward_ : downward_;
-  FullSearchRow row;
+FullSearchRow FullSearch::rowOf(const RowTask& task, const JumpFloors& floors, int width) const {
+  const int y = task.visit.y;
+  const Pass& pass = task.visit.upward ? upward_ : downward_;
+  FullSearchRow row(SearchRow(params_, task, floors));
   row.width = width;
   row.layout = layout_;
-  row.p1 = params_.p1;
-  row.p2 = params_.p2;
-  row.paths = params_.paths;
-  row.upward = visit.upward;
-  row.part = part;
-  row.begin_column = 0;
-  row.end_column = width;
   row.tables = &tables_;
   row.left_planes = left_planes_.row(y);
   row.left_stride = left_planes_.plane_stride();
   row.right_planes = right_planes_.row(y);
   row.entry_offsets = right_planes_.entry_offsets();
   row.right_stride = right_planes_.plane_stride();
-  row.floors_across = floors.across(y);
-  row.floors_down = floors.down(visit.upward ? y + 1 : y);
   row.dead = layout_.size() > params_.range.count ? dead_.data() : nullptr;
   row.straight = pass.straight;
   row.from_behind = pass.from_behind;
   row.from_ahead = pass.from_ahead;
-  row.costs = nullptr;
-  row.sums_before = sums_before;
-  row.sums = sums;
   return row;
 }
 

@@ -40,11 +40,8 @@ class FullSearch {
     RowWinners winners;
   };
 
-  void matchByStrips(const PrincipalOffset& offset, const JumpFloors& floors, int strips,
-                     uint8_t* sums, Match& match);
   void start(Pass& pass, int width) const;
-  FullSearchRow rowOf(const RowVisit& visit, RowPart part, const JumpFloors& floors, int width,
-                      const uint8_t* sums_before, uint8_t* sums) const;
+  FullSearchRow rowOf(const RowTask& task, const JumpFloors& floors, int width) const;
   void chooseWinners(const PrincipalOffset& offset, int y, const uint8_t* sums, RowWinners& winners,
                      Match& match) const;
 

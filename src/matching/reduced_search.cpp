@@ -1,5 +1,7 @@
 #include "matching/reduced_search.h"
 
+#include <algorithm>
+
 #include "matching/row_visits.h"
 
 namespace predictive_stereo {
@@ -34,45 +36,21 @@ void ReducedSearch::match(const cv::Mat1i& left_words, const cv::Mat1i& right_wo
   costs_.reserve(most);
 
   const int strips = params_.paths == PathSet::kStraight4 ? stripsOfSearch() : 0;
-  if (strips > 0)
-    return matchByStrips(left_words, offset, floors, windows, strips, all_sums, match);
-  reserve(paths_, 2, columns);
-  visitRowsTwice(left_words.rows, rowInTheMiddle(windows), [&](const RowVisit& visit) {
-    RowWork& work = rowWork(columns);
-    uint8_t* const sums = all_sums + windows.row_begins[visit.y];
-    uint8_t* const row_sums = work.row_sums.data() + kRowSumsMargin;
-    const RowMemory memory{&paths_[visit.upward], work.half_sums.data(),
-                           visit.is_first ? nullptr : sums, visit.is_first ? sums : row_sums};
-    reducedSearchRow(simd_target_)(
-        rowOf(visit, RowPart::kWhole, left_words, floors, windows, memory));
-    if (!visit.is_first) chooseWinners(offset, windows, visit.y, row_sums, work, match);
-  });
-}
-
-void ReducedSearch::matchByStrips(const cv::Mat1i& left_words, const PrincipalOffset& offset,
-                                  const JumpFloors& floors, const SearchWindows& windows,
-                                  int strips, uint8_t* all_sums, Match& match) {
-  const int columns = left_words.cols;
-  reserve(paths_, 2 * strips, columns);
-  const auto across = [&](const RowVisit& visit) {
-    uint8_t* const sums = all_sums + windows.row_begins[visit.y];
-    const RowMemory memory{&paths_[0], rowWork(columns).half_sums.data(), nullptr, sums};
-    reducedSearchRow(simd_target_)(
-        rowOf(visit, RowPart::kAcross, left_words, floors, windows, memory));
-  };
-  const auto down = [&](const RowVisit& visit, int strip) {
-    uint8_t* const sums = all_sums + windows.row_begins[visit.y];
-    const RowMemory memory{&paths_[2 * strip + visit.upward], nullptr, sums, sums};
-    ReducedSearchRow row = rowOf(visit, RowPart::kDown, left_words, floors, windows, memory);
-    row.begin_run = windows.runs_per_row * strip / strips;
-    row.end_run = windows.runs_per_row * (strip + 1) / strips;
-    reducedSearchRow(simd_target_)(row);
-  };
-  const auto finish = [&](const RowVisit& visit) {
-    chooseWinners(offset, windows, visit.y, all_sums + windows.row_begins[visit.y],
-                  rowWork(columns), match);
-  };
-  visitRowsByStrips(left_words.rows, rowInTheMiddle(windows), strips, across, down, finish);
+  const int parts = std::max(strips, 1);
+  reserve(paths_, 2 * parts, columns);
+  searchRows(
+      left_words.rows, rowInTheMiddle(windows), strips,
+      [&](int y) { return all_sums + windows.row_begins[y]; },
+      [&] { return rowWork(columns).row_sums.data() + kRowSumsMargin; },
+      [&](const RowTask& task) {
+        ReducedSearchRow row = rowOf(task, left_words, floors, windows);
+        row.begin_run = windows.runs_per_row * task.strip / parts;
+        row.end_run = windows.runs_per_row * (task.strip + 1) / parts;
+        reducedSearchRow(simd_target_)(row);
+      },
+      [&](int y, const uint8_t* sums) {
+        chooseWinners(offset, windows, y, sums, rowWork(columns), match);
+      });
 }
 
 void ReducedSearch::reserve(std::vector<PathRows>& paths, size_t count, int columns) const {
@@ -92,34 +70,24 @@ ReducedSearch::RowWork& ReducedSearch::rowWork(int columns) {
   return work;
 }
 
-ReducedSearchRow ReducedSearch::rowOf(const RowVisit& visit, RowPart part,
-                                      const cv::Mat1i& left_words, const JumpFloors& floors,
-                                      const SearchWindows& windows, const RowMemory& memory) const {
-  const int y = visit.y;
-  ReducedSearchRow row;
+ReducedSearchRow ReducedSearch::rowOf(const RowTask& task, const cv::Mat1i& left_words,
+                                      const JumpFloors& floors, const SearchWindows& windows) {
+  const int y = task.visit.y;
+  const bool upward = task.visit.upward;
+  ReducedSearchRow row(SearchRow(params_, task, floors));
   row.columns = windows.width.cols;
-  row.p1 = params_.p1;
-  row.p2 = params_.p2;
-  row.paths = params_.paths;
-  row.upward = visit.upward;
-  row.part = part;
-  row.begin_run = 0;
-  row.end_run = windows.runs_per_row;
   row.left_words = left_words[y];
   row.right_bytes = right_bytes_.row(y);
   row.right_stride = right_bytes_.plane_stride();
-  const int previous_y = visit.upward ? y + 1 : y - 1;
+  const int previous_y = upward ? y + 1 : y - 1;
   const bool has_previous = previous_y >= 0 && previous_y < windows.width.rows;
-  row.floors_across = floors.across(y);
-  row.floors_down = floors.down(visit.upward ? y + 1 : y);
   row.windows = windows.row(y);
   row.previous_windows = has_previous ? windows.row(previous_y) : nullptr;
-  row.previous = memory.paths->states(y & 1);
-  row.next = memory.paths->states(~y & 1);
+  const PathRows& paths = paths_[2 * task.strip + upward];
+  row.previous = paths.states(y & 1);
+  row.next = paths.states(~y & 1);
   row.costs = costs_.data() + windows.row_begins[y];
-  row.half_sums = memory.half_sums;
-  row.sums_before = memory.sums_before;
-  row.sums = memory.sums;
+  row.half_sums = task.part == RowPart::kDown ? nullptr : rowWork(row.columns).half_sums.data();
   return row;
 }
 

@@ -42,20 +42,9 @@ class ReducedSearch {
     WindowWinnersScratch scratch;
     RowWinners winners;
   };
-  /// Memory that a visit to a row uses, in addition to the windows.
-  struct RowMemory {
-    const PathRows* paths;
-    uint8_t* half_sums;
-    const uint8_t* sums_before;
-    uint8_t* sums;
-  };
 
-  void matchByStrips(const cv::Mat1i& left_words, const PrincipalOffset& offset,
-                     const JumpFloors& floors, const SearchWindows& windows, int strips,
-                     uint8_t* sums, Match& match);
-  ReducedSearchRow rowOf(const RowVisit& visit, RowPart part, const cv::Mat1i& left_words,
-                         const JumpFloors& floors, const SearchWindows& windows,
-                         const RowMemory& memory) const;
+  ReducedSearchRow rowOf(const RowTask& task, const cv::Mat1i& left_words, const JumpFloors& floors,
+                         const SearchWindows& windows);
   void reserve(std::vector<PathRows>& paths, size_t count, int columns) const;
   RowWork& rowWork(int columns);  ///< of this thread
   void chooseWinners(const PrincipalOffset& offset, const SearchWindows& windows, int y,
