@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "matching/aligned_buffer.h"
-#include "matching/census_layouts.h"
+#include "matching/census.h"
 #include "matching/full_kernel.h"
 #include "matching/jump_floors.h"
 #include "matching/principal_offset.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "matching/aligned_buffer.h"
-#include "matching/census_layouts.h"
+#include "matching/census.h"
 #include "matching/jump_floors.h"
 #include "matching/principal_offset.h"
 #include "matching/reduced_kernel.h"
