@@ -1,7 +1,6 @@
 #include "evaluation/sequence.h"
 
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "evaluation/disparity_metrics.h"
@@ -39,34 +38,6 @@ class KittiDriveSequence : public Sequence {
   mutable std::vector<int64_t> stamps_ns_;  ///< read on first use
 };
 
-// @param size  of the scene's first image; empty: this is the first one.
-cv::Mat readPicture(const std::string& path, cv::Size size, int flags, int type,
-                    const char* refusal) {
-  const cv::Mat image = cv::imread(path, flags);
-  if (image.empty() || image.type() != type) throw std::runtime_error(path + refusal);
-  const auto text = [](cv::Size s) {
-    return std::to_string(s.width) + "x" + std::to_string(s.height);
-  };
-  if (!size.empty() && image.size() != size)
-    throw std::runtime_error(path + ": is " + text(image.size()) +
-                             ", but the scene's first image is " + text(size) +
-                             "; unpack the scene again");
-  return image;
-}
-
-cv::Mat1b readGrey(const std::string& path, cv::Size size) {
-  return readPicture(path, size, cv::IMREAD_GRAYSCALE, CV_8UC1, ": cannot be read as an image");
-}
-
-cv::Mat1f readTruth(const std::string& path, cv::Size size) {
-  const cv::Mat coded = readPicture(path, size, cv::IMREAD_UNCHANGED, CV_16UC1,
-                                    ": cannot be read as a 16-bit grey image");
-  cv::Mat1f truth_px;
-  coded.convertTo(truth_px, CV_32F, 1.0 / 256);
-  truth_px.setTo(kNoTruth, coded == 0);
-  return truth_px;
-}
-
 // Where a benchmark has the files of its scenes.
 struct Layout {
   const char *left, *right, *truth, *calibration, *P_left, *P_right;
@@ -97,18 +68,17 @@ class KittiScene : public Sequence {
                                layout.right + ", is missing; unpack the scene again");
     rig_ = StereoRig::fromProjections(calibration.projection(layout.P_left),
                                       calibration.projection(layout.P_right),
-                                      readGrey(file(layout.left, first_), {}).size());
+                                      picture(layout.left, first_).size());
   }
   int frames() const override { return kTruthFile - first_ + 1; }
   SequenceFrame frame(int index) const override {
     const int number = first_ + index;
-    SequenceFrame frame{readGrey(file(layout_.left, number), rig_.size),
-                        readGrey(file(layout_.right, number), rig_.size),
-                        {},
-                        {}};
+    SequenceFrame frame{picture(layout_.left, number), picture(layout_.right, number), {}, {}};
     if (number != kTruthFile) return frame;
-    frame.truth_px = readTruth(file(layout_.truth, number), rig_.size);
-    if (layout_.vehicles) frame.vehicles = readGrey(file(layout_.vehicles, number), rig_.size) > 0;
+    const cv::Mat coded = picture(layout_.truth, number, CV_16UC1);
+    coded.convertTo(frame.truth_px, CV_32F, 1.0 / 256);
+    frame.truth_px.setTo(kNoTruth, coded == 0);
+    if (layout_.vehicles) frame.vehicles = picture(layout_.vehicles, number) > 0;
     return frame;
   }
 
@@ -121,6 +91,10 @@ class KittiScene : public Sequence {
   }
   std::string file(const std::string& folder, int number) const {
     return dir_ + "/" + folder + "/" + name_ + cv::format("_%02d.png", number);
+  }
+  // Of the size of the first one.
+  cv::Mat picture(const std::string& folder, int number, int type = CV_8UC1) const {
+    return readPicture(file(folder, number), type, rig_.size);
   }
 
   const Layout& layout_;

@@ -48,15 +48,12 @@ struct PathRow {
   uint8_t* most;
 };
 
-/// One row of one pass. The downward pass goes from left to right and follows the paths from the
-/// left and from above; the upward pass is its mirror image.
-struct FullSearchRow {
+/// One row of one pass.
+struct FullSearchRow : SearchRow {
+  explicit FullSearchRow(const SearchRow& row) : SearchRow(row) {}
+
   int width;
   StripedLayout layout;
-  int p1, p2;
-  PathSet paths;
-  bool upward;
-  RowPart part;                  ///< kWhole unless paths are straight
   int begin_column, end_column;  ///< kDown: the columns of this call
   const CostTables* tables;
   const uint8_t* left_planes;  ///< CensusPlanes::buildLeft of this row
@@ -64,18 +61,14 @@ struct FullSearchRow {
   const uint8_t* right_planes;  ///< CensusPlanes::buildRight of this row, with K phases
   size_t right_stride;
   const uint32_t* entry_offsets;
-  const uint8_t* floors_across;  ///< JumpFloors of this row
-  const uint8_t* floors_down;    ///< JumpFloors between the previous row and this one
-  const uint8_t* dead;           ///< 255 at dead indices, 0 at others; nullptr: none is dead
+  const uint8_t* dead;  ///< 255 at dead indices, 0 at others; nullptr: none is dead
   /// Paths at the previous row, replaced by those at this row: the vertical one and both diagonals.
   PathRow straight;
   PathRow from_behind;  ///< along the diagonal from the previous column of the pass
   PathRow from_ahead;   ///< along the diagonal from the next column of the pass
-  /// Matching costs + P2 of the row, [x][StripedLayout::size()]: kAcross writes them, kDown reads
-  /// them; nullptr: kDown computes them again. kWhole does not use them.
+  /// Matching costs + P2 of the row: kAcross writes them, kDown reads them; nullptr: kDown computes
+  /// them again. kWhole does not use them. As the sums, [x][StripedLayout::size()].
   uint8_t* costs;
-  const uint8_t* sums_before;  ///< sums of earlier visits, or nullptr; may be `sums`
-  uint8_t* sums;               ///< [x][StripedLayout::size()]
 };
 
 using FullSearchRowFunction = void (*)(const FullSearchRow&);

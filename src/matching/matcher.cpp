@@ -6,11 +6,10 @@
 
 #include "imaging/size_check.h"
 #include "matching/census.h"
-#include "matching/full_search.h"
 #include "matching/jump_floors.h"
 #include "matching/principal_offset.h"
-#include "matching/reduced_search.h"
 #include "matching/reference_sgm.h"
+#include "matching/search.h"
 #include "matching/search_windows.h"
 #include "predictive_stereo/simd_target.h"
 #include "simd/simd_dispatch.h"

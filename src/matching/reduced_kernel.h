@@ -33,27 +33,20 @@ struct PathStates {
   uint8_t* from_ahead;   ///< along the diagonal from the next column of the pass
 };
 
-/// One row of one pass: from left to right in the downward pass, back in the upward one.
-struct ReducedSearchRow {
+/// One row of one pass.
+struct ReducedSearchRow : SearchRow {
+  explicit ReducedSearchRow(const SearchRow& row) : SearchRow(row) {}
+
   int columns;
-  int p1, p2;
-  PathSet paths;
-  bool upward;
-  RowPart part;            ///< kWhole unless paths are straight
   int begin_run, end_run;  ///< kDown: the runs of this call
   const int* left_words;
   const uint8_t* right_bytes;  ///< CensusBytes of this row
   size_t right_stride;
-  const uint8_t* floors_across;  ///< JumpFloors of this row
-  const uint8_t* floors_down;    ///< JumpFloors between the previous row and this one
   const WindowRun* windows;
   const WindowRun* previous_windows;  ///< of the previous row; nullptr: there is none
   PathStates previous, next;
   uint8_t* costs;      ///< matching costs + P2: the first visit writes, the second one reads them
   uint8_t* half_sums;  ///< scratch memory
-  /// Sums of earlier visits, or nullptr; for kDown this may be `sums`.
-  const uint8_t* sums_before;
-  uint8_t* sums;
 };
 
 using ReducedSearchRowFunction = void (*)(const ReducedSearchRow&);

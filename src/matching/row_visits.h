@@ -1,9 +1,11 @@
-/// The order in which the passes of a search visit the rows of an image.
+/// The order in which the passes of a search visit the rows of an image, and what they do there.
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <opencv2/core/utility.hpp>
 
+#include "matching/jump_floors.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
@@ -73,6 +75,67 @@ void visitRowsByStrips(int height, int middle, int strips, const Across& across,
       if (!is_first) forEachRow(finish);
     }
 }
+
+/// What one call of a kernel does.
+struct RowTask {
+  RowVisit visit;
+  RowPart part;
+  int strip;                   ///< of kDown
+  const uint8_t* sums_before;  ///< sums of earlier visits; nullptr: kWhole, the first visit
+  uint8_t* sums;               ///< the same memory unless kWhole; kAcross does not read it before
+};
+
+/// Both visits to all rows, in one of these ways, and the choice of their winners.
+/// @param strips  0: for two threads.
+/// @param sums_of  called with y; memory for the sums of the row, from visit to visit.
+/// @param scratch_sums  memory of this thread for the sums of any row.
+/// @param visit_row  called with a RowTask.
+/// @param choose_winners  called with y and the sums of all visits to the row.
+template <class SumsOf, class ScratchSums, class VisitRow, class ChooseWinners>
+void searchRows(int height, int middle, int strips, const SumsOf& sums_of,
+                const ScratchSums& scratch_sums, const VisitRow& visit_row,
+                const ChooseWinners& choose_winners) {
+  if (strips == 0)
+    return visitRowsTwice(height, middle, [&](const RowVisit& visit) {
+      uint8_t* const between = sums_of(visit.y);
+      if (visit.is_first) return visit_row(RowTask{visit, RowPart::kWhole, 0, nullptr, between});
+      uint8_t* const sums = scratch_sums();
+      visit_row(RowTask{visit, RowPart::kWhole, 0, between, sums});
+      choose_winners(visit.y, sums);
+    });
+  const auto visitPart = [&](const RowVisit& visit, RowPart part, int strip) {
+    uint8_t* const sums = sums_of(visit.y);
+    visit_row(RowTask{visit, part, strip, sums, sums});
+  };
+  visitRowsByStrips(
+      height, middle, strips, [&](const RowVisit& visit) { visitPart(visit, RowPart::kAcross, 0); },
+      [&](const RowVisit& visit, int strip) { visitPart(visit, RowPart::kDown, strip); },
+      [&](const RowVisit& visit) { choose_winners(visit.y, sums_of(visit.y)); });
+}
+
+/// What the kernels of both searches are told of a row. The downward pass goes from left to right
+/// and follows the paths from the left and from above; the upward pass is its mirror image.
+struct SearchRow {
+  SearchRow(const MatcherParams& params, const RowTask& task, const JumpFloors& floors)
+      : p1(params.p1),
+        p2(params.p2),
+        paths(params.paths),
+        upward(task.visit.upward),
+        part(task.part),
+        floors_across(floors.across(task.visit.y)),
+        floors_down(floors.down(task.visit.upward ? task.visit.y + 1 : task.visit.y)),
+        sums_before(task.sums_before),
+        sums(task.sums) {}
+
+  int p1, p2;
+  PathSet paths;
+  bool upward;
+  RowPart part;                  ///< kWhole unless paths are straight
+  const uint8_t* floors_across;  ///< JumpFloors of this row
+  const uint8_t* floors_down;    ///< JumpFloors between the previous row of the pass and this one
+  const uint8_t* sums_before;    ///< as in RowTask
+  uint8_t* sums;
+};
 
 /// Number of strips for each pass, or 0 if each pass is done by one thread, which is as fast with
 /// two threads. More strips than threads, as the windows of strips differ in width.

@@ -135,6 +135,19 @@ KittiCamera kittiCamera(const KittiCalibrationFile& calibration, int number) {
   return camera;
 }
 
+cv::Mat readPicture(const std::string& path, int type, cv::Size size) {
+  const bool grey = type == CV_8UC1, coded = type == CV_16UC1;
+  const int flags = grey ? cv::IMREAD_GRAYSCALE : coded ? cv::IMREAD_UNCHANGED : cv::IMREAD_COLOR;
+  const cv::Mat picture = cv::imread(path, flags);
+  const bool readable = !picture.empty() && picture.type() == type;
+  if (!readable && coded) fail(path, "cannot be read as a 16-bit grey image");
+  if (!readable) fail(path, "cannot be read as an image");
+  if (!size.empty() && picture.size() != size)
+    fail(path, cv::format("is %dx%d, but the recording's first image is %dx%d; unpack it again",
+                          picture.cols, picture.rows, size.width, size.height));
+  return picture;
+}
+
 Eigen::Quaterniond OxtsRecord::attitude() const {
   const double roll_rad = fields[3], pitch_rad = fields[4], yaw_rad = fields[5];
   return Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
@@ -202,10 +215,8 @@ KittiDrive::KittiDrive(const std::string& date_dir, const std::string& drive, in
     if (!right_files.count(fileNumber(frame)))
       fail(dataFile(imageFolder(right_), frame, "png"), "is missing, though later images exist");
   }
-  const std::string first = dataFile(imageFolder(left_), 0, "png");
-  const cv::Size size = cv::imread(first, cv::IMREAD_GRAYSCALE).size();
-  if (size.empty()) fail(first, "cannot be read as an image");
-  rig_ = StereoRig::fromProjections(left_.P_rect, right_.P_rect, size);
+  const cv::Mat first = readPicture(dataFile(imageFolder(left_), 0, "png"), CV_8UC1, {});
+  rig_ = StereoRig::fromProjections(left_.P_rect, right_.P_rect, first.size());
 }
 
 std::string KittiDrive::dataFile(const std::string& folder, int frame,
@@ -218,15 +229,8 @@ std::string KittiDrive::imageFolder(const KittiCamera& camera) {
 }
 
 cv::Mat KittiDrive::image(const KittiCamera& camera, int frame) const {
-  const std::string path = dataFile(imageFolder(camera), frame, "png");
-  const bool gray = camera.number < 2;
-  const cv::Mat image = cv::imread(path, gray ? cv::IMREAD_GRAYSCALE : cv::IMREAD_COLOR);
-  if (image.empty()) fail(path, "cannot be read as an image");
-  if (image.size() != rig_.size)
-    fail(path, "is " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
-                   ", but the drive's first image is " + std::to_string(rig_.size.width) + "x" +
-                   std::to_string(rig_.size.height) + "; unpack the drive again");
-  return image;
+  return readPicture(dataFile(imageFolder(camera), frame, "png"),
+                     camera.number < 2 ? CV_8UC1 : CV_8UC3, rig_.size);
 }
 
 cv::Mat1b KittiDrive::grayImage(const KittiCamera& camera, int frame) const {

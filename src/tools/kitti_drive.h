@@ -47,6 +47,12 @@ struct KittiCamera {
 /// @param calibration  calib_cam_to_cam.txt.
 KittiCamera kittiCamera(const KittiCalibrationFile& calibration, int number);
 
+/// A picture as KITTI has it.
+/// @param type  CV_8UC1, CV_8UC3 (BGR), CV_16UC1.
+/// @param size  of the first one of the recording; empty: this is that one.
+/// @throws std::runtime_error with the file, for what is not such a picture.
+cv::Mat readPicture(const std::string& path, int type, cv::Size size);
+
 /// One point of a laser scan, in the scanner's frame (x forward, y left, z up) [m].
 struct LidarPoint {
   float x, y, z, reflectance;

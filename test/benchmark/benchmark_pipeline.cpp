@@ -10,7 +10,7 @@
 
 #include "benchmark/sequences.h"
 #include "benchmark/timing.h"
-#include "evaluation/disparity_method.h"
+#include "evaluation/disparity_evaluation.h"
 #include "predictive_stereo/pipeline.h"
 #include "tools/command_line.h"
 #include "tools/stage_table.h"

@@ -5,7 +5,7 @@
 #include <functional>
 #include <opencv2/calib3d.hpp>
 
-#include "evaluation/disparity_method.h"
+#include "evaluation/disparity_evaluation.h"
 #include "evaluation/disparity_metrics.h"
 #include "predictive_stereo/post_filter.h"
 

@@ -11,7 +11,7 @@ namespace {
 // Indices in the list of MatcherTimes of the methods with which the others are compared.
 constexpr int kHh = 0, kThreeWay = 1, kFull = 2;
 
-// Like opencvDisparity (evaluation/disparity_method.h), but it reuses its buffers.
+// Like opencvDisparity (evaluation/disparity_evaluation.h), but it reuses its buffers.
 cv::Ptr<cv::StereoSGBM> opencvMatcher(const DisparityRange& range, int mode) {
   return cv::StereoSGBM::create(range.min_disparity, range.count, 3, 26, 470, 0, 0, 0, 0, 0, mode);
 }

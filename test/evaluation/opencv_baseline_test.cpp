@@ -4,7 +4,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "evaluation/disparity_method.h"
+#include "evaluation/disparity_evaluation.h"
 #include "evaluation/disparity_metrics.h"
 #include "evaluation/lidar_truth.h"
 #include "tools/kitti_drive.h"

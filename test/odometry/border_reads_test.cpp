@@ -11,7 +11,6 @@
 #include "imaging/patch.h"
 #include "imaging/tracking.h"
 #include "odometry/block_kernel.h"
-#include "odometry/corner_kernel.h"
 #include "odometry/features.h"
 #include "odometry/stereo_depth.h"
 #include "predictive_stereo/simd_target.h"

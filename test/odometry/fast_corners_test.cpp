@@ -1,5 +1,3 @@
-#include "odometry/corner_kernel.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <tuple>
 
 #include "every_target.h"
+#include "odometry/features.h"
 
 namespace predictive_stereo {
 namespace {
