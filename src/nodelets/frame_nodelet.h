@@ -97,11 +97,13 @@ class FrameNodelet : public nodelet::Nodelet {
     return view;
   }
 
-  /// Tells how a frame continues the sequence.
+  /// Tells how a frame continues the sequence: one that starts anew is an event, two are a problem.
   /// @throws std::invalid_argument for a frame that is ignored: nothing is done with it.
   void tell(const SequenceGuard::Result& sequence) {
     if (sequence.startsAnew()) health_->event(sequence.reason);
     if (sequence.isIgnored()) throw std::invalid_argument(sequence.reason);
+    const bool again = std::exchange(starts_anew_, sequence.startsAnew()) && starts_anew_;
+    health_->problem("past", again ? "frame after frame: " + sequence.reason : "");
   }
 
   /// @param frames, images  what is dropped, and what finds no partner.
@@ -203,6 +205,7 @@ class FrameNodelet : public nodelet::Nodelet {
   const std::vector<std::string> fixed_;
   std::unique_ptr<SyncedTopics> input_;
   ros::Time last_stamp_;
+  bool starts_anew_ = false;  // the last frame
   std::atomic<bool> reset_requested_{false}, forget_{false}, awake_{false};
   std::unique_ptr<LiveParams<Live>> live_params_;
   ros::ServiceServer reset_service_;

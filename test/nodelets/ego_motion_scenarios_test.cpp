@@ -174,6 +174,15 @@ TEST_F(EgoMotionScenarios, a_gap_is_a_loss) {
   EXPECT_GE(odometry->pose.covariance[0], gap_m2);
 }
 
+TEST_F(EgoMotionScenarios, a_camera_that_is_too_slow_is_told) {
+  start();
+  ASSERT_TRUE(odometryOf(0));
+  for (int i : {1, 2}) ASSERT_TRUE(odometryOf(later(street().pair(i), 2 * i)));
+  EXPECT_TRUE(says("EgoMotion", "frame after frame: no frame for 2.1 s"));
+  ASSERT_TRUE(odometryOf(later(street().pair(3), 4)));
+  EXPECT_TRUE(says("EgoMotion", "Hz"));
+}
+
 TEST_F(EgoMotionScenarios, images_that_freeze_for_ten_seconds_are_told) {
   start();
   nav_msgs::OdometryConstPtr odometry;
