@@ -109,7 +109,16 @@ class FrameNodelet : public nodelet::Nodelet {
   /// @param frames, images  what is dropped, and what finds no partner.
   void finish(const Job& job, const StageTimes& times, const std::string& frames,
               const std::string& images) {
-    health_->figure("dropped " + frames, static_cast<double>(worker_.dropped()), "%.0f");
+    const auto dropped = static_cast<double>(worker_.dropped());
+    const double news = dropped - std::exchange(dropped_, dropped);
+    dropped_share_ += 0.1 * (news / (news + 1) - dropped_share_);
+    health_->problem("speed",
+                     dropped_share_ < 0.5
+                         ? ""
+                         : "more than half of the " + frames +
+                               " are dropped, as this computer is too slow for them: lower "
+                               "the camera's rate or resolution");
+    health_->figure("dropped " + frames, dropped, "%.0f");
     health_->figure("unmatched " + images, static_cast<double>(input_->unmatched()), "%.0f");
     const std::chrono::duration<double, std::milli> age =
         std::chrono::steady_clock::now() - job.arrival;
@@ -205,7 +214,8 @@ class FrameNodelet : public nodelet::Nodelet {
   const std::vector<std::string> fixed_;
   std::unique_ptr<SyncedTopics> input_;
   ros::Time last_stamp_;
-  bool starts_anew_ = false;  // the last frame
+  bool starts_anew_ = false;                // the last frame
+  double dropped_ = 0, dropped_share_ = 0;  // of the last ten or so
   std::atomic<bool> reset_requested_{false}, forget_{false}, awake_{false};
   std::unique_ptr<LiveParams<Live>> live_params_;
   ros::ServiceServer reset_service_;

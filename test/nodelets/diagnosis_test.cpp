@@ -185,6 +185,19 @@ TEST_F(Diagnosis, a_target_without_simd_is_told_with_the_cure) {
   EXPECT_TRUE(says("Disparity", "Cure: set simd_target to auto"));
 }
 
+TEST_F(Diagnosis, a_computer_that_is_too_slow_is_told) {
+  setParam("Disparity", "matcher/simd_target", "scalar");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  EXPECT_TRUE(eventually(
+      [&, stamp = street().stamp(0)]() mutable {
+        player_.publish(withStamp(street().pair(0), stamp += ros::Duration(0.01)));
+        return diagnostics_.says(ns_.substr(1) + "/Disparity", "half of the pairs are dropped");
+      },
+      60));
+}
+
 TEST_F(Diagnosis, a_transport_without_its_plugin_is_told_and_the_manager_lives) {
   setParam("Disparity", "image_transport", "smoke_signals");
   load("Disparity");
