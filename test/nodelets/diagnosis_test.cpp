@@ -138,6 +138,20 @@ TEST_F(Diagnosis, stamps_that_differ_are_told_with_the_cure) {
   EXPECT_EQ(disparity.count(), 0u);
 }
 
+TEST_F(Diagnosis, left_images_without_partners_are_told) {
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  for (int i = 0; i < 60; ++i) {
+    const StereoPair pair = withStamp(street().pair(0), street().stamp(0) + ros::Duration(0.1 * i));
+    if (i % 3 == 0)
+      ASSERT_TRUE(publishesDisparity(pair, disparity));
+    else
+      player_.publishLeft(pair.left);
+  }
+  EXPECT_TRUE(says("Disparity", "more than half of the left images find no partners"));
+}
+
 TEST_F(Diagnosis, a_missing_extrinsic_is_waited_for) {
   load("EgoMotion");
   Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
