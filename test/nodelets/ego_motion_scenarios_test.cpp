@@ -91,8 +91,8 @@ TEST_F(EgoMotionScenarios, a_covered_camera_goes_on_and_is_found_again) {
   EXPECT_TRUE(eventually([&] { return pose_->at(lost->header.stamp) != nullptr; }));
   EXPECT_EQ(pose_->last()->pose.covariance[0], lost->pose.covariance[0]);
   EXPECT_TRUE(says("EgoMotion",
-                   "lost: too few features agree on a motion; the pose goes on with the last "
-                   "velocity"));
+                   "lost: too few features agree on a motion. Are the images dark, blurred, "
+                   "without texture, or not rectified?"));
   EXPECT_TRUE(eventually([&] { return value("EgoMotion", "pose") == "held"; }));
 
   // The next good frame is compared with the frame before the loss, so no motion is missing.
