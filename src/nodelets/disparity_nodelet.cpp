@@ -174,6 +174,8 @@ class DisparityNodelet
                    "Or are images dark or disturbed?");
     health_->figure("prediction contradicted [%]", 100 * messages.contradicted_fraction, "%.1f");
     reportSimdTarget();
+    const stereo_msgs::DisparityImage& disparity = *messages.disparity;
+    health_->figure("least depth [m]", disparity.f * disparity.T / disparity.max_disparity);
     health_->figure("predicted", messages.predicted ? "yes" : "no");
     health_->figure("mean search width [px]", messages.mean_search_width_px, "%.1f");
     health_->figure("disparity space searched [%]", 100 * messages.searched_fraction, "%.1f");

@@ -115,7 +115,8 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
              "swapped? (The pose goes on with the last velocity.)";
     const bool goes_on = output.sequence.verdict == SequenceGuard::Verdict::kContinues;
     if (goes_on && output.pose_state != PoseState::kKnown)
-      return "too few features agree on a motion; the pose goes on with the last velocity";
+      return "too few features agree on a motion. Are the images dark, blurred, without texture, "
+             "or not rectified? (The pose goes on with the last velocity.)";
     return "";
   }
 

@@ -97,18 +97,33 @@ class FrameNodelet : public nodelet::Nodelet {
     return view;
   }
 
-  /// Tells how a frame continues the sequence.
+  /// Tells how a frame continues the sequence: one that starts anew is an event, two are a problem.
   /// @throws std::invalid_argument for a frame that is ignored: nothing is done with it.
   void tell(const SequenceGuard::Result& sequence) {
     if (sequence.startsAnew()) health_->event(sequence.reason);
     if (sequence.isIgnored()) throw std::invalid_argument(sequence.reason);
+    const bool again = std::exchange(starts_anew_, sequence.startsAnew()) && starts_anew_;
+    health_->problem("past", again ? "frame after frame: " + sequence.reason : "");
   }
 
   /// @param frames, images  what is dropped, and what finds no partner.
   void finish(const Job& job, const StageTimes& times, const std::string& frames,
               const std::string& images) {
-    health_->figure("dropped " + frames, static_cast<double>(worker_.dropped()), "%.0f");
-    health_->figure("unmatched " + images, static_cast<double>(input_->unmatched()), "%.0f");
+    const auto dropped = static_cast<double>(worker_.dropped());
+    const auto unmatched = static_cast<double>(input_->unmatched());
+    health_->problem("speed",
+                     dropped_.isHalf(dropped)
+                         ? "more than half of the " + frames +
+                               " are dropped, as this computer is too slow for them: lower "
+                               "the camera's rate or resolution"
+                         : "");
+    health_->problem("partners", unmatched_.isHalf(unmatched)
+                                     ? "more than half of the " + images +
+                                           " find no partners: are the other topics, also "
+                                           "camera_info, published as often and with their stamps?"
+                                     : "");
+    health_->figure("dropped " + frames, dropped, "%.0f");
+    health_->figure("unmatched " + images, unmatched, "%.0f");
     const std::chrono::duration<double, std::milli> age =
         std::chrono::steady_clock::now() - job.arrival;
     health_->frame(job.frame.left->header.stamp, age.count(), times);
@@ -198,11 +213,23 @@ class FrameNodelet : public nodelet::Nodelet {
     if (awake_) process(job);
   }
 
+  // What was lost before the last ten or so frames that were not.
+  struct Losses {
+    double total = 0, share = 0;
+    bool isHalf(double now) {
+      const double news = now - std::exchange(total, now);
+      share += 0.1 * (news / (news + 1) - share);
+      return share > 0.5;
+    }
+  };
+
   const std::string title_, section_;
   Live Params::*const live_;
   const std::vector<std::string> fixed_;
   std::unique_ptr<SyncedTopics> input_;
   ros::Time last_stamp_;
+  bool starts_anew_ = false;  // the last frame
+  Losses dropped_, unmatched_;
   std::atomic<bool> reset_requested_{false}, forget_{false}, awake_{false};
   std::unique_ptr<LiveParams<Live>> live_params_;
   ros::ServiceServer reset_service_;

@@ -89,9 +89,15 @@ class StampMatcher {
       worst = &slot;
     }
     if (!worst) return "";
+    const auto &left = slots_[0].waiting, &others = worst->waiting;
+    const bool apart =
+        others.back().stamp < left.front().stamp || left.back().stamp < others.front().stamp;
     return "the stamps of " + worst->name + " differ from those of " + slots_[0].name +
            cv::format(" by %g ms or more, but ", worst_s * 1e3) +
-           (params_.approximate_sync
+           (apart && left.size() > 1
+                ? "the queues hold less: synchronise the clocks of both publishers, or raise "
+                  "queue_size if one sends later than the other"
+            : params_.approximate_sync
                 ? cv::format("sync_tolerance allows %g ms: set sync_tolerance above the "
                              "difference, or synchronise the cameras",
                              params_.sync_tolerance * 1e3)

@@ -203,8 +203,12 @@ class Checker {
       result_.good(cv::format("images: %ux%u %s", pair_.left->width, pair_.left->height,
                               pair_.left->encoding.c_str()));
       const StereoRig rig = stereoRig(pair_);
-      result_.good(cv::format("calibration: focal length %.1f px, baseline %.4f m", rig.fx_px,
-                              rig.baseline_m));
+      result_.good(
+          cv::format("calibration: focal length %.1f px, baseline %.4f m; what is nearer than %.2f "
+                     "m gets false "
+                     "depths, unless disparity/matcher/range/count is larger than by default",
+                     rig.fx_px, rig.baseline_m,
+                     rig.fx_px * rig.baseline_m / DisparityRange().max_disparity()));
       if (rig.baseline_m < 0.01 || rig.baseline_m > 5)
         result_.advice(cv::format("a baseline of %g m is unusual: are the P matrices in metres?",
                                   rig.baseline_m));

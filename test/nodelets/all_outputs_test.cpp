@@ -192,6 +192,9 @@ TEST(AllOutputs, come_for_every_frame) {
   }));
   EXPECT_NE(diagnostics.value("Disparity", "matching [ms]"), "");
   EXPECT_NE(diagnostics.value("Disparity", "SIMD target"), "");
+  const StereoRig rig = stereoRig(street.pair(0));
+  EXPECT_NEAR(std::stod(diagnostics.value("Disparity", "least depth [m]")),
+              rig.fx_px * rig.baseline_m / 127, 0.01);
   EXPECT_NE(diagnostics.value("EgoMotion", "inliers"), "");
 
   // After a reset the next frame is the first one.

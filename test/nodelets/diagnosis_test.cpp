@@ -138,6 +138,20 @@ TEST_F(Diagnosis, stamps_that_differ_are_told_with_the_cure) {
   EXPECT_EQ(disparity.count(), 0u);
 }
 
+TEST_F(Diagnosis, left_images_without_partners_are_told) {
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  for (int i = 0; i < 60; ++i) {
+    const StereoPair pair = withStamp(street().pair(0), street().stamp(0) + ros::Duration(0.1 * i));
+    if (i % 3 == 0)
+      ASSERT_TRUE(publishesDisparity(pair, disparity));
+    else
+      player_.publishLeft(pair.left);
+  }
+  EXPECT_TRUE(says("Disparity", "more than half of the left images find no partners"));
+}
+
 TEST_F(Diagnosis, a_missing_extrinsic_is_waited_for) {
   load("EgoMotion");
   Recorder<nav_msgs::Odometry> odometry(node_, "odometry");
@@ -183,6 +197,19 @@ TEST_F(Diagnosis, a_target_without_simd_is_told_with_the_cure) {
   load("Disparity");
   EXPECT_TRUE(says("Disparity", "simd_target is scalar: no SIMD instructions are used"));
   EXPECT_TRUE(says("Disparity", "Cure: set simd_target to auto"));
+}
+
+TEST_F(Diagnosis, a_computer_that_is_too_slow_is_told) {
+  setParam("Disparity", "matcher/simd_target", "scalar");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  EXPECT_TRUE(eventually(
+      [&, stamp = street().stamp(0)]() mutable {
+        player_.publish(withStamp(street().pair(0), stamp += ros::Duration(0.01)));
+        return diagnostics_.says(ns_.substr(1) + "/Disparity", "half of the pairs are dropped");
+      },
+      60));
 }
 
 TEST_F(Diagnosis, a_transport_without_its_plugin_is_told_and_the_manager_lives) {

@@ -91,8 +91,8 @@ TEST_F(EgoMotionScenarios, a_covered_camera_goes_on_and_is_found_again) {
   EXPECT_TRUE(eventually([&] { return pose_->at(lost->header.stamp) != nullptr; }));
   EXPECT_EQ(pose_->last()->pose.covariance[0], lost->pose.covariance[0]);
   EXPECT_TRUE(says("EgoMotion",
-                   "lost: too few features agree on a motion; the pose goes on with the last "
-                   "velocity"));
+                   "lost: too few features agree on a motion. Are the images dark, blurred, "
+                   "without texture, or not rectified?"));
   EXPECT_TRUE(eventually([&] { return value("EgoMotion", "pose") == "held"; }));
 
   // The next good frame is compared with the frame before the loss, so no motion is missing.
@@ -172,6 +172,15 @@ TEST_F(EgoMotionScenarios, a_gap_is_a_loss) {
   ASSERT_TRUE(odometry = odometryOf(later(street().pair(4), 2)));
   EXPECT_LT(odometry->twist.covariance[0], 1);
   EXPECT_GE(odometry->pose.covariance[0], gap_m2);
+}
+
+TEST_F(EgoMotionScenarios, a_camera_that_is_too_slow_is_told) {
+  start();
+  ASSERT_TRUE(odometryOf(0));
+  for (int i : {1, 2}) ASSERT_TRUE(odometryOf(later(street().pair(i), 2 * i)));
+  EXPECT_TRUE(says("EgoMotion", "frame after frame: no frame for 2.1 s"));
+  ASSERT_TRUE(odometryOf(later(street().pair(3), 4)));
+  EXPECT_TRUE(says("EgoMotion", "Hz"));
 }
 
 TEST_F(EgoMotionScenarios, images_that_freeze_for_ten_seconds_are_told) {

@@ -191,6 +191,19 @@ TEST_F(StampMatcherTest, says_which_stamps_differ_by_how_much_and_what_cures_it)
             "is false: set approximate_sync to true");
 }
 
+// A tolerance of their difference would join images of two moments.
+TEST_F(StampMatcherTest, a_partner_that_comes_after_all_have_left_needs_a_longer_queue) {
+  for (int i = 0; i < 20; ++i) {
+    add(matcher_, kLeft, 2 + 0.05 * i);
+    add(matcher_, kInfo, 2 + 0.05 * i);
+    add(matcher_, kRight, 1.3 + 0.05 * i);
+  }
+  EXPECT_NE(matcher_.describeMismatch().find("by 250 ms or more, but the queues hold less"),
+            std::string::npos)
+      << matcher_.describeMismatch();
+  EXPECT_NE(matcher_.describeMismatch().find("raise queue_size"), std::string::npos);
+}
+
 TEST_F(StampMatcherTest, refuses_parameters_outside_their_limits) {
   SyncParams params;
   params.queue_size = 0;

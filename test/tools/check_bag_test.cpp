@@ -174,6 +174,7 @@ TEST_F(CheckBag, FindsNothingWrongWithAGoodBag) {
   const BagCheck result = check({});
   EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_EQ(advice(result), "");
+  EXPECT_SAYS(findingsOf(result, BagFinding::Level::kGood), "nearer than 0.24 m");
   EXPECT_EQ(result.launch_file, "predictive_stereo.launch");
   EXPECT_EQ(result.arguments, std::vector<std::string>{"camera:=/stereo"});
 }
