@@ -128,7 +128,7 @@ void AcrossChannel::find(const PastView& view, Verification& verification) const
   const std::vector<PointTrack> tracks =
       followGroups(view, groupSuspects(view, unexplainedPoints(view, points_px)));
   const auto hypotheses =
-      firstResults(kMostAcross, clusterTracks(view, tracks),
+      firstResults(clusterTracks(view, tracks),
                    [&](const std::vector<PointTrack>& alike) { return hypothesisOf(view, alike); });
   verification.addAll(view.frame, hypotheses, [&](const Hypothesis& hypothesis) {
     return verification.verify(view, static_world, hypothesis);

@@ -81,12 +81,6 @@ std::vector<cv::Point> takeConnected(const cv::Mat1f& cells_px, cv::Point first,
   return taken;
 }
 
-std::vector<std::vector<cv::Point>> largestFirst(std::vector<std::vector<cv::Point>> groups) {
-  std::stable_sort(groups.begin(), groups.end(),
-                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
-  return groups;
-}
-
 // As lattice points, those that have a disparity.
 std::vector<cv::Point> pointsOf(const FrameView& frame, const std::vector<cv::Point>& cells) {
   static_assert(kCellSide_px == 4, "a cell is 2x2 lattice points");
@@ -109,7 +103,7 @@ std::vector<std::vector<cv::Point>> groupResiduals(const cv::Mat1f& residual_px,
   for (int v = 0; v < seeds.rows; ++v)
     for (int u = 0; u < seeds.cols; ++u)
       if (seeds(v, u) != kNoSeed) groups.push_back(takeConnected(cells_px, {u, v}, seeds));
-  return largestFirst(std::move(groups));
+  return groups;
 }
 
 std::vector<std::vector<cv::Point>> shiftedObstacles(const Obstacles& obstacles,
@@ -123,7 +117,7 @@ std::vector<std::vector<cv::Point>> shiftedObstacles(const Obstacles& obstacles,
   std::vector<std::vector<cv::Point>> shifted;
   for (size_t k = 0; k < sums.size(); ++k)
     if (sums[k].isShift(least_mean_px)) shifted.push_back(obstacles.cellsOf(static_cast<int>(k)));
-  return largestFirst(std::move(shifted));
+  return shifted;
 }
 
 void AlongChannel::compare(const FrameView& frame, const std::vector<PastFrame>& past) {
@@ -139,16 +133,17 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) cons
   auto groups = groupResiduals(residual_px, pair, frame.cells.disparity_px, least_mean_px);
   for (auto& cells : shiftedObstacles(frame.obstacles, residual_px, kOfObstacle * least_mean_px))
     groups.push_back(std::move(cells));
-  const auto hypotheses =
-      firstResults(kMostAlong, groups, [&](const auto& cells) -> std::optional<Hypothesis> {
-        Hypothesis hypothesis;
-        hypothesis.source = Hypothesis::Source::kAlong;
-        hypothesis.seeds = pointsOf(frame, cells);
-        if (hypothesis.seeds.size() < kFewestPoints) return std::nullopt;
-        setLayer(frame, hypothesis);
-        if (hypothesis.disparity_px < kLeastDisparity_px) return std::nullopt;
-        return hypothesis;
-      });
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  const auto hypotheses = firstResults(groups, [&](const auto& cells) -> std::optional<Hypothesis> {
+    Hypothesis hypothesis;
+    hypothesis.source = Hypothesis::Source::kAlong;
+    hypothesis.seeds = pointsOf(frame, cells);
+    if (hypothesis.seeds.size() < kFewestPoints) return std::nullopt;
+    setLayer(frame, hypothesis);
+    if (hypothesis.disparity_px < kLeastDisparity_px) return std::nullopt;
+    return hypothesis;
+  });
   const auto verify = [&](Hypothesis hypothesis) -> std::optional<VerifiedObject> {
     if (!verification.isFree(hypothesis)) return std::nullopt;
     // An approaching object changes its size too much to be tracked over the longest time: try

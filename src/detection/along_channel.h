@@ -19,8 +19,8 @@ std::vector<std::vector<cv::Point>> groupResiduals(const cv::Mat1f& residual_px,
                                                    const cv::Mat1b& pair, const cv::Mat1f& cells_px,
                                                    float least_mean_px);
 
-/// The cells of obstacles whose mean residual is large and mostly of one sign, the largest one
-/// first. A far one hardly fills a square of 3x3 cells, but has more cells.
+/// The cells of obstacles whose mean residual is large and mostly of one sign. A far one hardly
+/// fills a square of 3x3 cells, but has more cells.
 /// @param least_mean_px  least |mean residual| over an obstacle.
 std::vector<std::vector<cv::Point>> shiftedObstacles(const Obstacles& obstacles,
                                                      const cv::Mat1f& residual_px,

@@ -22,8 +22,8 @@ struct Obstacles {
 
   /// Whether a lattice point is in a standing cell; at the border, in the nearest one.
   bool standsAt(cv::Point lattice_point) const {
-    return !standing.empty() && standing(std::min(lattice_point.y / 2, standing.rows - 1),
-                                         std::min(lattice_point.x / 2, standing.cols - 1));
+    return standing.data && standing(std::min(lattice_point.y / 2, standing.rows - 1),
+                                     std::min(lattice_point.x / 2, standing.cols - 1));
   }
 
   /// The cells of one obstacle, row by row. Lists of all of them would take longer to make.

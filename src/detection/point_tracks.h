@@ -74,17 +74,16 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis);
 /// disparity.
 std::optional<Hypothesis> hypothesisOf(const PastView& view, const ObjectTrack& known);
 
-/// Largest number of hypotheses per frame, which bounds the time. Crowds and foliage have about 5
-/// across the line of sight and 20 along it; the largest ones come first.
-constexpr size_t kMostAcross = 8, kMostAlong = 12;
-
-/// The first `most` results of `make`; further items are not used.
+/// The first results of `make`, at most as many as a frame may have hypotheses of one kind, which
+/// bounds the time. Crowds and foliage have about 5 across the line of sight and 20 along it.
+/// @param items  the largest ones first.
 /// @param make  called with an item; returns a std::optional.
 template <class Items, class Make>
-auto firstResults(size_t most, const Items& items, const Make& make) {
+auto firstResults(const Items& items, const Make& make) {
+  constexpr size_t kMost = 8;
   std::vector<typename std::invoke_result_t<Make, decltype(*items.begin())>::value_type> made;
   for (const auto& item : items) {
-    if (made.size() == most) break;
+    if (made.size() == kMost) break;
     if (auto one = make(item)) made.push_back(std::move(*one));
   }
   return made;
