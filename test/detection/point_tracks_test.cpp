@@ -14,27 +14,17 @@ std::vector<int> numbers(int count) {
   return all;
 }
 
-TEST(FirstFew, TakesTheFirstThatAreAnyGood) {
+TEST(FirstResults, AreTheFirstEightThatAreAnyGood) {
   int asked = 0;
   const auto square_of_odd = [&](int i) {
     ++asked;
     return i % 2 ? std::optional<double>(i * i) : std::nullopt;
   };
-  EXPECT_EQ(firstResults(3, numbers(100), square_of_odd), (std::vector<double>{1, 9, 25}));
-  EXPECT_EQ(asked, 6) << "what costs time is not done for the rest";
-  EXPECT_EQ(firstResults(3, numbers(4), square_of_odd), (std::vector<double>{1, 9}));
-  EXPECT_TRUE(firstResults(3, numbers(0), square_of_odd).empty());
-  EXPECT_TRUE(firstResults(0, numbers(9), square_of_odd).empty());
-}
-
-TEST(FirstFew, TakesExactlyAsManyAsAFrameMay) {
-  const auto any = [](int i) { return std::optional<int>(i); };
-  for (const size_t most : {kMostAcross, kMostAlong}) {
-    const auto last = static_cast<int>(most);
-    EXPECT_EQ(firstResults(most, numbers(last - 1), any), numbers(last - 1));
-    EXPECT_EQ(firstResults(most, numbers(last), any), numbers(last));
-    EXPECT_EQ(firstResults(most, numbers(last + 1), any), numbers(last));
-  }
+  EXPECT_EQ(firstResults(numbers(100), square_of_odd),
+            (std::vector<double>{1, 9, 25, 49, 81, 121, 169, 225}));
+  EXPECT_EQ(asked, 16) << "what costs time is not done for the rest";
+  EXPECT_EQ(firstResults(numbers(4), square_of_odd), (std::vector<double>{1, 9}));
+  EXPECT_TRUE(firstResults(numbers(0), square_of_odd).empty());
 }
 
 }  // namespace
