@@ -148,7 +148,9 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) cons
     if (!verification.isFree(hypothesis)) return std::nullopt;
     // An approaching object changes its size too much to be tracked over the longest time: try
     // shorter ones too.
-    for (size_t k = pair(hypothesis.seeds.front() / 2); k < pairs.size(); ++k) {
+    uint8_t first = kNoPair;  // of cells without a past disparity, too
+    for (const cv::Point p : hypothesis.seeds) first = std::min(first, pair(p / 2));
+    for (size_t k = first; k < pairs.size(); ++k) {
       const PastView view = frame.since(pairs[k].past);
       const auto motion = significantMotion(view, hypothesis.seeds);
       if (!motion) continue;
