@@ -35,7 +35,7 @@ struct Sum {
   }
 };
 
-// Whether the residuals of the 3x3 cells around one show motion.
+// Of the 3x3 cells around one; the map's border cuts them.
 Sum sumAround(const cv::Mat1f& residual_px, cv::Point at) {
   Sum sum;
   for (int v = std::max(at.y - 1, 0); v <= std::min(at.y + 1, residual_px.rows - 1); ++v)
@@ -148,7 +148,7 @@ void AlongChannel::find(const FrameView& frame, Verification& verification) cons
     if (!verification.isFree(hypothesis)) return std::nullopt;
     // An approaching object changes its size too much to be tracked over the longest time: try
     // shorter ones too.
-    uint8_t first = kNoPair;  // of cells without a past disparity, too
+    uint8_t first = kNoPair;  // the oldest pair of any cell
     for (const cv::Point p : hypothesis.seeds) first = std::min(first, pair(p / 2));
     for (size_t k = first; k < pairs.size(); ++k) {
       const PastView view = frame.since(pairs[k].past);

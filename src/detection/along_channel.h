@@ -10,8 +10,7 @@
 
 namespace predictive_stereo {
 
-/// Connected groups of cells whose mean residual over 3x3 cells is large and nearly all of one
-/// sign; the largest one first.
+/// Connected groups of cells whose mean residual over 3x3 cells is large and mostly of one sign.
 /// @param residual_px, pair  see longResidual. Cells of a group have the same pair of frames.
 /// @param cells_px  DepthCells::disparity_px.
 /// @param least_mean_px  least |mean residual| over 3x3 cells.

@@ -191,7 +191,7 @@ Segment segmentOf(const Layer& layer, const cv::Mat1f& support, const cv::Mat1b&
   result.decisive = better + worse;
   result.explained = result.decisive ? static_cast<double>(better) / result.decisive : 0;
   int positive = 0, negative = 0, known = 0;
-  const cv::Rect of_cells(-origin, residual_px.size() * 2);  // no cell: the last column or row
+  const cv::Rect of_cells(-origin, residual_px.size() * 2);  // the last points may be in no cell
   const cv::Rect counted = box & of_cells;
   for (int v = counted.y; v < counted.br().y; ++v)
     for (int u = counted.x; u < counted.br().x; ++u) {
