@@ -154,6 +154,14 @@ class Solver {
   bool advance(const Eigen::Vector2d& prior_information, Fit& fit, Vector8d& step,
                Matrix8d& spread) const;
   PoseSolution assess(const Fit& fit) const;
+  // Sum of squared distances, each capped at the gate of `sigma`, weighted by trust.
+  double cost(const Estimate& estimate, double sigma) const;
+  // Both are judged by the smaller noise: points that one of them explains to 0.1 px are not
+  // explained by 0.3 px.
+  bool explainsBetter(const Fit& a, const Fit& b) const {
+    const double sigma = std::min(a.sigma, b.sigma);
+    return cost(a.estimate, sigma) < cost(b.estimate, sigma);
+  }
   double varianceFactor() const { return kRobustCovariance * params_.common_errors; }
   void sum(const Estimate& estimate, const Weighting& weighting, NormalEquations& equations);
   void sumBlock(const PoseModel& model, const Weighting& weighting, size_t begin,
@@ -308,15 +316,27 @@ PoseSolution Solver::assess(const Fit& fit) const {
   return solution;
 }
 
+double Solver::cost(const Estimate& estimate, double sigma) const {
+  const PoseModel model = estimate.model(rig_);
+  const double cap = params_.outlier_sigma * params_.outlier_sigma * sigma * sigma;
+  double sum = 0;
+  for (const Correspondence& c : all_) {
+    const PosePrediction p = model.predict(c);
+    const Information information(c, p, c.current_disparity_variance);
+    sum += c.trust * (p.in_front ? std::min(information.squaredNorm(p.residual), cap) : cap);
+  }
+  return sum;
+}
+
 PoseSolution Solver::solve(const Eigen::Isometry3d& T_expected) {
-  std::optional<Fit> fit;
-  if (static_cast<int>(all_.size()) >= params_.min_inliers)
-    fit = iterate(
-        voteForMotion(rig_, all_, T_expected, offset_.offset_px, coarse_, params_.max_hypotheses));
-  if (fit) return assess(*fit);
   PoseSolution nothing;
   nothing.inlier.assign(all_.size(), 0);
-  return nothing;
+  if (static_cast<int>(all_.size()) < params_.min_inliers) return nothing;
+  std::optional<Fit> fit = iterate(
+      voteForMotion(rig_, all_, T_expected, offset_.offset_px, coarse_, params_.max_hypotheses));
+  std::optional<Fit> expected = iterate(T_expected);
+  if (!fit || (expected && explainsBetter(*expected, *fit))) fit = std::move(expected);
+  return fit ? assess(*fit) : nothing;
 }
 
 }  // namespace

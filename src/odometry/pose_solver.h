@@ -53,6 +53,11 @@ struct PoseSolution {
 /// The motion with the most support: RANSAC on three points, with a fixed seed, then robust
 /// Gauss-Newton. Residuals are weighted with the noise of all coordinates of a correspondence, that
 /// of the previous disparity propagated to the current frame.
+///
+/// RANSAC must allow for the noise of three points, which is far larger than that of all. A motion
+/// between that of the static scene and that of a near object can then win: a small turn hides a
+/// move to the side from all far points. Gauss-Newton therefore also starts from the expected
+/// motion, and the noise that is left decides between the two.
 /// @param T_expected  a further hypothesis.
 /// @param previous_offset  the estimate for the previous frame.
 /// @param expected_sigma_px  of a coordinate with relative variance 1.

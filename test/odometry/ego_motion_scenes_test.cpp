@@ -29,10 +29,7 @@ EgoMotionParams perfectlyCalibrated() {
 
 // Runs a part of a scene; `spoil` may change the images of a frame.
 template <class Spoil>
-Driven drive(const std::string& scene, int first, int frames, const Spoil& spoil) {
-  StreetParams params;
-  params.scene = scene;
-  params.seed = 3;
+Driven drive(const StreetParams& params, int first, int frames, const Spoil& spoil) {
   const Street street(params);
   EgoMotion ego_motion{perfectlyCalibrated()};
   Driven driven;
@@ -69,8 +66,18 @@ Driven drive(const std::string& scene, int first, int frames, const Spoil& spoil
   return driven;
 }
 
+StreetParams sceneParams(const std::string& scene) {
+  StreetParams params;
+  params.scene = scene;
+  params.seed = 3;
+  return params;
+}
+
+Driven drive(const StreetParams& params, int first, int frames) {
+  return drive(params, first, frames, [](int, cv::Mat1b&, cv::Mat1b&) {});
+}
 Driven drive(const std::string& scene, int first, int frames) {
-  return drive(scene, first, frames, [](int, cv::Mat1b&, cv::Mat1b&) {});
+  return drive(sceneParams(scene), first, frames);
 }
 
 constexpr double kDegree = 3.14159265358979 / 180;
@@ -103,6 +110,20 @@ TEST(EgoMotionScenes, HalfOfTheViewMoves) {
   const Driven driven = drive("near_half_moves", 20, 10);
   EXPECT_EQ(driven.lost, 0);
   EXPECT_LT(driven.driftPercent(), 1);
+}
+
+// People cover up to two thirds of the view of a slow robot's small camera.
+TEST(EgoMotionScenes, PeopleBeforeASmallCamera) {
+  for (int seed : {1, 2}) {
+    StreetParams params = sceneParams("people_slow");
+    params.seed = seed;
+    params.width = 320;
+    params.height = 240;
+    const Driven driven = drive(params, seed == 1 ? 0 : 100, 25);
+    EXPECT_EQ(driven.lost, 0) << seed;
+    EXPECT_LT(driven.largest_error_m, 0.04) << seed;
+    EXPECT_LT(driven.mean_normalized_error, 10) << seed;
+  }
 }
 
 // 2.8 m per frame from the first frame on, behind vehicles with the same speed.
@@ -145,11 +166,12 @@ TEST(EgoMotionScenes, BadLight) {
 }
 
 TEST(EgoMotionScenes, RecoversOnTheNextGoodFrame) {
-  const Driven driven = drive("static", 20, 9, [](int k, cv::Mat1b& left, cv::Mat1b& right) {
-    if (k != 4 && k != 5) return;
-    left.setTo(k == 4 ? 255 : 0);
-    right.setTo(k == 4 ? 255 : 0);
-  });
+  const Driven driven =
+      drive(sceneParams("static"), 20, 9, [](int k, cv::Mat1b& left, cv::Mat1b& right) {
+        if (k != 4 && k != 5) return;
+        left.setTo(k == 4 ? 255 : 0);
+        right.setTo(k == 4 ? 255 : 0);
+      });
   EXPECT_EQ(driven.lost, 2);
   EXPECT_LT(driven.driftPercent(), 0.5);
 }

@@ -127,6 +127,35 @@ TEST(PoseSolver, PointsKnownToBeStaticOutvoteAMoverThatFillsTheView) {
   EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).head<3>().norm(), 0.01);
 }
 
+// A person at 2 m before a small camera that stands. A turn to the side and a move against it
+// explain the person, and the background to a few tenths of a pixel.
+TEST(PoseSolver, APersonBeforeAFarBackgroundIsNotTheCamera) {
+  StereoRig rig = kittiRig();
+  rig.size = {320, 240};
+  rig.fx_px = rig.fy_px = 260;
+  rig.cx_left_px = rig.cx_right_px = 160;
+  rig.cy_px = 120;
+  rig.baseline_m = 0.12;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  std::normal_distribution<double> noise(0, 0.1);
+  std::vector<Correspondence> all;
+  for (int i = 0; i < 400; ++i) {
+    const bool person = i < 100;
+    const double depth_m = person ? 1.8 + 0.4 * uniform(random) : 10 + 10 * uniform(random);
+    Correspondence c;
+    c.previous << (person ? 80 + 100 * uniform(random) : 320 * uniform(random)),
+        240 * uniform(random), rig.disparityTimesDepth() / depth_m;
+    c.current = c.previous + Eigen::Vector3d(noise(random), noise(random), noise(random));
+    if (person) c.current.x() -= 0.11 / depth_m * rig.fx_px;
+    all.push_back(c);
+  }
+  const PoseSolution solution = solvePose(rig, all, Eigen::Isometry3d::Identity(),
+                                          DisparityOffset(), 0.3, PoseSolverParams());
+  ASSERT_TRUE(solution.found);
+  EXPECT_LT(solution.T_cam_prev.translation().norm(), 0.01);
+}
+
 TEST(PoseSolver, FarPointsAloneGiveTheRotation) {
   const StereoRig rig = kittiRig();
   auto all = observe(rig, kDriving, 100, 0.1, 1);
