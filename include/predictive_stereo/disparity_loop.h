@@ -170,6 +170,7 @@ class DisparityLoop {
   void chooseRanges(DisparityOutput& maps);
   void match(DisparityOutput& maps);
   void correct(const DisparityOutput& maps);
+  void leaveOutRobot(cv::Mat1f& disparity_px) const;
 
   DisparityParams params_;
   Stages stages_;

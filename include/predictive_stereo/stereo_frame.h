@@ -14,6 +14,9 @@ struct StereoFrame {
   cv::Mat1b left, right;
   StereoRig rig;
   Stamp stamp{};
+  /// Not 0 where the left camera sees the robot itself, which moves with it: nothing is measured
+  /// there. Empty, or of rig.size.
+  cv::Mat1b robot_mask{};
 };
 
 /// @throws std::invalid_argument if an image does not have rig.size.

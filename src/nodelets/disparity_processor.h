@@ -47,14 +47,14 @@ class DisparityProcessor {
   using Output = DisparityMessages;
 
   explicit DisparityProcessor(const DisparityNodeletParams& params)
-      : loop_(params.disparity, params.max_gap) {
+      : robot_mask_(readRobotMask(params.robot_mask)), loop_(params.disparity, params.max_gap) {
     validate(params);
   }
 
   /// See Pipeline::begin.
   /// @throws std::invalid_argument for a pair that cannot be used; the state stays as it was.
   SequenceGuard::Result begin(const StereoPair& pair) {
-    const StereoFrame frame = stereoFrame(pair);
+    const StereoFrame frame = stereoFrame(pair, robot_mask_);
     const SequenceGuard::Result sequence = loop_.begin(frame);
     if (sequence.isIgnored()) return sequence;
     pair_ = pair;
@@ -156,6 +156,7 @@ class DisparityProcessor {
     return message;
   }
 
+  const cv::Mat1b robot_mask_;
   DisparityLoop loop_;
   MessagePool<sensor_msgs::Image> images_;
   MessagePool<stereo_msgs::DisparityImage> disparities_;

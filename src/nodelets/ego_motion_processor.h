@@ -41,7 +41,9 @@ class EgoMotionProcessor {
   };
 
   explicit EgoMotionProcessor(const EgoMotionNodeletParams& params)
-      : params_(params), odometry_(params.ego_motion, params.max_gap) {
+      : params_(params),
+        robot_mask_(readRobotMask(params.robot_mask)),
+        odometry_(params.ego_motion, params.max_gap) {
     validate(params);
   }
 
@@ -52,7 +54,7 @@ class EgoMotionProcessor {
   Output process(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam,
                  const cv::Mat1b& moving_mask = {},
                  const std::optional<Eigen::Matrix3d>& R_cam_prev = {}) {
-    const StereoFrame frame = stereoFrame(pair);
+    const StereoFrame frame = stereoFrame(pair, robot_mask_);
     Output output;
     output.sequence = odometry_.begin(frame);
     if (output.sequence.isIgnored()) return output;
@@ -143,6 +145,7 @@ class EgoMotionProcessor {
   }
 
   EgoMotionNodeletParams params_;
+  const cv::Mat1b robot_mask_;
   VisualOdometry odometry_;
 
   sensor_msgs::ImageConstPtr last_left_, last_right_;

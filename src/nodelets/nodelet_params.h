@@ -59,6 +59,9 @@ struct EgoMotionNodeletParams : FrameNodeletParams {
   /// Without use_imu, a rotation prior from tf: a fixed frame relative to which tf has the camera's
   /// rotation. Empty: no prior.
   std::string guess_frame;
+  /// PNG of the left camera's size: white where it sees parts of the robot, e.g. an arm or a
+  /// bonnet, black elsewhere. Nothing is measured on the white pixels. Empty: no such parts.
+  std::string robot_mask;
   SyncParams sync;
   std::string base_frame = "base_link";  ///< frame of the robot; empty: the left camera
   EgoMotionParams ego_motion;
@@ -71,6 +74,7 @@ struct EgoMotionNodeletParams : FrameNodeletParams {
     v("use_moving_mask", use_moving_mask);
     v("use_imu", use_imu);
     v("guess_frame", guess_frame);
+    v("robot_mask", robot_mask);
     sync.visit(v);
     v("base_frame", base_frame);
     ego_motion.visit(v);
@@ -90,6 +94,7 @@ struct PointsParams {
 };
 
 struct DisparityNodeletParams : FrameNodeletParams {
+  std::string robot_mask;  ///< as EgoMotionNodeletParams::robot_mask
   SyncParams sync;
   PointsParams points;
   DisparityParams disparity;
@@ -97,6 +102,7 @@ struct DisparityNodeletParams : FrameNodeletParams {
   template <class Visitor>
   void visit(Visitor&& v) {
     FrameNodeletParams::visit(v);
+    v("robot_mask", robot_mask);
     sync.visit(v);
     v("points", points);
     disparity.visit(v);

@@ -208,14 +208,25 @@ StereoRig stereoRig(const StereoPair& pair) {
   return rig;
 }
 
-StereoFrame stereoFrame(const StereoPair& pair) {
+StereoFrame stereoFrame(const StereoPair& pair, const cv::Mat1b& robot_mask) {
   requireStamp(pair.left->header.stamp, ZeroStamp::kLegal);
   StereoFrame frame;
   frame.rig = stereoRig(pair);
   frame.left = greyImage(*pair.left, "left");
   frame.right = greyImage(*pair.right, "right");
+  frame.robot_mask = robot_mask;
   frame.stamp = stampOf(pair.left->header.stamp);
   return frame;
+}
+
+cv::Mat1b readRobotMask(const std::string& file) {
+  if (file.empty()) return {};
+  const cv::Mat1b mask = cv::imread(file, cv::IMREAD_GRAYSCALE);
+  if (mask.empty())
+    throw std::invalid_argument("robot_mask = '" + file +
+                                "' cannot be read as an image: give the full path of a PNG that is "
+                                "white where the left camera sees the robot, and black elsewhere");
+  return mask;
 }
 
 cv::Mat1b movedMask(const sensor_msgs::Image& message, const sensor_msgs::Image& left) {

@@ -102,7 +102,11 @@ StereoRig stereoRig(const StereoPair& pair);
 
 /// The pair as a frame. Its images may share the memory of the messages, see greyImage.
 /// @throws std::invalid_argument  as stereoRig, greyImage and requireStamp.
-StereoFrame stereoFrame(const StereoPair& pair);
+StereoFrame stereoFrame(const StereoPair& pair, const cv::Mat1b& robot_mask = {});
+
+/// The image file of the parameter robot_mask, see StereoFrame::robot_mask; "": an empty one.
+/// @throws std::invalid_argument if the file is not an image.
+cv::Mat1b readRobotMask(const std::string& file);
 
 /// Masks of moving objects. A subscription to this topic wakes MovingObjects.
 constexpr char kMaskTopic[] = "moving_objects/mask";

@@ -134,6 +134,7 @@ void DisparityLoop::match(DisparityOutput& maps) {
 
   filterBySupport(range, params_.min_support, match_.disparity_px, maps.measured_disparity_px);
   region_filter_.filter(range, params_.min_region_px, maps.measured_disparity_px);
+  leaveOutRobot(maps.measured_disparity_px);
   measurementVariance(maps.measured_disparity_px, match_.ambiguity, range, params_.variance,
                       maps.measured_variance_px2);
   maps.ambiguity = match_.ambiguity;
@@ -161,6 +162,7 @@ void DisparityLoop::publish(DisparityOutput& maps) {
             filled_disparity_px_);
   median3x3(range, params_.max_hole_px > 0 ? kBorderOfHole : kMajority, filled_disparity_px_,
             median_disparity_px_);
+  leaveOutRobot(median_disparity_px_);
   photometric_residual_.measure(frame_.left, aligned_right_, median_disparity_px_, range,
                                 frame_.rig.principalOffset(), residual_share_);
   predictive_stereo::publish(
@@ -169,6 +171,11 @@ void DisparityLoop::publish(DisparityOutput& maps) {
        maps.measured_variance_px2, maps.ambiguity, residual_share_, row_alignment_.rms_offset_px},
       range, params_.variance, maps.disparity_px, maps.disparity_variance_px2);
   watch.lap("median", times_);
+}
+
+void DisparityLoop::leaveOutRobot(cv::Mat1f& disparity_px) const {
+  if (!frame_.robot_mask.empty())
+    disparity_px.setTo(params_.matcher.range.invalid(), frame_.robot_mask);
 }
 
 void DisparityLoop::eraseMoving(const cv::Mat1b& mask) {

@@ -7,6 +7,7 @@ namespace predictive_stereo {
 void requireSizes(const StereoFrame& frame) {
   requireSize("left image", frame.left.size(), frame.rig.size);
   requireSize("right image", frame.right.size(), frame.rig.size);
+  if (!frame.robot_mask.empty()) requireSize("robot_mask", frame.robot_mask.size(), frame.rig.size);
 }
 
 VisualOdometry::VisualOdometry(const EgoMotionParams& params, double max_gap_s)
@@ -26,9 +27,11 @@ SequenceGuard::Result VisualOdometry::begin(const StereoFrame& frame) {
 const OdometryOutput& VisualOdometry::follow(const OdometryHints& hints) {
   times_.clear();
   Stopwatch watch;
-  const bool fits = hints.ignored.size() == frame_.rig.size && has_previous_;
-  output_.ego_motion = ego_motion_.estimate(frame_.left, frame_.right, frame_.rig,
-                                            fits ? hints.ignored : cv::Mat1b(), hints.R_cam_prev);
+  cv::Mat1b ignored = frame_.robot_mask;
+  if (hints.ignored.size() == frame_.rig.size && has_previous_)
+    ignored = ignored.empty() ? hints.ignored : cv::Mat1b(ignored | hints.ignored);
+  output_.ego_motion =
+      ego_motion_.estimate(frame_.left, frame_.right, frame_.rig, ignored, hints.R_cam_prev);
   watch.lap("ego-motion", times_);
   path_.add(output_.ego_motion, frame_.stamp, hints.T_body_cam);
   output_.motion_start = path_.motionStart();

@@ -228,5 +228,23 @@ TEST(StereoRigOfMessages, what_does_not_belong_together_is_refused) {
   EXPECT_NE(swapped.find("swapped"), std::string::npos) << swapped;
 }
 
+TEST(RobotMaskFile, is_grey_or_refused_by_its_name) {
+  EXPECT_TRUE(readRobotMask("").empty());
+  const std::string file = testing::TempDir() + "robot mask.png";
+  cv::Mat3b coloured(4, 6, cv::Vec3b(255, 255, 255));
+  coloured(1, 2) = cv::Vec3b();
+  cv::imwrite(file, coloured);
+  const cv::Mat1b mask = readRobotMask(file);
+  EXPECT_EQ(mask.size(), cv::Size(6, 4));
+  EXPECT_EQ(cv::countNonZero(mask), 23);
+  EXPECT_EQ(mask(1, 2), 0);
+  try {
+    readRobotMask("no_mask.png");
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("robot_mask = 'no_mask.png'"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace predictive_stereo
