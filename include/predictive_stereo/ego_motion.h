@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -122,10 +123,13 @@ class EgoMotion {
   ///   the previous left camera to the current one. It is tried if few features agree on a motion,
   ///   and used if more agree with it: a wrong one only costs time. A matrix that is not a rotation
   ///   (e.g. NaN) is ignored.
+  /// @param interval_s  time since the previous frame: limits how the velocity can have changed.
+  ///   Infinite: not known.
   /// @throws std::invalid_argument if an image or the mask does not have rig.size.
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
                              const cv::Mat1b& moving_mask = {},
-                             const std::optional<Eigen::Matrix3d>& R_cam_prev = {});
+                             const std::optional<Eigen::Matrix3d>& R_cam_prev = {},
+                             double interval_s = std::numeric_limits<double>::infinity());
   /// Sets parameters for the next frame. The past frames are kept, unless estimate_disparity_offset
   /// changes.
   /// @throws std::invalid_argument if a parameter is outside its limits; the parameters are then

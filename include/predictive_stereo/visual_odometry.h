@@ -67,7 +67,8 @@ class VisualOdometry {
   EgoMotion ego_motion_;
   CameraPath path_;
   SequenceGuard guard_;
-  StereoFrame frame_;          // that begin() took
+  StereoFrame frame_;  // that begin() took
+  Stamp previous_stamp_{};
   bool has_previous_ = false;  // whether the frame follows another one
   OdometryOutput output_;
   StageTimes times_;

@@ -57,6 +57,7 @@ void hold(ReferenceFrame& reference, const PoseSolution& solution) {
   reference.to_previous = {solution.T_cam_prev, solution.covariance};
   reference.by_disparity_errors = solution.by_disparity_errors;
   reference.age = 0;
+  reference.since_s = 0;
   reference.R_since = Eigen::Matrix3d::Identity();
 }
 
@@ -64,7 +65,8 @@ void hold(ReferenceFrame& reference, const PoseSolution& solution) {
 
 EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
                                            const StereoRig& rig, const cv::Mat1b& moving_mask,
-                                           const std::optional<Eigen::Matrix3d>& R_cam_prev) {
+                                           const std::optional<Eigen::Matrix3d>& R_cam_prev,
+                                           double interval_s) {
   requireSize("left image", left.size(), rig.size);
   requireSize("right image", right.size(), rig.size);
   if (!moving_mask.empty()) requireSize("mask of moving objects", moving_mask.size(), rig.size);
@@ -73,7 +75,7 @@ EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1
     startOffset();
   }
   features.setPair(left, right, rig);
-  for (ReferenceFrame& reference : references) reference.addFrame(R_cam_prev);
+  for (ReferenceFrame& reference : references) reference.addFrame(R_cam_prev, interval_s);
 
   MotionChoice choice;
   size_t used = 0;
@@ -198,8 +200,9 @@ EgoMotion& EgoMotion::operator=(EgoMotion&&) noexcept = default;
 
 EgoMotionEstimate EgoMotion::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
                                       const StereoRig& rig, const cv::Mat1b& moving_mask,
-                                      const std::optional<Eigen::Matrix3d>& R_cam_prev) {
-  return state_->estimate(left, right, rig, moving_mask, R_cam_prev);
+                                      const std::optional<Eigen::Matrix3d>& R_cam_prev,
+                                      double interval_s) {
+  return state_->estimate(left, right, rig, moving_mask, R_cam_prev, interval_s);
 }
 
 void EgoMotion::setParams(const EgoMotionParams& params) { state_->setParams(params); }

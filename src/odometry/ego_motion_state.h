@@ -41,7 +41,7 @@ struct EgoMotionState {
 
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
                              const cv::Mat1b& moving_mask,
-                             const std::optional<Eigen::Matrix3d>& R_cam_prev);
+                             const std::optional<Eigen::Matrix3d>& R_cam_prev, double interval_s);
 
   MotionChoice motionSince(const ReferenceFrame& reference, const cv::Mat1b& moving_mask);
   void describeMotion(const PoseSolution& solution, const ReferenceFrame& reference,

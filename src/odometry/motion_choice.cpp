@@ -23,6 +23,8 @@ constexpr double kLargestSigma_m = 0.5, kLargestSigma_rad = 0.05;
 constexpr double kUsualShare = 2.0 / 3;
 // Of the median depth, see movedAhead.
 constexpr double kAheadByDepth = 0.1;
+// Of a camera that is carried, driven or flown.
+constexpr double kLargestAcceleration_mps2 = 30;
 constexpr double kSamePlacePx = 2;  // tracking finds features from much farther away
 constexpr double kFarPx = 1e6;      // also replaces NaN, of points beside the camera
 
@@ -77,6 +79,8 @@ class MotionTrials {
       : rig_(rig), reference_(reference), usual_(usual), follow_(follow) {
     params_.offset_jitter_px = offset_jitter_px;
     params_.common_errors = kCommonErrors;
+    if (usual.known)
+      params_.largest_change_m = kLargestAcceleration_mps2 * reference.since_s * reference.since_s;
   }
 
   // Does nothing if an earlier expectation was almost the same.
@@ -170,8 +174,13 @@ class MotionTrials {
   }
   bool isBetter(const Trial& other) const {
     if (!other.solution.found || !best_.solution.found) return other.solution.found;
-    return motionWorth(other.solution, other.points.correspondences) >
-           motionWorth(best_.solution, best_.points.correspondences);
+    return worth(other) > worth(best_);
+  }
+  double worth(const Trial& trial) const {
+    const double worth = motionWorth(trial.solution, trial.points.correspondences);
+    const double change_m =
+        (trial.solution.T_cam_prev.translation() - tried_.front().translation()).norm();
+    return change_m > params_.largest_change_m ? worth / kUnlikely : worth;
   }
   double searched() const { return std::max(best_.points.searched, 1); }
 

@@ -44,7 +44,8 @@ using FollowFeatures = std::function<FollowedFeatures(const Eigen::Isometry3d& T
 /// - no motion,
 /// - the motion that the outliers agree with: among vehicles that move with the camera, most static
 ///   points are tracked only if they are expected at the right position.
-/// The best motion is used, so that a wrong one does not become the next expectation.
+/// The best motion is used, so that a wrong one does not become the next expectation. One that
+/// accelerates more than cameras do needs kUnlikely times the support.
 ///
 /// The first motion of all has rivals even if it is not doubtful, because no history says what is
 /// static: the second motion that its points agree with, and the two of the points that are found

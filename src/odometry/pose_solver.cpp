@@ -154,13 +154,14 @@ class Solver {
   bool advance(const Eigen::Vector2d& prior_information, Fit& fit, Vector8d& step,
                Matrix8d& spread) const;
   PoseSolution assess(const Fit& fit) const;
-  // Sum of squared distances, each capped at the gate of `sigma`, weighted by trust.
-  double cost(const Estimate& estimate, double sigma) const;
+  // How far the squared distances are below the gate of `sigma`, weighted by trust.
+  double support(const Estimate& estimate, double sigma) const;
   // Both are judged by the smaller noise: points that one of them explains to 0.1 px are not
   // explained by 0.3 px.
-  bool explainsBetter(const Fit& a, const Fit& b) const {
-    const double sigma = std::min(a.sigma, b.sigma);
-    return cost(a.estimate, sigma) < cost(b.estimate, sigma);
+  bool explainsBetter(const Fit& expected, const Fit& voted, double change_m) const {
+    const double sigma = std::min(expected.sigma, voted.sigma);
+    const double unlikely = change_m > params_.largest_change_m ? kUnlikely : 1;
+    return unlikely * support(expected.estimate, sigma) > support(voted.estimate, sigma);
   }
   double varianceFactor() const { return kRobustCovariance * params_.common_errors; }
   void sum(const Estimate& estimate, const Weighting& weighting, NormalEquations& equations);
@@ -316,14 +317,15 @@ PoseSolution Solver::assess(const Fit& fit) const {
   return solution;
 }
 
-double Solver::cost(const Estimate& estimate, double sigma) const {
+double Solver::support(const Estimate& estimate, double sigma) const {
   const PoseModel model = estimate.model(rig_);
-  const double cap = params_.outlier_sigma * params_.outlier_sigma * sigma * sigma;
+  const double gate = params_.outlier_sigma * sigma;
   double sum = 0;
   for (const Correspondence& c : all_) {
     const PosePrediction p = model.predict(c);
+    if (!p.in_front) continue;
     const Information information(c, p, c.current_disparity_variance);
-    sum += c.trust * (p.in_front ? std::min(information.squaredNorm(p.residual), cap) : cap);
+    sum += c.trust * std::max(0.0, gate * gate - information.squaredNorm(p.residual));
   }
   return sum;
 }
@@ -332,10 +334,11 @@ PoseSolution Solver::solve(const Eigen::Isometry3d& T_expected) {
   PoseSolution nothing;
   nothing.inlier.assign(all_.size(), 0);
   if (static_cast<int>(all_.size()) < params_.min_inliers) return nothing;
-  std::optional<Fit> fit = iterate(
-      voteForMotion(rig_, all_, T_expected, offset_.offset_px, coarse_, params_.max_hypotheses));
-  std::optional<Fit> expected = iterate(T_expected);
-  if (!fit || (expected && explainsBetter(*expected, *fit))) fit = std::move(expected);
+  const Eigen::Isometry3d T_voted =
+      voteForMotion(rig_, all_, T_expected, offset_.offset_px, coarse_, params_.max_hypotheses);
+  std::optional<Fit> fit = iterate(T_voted), expected = iterate(T_expected);
+  const double change_m = (T_voted.translation() - T_expected.translation()).norm();
+  if (!fit || (expected && explainsBetter(*expected, *fit, change_m))) fit = std::move(expected);
   return fit ? assess(*fit) : nothing;
 }
 

@@ -32,13 +32,16 @@ struct ReferenceFrame {
   CameraMotion to_previous;
   DisparityErrors by_disparity_errors = DisparityErrors::Zero();  ///< of to_previous
   int age = 0;                                                    ///< frames since that last frame
+  double since_s = 0;  ///< time since that last frame; infinite: not known
   /// Rotation since that last frame, from another sensor: maps directions of its camera to those of
   /// the current one. None: the sensor has not measured all frames since then.
   std::optional<Eigen::Matrix3d> R_since = Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 
   /// Counts a frame, with its rotation. A matrix that is not a rotation counts as none.
-  void addFrame(const std::optional<Eigen::Matrix3d>& R_cam_prev) {
+  /// @param interval_s  see EgoMotion::estimate.
+  void addFrame(const std::optional<Eigen::Matrix3d>& R_cam_prev, double interval_s) {
     ++age;
+    since_s += interval_s;
     if (R_since && R_cam_prev && isRotation(*R_cam_prev))
       R_since = *R_cam_prev * *R_since;
     else

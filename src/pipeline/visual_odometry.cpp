@@ -31,7 +31,9 @@ const OdometryOutput& VisualOdometry::follow(const OdometryHints& hints) {
   if (hints.ignored.size() == frame_.rig.size && has_previous_)
     ignored = ignored.empty() ? hints.ignored : cv::Mat1b(ignored | hints.ignored);
   output_.ego_motion =
-      ego_motion_.estimate(frame_.left, frame_.right, frame_.rig, ignored, hints.R_cam_prev);
+      ego_motion_.estimate(frame_.left, frame_.right, frame_.rig, ignored, hints.R_cam_prev,
+                           toSeconds(frame_.stamp - previous_stamp_));
+  previous_stamp_ = frame_.stamp;
   watch.lap("ego-motion", times_);
   path_.add(output_.ego_motion, frame_.stamp, hints.T_body_cam);
   output_.motion_start = path_.motionStart();

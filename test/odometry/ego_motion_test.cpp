@@ -80,14 +80,14 @@ class Losses : public ::testing::Test {
     const cv::Mat1b black(rig_.size, uchar{0});
     EgoMotionEstimate estimate;
     for (int i = 0; i < frames; ++i, ++number_)
-      estimate = state_.estimate(black, black, rig_, {}, {});
+      estimate = state_.estimate(black, black, rig_, {}, {}, 0.1);
     return estimate;
   }
   EgoMotionEstimate show(const testing::Corridor& corridor, int frames) {
     EgoMotionEstimate estimate;
     for (int i = 0; i < frames; ++i, ++number_) {
       const Pair pair = renderPair(corridor, rig_, pose(0, 0.4 * number_, 0), number_);
-      estimate = state_.estimate(pair.left, pair.right, rig_, {}, {});
+      estimate = state_.estimate(pair.left, pair.right, rig_, {}, {}, 0.1);
     }
     return estimate;
   }

@@ -127,6 +127,24 @@ TEST(PoseSolver, PointsKnownToBeStaticOutvoteAMoverThatFillsTheView) {
   EXPECT_LT(errorOf(solution.T_cam_prev, kDriving).head<3>().norm(), 0.01);
 }
 
+TEST(PoseSolver, AnUnlikelyChangeMustExplainFarMorePoints) {
+  const StereoRig rig = kittiRig();
+  const Eigen::Isometry3d along = motion({0.1, 0, -0.1}, {0, 0, 0});
+  for (const auto& [movers, wins] : {std::pair(120, false), std::pair(500, true)}) {
+    auto all = observe(rig, kDriving, 80, 0.1, 1);
+    const auto vehicles = observe(rig, along, movers, 0.1, 2);
+    all.insert(all.end(), vehicles.begin(), vehicles.end());
+    PoseSolverParams params;
+    const auto error_m = [&](const Eigen::Isometry3d& truth) {
+      const PoseSolution solution = solvePose(rig, all, kDriving, DisparityOffset(), 0.3, params);
+      return errorOf(solution.T_cam_prev, truth).head<3>().norm();
+    };
+    EXPECT_LT(error_m(along), 0.02) << "more points move along than stand";
+    params.largest_change_m = 0.3;
+    EXPECT_LT(error_m(wins ? along : kDriving), 0.02) << movers;
+  }
+}
+
 // A person at 2 m before a small camera that stands. A turn to the side and a move against it
 // explain the person, and the background to a few tenths of a pixel.
 TEST(PoseSolver, APersonBeforeAFarBackgroundIsNotTheCamera) {
