@@ -93,7 +93,7 @@ std::vector<CameraLayout> findCameras(const TopicTypes& types) {
       } else if (ends_with(left, "image_rect_color")) {
         layout = remapped(layout.name + ", colour", ns, topics);
       } else if (ends_with(left, "image_rect_raw")) {
-        layout = remapped("infrared pair of " + camera, camera, topics);
+        layout = remapped("infrared pair of " + ns, ns, topics);
       }
       addIfThere(types, layout, found);
     }

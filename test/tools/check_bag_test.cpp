@@ -188,6 +188,17 @@ TEST_F(CheckBag, PutsRectificationInFrontOfRawImages) {
   EXPECT_TRUE(hasArgument(result, "rectify:=true"));
 }
 
+TEST_F(CheckBag, KnowsAnInfraredPairWithoutANamespace) {
+  Recording infrared;
+  infrared.left = "/infra1/image_rect_raw";
+  infrared.left_info = "/infra1/camera_info";
+  infrared.right = "/infra2/image_rect_raw";
+  infrared.right_info = "/infra2/camera_info";
+  const BagCheck result = check(infrared);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
+  EXPECT_TRUE(hasArgument(result, "camera:=/"));
+}
+
 TEST_F(CheckBag, KnowsKittisLayouts) {
   struct Layout {
     const char* left_folder;
