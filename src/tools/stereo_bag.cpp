@@ -206,11 +206,13 @@ std::vector<BagPair> BagPairs::add(const rosbag::MessageInstance& message) {
   const std::optional<ros::Time> stamp = recordedStamp(message, is_image);
   if (!stamp || refused_.has(topic, *stamp, is_image ? ZeroStamp::kRefused : ZeroStamp::kLegal))
     return {};
+  if (slot == kLeft) ++unmatched_;
   std::vector<BagPair> pairs;
   // Only places wait: a thousand images would need gigabytes.
   for (const StampMatcher::Set& set :
        matcher_.add(slot, *stamp, boost::make_shared<const rosbag::MessageInstance>(message),
                     stamp->isZero())) {
+    --unmatched_;
     const auto at = [&](Slot s) -> const rosbag::MessageInstance& {
       return *static_cast<const rosbag::MessageInstance*>(set[s].get());
     };

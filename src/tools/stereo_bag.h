@@ -124,14 +124,15 @@ class BagPairs {
   /// @returns the pairs that it completes, oldest first.
   std::vector<BagPair> add(const rosbag::MessageInstance& message);
 
-  /// See StampMatcher.
-  size_t unmatched() const { return matcher_.unmatched(); }
+  /// Number of left images without partners so far.
+  size_t unmatched() const { return unmatched_; }
   std::string describeMismatch() const { return matcher_.describeMismatch(); }
 
  private:
   std::vector<std::string> topics_;
   RefusedMessages& refused_;
   StampMatcher matcher_;
+  size_t unmatched_ = 0;
 };
 
 /// The time `seconds` after `begin`, or the last one that ros::Time has: recorded times may be

@@ -292,6 +292,18 @@ TEST_F(Replay, GoesOnAfterAnImageThatCannotBeDecoded) {
       << result.out;
 }
 
+TEST_F(Replay, CountsLeftImagesThatFindNoPartnersUntilTheEnd) {
+  const std::string path = files_.path("cut.bag"), out = files_.path("out.bag");
+  int image = 0;
+  copyChanged<sensor_msgs::Image>(street(), path, [&](const std::string& topic, auto& message) {
+    if (topic == "/street/right/image_rect" && ++image > 2) message.header.stamp.sec += 100;
+  });
+  const Result result =
+      replay("--camera street --topics odometry --output " + out + " --bag " + path);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_NE(result.out.find("2 pairs, 2 left images unmatched"), std::string::npos) << result.out;
+}
+
 TEST_F(Replay, SaysWhatIsWrongIfNoPairCanBeUsed) {
   const std::string path = files_.path("torn.bag");
   copyChanged<sensor_msgs::Image>(
