@@ -445,6 +445,8 @@ TEST_F(CheckBag, TellsThatTheBagHasOutputsOfTheNodelets) {
   own.base_parent = "odom";
   EXPECT_EQ(advice(check(own)).find("outputs of the nodelets"), std::string::npos)
       << "it may be that of the wheels";
+  own.others = {"/stereo/disparity/image", "/stereo/odometry"};
+  EXPECT_SAYS(advice(check(own)), "'/stereo/odometry', '/tf'") << "its covariance is needed";
 }
 
 TEST_F(CheckBag, TellsThatAnOdometryOfTheBagIsLate) {
