@@ -59,9 +59,8 @@ std::string asRecorded(const TopicTypes& types, const std::string& topic);
 /// `name` with a slash before and none behind; empty: the root.
 std::string cameraNamespace(std::string name);
 
-/// Finds the chosen topics. Without a choice, those of the only camera with a known layout:
-/// <camera>/left/image_rect (image_raw if `choice.raw`), or KITTI's
-/// camera_{gray,color}_{left,right}.
+/// Finds the chosen topics. Without a choice, those of the only camera with a known layout (see
+/// findCameras), with raw images if `choice.raw`.
 /// @throws std::runtime_error if a topic is missing, or without a choice if there is not exactly
 ///   one such camera; it lists the bag's image topics.
 StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice);

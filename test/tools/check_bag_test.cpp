@@ -200,6 +200,17 @@ TEST_F(CheckBag, KnowsAnInfraredPairWithoutANamespace) {
   EXPECT_TRUE(hasArgument(result, "camera:=/"));
 }
 
+TEST_F(CheckBag, KnowsGreyAndColourImagesOfOneCamera) {
+  Recording zed;
+  for (const std::string image : {"image_rect_gray", "image_rect_color"}) {
+    zed.left = "/stereo/left/" + image;
+    zed.right = "/stereo/right/" + image;
+    const BagCheck result = check(zed);
+    EXPECT_TRUE(result.isUsable()) << faults(result);
+    EXPECT_TRUE(hasArgument(result, "left_image:=" + zed.left));
+  }
+}
+
 TEST_F(CheckBag, KnowsKittisLayouts) {
   struct Layout {
     const char* left_folder;

@@ -12,6 +12,7 @@
 #include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <regex>
 #include <set>
 
 #include "bag_messages.h"
@@ -163,6 +164,22 @@ TEST_F(Replay, ReadsCompressedImages) {
   ASSERT_EQ(disparity.size(), expected.size());
   for (size_t i = 0; i < expected.size(); ++i)
     EXPECT_TRUE(disparity[i]->image.data == expected[i]->image.data) << i;
+}
+
+TEST_F(Replay, KnowsTheLayoutsOfCheckBag) {
+  const std::string path = files_.path("infrared.bag"), out = files_.path("out.bag");
+  {
+    rosbag::Bag in(street()), renamed(path, rosbag::bagmode::Write);
+    for (const rosbag::MessageInstance& message : rosbag::View(in)) {
+      std::string topic = std::regex_replace(message.getTopic(), std::regex("left"), "infra1");
+      topic = std::regex_replace(topic, std::regex("right"), "infra2");
+      topic = std::regex_replace(topic, std::regex("image_rect"), "image_rect_raw");
+      renamed.write(topic, message.getTime(), message);
+    }
+  }
+  const Result result = replay("--topics odometry --output " + out + " --bag " + path);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_NE(result.out.find("4 pairs"), std::string::npos) << result.out;
 }
 
 TEST_F(Replay, RectifiesRawImages) {
