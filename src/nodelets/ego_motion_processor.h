@@ -79,7 +79,8 @@ class EgoMotionProcessor {
 
   /// The frame whose pose is published, for pairs of this camera.
   std::string baseFrame(const StereoPair& pair) const {
-    return params_.base_frame.empty() ? pair.left->header.frame_id : params_.base_frame;
+    return withoutSlash(params_.base_frame.empty() ? pair.left->header.frame_id
+                                                   : params_.base_frame);
   }
 
   /// The pose of the left camera in that frame, from tf; none: `error` says why.
@@ -92,7 +93,7 @@ class EgoMotionProcessor {
 
  private:
   bool cameraIsBase(const StereoPair& pair) const {
-    return withoutSlash(baseFrame(pair)) == withoutSlash(pair.left->header.frame_id);
+    return baseFrame(pair) == withoutSlash(pair.left->header.frame_id);
   }
 
   // Because of noise, consecutive images of a live camera always differ, also of a static scene.
@@ -107,7 +108,7 @@ class EgoMotionProcessor {
   void makeMessages(const StereoPair& pair, const PoseEstimate& pose, Output& output) const {
     std_msgs::Header header;
     header.stamp = pair.left->header.stamp;
-    header.frame_id = params_.odom_frame;
+    header.frame_id = withoutSlash(params_.odom_frame);
 
     const Matrix6d unknown = kUnknownCovariance * Matrix6d::Identity();
     const Velocity twist =
@@ -131,7 +132,7 @@ class EgoMotionProcessor {
     output.pose->pose = output.odometry->pose;
 
     output.transform =
-        transformMsg(header.stamp, params_.odom_frame, baseFrame(pair), pose.T_odom_body);
+        transformMsg(header.stamp, header.frame_id, baseFrame(pair), pose.T_odom_body);
 
     output.row_alignment = rowAlignmentMsg(output.estimate.row_alignment,
                                            output.estimate.column_offset, pair.left->header);

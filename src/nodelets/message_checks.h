@@ -23,7 +23,9 @@ enum class ZeroStamp { kRefused, kLegal };
 /// it.
 inline std::string objectionTo(ros::Time stamp, ZeroStamp zero) {
   if (stamp.isZero())
-    return zero == ZeroStamp::kLegal ? "" : "stamp 0: its publisher must set header.stamp";
+    return zero == ZeroStamp::kLegal ? ""
+                                     : "stamp 0: its publisher must set header.stamp (or is "
+                                       "/use_sim_time true, and no clock runs?)";
   if (stamp.sec < 1u << 31 && stamp.nsec < 1000000000) return "";
   return cv::format(
       "stamp %u.%09u s: ros::Time computes with less than 2147483648 s (year 2038) and less than "

@@ -30,6 +30,8 @@ class OdometryInput {
         tf_(tf),
         params_(params),
         columns_topic_(columns_topic),
+        topic_(node.resolveName("odometry")),
+        is_chosen_(topic_ != node.resolveName("odometry", false)),
         odometry_(node, health, arrivals),
         columns_(node, health, arrivals) {}
 
@@ -90,6 +92,11 @@ class OdometryInput {
     health_.problem(what, answer.value ? ""
                           : complete   ? answer.reason + effect
                                        : notInTf(now, what, effect));
+    health_.problem("odometry", !is_chosen_ || odometry_.isPublished()
+                                    ? ""
+                                    : "nobody publishes " + topic_ +
+                                          " (launch argument odometry:=<topic>): the covariance "
+                                          "of the motion is unknown");
     return answer.value;
   }
 
@@ -118,6 +125,8 @@ class OdometryInput {
   const TfInput& tf_;
   const FrameNodeletParams& params_;
   const std::string columns_topic_;
+  const std::string topic_;  // of odometry
+  const bool is_chosen_;     // by a remapping; otherwise there may be none
   MessageInput<nav_msgs::Odometry> odometry_;
   MessageInput<RowAlignment> columns_;
   std::optional<ros::Time> in_vain_;  // the last frame that tf was waited for, without an answer

@@ -141,12 +141,19 @@ std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
 
 std::string doubtAboutMount(const Eigen::Isometry3d& T_base_cam, const std::string& base,
                             const std::string& camera) {
-  constexpr double kSteep = 0.8;  // more than 53 degrees above the horizon
-  if (withoutSlash(base) == withoutSlash(camera) || T_base_cam.linear()(2, 2) < kSteep) return "";
-  return "by tf the left camera '" + camera + "' looks up from '" + base + "'. If it does not, '" +
-         camera +
-         "' is not its optical frame (z ahead, y down): correct the frame_id of the images, or "
-         "this transform";
+  constexpr double kSteep = 0.8;       // more than 53 degrees above the horizon
+  constexpr double kUpsideDown = 0.5;  // its y axis points up
+  const Eigen::Matrix3d R_base_cam = T_base_cam.linear();
+  if (withoutSlash(base) == withoutSlash(camera)) return "";
+  const std::string name = "by tf the left camera '" + camera + "' ";
+  if (R_base_cam(2, 2) > kSteep)
+    return name + "looks up from '" + base + "'. If it does not, '" + camera +
+           "' is not its optical frame (z ahead, y down): correct the frame_id of the images, or "
+           "this transform";
+  if (R_base_cam(2, 1) > kUpsideDown)
+    return name + "is upside down in '" + base +
+           "': most people are not found. Turn both images by 180 degrees, and swap left and right";
+  return "";
 }
 
 std::optional<Eigen::Isometry3d> lookUpCameraMotion(const tf2::BufferCore& tf,

@@ -289,9 +289,8 @@ class Checker {
     const double late_s = odometry.least_delay_s - image_delay_s_;
     if (late_s > timeout_s)
       result_.advice(
-          cv::format("this motion was recorded %.2f s or more after the images of its "
-                     "stamps: raise transform_timeout of disparity and moving_objects "
-                     "above that",
+          cv::format("this motion was recorded %.2f s or more after the images of its stamps: "
+                     "raise transform_timeout of disparity and moving_objects above that",
                      late_s));
   }
 
@@ -314,6 +313,7 @@ class Checker {
     if (outputs.empty()) return;
     std::string inputs;
     for (const std::string& topic : camera_.topics.all()) inputs += "'" + topic + "', ";
+    if (!estimates_odometry) inputs += "'" + camera + "/odometry', ";
     result_.advice(
         cv::format("the bag has %zu outputs of the nodelets, e.g. %s: they mix with the new ones. "
                    "Make a bag of the inputs by rosbag filter IN.bag OUT.bag ",

@@ -47,6 +47,7 @@ struct CameraLayout {
   /// Whether the launch file handles base_link and /tf: it has the extrinsics of this layout, and
   /// remaps the bag's /tf.
   bool knows_tf = false;
+  bool is_raw = false;  ///< its images have to be rectified first
 };
 
 /// All cameras with a known layout in order of preference: rectified before raw, grey before

@@ -15,6 +15,7 @@ constexpr char kRobot[] = "predictive_stereo.launch", kKitti[] = "kitti.launch";
 // Left and right image topics within a camera's namespace, in order of preference. The last are
 // RealSense's infrared pair, which is rectified, although its name does not say so.
 constexpr const char* kNames[][2] = {{"/left/image_rect", "/right/image_rect"},
+                                     {"/left/image_rect_gray", "/right/image_rect_gray"},
                                      {"/left/image_rect_color", "/right/image_rect_color"},
                                      {"/left/image_raw", "/right/image_raw"},
                                      {"/infra1/image_rect_raw", "/infra2/image_rect_raw"}};
@@ -90,10 +91,11 @@ std::vector<CameraLayout> findCameras(const TopicTypes& types) {
       if (ends_with(left, "image_raw")) {
         layout.name += ", raw";
         layout.arguments.push_back("rectify:=true");
-      } else if (ends_with(left, "image_rect_color")) {
-        layout = remapped(layout.name + ", colour", ns, topics);
+        layout.is_raw = true;
       } else if (ends_with(left, "image_rect_raw")) {
-        layout = remapped("infrared pair of " + camera, camera, topics);
+        layout = remapped("infrared pair of " + ns, ns, topics);
+      } else if (!ends_with(left, "image_rect")) {
+        layout = remapped(layout.name + ", " + (std::strrchr(left, '/') + 1), ns, topics);
       }
       addIfThere(types, layout, found);
     }

@@ -40,9 +40,10 @@ void checkSynchronisation(const std::vector<StampStream>& streams, double period
     result.fault(
         streams[i].topic +
         cv::format(": its stamps differ from those of the left images by %.3f s, half the time "
-                   "between two frames (%.3f s) or more: the cameras are not synchronised; trigger "
-                   "them together",
-                   distance_s, period_s));
+                   "between two frames (%.3f s) or more: ",
+                   distance_s, period_s) +
+        (i == 1 ? "the cameras are not synchronised; trigger them together"
+                : "each image needs a camera_info with its stamp, or one whose stamp is always 0"));
     return;
   }
   if (largest_s == 0) {

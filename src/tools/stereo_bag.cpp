@@ -8,6 +8,8 @@
 #include <cstring>
 #include <optional>
 
+#include "tools/bag_check.h"
+
 namespace predictive_stereo {
 namespace {
 
@@ -42,22 +44,15 @@ std::string cameraInfoTopic(const std::string& topic) {
   return (slash == std::string::npos ? "" : images.substr(0, slash + 1)) + "camera_info";
 }
 
-// Pairs of topics whose names differ only in "left" and "right".
-std::vector<StereoTopics> knownLayouts(const TopicTypes& types, bool raw) {
+// One per camera.
+std::vector<StereoTopics> knownCameras(const TopicTypes& types, bool raw) {
   std::vector<StereoTopics> found;
-  for (const std::string& left : topicsWithImages(types)) {
-    const size_t place = left.rfind("left");
-    if (place == std::string::npos) continue;
-    const std::string images = imageTopic(left);
-    if (images != left && hasImages(types, images)) continue;  // recorded raw and compressed
-    const std::string kind = images.substr(images.rfind('/') + 1);
-    const bool kitti = left.find("/camera_") != std::string::npos && kind == "image_raw";
-    // KITTI's images are rectified, although they are named image_raw.
-    if (raw ? kind != "image_raw" || kitti : kind != "image_rect" && !kitti) continue;
-    std::string right = left;
-    right.replace(place, 4, "right");
-    const StereoTopics topics = StereoTopics::ofImages(left, right);
-    if (topics.areIn(types)) found.push_back(topics);
+  for (const CameraLayout& layout : findCameras(types)) {
+    const auto is_same = [&](const StereoTopics& other) {
+      return other.left_info == layout.topics.left_info;
+    };
+    if (layout.is_raw == raw && std::none_of(found.begin(), found.end(), is_same))
+      found.push_back(layout.topics);
   }
   return found;
 }
@@ -171,7 +166,7 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
     topics =
         StereoTopics::ofImages(asRecorded(types, choice.left), asRecorded(types, choice.right));
   } else {
-    const std::vector<StereoTopics> candidates = knownLayouts(types, choice.raw);
+    const std::vector<StereoTopics> candidates = knownCameras(types, choice.raw);
     if (candidates.size() == 1) return candidates[0];
     std::string text = candidates.empty()
                            ? bag.getFileName() + " has no stereo camera of a known layout"
@@ -206,11 +201,13 @@ std::vector<BagPair> BagPairs::add(const rosbag::MessageInstance& message) {
   const std::optional<ros::Time> stamp = recordedStamp(message, is_image);
   if (!stamp || refused_.has(topic, *stamp, is_image ? ZeroStamp::kRefused : ZeroStamp::kLegal))
     return {};
+  if (slot == kLeft) ++unmatched_;
   std::vector<BagPair> pairs;
   // Only places wait: a thousand images would need gigabytes.
   for (const StampMatcher::Set& set :
        matcher_.add(slot, *stamp, boost::make_shared<const rosbag::MessageInstance>(message),
                     stamp->isZero())) {
+    --unmatched_;
     const auto at = [&](Slot s) -> const rosbag::MessageInstance& {
       return *static_cast<const rosbag::MessageInstance*>(set[s].get());
     };

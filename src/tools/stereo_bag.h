@@ -59,9 +59,8 @@ std::string asRecorded(const TopicTypes& types, const std::string& topic);
 /// `name` with a slash before and none behind; empty: the root.
 std::string cameraNamespace(std::string name);
 
-/// Finds the chosen topics. Without a choice, those of the only camera with a known layout:
-/// <camera>/left/image_rect (image_raw if `choice.raw`), or KITTI's
-/// camera_{gray,color}_{left,right}.
+/// Finds the chosen topics. Without a choice, those of the only camera with a known layout (see
+/// findCameras), with raw images if `choice.raw`.
 /// @throws std::runtime_error if a topic is missing, or without a choice if there is not exactly
 ///   one such camera; it lists the bag's image topics.
 StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& choice);
@@ -124,14 +123,15 @@ class BagPairs {
   /// @returns the pairs that it completes, oldest first.
   std::vector<BagPair> add(const rosbag::MessageInstance& message);
 
-  /// See StampMatcher.
-  size_t unmatched() const { return matcher_.unmatched(); }
+  /// Number of left images without partners so far.
+  size_t unmatched() const { return unmatched_; }
   std::string describeMismatch() const { return matcher_.describeMismatch(); }
 
  private:
   std::vector<std::string> topics_;
   RefusedMessages& refused_;
   StampMatcher matcher_;
+  size_t unmatched_ = 0;
 };
 
 /// The time `seconds` after `begin`, or the last one that ros::Time has: recorded times may be

@@ -114,6 +114,15 @@ TEST_F(Diagnosis, a_motion_that_nobody_publishes_is_not_waited_for_in_each_frame
   EXPECT_TRUE(says("Disparity", "matched without prediction"));
 }
 
+TEST_F(Diagnosis, an_odometry_that_was_chosen_but_is_absent_is_told) {
+  ASSERT_TRUE(loader_->load(ns_ + "/Disparity", "predictive_stereo/Disparity",
+                            {{ns_ + "/odometry", "/nowhere"}}, {}));
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  for (const int frame : {0, 1}) ASSERT_TRUE(publishesDisparity(street().pair(frame), disparity));
+  EXPECT_TRUE(says("Disparity", "nobody publishes /nowhere (launch argument odometry:=<topic>)"));
+}
+
 TEST_F(Diagnosis, stamps_that_differ_are_told_with_the_cure) {
   setParam("Disparity", "approximate_sync", false);
   setParam("EgoMotion", "sync_tolerance", 0.001);

@@ -40,6 +40,7 @@ TEST(MessageChecks, stamps_that_ros_cannot_compute_with_are_refused_with_value_a
 
 TEST(MessageChecks, zero_is_refused_where_it_is_not_legal) {
   EXPECT_NE(objection(0, 0), "");
+  EXPECT_NE(objection(0, 0).find("/use_sim_time"), std::string::npos) << "left by a bag's launch";
   EXPECT_EQ(objection(0, 0, ZeroStamp::kLegal), "");
   EXPECT_EQ(objection(0, 1), "");
 }

@@ -115,6 +115,9 @@ TEST(Transforms, a_camera_that_looks_up_may_not_have_its_optical_frame) {
   EXPECT_NE(doubt({0, 0.4, 1}), "") << "camera_link of a camera that looks down a little";
   EXPECT_EQ(doubt(Eigen::Vector3d(-1, 1, -1) * 2 * M_PI / std::sqrt(27)), "") << "ahead";
   EXPECT_EQ(doubt({M_PI, 0, 0}), "") << "down";
+  EXPECT_NE(doubt(Eigen::Vector3d(1, 1, 1) * 2 * M_PI / std::sqrt(27)).find("upside down"),
+            std::string::npos)
+      << "ahead, y up";
   EXPECT_EQ(doubtAboutMount(Eigen::Isometry3d::Identity(), "head", "/head"), "") << "its own base";
 }
 

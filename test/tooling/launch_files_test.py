@@ -272,9 +272,12 @@ class LaunchFiles(unittest.TestCase):
                          params('predictive_stereo.launch',
                                 'camera:=/stereo')['/stereo/ego_motion/base_frame'])
         costmaps = recipe('costmap')
-        self.assertEqual([costmaps[which]['obstacle_layer']['stereo']['topic']
-                          for which in ('local_costmap', 'global_costmap')],
-                         ['/stereo/points2', '/stereo/points2_static'])
+        for which, topic in (('local_costmap', '/stereo/points2'), ('global_costmap', '/stereo/points2_static')):
+            layer = costmaps[which]['obstacle_layer']
+            sources = [layer[name] for name in layer['observation_sources'].split()]
+            self.assertEqual([source['topic'] for source in sources if source['marking']], [topic])
+            floor = [source for source in sources if source['min_obstacle_height'] < 0]
+            self.assertEqual([source['clearing'] for source in floor], [True], 'rays to the floor clear')
 
     def test_every_config_file(self):
         for path in glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml')):

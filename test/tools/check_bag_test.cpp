@@ -25,6 +25,7 @@ struct Recording {
   double period_s = 0.1, right_delay_s = 0;
   std::vector<double> stamps_s;  // empty: ten, one per period
   bool zero_stamps = false;
+  size_t infos = 1000;  // only with the first images
   bool extrinsic = true, optical = true;
   std::string base = "base_link";
   std::string base_parent;  // parent of base_link in /tf ...
@@ -132,9 +133,9 @@ class CheckBag : public testing::Test {
       };
       writeImage(recording.left, recording.width, left);
       writeImage(recording.right, recording.right_width, right);
-      if (!recording.left_info.empty())
+      if (!recording.left_info.empty() && i < recording.infos)
         bag.write(recording.left_info, now, info(recording, 0, left));
-      if (!recording.right_info.empty())
+      if (!recording.right_info.empty() && i < recording.infos)
         bag.write(recording.right_info, now, info(recording, recording.right_P3, right));
       const std::string& footprint = recording.footprint;
       if (!footprint.empty()) bag.write("/tf_static", now, transform(footprint, "base_link", now));
@@ -186,6 +187,28 @@ TEST_F(CheckBag, PutsRectificationInFrontOfRawImages) {
   const BagCheck result = check(raw);
   EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_TRUE(hasArgument(result, "rectify:=true"));
+}
+
+TEST_F(CheckBag, KnowsAnInfraredPairWithoutANamespace) {
+  Recording infrared;
+  infrared.left = "/infra1/image_rect_raw";
+  infrared.left_info = "/infra1/camera_info";
+  infrared.right = "/infra2/image_rect_raw";
+  infrared.right_info = "/infra2/camera_info";
+  const BagCheck result = check(infrared);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
+  EXPECT_TRUE(hasArgument(result, "camera:=/"));
+}
+
+TEST_F(CheckBag, KnowsGreyAndColourImagesOfOneCamera) {
+  Recording zed;
+  for (const std::string image : {"image_rect_gray", "image_rect_color"}) {
+    zed.left = "/stereo/left/" + image;
+    zed.right = "/stereo/right/" + image;
+    const BagCheck result = check(zed);
+    EXPECT_TRUE(result.isUsable()) << faults(result);
+    EXPECT_TRUE(hasArgument(result, "left_image:=" + zed.left));
+  }
 }
 
 TEST_F(CheckBag, KnowsKittisLayouts) {
@@ -337,6 +360,11 @@ TEST_F(CheckBag, TellsSynchronisationsApart) {
   Recording never;
   never.right_delay_s = 0.05;
   EXPECT_SAYS(faults(check(never)), "not synchronised");
+
+  Recording seldom;
+  seldom.infos = 2;
+  EXPECT_SAYS(faults(check(seldom)), "/stereo/left/camera_info");
+  EXPECT_SAYS(faults(check(seldom)), "each image needs a camera_info with its stamp");
 }
 
 TEST_F(CheckBag, RefusesStampsOfZero) {
@@ -428,6 +456,8 @@ TEST_F(CheckBag, TellsThatTheBagHasOutputsOfTheNodelets) {
   own.base_parent = "odom";
   EXPECT_EQ(advice(check(own)).find("outputs of the nodelets"), std::string::npos)
       << "it may be that of the wheels";
+  own.others = {"/stereo/disparity/image", "/stereo/odometry"};
+  EXPECT_SAYS(advice(check(own)), "'/stereo/odometry', '/tf'") << "its covariance is needed";
 }
 
 TEST_F(CheckBag, TellsThatAnOdometryOfTheBagIsLate) {

@@ -50,5 +50,20 @@ TEST(PipelineProcessor, a_stamp_that_ros_cannot_compute_with_is_refused_and_chan
   EXPECT_TRUE(next->disparity.predicted);
 }
 
+// tf2 looks up no frame whose name begins with a slash.
+TEST(PipelineProcessor, odometry_has_the_names_that_its_frames_have_in_tf) {
+  tf2::BufferCore tf;
+  AllNodeletParams params;
+  params.ego_motion.base_frame = "/" + params.ego_motion.base_frame;
+  params.ego_motion.odom_frame = params.disparity.odom_frame = "/robot/odom";
+  PipelineProcessor processor{params, tf};
+  addExtrinsic(tf, street().stamp(0));
+  const auto frame = processor.process(street().pair(0));
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->ego_motion.odometry->header.frame_id, "robot/odom");
+  EXPECT_EQ(frame->ego_motion.odometry->child_frame_id, "base_link");
+  EXPECT_EQ(frame->ego_motion.pose->header.frame_id, "robot/odom");
+}
+
 }  // namespace
 }  // namespace predictive_stereo

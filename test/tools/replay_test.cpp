@@ -12,6 +12,7 @@
 #include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <regex>
 #include <set>
 
 #include "bag_messages.h"
@@ -165,6 +166,22 @@ TEST_F(Replay, ReadsCompressedImages) {
     EXPECT_TRUE(disparity[i]->image.data == expected[i]->image.data) << i;
 }
 
+TEST_F(Replay, KnowsTheLayoutsOfCheckBag) {
+  const std::string path = files_.path("infrared.bag"), out = files_.path("out.bag");
+  {
+    rosbag::Bag in(street()), renamed(path, rosbag::bagmode::Write);
+    for (const rosbag::MessageInstance& message : rosbag::View(in)) {
+      std::string topic = std::regex_replace(message.getTopic(), std::regex("left"), "infra1");
+      topic = std::regex_replace(topic, std::regex("right"), "infra2");
+      topic = std::regex_replace(topic, std::regex("image_rect"), "image_rect_raw");
+      renamed.write(topic, message.getTime(), message);
+    }
+  }
+  const Result result = replay("--topics odometry --output " + out + " --bag " + path);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_NE(result.out.find("4 pairs"), std::string::npos) << result.out;
+}
+
 TEST_F(Replay, RectifiesRawImages) {
   makeRaw(street(), files_.path("raw.bag"));
   const std::string rectified = files_.path("rectified.bag"), raw = files_.path("from_raw.bag");
@@ -290,6 +307,18 @@ TEST_F(Replay, GoesOnAfterAnImageThatCannotBeDecoded) {
   EXPECT_NE(result.out.find("3 pairs"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("1 of /street/left/image_rect/compressed refused"), std::string::npos)
       << result.out;
+}
+
+TEST_F(Replay, CountsLeftImagesThatFindNoPartnersUntilTheEnd) {
+  const std::string path = files_.path("cut.bag"), out = files_.path("out.bag");
+  int image = 0;
+  copyChanged<sensor_msgs::Image>(street(), path, [&](const std::string& topic, auto& message) {
+    if (topic == "/street/right/image_rect" && ++image > 2) message.header.stamp.sec += 100;
+  });
+  const Result result =
+      replay("--camera street --topics odometry --output " + out + " --bag " + path);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_NE(result.out.find("2 pairs, 2 left images unmatched"), std::string::npos) << result.out;
 }
 
 TEST_F(Replay, SaysWhatIsWrongIfNoPairCanBeUsed) {
