@@ -24,7 +24,7 @@ constexpr double kRobustCovariance = 0.692;
 // The previous offset is held if translation moves the points by less [px, median]. Without
 // parallax it would fit errors of the model (lenses, shutters, interpolation).
 constexpr double kSmallestParallaxPx = 1.0;
-constexpr int kIterationsToHold = 2;  // before the parallax is known well enough
+constexpr int kIterationsToHold = 3;  // from the expected motion, until the parallax is known
 // Points in a block of a sum. Blocks of fixed size: the sum does not depend on the number of
 // threads.
 constexpr int kBlock = 128;

@@ -46,7 +46,7 @@ void inject(const Sequence& sequence, int first, int frames, int seed, Differenc
     const bool faulty = k == 4 || (k >= 8 && k < 18);
     if (faulty)
       disturbed.usual.T_cam_prev = compose(fault(100 * seed + k), disturbed.usual.T_cam_prev);
-    const auto found = disturbed.estimate(frame.left, frame.right, sequence.rig(), {}, {});
+    const auto found = disturbed.estimate(frame.left, frame.right, sequence.rig(), {}, {}, 0.1);
     if (k == 0) continue;
     Differences& differences = faulty ? within : after;
     differences.lost += found.state != PoseState::kKnown;
