@@ -123,7 +123,7 @@ class EgoMotion {
   ///   the previous left camera to the current one. It is tried if few features agree on a motion,
   ///   and used if more agree with it: a wrong one only costs time. A matrix that is not a rotation
   ///   (e.g. NaN) is ignored.
-  /// @param interval_s  time since the previous frame: limits how the velocity can have changed.
+  /// @param interval_s  [s] time since the previous frame, > 0: limits the change of velocity.
   ///   Infinite: not known.
   /// @throws std::invalid_argument if an image or the mask does not have rig.size.
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,

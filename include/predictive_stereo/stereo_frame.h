@@ -14,8 +14,8 @@ struct StereoFrame {
   cv::Mat1b left, right;
   StereoRig rig;
   Stamp stamp{};
-  /// Not 0 where the left camera sees the robot itself, which moves with it: nothing is measured
-  /// there. Empty, or of rig.size.
+  /// Not 0 where the left camera sees the robot itself, which moves with it: no part in the
+  /// ego-motion, no disparity there. Empty, or of rig.size.
   cv::Mat1b robot_mask{};
 };
 

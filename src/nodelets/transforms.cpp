@@ -142,7 +142,7 @@ std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
 std::string doubtAboutMount(const Eigen::Isometry3d& T_base_cam, const std::string& base,
                             const std::string& camera) {
   constexpr double kSteep = 0.8;       // more than 53 degrees above the horizon
-  constexpr double kUpsideDown = 0.5;  // its y axis points up
+  constexpr double kUpsideDown = 0.5;  // its y axis more than 30 degrees above it
   const Eigen::Matrix3d R_base_cam = T_base_cam.linear();
   if (withoutSlash(base) == withoutSlash(camera)) return "";
   const std::string name = "by tf the left camera '" + camera + "' ";

@@ -36,8 +36,8 @@ std::optional<Eigen::Isometry3d> lookUpTransform(const tf2::BufferCore& tf,
                                                  std::string& error);
 
 /// Why a mount of the left camera is hardly meant so; empty: it may be. A frame with the axes of
-/// the base, as camera_link has, makes a camera that looks ahead one that looks up. MovingObjects
-/// expects the ground below.
+/// the base, as camera_link has, makes a camera that looks ahead one that looks up. Upside down:
+/// MovingObjects expects the ground below.
 std::string doubtAboutMount(const Eigen::Isometry3d& T_base_cam, const std::string& base,
                             const std::string& camera);
 

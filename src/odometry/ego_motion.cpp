@@ -15,7 +15,7 @@ namespace {
 
 // The reference is kept while the image hardly moves: a camera that stands still does not drift.
 constexpr double kHoldFlowPx = 1.5;
-constexpr double kHoldInliers = 0.6;  // share of the reference's features that must be in view
+constexpr double kHoldInliers = 0.6;  // share of the searched features that must be in view
 // A frame with fewer features cannot be a reference. The last reference is then kept, for at most
 // EgoMotionEstimate::kMostFrames frames.
 constexpr int kBlindFeatures = 30;
@@ -35,10 +35,9 @@ void addCommonErrors(const EgoMotionParams& params, const StereoRig& rig,
 }
 
 // Whether the camera is almost where the reference was seen, and sees most of it.
-bool hardlyMoved(const ReferenceFrame& reference, const MotionChoice& choice) {
+bool hardlyMoved(const MotionChoice& choice) {
   const PoseSolution& solution = choice.solution;
-  if (solution.inliers < kHoldInliers * static_cast<double>(reference.features.size()))
-    return false;
+  if (solution.inliers < kHoldInliers * choice.searched) return false;
   std::vector<double> flow_px;
   for (size_t i = 0; i < choice.correspondences.size(); ++i) {
     const Correspondence& c = choice.correspondences[i];
@@ -96,7 +95,8 @@ EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1
   if (choice.solution.found) {
     estimate.state = PoseState::kKnown;
     describeMotion(choice.solution, references[used], estimate);
-    usual = {true, motionPerFrame(estimate.motion.T_cam_prev, estimate.frames), choice.usual_share};
+    usual = {true, motionPerFrame(estimate.motion.T_cam_prev, estimate.frames),
+             references[used].since_s / estimate.frames, choice.usual_share};
     offset = choice.solution.offset;
     steady_offset.update(offset);
     chooseReference(choice, used);
@@ -142,7 +142,7 @@ void EgoMotionState::describeOffset(EgoMotionEstimate& estimate) const {
 
 // The reference for the next frame: the same while the image hardly moves, otherwise this frame.
 void EgoMotionState::chooseReference(const MotionChoice& choice, size_t used) {
-  if (used == 0 && hardlyMoved(references.front(), choice)) {
+  if (used == 0 && hardlyMoved(choice)) {
     hold(references.front(), choice.solution);
     references.resize(1);
   } else {

@@ -23,7 +23,7 @@ constexpr double kLargestSigma_m = 0.5, kLargestSigma_rad = 0.05;
 constexpr double kUsualShare = 2.0 / 3;
 // Of the median depth, see movedAhead.
 constexpr double kAheadByDepth = 0.1;
-// Of a camera that is carried, driven or flown.
+// The largest one of a camera that is carried, driven or flown.
 constexpr double kLargestAcceleration_mps2 = 30;
 constexpr double kSamePlacePx = 2;  // tracking finds features from much farther away
 constexpr double kFarPx = 1e6;      // also replaces NaN, of points beside the camera
@@ -79,8 +79,13 @@ class MotionTrials {
       : rig_(rig), reference_(reference), usual_(usual), follow_(follow) {
     params_.offset_jitter_px = offset_jitter_px;
     params_.common_errors = kCommonErrors;
-    if (usual.known)
-      params_.largest_change_m = kLargestAcceleration_mps2 * reference.since_s * reference.since_s;
+    const double frames = reference.since_s / usual.interval_s;
+    if (!usual.known || !std::isfinite(frames)) return;
+    params_.likely_position_m = compose(motionOf(constantTwist(usual.T_cam_prev, 1), frames),
+                                        reference.to_previous.T_cam_prev)
+                                    .inverse()
+                                    .translation();
+    params_.likely_radius_m = kLargestAcceleration_mps2 * reference.since_s * reference.since_s;
   }
 
   // Does nothing if an earlier expectation was almost the same.
@@ -122,6 +127,7 @@ class MotionTrials {
     choice.solution = std::move(best_.solution);
     choice.correspondences = std::move(best_.points.correspondences);
     choice.rows = std::move(best_.points.rows);
+    choice.searched = best_.points.searched;
     return choice;
   }
 
@@ -177,10 +183,8 @@ class MotionTrials {
     return worth(other) > worth(best_);
   }
   double worth(const Trial& trial) const {
-    const double worth = motionWorth(trial.solution, trial.points.correspondences);
-    const double change_m =
-        (trial.solution.T_cam_prev.translation() - tried_.front().translation()).norm();
-    return change_m > params_.largest_change_m ? worth / kUnlikely : worth;
+    return motionWorth(trial.solution, trial.points.correspondences) /
+           unlikeliness(trial.solution, params_);
   }
   double searched() const { return std::max(best_.points.searched, 1); }
 

@@ -17,6 +17,7 @@ constexpr double kFirstUsualShare = 0.5;
 struct UsualMotion {
   bool known = false;                                            ///< false before the first motion
   Eigen::Isometry3d T_cam_prev = Eigen::Isometry3d::Identity();  ///< the last frame's motion
+  double interval_s = 0;  ///< between the two frames of this motion; infinite: not known
   /// Usual share of inliers among the tracked points, of motions that are not doubtful.
   double inlier_share = kFirstUsualShare;
 };
@@ -26,6 +27,7 @@ struct MotionChoice {
   PoseSolution solution;
   std::vector<Correspondence> correspondences;  ///< what the solution is estimated from
   std::optional<FeatureRows> rows;  ///< FollowedFeatures::rows; without a solution of the first try
+  int searched = 0;                 ///< FollowedFeatures::searched
   bool doubtful = false;            ///< whether the first expectation gave fewer inliers than usual
   double usual_share = 0;           ///< UsualMotion::inlier_share, for the next frame
 };
@@ -45,7 +47,7 @@ using FollowFeatures = std::function<FollowedFeatures(const Eigen::Isometry3d& T
 /// - the motion that the outliers agree with: among vehicles that move with the camera, most static
 ///   points are tracked only if they are expected at the right position.
 /// The best motion is used, so that a wrong one does not become the next expectation. One that
-/// accelerates more than cameras do needs kUnlikely times the support.
+/// accelerates more than cameras do counts less, see unlikeliness().
 ///
 /// The first motion of all has rivals even if it is not doubtful, because no history says what is
 /// static: the second motion that its points agree with, and the two of the points that are found

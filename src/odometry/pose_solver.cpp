@@ -24,7 +24,7 @@ constexpr double kRobustCovariance = 0.692;
 // The previous offset is held if translation moves the points by less [px, median]. Without
 // parallax it would fit errors of the model (lenses, shutters, interpolation).
 constexpr double kSmallestParallaxPx = 1.0;
-constexpr int kIterationsToHold = 3;  // from the expected motion, until the parallax is known
+constexpr int kIterationsToHold = 3;  // before the parallax is known well enough
 // Points in a block of a sum. Blocks of fixed size: the sum does not depend on the number of
 // threads.
 constexpr int kBlock = 128;
@@ -154,15 +154,9 @@ class Solver {
   bool advance(const Eigen::Vector2d& prior_information, Fit& fit, Vector8d& step,
                Matrix8d& spread) const;
   PoseSolution assess(const Fit& fit) const;
-  // How far the squared distances are below the gate of `sigma`, weighted by trust.
+  // Sum over the inliers of how far their squared distances are below the gate of `sigma`, weighted
+  // by trust.
   double support(const Estimate& estimate, double sigma) const;
-  // Both are judged by the smaller noise: points that one of them explains to 0.1 px are not
-  // explained by 0.3 px.
-  bool explainsBetter(const Fit& expected, const Fit& voted, double change_m) const {
-    const double sigma = std::min(expected.sigma, voted.sigma);
-    const double unlikely = change_m > params_.largest_change_m ? kUnlikely : 1;
-    return unlikely * support(expected.estimate, sigma) > support(voted.estimate, sigma);
-  }
   double varianceFactor() const { return kRobustCovariance * params_.common_errors; }
   void sum(const Estimate& estimate, const Weighting& weighting, NormalEquations& equations);
   void sumBlock(const PoseModel& model, const Weighting& weighting, size_t begin,
@@ -334,12 +328,17 @@ PoseSolution Solver::solve(const Eigen::Isometry3d& T_expected) {
   PoseSolution nothing;
   nothing.inlier.assign(all_.size(), 0);
   if (static_cast<int>(all_.size()) < params_.min_inliers) return nothing;
-  const Eigen::Isometry3d T_voted =
-      voteForMotion(rig_, all_, T_expected, offset_.offset_px, coarse_, params_.max_hypotheses);
-  std::optional<Fit> fit = iterate(T_voted), expected = iterate(T_expected);
-  const double change_m = (T_voted.translation() - T_expected.translation()).norm();
-  if (!fit || (expected && explainsBetter(*expected, *fit, change_m))) fit = std::move(expected);
-  return fit ? assess(*fit) : nothing;
+  const std::optional<Fit> a = iterate(
+      voteForMotion(rig_, all_, T_expected, offset_.offset_px, coarse_, params_.max_hypotheses));
+  const std::optional<Fit> b = iterate(T_expected);
+  PoseSolution voted = a ? assess(*a) : nothing, expected = b ? assess(*b) : nothing;
+  if (!voted.found || !expected.found) return expected.found ? expected : voted;
+  // Points that one of them explains to 0.1 px are not explained by 0.3 px.
+  const double sigma = std::min(a->sigma, b->sigma);
+  return support(b->estimate, sigma) / unlikeliness(expected, params_) >
+                 support(a->estimate, sigma) / unlikeliness(voted, params_)
+             ? expected
+             : voted;
 }
 
 }  // namespace
@@ -348,6 +347,14 @@ PoseSolution solvePose(const StereoRig& rig, const std::vector<Correspondence>& 
                        const Eigen::Isometry3d& T_expected, const DisparityOffset& previous_offset,
                        double expected_sigma_px, const PoseSolverParams& params) {
   return Solver(rig, correspondences, previous_offset, expected_sigma_px, params).solve(T_expected);
+}
+
+double unlikeliness(const PoseSolution& solution, const PoseSolverParams& params) {
+  constexpr double kUnlikeliness = 4;  // collisions happen, but near vehicles are more frequent
+  const double sigma_m = std::sqrt(solution.covariance.topLeftCorner<3, 3>().trace());
+  const Eigen::Vector3d position_m = solution.T_cam_prev.inverse().translation();
+  const double away_m = (position_m - params.likely_position_m).norm();
+  return away_m > params.likely_radius_m + 3 * sigma_m ? kUnlikeliness : 1;
 }
 
 }  // namespace predictive_stereo

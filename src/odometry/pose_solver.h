@@ -18,9 +18,6 @@ struct Correspondence {
   double trust = 1;  ///< likelihood that the point is static: its weight in RANSAC
 };
 
-/// Collisions happen, but near vehicles are more frequent.
-constexpr double kUnlikely = 4;
-
 struct PoseSolverParams {
   double outlier_sigma = 4.0;  ///< residuals beyond this many sigma do not count as inliers
   int max_hypotheses = 400;
@@ -28,9 +25,9 @@ struct PoseSolverParams {
   /// Standard deviation [px] of the disparity offset from frame to frame: on a bumpy road the
   /// cameras shake against each other. 0: the offset is constant.
   double offset_jitter_px = 0.5;
-  /// The camera is hardly farther than this from its expected position. A motion that says so must
-  /// have kUnlikely times the support.
-  double largest_change_m = std::numeric_limits<double>::infinity();
+  /// Where the camera is likely to be, in the axes of the previous frame.
+  Eigen::Vector3d likely_position_m = Eigen::Vector3d::Zero();
+  double likely_radius_m = std::numeric_limits<double>::infinity();
   /// Factor of the covariance for correlated errors of neighbouring points; 1: no correlation.
   double common_errors = 1;
 };
@@ -64,12 +61,16 @@ struct PoseSolution {
 /// RANSAC must allow for the noise of three points, which is far larger than that of all. A motion
 /// between that of the static scene and that of a near object can then win: a small turn hides a
 /// move to the side from all far points. Gauss-Newton therefore also starts from the expected
-/// motion, and the noise that is left decides between the two, and largest_change_m.
+/// motion. Of the two results the one with more support() at the smaller of their noises is taken.
 /// @param T_expected  a further hypothesis.
 /// @param previous_offset  the estimate for the previous frame.
 /// @param expected_sigma_px  of a coordinate with relative variance 1.
 PoseSolution solvePose(const StereoRig& rig, const std::vector<Correspondence>& correspondences,
                        const Eigen::Isometry3d& T_expected, const DisparityOffset& previous_offset,
                        double expected_sigma_px, const PoseSolverParams& params);
+
+/// What a motion's support is divided by: 1, or more if the camera is hardly there, even by three
+/// sigma of the motion.
+double unlikeliness(const PoseSolution& solution, const PoseSolverParams& params);
 
 }  // namespace predictive_stereo

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -38,10 +39,10 @@ struct ReferenceFrame {
   std::optional<Eigen::Matrix3d> R_since = Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 
   /// Counts a frame, with its rotation. A matrix that is not a rotation counts as none.
-  /// @param interval_s  see EgoMotion::estimate.
+  /// @param interval_s  see EgoMotion::estimate; what is not a time counts as not known.
   void addFrame(const std::optional<Eigen::Matrix3d>& R_cam_prev, double interval_s) {
     ++age;
-    since_s += interval_s;
+    since_s += interval_s > 0 ? interval_s : std::numeric_limits<double>::infinity();
     if (R_since && R_cam_prev && isRotation(*R_cam_prev))
       R_since = *R_cam_prev * *R_since;
     else
