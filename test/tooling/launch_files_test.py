@@ -188,7 +188,8 @@ class LaunchFiles(unittest.TestCase):
     def test_robot_with_everything(self):
         arguments = ('camera:=/stereo', 'rectify:=true', 'rviz:=true', 'bag:=/some.bag', 'rate:=0.5',
                      'approximate_sync:=false', 'sync_tolerance:=0.03', 'publish_tf:=false',
-                     'lazy:=true', 'odom_frame:=map', 'base_frame:=base', 'left_image:=/l', 'left_info:=/li')
+                     'lazy:=true', 'odom_frame:=map', 'base_frame:=base', 'robot_mask:=/mask.png',
+                     'left_image:=/l', 'left_info:=/li')
         extra = {'predictive_stereo_manager', 'rectify_left', 'rectify_right', 'rviz'}
         self.assertEqual(nodes('predictive_stereo.launch', *arguments),
                          {'/stereo/' + n for n in THREE | extra} | {'/player'})
@@ -198,6 +199,7 @@ class LaunchFiles(unittest.TestCase):
         for node in ('ego_motion', 'disparity'):
             self.assertIs(given['/stereo/%s/approximate_sync' % node], False)
             self.assertEqual(given['/stereo/%s/sync_tolerance' % node], 0.03)
+            self.assertEqual(given['/stereo/%s/robot_mask' % node], '/mask.png')
         for node in THREE:
             self.assertEqual(given['/stereo/%s/odom_frame' % node], 'map')
         self.assertIs(given['/stereo/ego_motion/publish_tf'], False)
