@@ -129,7 +129,7 @@ TEST(EgoMotionScenes, TheCameraDoesNotStopWithinAFrame) {
   }
 }
 
-// People cover up to two thirds of the view of a slow robot's small camera.
+// Near people before the small camera of a slow robot.
 TEST(EgoMotionScenes, PeopleBeforeASmallCamera) {
   for (int seed : {1, 2}) {
     StreetParams params = sceneParams("people_slow");

@@ -71,6 +71,7 @@ TEST_F(RobotMask, NothingIsMeasuredOnTheRobot) {
   // Without a mask the robot's part is taken for the static scene.
   const Drive unmasked = drive({});
   EXPECT_GT(unmasked.error_m, 0.9 * unmasked.moved_m);
+  EXPECT_GT(unmasked.objects, 0u);
 
   const Drive masked = drive(mask_);
   EXPECT_EQ(masked.known, kFrames - 1);
