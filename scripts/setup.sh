@@ -86,5 +86,11 @@ build() {
   export CCACHE_BASEDIR="${CCACHE_BASEDIR:-$REPOSITORY}"
   # What was built before is not worth a line.
   cmake --build "$REPOSITORY/$folder" -j "$jobs" ${1:+--target "$@"} |
-    { grep -v 'Built target' || true; }
+    { grep -v 'Built target' || true; } && return
+  # With one job the error comes last and alone, and a compiler that lacked memory gets through.
+  echo "The build failed. Again, with one job:" >&2
+  cmake --build "$REPOSITORY/$folder" ${1:+--target "$@"} > "$REPOSITORY/$folder/build.log" 2>&1 || {
+    tail -40 "$REPOSITORY/$folder/build.log" >&2
+    die "the build failed: see $REPOSITORY/$folder/build.log"
+  }
 }
