@@ -7,16 +7,11 @@
 #include <optional>
 
 #include "odometry/motion_vote.h"
-#include "odometry/pose_model.h"
+#include "odometry/pose_equations.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
-
-// Unknowns: the motion, the offset of the previous frame's disparities, its change since.
-using Matrix38d = Eigen::Matrix<double, 3, 8>;
-using Matrix8d = Eigen::Matrix<double, 8, 8>;
-using Vector8d = Eigen::Matrix<double, 8, 1>;
 
 // Covariance of the robust estimate / that of least squares with the same weights held constant,
 // for normal noise in three dimensions and the weight 1 / (1 + m^2 / 4).
@@ -52,38 +47,6 @@ struct Weighting {
   const Matrix8d* spread;  ///< covariance of the unknowns / sigma^2, for explains(); null: not used
 };
 
-struct NormalEquations {
-  Matrix8d A = Matrix8d::Zero();
-  Vector8d b = Vector8d::Zero();
-  std::vector<double> squared;      ///< squared distances of the inliers
-  std::vector<double> parallax_px;  ///< of the inliers
-  bool excused = false;             ///< whether explains() made some of them inliers
-
-  void clear() {
-    A.setZero();
-    b.setZero();
-    squared.clear();
-    parallax_px.clear();
-    excused = false;
-  }
-  void add(const NormalEquations& other) {
-    A += other.A;
-    b += other.b;
-    squared.insert(squared.end(), other.squared.begin(), other.squared.end());
-    parallax_px.insert(parallax_px.end(), other.parallax_px.begin(), other.parallax_px.end());
-    excused = excused || other.excused;
-  }
-};
-
-// Derivative of prediction - measurement with respect to all unknowns.
-Matrix38d jacobian(const PoseModel& model, const PosePrediction& p) {
-  Matrix38d J;
-  J.leftCols<6>() = model.jacobian(p);
-  J.col(6) = p.by_disparity - Eigen::Vector3d::UnitZ();
-  J.col(7) = -Eigen::Vector3d::UnitZ();
-  return J;
-}
-
 // Whether the uncertainty of the unknowns, if it exceeds that of the measurement, explains a
 // residual. Near points depend strongly on components of the motion that many far points leave
 // uncertain: they must not count as outliers before these components are known.
@@ -97,33 +60,6 @@ bool explains(const Matrix8d& spread, const Correspondence& c, const PosePredict
   if (J_spread.cwiseProduct(J).sum() < noise.trace()) return false;
   return p.residual.dot((noise + J_spread * J.transpose()).inverse() * p.residual) < gate * gate;
 }
-
-// What noise of the previous disparities does to the equations, as the translation's derivatives
-// are proportional to these disparities.
-struct DisparityNoise {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< in A, but of noise only
-  Eigen::Vector3d pull = Eigen::Vector3d::Zero();         ///< in b, mostly towards no translation
-
-  // A point with its weight, and the variance [px^2] of its previous disparity.
-  void add(const PoseModel& model, const PosePrediction& p, const Eigen::Matrix3d& weight,
-           double variance_px2) {
-    const Eigen::Matrix3d G = model.translationByDisparity(p);
-    const Eigen::Matrix3d GtW = variance_px2 * G.transpose() * weight;
-    information.noalias() += GtW * G;
-    pull.noalias() += GtW * p.by_disparity;
-  }
-  // Inverse of A without it. None if little else says anything about the translation in some
-  // direction: far points alone would be certain that the camera stands.
-  std::optional<Matrix8d> inverse(Matrix8d A) const {
-    constexpr double kMargin = 0.5;  // of the remainder, as the noise is known only on average
-    A.topLeftCorner<3, 3>() -= (1 + kMargin) * information;
-    if (Eigen::LLT<Matrix8d>(A).info() != Eigen::Success) return {};
-    A.topLeftCorner<3, 3>() += kMargin * information;
-    const Eigen::FullPivLU<Matrix8d> factors(A);
-    if (!factors.isInvertible()) return {};
-    return factors.inverse();
-  }
-};
 
 // Where the iterations ended.
 struct Fit {
