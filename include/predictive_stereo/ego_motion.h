@@ -117,7 +117,7 @@ class EgoMotion {
 
   /// @param left, right  rectified 8-bit grey images of rig.size.
   /// @param rig  a change resets everything, including the disparity offset.
-  /// @param moving_mask  empty, or of rig.size: not 0 where features of the previous frame are
+  /// @param ignored_mask  empty, or of rig.size: not 0 where features of the previous frame are
   ///   ignored.
   /// @param R_cam_prev  rotation since the previous frame from another sensor: maps directions of
   ///   the previous left camera to the current one. It is tried if few features agree on a motion,
@@ -127,7 +127,7 @@ class EgoMotion {
   ///   Infinite: not known.
   /// @throws std::invalid_argument if an image or the mask does not have rig.size.
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
-                             const cv::Mat1b& moving_mask = {},
+                             const cv::Mat1b& ignored_mask = {},
                              const std::optional<Eigen::Matrix3d>& R_cam_prev = {},
                              double interval_s = std::numeric_limits<double>::infinity());
   /// Sets parameters for the next frame. The past frames are kept, unless estimate_disparity_offset

@@ -63,12 +63,12 @@ void hold(ReferenceFrame& reference, const PoseSolution& solution) {
 }  // namespace
 
 EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                                           const StereoRig& rig, const cv::Mat1b& moving_mask,
+                                           const StereoRig& rig, const cv::Mat1b& ignored_mask,
                                            const std::optional<Eigen::Matrix3d>& R_cam_prev,
                                            double interval_s) {
   requireSize("left image", left.size(), rig.size);
   requireSize("right image", right.size(), rig.size);
-  if (!moving_mask.empty()) requireSize("mask of moving objects", moving_mask.size(), rig.size);
+  if (!ignored_mask.empty()) requireSize("mask of ignored pixels", ignored_mask.size(), rig.size);
   if (rig != features.rig()) {
     reset();
     startOffset();
@@ -79,7 +79,7 @@ EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1
   MotionChoice choice;
   size_t used = 0;
   for (; used < references.size(); ++used) {
-    choice = motionSince(references[used], moving_mask);
+    choice = motionSince(references[used], ignored_mask);
     if (choice.solution.found) break;
   }
 
@@ -110,10 +110,10 @@ EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1
 }
 
 MotionChoice EgoMotionState::motionSince(const ReferenceFrame& reference,
-                                         const cv::Mat1b& moving_mask) {
+                                         const cv::Mat1b& ignored_mask) {
   return chooseMotion(features.rig(), reference, usual, params.disparity_jitter_px,
                       [&](const Eigen::Isometry3d& T_expected) {
-                        return features.follow(reference, T_expected, moving_mask);
+                        return features.follow(reference, T_expected, ignored_mask);
                       });
 }
 
@@ -199,10 +199,10 @@ EgoMotion::EgoMotion(EgoMotion&&) noexcept = default;
 EgoMotion& EgoMotion::operator=(EgoMotion&&) noexcept = default;
 
 EgoMotionEstimate EgoMotion::estimate(const cv::Mat1b& left, const cv::Mat1b& right,
-                                      const StereoRig& rig, const cv::Mat1b& moving_mask,
+                                      const StereoRig& rig, const cv::Mat1b& ignored_mask,
                                       const std::optional<Eigen::Matrix3d>& R_cam_prev,
                                       double interval_s) {
-  return state_->estimate(left, right, rig, moving_mask, R_cam_prev, interval_s);
+  return state_->estimate(left, right, rig, ignored_mask, R_cam_prev, interval_s);
 }
 
 void EgoMotion::setParams(const EgoMotionParams& params) { state_->setParams(params); }

@@ -40,10 +40,10 @@ struct EgoMotionState {
   }
 
   EgoMotionEstimate estimate(const cv::Mat1b& left, const cv::Mat1b& right, const StereoRig& rig,
-                             const cv::Mat1b& moving_mask,
+                             const cv::Mat1b& ignored_mask,
                              const std::optional<Eigen::Matrix3d>& R_cam_prev, double interval_s);
 
-  MotionChoice motionSince(const ReferenceFrame& reference, const cv::Mat1b& moving_mask);
+  MotionChoice motionSince(const ReferenceFrame& reference, const cv::Mat1b& ignored_mask);
   void describeMotion(const PoseSolution& solution, const ReferenceFrame& reference,
                       EgoMotionEstimate& estimate) const;
   void describeOffset(EgoMotionEstimate& estimate) const;

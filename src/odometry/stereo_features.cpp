@@ -36,7 +36,7 @@ struct ExpectedFeatures {
 };
 
 ExpectedFeatures expectFeatures(const ReferenceFrame& reference, const StereoRig& rig,
-                                const Eigen::Isometry3d& T_expected, const cv::Mat1b& moving_mask,
+                                const Eigen::Isometry3d& T_expected, const cv::Mat1b& ignored_mask,
                                 int max_disparity_px) {
   const Eigen::Matrix4d H = disparityMotion(rig, T_expected);
   const double offset_px = reference.offset.offset_px;
@@ -44,7 +44,7 @@ ExpectedFeatures expectFeatures(const ReferenceFrame& reference, const StereoRig
   ExpectedFeatures result;
   for (size_t i = 0; i < reference.features.size(); ++i) {
     const Feature& feature = reference.features[i];
-    if (!moving_mask.empty() && moving_mask(cv::Point(feature.position))) continue;
+    if (!ignored_mask.empty() && ignored_mask(cv::Point(feature.position))) continue;
     Track track;
     track.id = static_cast<int>(i);
     track.origin = track.position = feature.position;
@@ -89,9 +89,9 @@ void StereoFeatures::setPair(const cv::Mat1b& left, const cv::Mat1b& right, cons
 
 FollowedFeatures StereoFeatures::follow(const ReferenceFrame& reference,
                                         const Eigen::Isometry3d& T_expected,
-                                        const cv::Mat1b& moving_mask) const {
+                                        const cv::Mat1b& ignored_mask) const {
   auto [tracks, expected_px] =
-      expectFeatures(reference, rig_, T_expected, moving_mask, params_.max_disparity_px);
+      expectFeatures(reference, rig_, T_expected, ignored_mask, params_.max_disparity_px);
   trackPoints(reference.left, left_, tracks);
   std::vector<StereoMatch> matches;
   for (size_t i = 0; i < tracks.size(); ++i) {

@@ -44,9 +44,9 @@ class StereoFeatures {
   /// Finds the features of a reference in the current pair. Changes nothing: several motions may be
   /// tried, and keepRows() then takes the row alignment of the chosen one.
   /// @param T_expected  the motion since the reference.
-  /// @param moving_mask  empty, or not 0 where features of the reference are ignored.
+  /// @param ignored_mask  empty, or not 0 where features of the reference are ignored.
   FollowedFeatures follow(const ReferenceFrame& reference, const Eigen::Isometry3d& T_expected,
-                          const cv::Mat1b& moving_mask) const;
+                          const cv::Mat1b& ignored_mask) const;
   void keepRows(const FeatureRows& rows) { rows_ = rows; }
 
   /// Whether far more corners match with negative disparities than with positive ones.
