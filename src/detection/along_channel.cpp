@@ -30,7 +30,7 @@ struct Sum {
   // Whether they are enough, large and of one sign.
   bool isShift(float least_mean_px) const {
     const auto count = static_cast<float>(known);
-    return known >= kFewestShiftedCells && std::abs(px) >= least_mean_px * count &&
+    return known >= kFewestOfNine && std::abs(px) >= least_mean_px * count &&
            static_cast<float>(std::abs(signs)) >= kLeastSign * count;
   }
 };
@@ -72,7 +72,7 @@ std::vector<cv::Point> takeConnected(const cv::Mat1f& cells_px, cv::Point first,
     for (const cv::Point step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
       const cv::Point q = p + step;
       if (!cv::Rect(cv::Point(), seeds.size()).contains(q) || seeds(q) != kind ||
-          std::abs(cells_px(q) - d) > kMostStep_px)
+          std::abs(cells_px(q) - d) > kDisparityError_px)
         continue;
       seeds(q) = kNoSeed;
       open.push_back(q);
@@ -130,8 +130,9 @@ void AlongChannel::compare(const FrameView& frame, const std::vector<PastFrame>&
 
 void AlongChannel::find(const FrameView& frame, Verification& verification) const {
   const auto least_mean_px = static_cast<float>(frame.params.dense_min_residual_px);
+  // Shifts of single cells are sure from twice the mean of an obstacle on.
   auto groups = groupResiduals(residual_px, pair, frame.cells.disparity_px, least_mean_px);
-  for (auto& cells : shiftedObstacles(frame.obstacles, residual_px, kOfObstacle * least_mean_px))
+  for (auto& cells : shiftedObstacles(frame.obstacles, residual_px, 0.5f * least_mean_px))
     groups.push_back(std::move(cells));
   std::stable_sort(groups.begin(), groups.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });

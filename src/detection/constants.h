@@ -17,7 +17,7 @@ constexpr float kBothFrames_px2 = 2 * kDisparitySigma_px * kDisparitySigma_px;
 /// Largest error of a disparity: two that differ by more are of two surfaces.
 constexpr float kDisparityError_px = 1;
 /// Disparities of one surface also differ by this share of them.
-constexpr float kSameSurface = 0.03f;
+constexpr float kSameSurface = 0.05f;
 /// Standard deviation of the calibration's error, relative to the disparity.
 constexpr float kScaleSigma = 0.02f;
 /// A difference counts from this number of its standard deviations on.
@@ -37,11 +37,10 @@ constexpr double kGap_m = 0.3;
 /// Downwards, the disparity of a level surface grows by these shares of what is expected at its
 /// height, that of an upright one by less.
 constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
-/// Largest error of a disparity of the ground, plus kScaleSigma times the disparity.
-constexpr float kGroundTolerance_px = 0.6f;
-/// Least share of the known cells on the ground, for each metre of the camera's height, and its
-/// limits. A low camera may see little of the ground; a high one sees hardly anything else.
-constexpr double kGroundSharePerMetre = 0.04, kLeastGroundShare = 0.06, kMostGroundShare = 0.5;
+/// Least share of the known cells on the ground, for each metre of the camera's height, at least
+/// that of one, and at most the second. A low camera may see little of the ground; a high one sees
+/// hardly anything else.
+constexpr double kGroundSharePerMetre = 0.04, kMostGroundShare = 0.5;
 /// Largest angle between the ground's normal and the camera's y axis, in all and sideways.
 constexpr double kMostPitch_deg = 80, kMostRoll_deg = 30;
 /// The ground of two frames: largest turn, and largest relative change of the camera's height.
@@ -51,28 +50,24 @@ constexpr double kMostTurn_deg = 20, kMostHeightChange = 0.1;
 
 /// Distance of the pixels whose disparity is compared with a point's, or tried for it.
 constexpr int kAround_px = 4;
-/// A point is on a surface if so many of nine points, itself and those around it, have its
-/// disparity, up to this share of it and kDisparityError_px.
-constexpr int kFewestOnSurface = 6;
-constexpr float kOnSurface = 0.05f;
+/// Fewest of a square of 3x3: points on one surface, cells with a known residual.
+constexpr int kFewestOfNine = 6;
 /// Mean squared difference of patches that are the same, relative to its variance: of a point that
 /// a static world explains, and of free space that an image refutes.
-constexpr float kMostDifference = 2.5f, kMostDifferenceOfFreeSpace = 6;
+constexpr float kMostDifference = 2.5f;
 /// Mismatch of a group where a static world has it / where it was found.
 constexpr float kLeastGain = 1.5f;
-/// Smaller mismatches are noise.
-constexpr float kLeastMismatch_grey = 0.5f;
 /// Difference between flows of one object: this and a share of the larger one.
 constexpr double kFlowNoise_px = 1.5, kFlowShare = 0.3;
 /// Distance along the line of sight / MotionDetectionParams::link_distance_m.
 constexpr double kLinkDepth = 0.6;
-/// Largest error of a point that agrees with the motion of its object.
+/// Largest error of what agrees with the motion of an object: of a point, of a part's velocity.
 constexpr double kInlierSigmas = 5;
 /// Standard deviation of a motion that the points hardly show, along the line of sight.
 constexpr double kPriorMotion_m = 3;
 /// Errors of neighbouring points are correlated: variance of their motion / of independent points.
 constexpr double kCorrelation = 4;
-/// Fewest points of an object, whatever it is measured by.
+/// Fewest points of an object, or cells, whatever it is measured by.
 constexpr std::size_t kFewestPoints = 12;
 
 // --- Evidence: motion along the line of sight ----------------------------------------------------
@@ -81,16 +76,8 @@ constexpr std::size_t kFewestPoints = 12;
 constexpr double kMostParallax_px = 16;
 /// The relative error of smaller disparities is too large.
 constexpr float kLeastDisparity_px = 10;
-/// Fewest known cells, of an obstacle or of the 3x3 around a cell.
-constexpr int kFewestShiftedCells = 6;
 /// |cells of one sign - cells of the other| / cells.
 constexpr float kLeastSign = 0.6f;
-/// Least mean residual of an obstacle / of 3x3 cells.
-constexpr float kOfObstacle = 0.5f;
-/// Largest step of the disparity between neighbours.
-constexpr float kMostStep_px = 1.5f;
-/// Larger residuals count as this one.
-constexpr float kLargestResidual_px = 8;
 
 // --- Evidence: free space ------------------------------------------------------------------------
 
@@ -99,8 +86,7 @@ constexpr int kFewestThrough = 2;
 /// The matcher misses surfaces that are thinner than its windows. Less than five cells, so that a
 /// surface of five was not too thin when it was a little farther away.
 constexpr float kThinnest_px = 18;
-/// Of an obstacle: its cells, and the share of them that has moved.
-constexpr int kFewestCells = 15;
+/// Share of an obstacle's cells that has moved.
 constexpr double kLeastMoved = 0.2;
 /// Share of all compared cells, ground included, that are where they were.
 constexpr double kLeastFixed = 0.4;
@@ -118,8 +104,8 @@ constexpr double kLowestColumn = 0.35, kThinnestLine = 0.3;
 /// Visible share of the height of a partly hidden object.
 constexpr double kLeastVisible = 0.5;
 /// Parts of one object have the same velocity: standard deviation of each part's own motion, as
-/// that of limbs, and of both together.
-constexpr double kOwnMotion_mps = 1, kMostSigmasOfVelocity = 3;
+/// that of limbs.
+constexpr double kOwnMotion_mps = 1;
 /// Area of a vehicle's side / of its rear; areas of both parts / of the box around them; share of a
 /// part's box that is within an object's box.
 constexpr double kLargestSide = 0.25, kLeastCovered = 0.5, kMostOfPart = 0.8;

@@ -183,7 +183,7 @@ std::optional<ShiftFound> searchShift(const PastView& view, const std::vector<cv
     }
   const float still = mismatchAt(image, samples, 1, {});
   return ShiftFound{{2.0f * static_cast<float>(at.x), 2.0f * static_cast<float>(at.y)},
-                    still / std::max(best, kLeastMismatch_grey)};
+                    still / std::max(best, 0.5f * kDecisive_grey)};
 }
 
 }  // namespace predictive_stereo

@@ -168,7 +168,7 @@ bool FreeSpace::isRefuted(const Lag& lag, const cv::Mat1b& half_image,
   const GreyPatch now(half_image, cell.x() / kLatticeStep_px, cell.y() / kLatticeStep_px);
   const auto looksLike = [&](const Eigen::Vector3f& at_px, float scale) {
     return now.differenceFrom(lag.past.half_image, at_px.x() / kLatticeStep_px,
-                              at_px.y() / kLatticeStep_px, scale) < kMostDifferenceOfFreeSpace;
+                              at_px.y() / kLatticeStep_px, scale) < kMostDifference;
   };
   // The surface was there, and its disparity was not measured.
   Eigen::Vector3f at = lag.into_past(cell.x(), cell.y(), cell.z());

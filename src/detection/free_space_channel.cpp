@@ -96,7 +96,7 @@ std::vector<Observation> FreeSpaceChannel::find(const FrameView& frame, DepthCel
   for (size_t k = 0; k < counts.size(); ++k) {
     const int size = obstacles.sizes[k];
     const auto [moved, fixed] = counts[k];
-    if (size < kFewestCells || moved < kLeastMoved * size) continue;
+    if (size < static_cast<int>(kFewestPoints) || moved < kLeastMoved * size) continue;
     const std::vector<cv::Point> obstacle = obstacles.cellsOf(static_cast<int>(k));
     Observation seen = objectOf(frame, obstacle);
     if (!measureIfPossible(frame, obstacle, seen)) continue;

@@ -57,7 +57,8 @@ std::optional<GroundPlane> planeOf(const StereoRig& rig, const Eigen::Vector3d& 
   return GroundPlane{abc[0], abc[1], abc[2], rig.disparityTimesDepth() / length, normal / length};
 }
 
-float toleranceAt(float disparity_px) { return kGroundTolerance_px + kScaleSigma * disparity_px; }
+// Largest error of a disparity of the ground.
+float toleranceAt(float disparity_px) { return kDisparitySigma_px + kScaleSigma * disparity_px; }
 
 struct Score {
   int on_plane = 0;  // samples
@@ -148,7 +149,7 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
   }
   if (!best) return std::nullopt;
   const double least_share =
-      std::clamp(kGroundSharePerMetre * best->camera_height_m, kLeastGroundShare, kMostGroundShare);
+      std::min(kGroundSharePerMetre * std::max(best->camera_height_m, 1.0), kMostGroundShare);
   if (of_best.on_plane < least_share * static_cast<double>(samples.size())) return std::nullopt;
   return best;
 }

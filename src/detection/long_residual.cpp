@@ -90,8 +90,7 @@ HWY_INLINE void residualsAtPast(const LongRow& row, const PastDisparities& then,
   }
   for (int i = 0; i < cells.count; ++i) measured[i] = then.disparity_px[offset[i]];
   for (int i = 0; i < cells.count; ++i) {
-    const float residual = expected[i] - measured[i];
-    residuals.value[i] = std::min(std::max(residual, -kLargestResidual_px), kLargestResidual_px);
+    residuals.value[i] = expected[i] - measured[i];
     residuals.known[i] = ((inside[i] != 0) & (measured[i] >= smallest)) ? 1 : 0;
   }
 }

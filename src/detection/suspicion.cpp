@@ -47,10 +47,10 @@ bool isWithinSurface(const FrameView& frame, cv::Point p) {
   for (int dy = -kAround_px; dy <= kAround_px; dy += kAround_px)
     for (int dx = -kAround_px; dx <= kAround_px; dx += kAround_px) {
       const float other = disparity_px(p.y + dy, p.x + dx);
-      alike +=
-          frame.range.isValid(other) && std::abs(other - d) <= kDisparityError_px + kOnSurface * d;
+      alike += frame.range.isValid(other) &&
+               std::abs(other - d) <= kDisparityError_px + kSameSurface * d;
     }
-  return alike >= kFewestOnSurface;
+  return alike >= kFewestOfNine;
 }
 
 // Whether a static point was occluded in the past frame: at its position there was a surface so
