@@ -112,6 +112,12 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
           "both images have been the same for more than max_gap = %g s. Does the camera driver "
           "hang? (A simulator needs image noise.)",
           params_.max_gap);
+    if (!output.stuck.empty())
+      return "the " + output.stuck +
+             " image is that of the pair before, the other one is not. Does the driver of the " +
+             output.stuck +
+             " camera hang, or is its lens covered? (The pose goes on with the last "
+             "velocity.)";
     if (output.estimate.swapped)
       return "the left image shows what the right camera sees. Are the topics of left and right "
              "swapped? (The pose goes on with the last velocity.)";
