@@ -213,7 +213,11 @@ class Health {
     std::string text = silent ? silence_() : "";
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      if (silent && text.empty() && problems_.empty())
+      if (!text.empty())
+        last_missing_ = Clock::now();
+      else if (silent && Clock::now() - last_missing_ <= kSilence)
+        text = silence_text_;  // the first input is being processed
+      else if (silent && problems_.empty())
         text = "input arrives but no output is published yet";
       if (!text.empty() && text != silence_text_) ROS_WARN_STREAM(name_ << ": no output: " << text);
       silence_text_ = text;
@@ -262,6 +266,7 @@ class Health {
   std::string silence_text_;                 // as last logged
   bool asleep_ = false;
   Clock::time_point last_output_ = Clock::now();
+  Clock::time_point last_missing_;         // when silence_ last named missing input
   std::deque<Clock::time_point> outputs_;  // of the last seconds
   uint64_t frames_ = 0;
   ros::Time last_stamp_;
