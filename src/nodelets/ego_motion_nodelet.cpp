@@ -80,13 +80,15 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     const auto T_base_cam = arrivals_.waitFor(
         params_.transform_timeout, [&] { return processor_->extrinsic(tf_->buffer, pair, error); });
     const std::string base = processor_->baseFrame(pair), camera = pair.left->header.frame_id;
+    const std::string cure =
+        isLate(tf_->buffer, base, camera, pair.left->header.stamp)
+            ? std::string(" at the image's stamp within transform_timeout. ") + kLateInTf
+            : ": publish it (e.g. by tf2_ros static_transform_publisher), or set base_frame to '" +
+                  camera + "' to take the camera itself as the base";
     health_->problem("extrinsic",
                      T_base_cam ? ""
                                 : "no transform from base_frame '" + base +
-                                      "' to the left camera '" + camera +
-                                      "': publish it (e.g. by tf2_ros static_transform_publisher), "
-                                      "or set base_frame to '" +
-                                      camera + "' to take the camera itself as the base",
+                                      "' to the left camera '" + camera + "'" + cure,
                      Health::Severity::kBroken);
     if (T_base_cam) health_->problem("mount", doubtAboutMount(*T_base_cam, base, camera));
     return T_base_cam;
@@ -110,6 +112,12 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
           "both images have been the same for more than max_gap = %g s. Does the camera driver "
           "hang? (A simulator needs image noise.)",
           params_.max_gap);
+    if (!output.stuck.empty())
+      return "the " + output.stuck +
+             " image is that of the pair before, the other one is not. Does the driver of the " +
+             output.stuck +
+             " camera hang, or is its lens covered? (The pose goes on with the last "
+             "velocity.)";
     if (output.estimate.swapped)
       return "the left image shows what the right camera sees. Are the topics of left and right "
              "swapped? (The pose goes on with the last velocity.)";

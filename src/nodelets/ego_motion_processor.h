@@ -38,6 +38,7 @@ class EgoMotionProcessor {
     EgoMotionEstimate estimate;
     bool repeated = false;  ///< both images are those of the pair before
     bool frozen = false;    ///< they have been the same for more than max_gap
+    std::string stuck;      ///< "left" or "right": only this image is; nothing is measured then
   };
 
   explicit EgoMotionProcessor(const EgoMotionNodeletParams& params)
@@ -54,15 +55,24 @@ class EgoMotionProcessor {
   Output process(const StereoPair& pair, const Eigen::Isometry3d& T_base_cam,
                  const cv::Mat1b& moving_mask = {},
                  const std::optional<Eigen::Matrix3d>& R_cam_prev = {}) {
-    const StereoFrame frame = stereoFrame(pair, robot_mask_);
+    StereoFrame frame = stereoFrame(pair, robot_mask_);
     Output output;
+    // Because of noise, consecutive images of a live camera always differ, also of a static scene.
+    const bool same_left = last_left_ && last_left_->data == pair.left->data;
+    const bool same_right = last_right_ && last_right_->data == pair.right->data;
+    output.repeated = same_left && same_right;
+    if (same_left != same_right) {
+      output.stuck = same_left ? "left" : "right";
+      frame.robot_mask = cv::Mat1b(frame.left.size(), uint8_t{255});
+    }
     output.sequence = odometry_.begin(frame);
     if (output.sequence.isIgnored()) return output;
+    last_left_ = pair.left;
+    last_right_ = pair.right;
     if (odometry_.isOrigin())
       odometry_.setOrigin(cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity());
     const OdometryOutput& followed = odometry_.follow({moving_mask, R_cam_prev, T_base_cam});
     output.estimate = followed.ego_motion;
-    output.repeated = repeatsLast(pair);
     const ros::Time stamp = pair.left->header.stamp;
     if (!output.repeated || stamp < last_change_) last_change_ = stamp;
     output.frozen = (stamp - last_change_).toSec() > params_.max_gap;
@@ -94,15 +104,6 @@ class EgoMotionProcessor {
  private:
   bool cameraIsBase(const StereoPair& pair) const {
     return baseFrame(pair) == withoutSlash(pair.left->header.frame_id);
-  }
-
-  // Because of noise, consecutive images of a live camera always differ, also of a static scene.
-  bool repeatsLast(const StereoPair& pair) {
-    const bool repeats =
-        last_left_ && last_left_->data == pair.left->data && last_right_->data == pair.right->data;
-    last_left_ = pair.left;
-    last_right_ = pair.right;
-    return repeats;
   }
 
   void makeMessages(const StereoPair& pair, const PoseEstimate& pose, Output& output) const {

@@ -69,8 +69,7 @@ class Health {
 
   /// Runs a callback. roscpp catches next to nothing, so an exception that leaves a callback ends
   /// the manager with all its nodelets. Here it ends, whatever it is: it is counted, and is a
-  /// problem of `source` until this works again, but for three seconds at least, so that the
-  /// diagnostics show it.
+  /// problem of `source` until this works again.
   /// @param source  name of the topic, service, ...
   /// @returns false if something was thrown.
   template <class Work>
@@ -86,12 +85,13 @@ class Health {
   }
 
   /// Reports a problem. It is logged if `text` differs from the last text of this cause by more
-  /// than its numbers. An empty text: it is solved.
+  /// than its numbers. An empty text: it is solved. It stays for three seconds at least, so that
+  /// the diagnostics show it, and that one which comes and goes is logged once.
   void problem(const std::string& cause, const std::string& text,
                Severity severity = Severity::kDegraded) {
     if (text.empty()) return solved(cause);
     const std::lock_guard<std::mutex> lock(mutex_);
-    tell(cause, {severity, text, {}});
+    tell(cause, severity, text);
   }
 
   /// Ends the problem of this cause, if there is one.
@@ -149,7 +149,7 @@ class Health {
 
   static constexpr auto kRateWindow = std::chrono::seconds(5);
   static constexpr auto kSilence = std::chrono::seconds(3);  // until missing output is reported
-  static constexpr auto kShown = std::chrono::seconds(3);    // a problem that ended at once
+  static constexpr auto kShown = std::chrono::seconds(3);    // a problem, at least
 
   struct Problem {
     Severity severity = Severity::kDegraded;
@@ -173,16 +173,17 @@ class Health {
   void refuse(const std::string& source, Severity severity, const std::string& what) {
     const std::lock_guard<std::mutex> lock(mutex_);
     ++refused_[source];
-    tell(source, {severity, source + ": " + what, Clock::now() + kShown});
+    tell(source, severity, source + ": " + what);
   }
 
-  void tell(const std::string& cause, const Problem& problem) {
+  void tell(const std::string& cause, Severity severity, const std::string& text) {
+    const Problem problem{severity, text, Clock::now() + kShown};
     const std::string before = std::exchange(problems_[cause], problem).text;
-    if (withoutNumbers(before) == withoutNumbers(problem.text)) return;
-    if (problem.severity == Severity::kBroken)
-      ROS_ERROR_STREAM(name_ << ": " << problem.text);
+    if (withoutNumbers(before) == withoutNumbers(text)) return;
+    if (severity == Severity::kBroken)
+      ROS_ERROR_STREAM(name_ << ": " << text);
     else
-      ROS_WARN_STREAM(name_ << ": " << problem.text);
+      ROS_WARN_STREAM(name_ << ": " << text);
   }
 
   static std::string withoutNumbers(std::string text) {
@@ -212,7 +213,11 @@ class Health {
     std::string text = silent ? silence_() : "";
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      if (silent && text.empty() && problems_.empty())
+      if (!text.empty())
+        last_missing_ = Clock::now();
+      else if (silent && Clock::now() - last_missing_ <= kSilence)
+        text = silence_text_;  // the first input is being processed
+      else if (silent && problems_.empty())
         text = "input arrives but no output is published yet";
       if (!text.empty() && text != silence_text_) ROS_WARN_STREAM(name_ << ": no output: " << text);
       silence_text_ = text;
@@ -261,6 +266,7 @@ class Health {
   std::string silence_text_;                 // as last logged
   bool asleep_ = false;
   Clock::time_point last_output_ = Clock::now();
+  Clock::time_point last_missing_;         // when silence_ last named missing input
   std::deque<Clock::time_point> outputs_;  // of the last seconds
   uint64_t frames_ = 0;
   ros::Time last_stamp_;

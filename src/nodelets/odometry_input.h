@@ -108,8 +108,7 @@ class OdometryInput {
            params_.odom_frame + "' at the image's stamp within transform_timeout = " +
            cv::format("%g s", params_.transform_timeout) + effect + ". " +
            (isLate(tf_.buffer, params_.odom_frame, now.frame_id, now.stamp)
-                ? "The newest one in tf is older than the image: raise transform_timeout; or has "
-                  "its publisher stopped, or another clock?"
+                ? kLateInTf
                 : "Run the EgoMotion nodelet with publish_tf, or set odom_frame to the fixed "
                   "frame of your odometry");
   }

@@ -239,8 +239,10 @@ struct StereoInput {
   }
 
   static SyncedTopics::Cures cures() {
-    return {"run in the camera's namespace (launch argument camera:=<namespace>), or remap", "",
-            ""};
+    return {
+        "start the camera driver, run in its namespace (launch argument camera:=<namespace>), or "
+        "remap",
+        "", ""};
   }
 
   static StereoPair frame(const SyncedTopics::Set& set) {

@@ -151,6 +151,11 @@ inline bool isLate(const tf2::BufferCore& tf, const std::string& fixed_frame,
   return !newest.isZero() && newest < stamp;
 }
 
+/// The cure then.
+constexpr char kLateInTf[] =
+    "The newest one in tf is older than the image: raise transform_timeout, or publish it more "
+    "often; or has its publisher stopped, or another clock?";
+
 /// The tf buffer of a nodelet, filled by a separate thread. It respects remappings of /tf of the
 /// nodelet. A transform that is refused is a problem of the topic.
 class TfInput {

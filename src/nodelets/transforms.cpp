@@ -56,12 +56,17 @@ nav_msgs::OdometryConstPtr odometryOf(ros::Time frame, const OdometryHistory* od
   return found && !isTooNew(*found, frame) ? found : nullptr;
 }
 
+// A path begins with the first frame, to which there is no motion.
+bool isFirst(const nav_msgs::Odometry& odometry) {
+  return fromMsg(odometry.pose.covariance).isZero();
+}
+
 // Whether the odometry did not see the motion to one of the frames from `previous` until before
-// `now`. (To the first frame of a path there is none.)
+// `now`.
 bool wasUnseen(const OdometryHistory& odometry, ros::Time previous, ros::Time now) {
   for (auto message = odometry.before(now); message && message->header.stamp >= previous;
        message = odometry.before(message->header.stamp))
-    if (twistIsUnknown(*message)) return true;
+    if (twistIsUnknown(*message) && !isFirst(*message)) return true;
   return false;
 }
 

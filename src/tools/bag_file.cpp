@@ -12,13 +12,14 @@ BagFile::BagFile(const std::string& path, bool compress)
     : path_(path),
       temporary_(path + ".part" + std::to_string(getpid())),
       bag_(std::make_unique<rosbag::Bag>()) {
-  if (std::filesystem::is_directory(path))
+  std::error_code ignored;  // of a folder that may not be read
+  if (std::filesystem::is_directory(path, ignored))
     throw std::runtime_error(path + ": is a folder; give the name of a file");
   try {
     bag_->open(temporary_, rosbag::bagmode::Write);
     if (compress) bag_->setCompression(rosbag::compression::LZ4);
   } catch (const rosbag::BagException& error) {
-    const bool made = std::filesystem::exists(temporary_);
+    const bool made = std::filesystem::exists(temporary_, ignored);
     abandon();
     if (made) fail(error.what());  // the file exists, but its first bytes could not be written
     throw std::runtime_error(path +

@@ -81,6 +81,8 @@ TEST(OdometryHistory, forgets_a_later_pass) {
 // A path along x: the odometry of each frame, and its pose in tf.
 class MotionFromOdometry : public testing::Test {
  protected:
+  static constexpr double kFirst_s = 10;
+
   // @param unseen  whether the motion to this frame was not seen.
   nav_msgs::OdometryPtr add(double stamp_s, double x_m, double twist_mps, bool unseen = false) {
     return add(stamp_s, x_m, x_m, twist_mps, unseen);
@@ -99,6 +101,8 @@ class MotionFromOdometry : public testing::Test {
     odometry->child_frame_id = "camera";
     odometry->pose.pose.position.x = x_m;
     odometry->pose.pose.orientation.w = 1;
+    odometry->pose.covariance =
+        covarianceMsg((stamp_s > kFirst_s ? 1e-4 : 0) * Matrix6d::Identity());
     odometry->twist.twist.linear.x = unseen ? 0 : twist_mps;
     odometry->twist.covariance =
         covarianceMsg((unseen ? kUnknownCovariance : 1e-4) * Matrix6d::Identity());
@@ -123,6 +127,13 @@ TEST_F(MotionFromOdometry, is_known_over_a_lost_frame_that_later_ones_reach_acro
   ASSERT_TRUE(motion(10.1, 10.3).value);
   EXPECT_NEAR(motion(10.1, 10.3).value->T_cam_prev.translation().x(), -2.3, 1e-6);
   EXPECT_FALSE(motion(10.2, 10.3).value) << "it leads from 10.1, not from the lost frame";
+}
+
+TEST_F(MotionFromOdometry, from_the_first_frame_is_known_also_if_the_second_one_was_dropped) {
+  add(10.0, 0, 0, true);
+  add(10.1, 1, 10);
+  add(10.2, 2.5, 15);
+  EXPECT_TRUE(motion(10.0, 10.2).value);
 }
 
 // As of wheels, while EgoMotion runs with publish_tf:=false.

@@ -2,6 +2,7 @@
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
 #include <sensor_msgs/CompressedImage.h>
+#include <tf2_ros/transform_broadcaster.h>
 
 #include <chrono>
 
@@ -187,6 +188,25 @@ TEST_F(Diagnosis, a_missing_extrinsic_is_waited_for) {
   StaticTransform mounted(extrinsic);
   player_.publish(unmounted(1));
   EXPECT_TRUE(eventually([&] { return odometry.count() > 0; }, 10));
+}
+
+TEST_F(Diagnosis, an_extrinsic_that_is_late_is_told_from_one_that_is_absent) {
+  load("EgoMotion");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  StereoPair pair = street().pair(1);
+  auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
+  left->header.frame_id = "panned_camera";
+  pair.left = left;
+  tf2_ros::TransformBroadcaster broadcaster;
+  geometry_msgs::TransformStamped extrinsic = street().extrinsic();
+  extrinsic.child_frame_id = "panned_camera";
+  extrinsic.header.stamp = street().stamp(0);
+  // The nodelet may not have connected to the broadcaster yet.
+  EXPECT_TRUE(eventually([&] {
+    broadcaster.sendTransform(extrinsic);
+    player_.publish(pair);
+    return diagnostics_.says(ns_.substr(1) + "/EgoMotion", "older than the image");
+  }));
 }
 
 TEST_F(Diagnosis, refused_parameters_are_told_and_the_manager_lives) {

@@ -203,6 +203,23 @@ TEST_F(EgoMotionScenarios, images_that_freeze_for_ten_seconds_are_told) {
   EXPECT_TRUE(eventually([&] { return value("EgoMotion", "inliers") != "0"; }));
 }
 
+TEST_F(EgoMotionScenarios, one_image_that_freezes_is_a_loss_and_is_told) {
+  start();
+  nav_msgs::OdometryConstPtr odometry;
+  for (int i : {0, 1, 2}) ASSERT_TRUE(odometry = odometryOf(i));
+  const Eigen::Vector3d before = position(*odometry);
+  const double step_s = (street().stamp(3) - street().stamp(2)).toSec();
+  StereoPair stuck = street().pair(3);
+  stuck.left = later(street().pair(2), step_s).left;
+  ASSERT_TRUE(odometry = odometryOf(stuck));
+  EXPECT_EQ(odometry->twist.covariance[0], kUnknownVariance);
+  EXPECT_GT(position(*odometry).x(), before.x() + 0.1) << "it goes on";
+  EXPECT_TRUE(says("EgoMotion", "the left image is that of the pair before, the other one is not"));
+  ASSERT_TRUE(odometry = odometryOf(4));
+  EXPECT_LT(odometry->twist.covariance[0], 1);
+  EXPECT_LT((position(*odometry) - truth(0, 4).translation()).norm(), 0.05);
+}
+
 TEST_F(EgoMotionScenarios, swapped_images_are_told_and_leave_nothing_behind) {
   start();
   nav_msgs::OdometryConstPtr odometry;

@@ -405,5 +405,13 @@ TEST_F(Replay, MistakesAreNamedAndLeaveNothingBehind) {
   expectRefused("--bag " + street() + " --config " + files_.path("none.yaml"), "none.yaml");
 }
 
+TEST_F(Replay, TheRecordingIsNotOverwritten) {
+  const auto bytes = std::filesystem::file_size(street());
+  const Result result = replay("--bag " + street() + " --output " + files_.path("./street.bag"));
+  EXPECT_NE(result.status, 0);
+  EXPECT_NE(result.errors.find("--output is the recording itself"), std::string::npos);
+  EXPECT_EQ(std::filesystem::file_size(street()), bytes);
+}
+
 }  // namespace
 }  // namespace predictive_stereo
