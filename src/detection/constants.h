@@ -61,7 +61,7 @@ constexpr float kLeastGain = 1.5f;
 constexpr double kFlowNoise_px = 1.5, kFlowShare = 0.3;
 /// Distance along the line of sight / MotionDetectionParams::link_distance_m.
 constexpr double kLinkDepth = 0.6;
-/// Largest error of what agrees with the motion of an object: of a point, of a part's velocity.
+/// Largest error of a point that agrees with the motion of its object.
 constexpr double kInlierSigmas = 5;
 /// Standard deviation of a motion that the points hardly show, along the line of sight.
 constexpr double kPriorMotion_m = 3;
@@ -104,8 +104,8 @@ constexpr double kLowestColumn = 0.35, kThinnestLine = 0.3;
 /// Visible share of the height of a partly hidden object.
 constexpr double kLeastVisible = 0.5;
 /// Parts of one object have the same velocity: standard deviation of each part's own motion, as
-/// that of limbs.
-constexpr double kOwnMotion_mps = 1;
+/// that of limbs, and of both together.
+constexpr double kOwnMotion_mps = 1, kMostSigmasOfVelocity = 3;
 /// Area of a vehicle's side / of its rear; areas of both parts / of the box around them; share of a
 /// part's box that is within an object's box.
 constexpr double kLargestSide = 0.25, kLeastCovered = 0.5, kMostOfPart = 0.8;

@@ -62,7 +62,7 @@ class EgoMotionProcessor {
     const bool same_right = last_right_ && last_right_->data == pair.right->data;
     output.repeated = same_left && same_right;
     if (same_left != same_right) {
-      output.stuck = same_left ? "left" : "right";
+      output.stuck = same_left ? "left" : "right";  // nothing is measured: all is masked
       frame.robot_mask = cv::Mat1b(frame.left.size(), uint8_t{255});
     }
     output.sequence = odometry_.begin(frame);

@@ -130,7 +130,7 @@ float residualAt(const StereoRig& rig, const cv::Mat1f& cells_px, const Disparit
       return kUnknownResidual;
     const float before = measured(static_cast<int>(row), static_cast<int>(column));
     if (!range.isValid(before)) return kUnknownResidual;
-    residual[i] = std::clamp(source.z() - before, -8.0f, 8.0f);
+    residual[i] = source.z() - before;
   }
   const float far = residual[0];
   const float near =
