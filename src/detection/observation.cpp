@@ -42,7 +42,8 @@ bool haveSameVelocity(const Observation& one, const Observation& other) {
   const Eigen::Matrix3d covariance = one.velocity_covariance + other.velocity_covariance +
                                      kOwnMotion_mps * kOwnMotion_mps * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d difference = one.velocity_mps - other.velocity_mps;
-  return difference.dot(covariance.inverse() * difference) < kMostSigmasOfVelocity * kMostSigmasOfVelocity;
+  return difference.dot(covariance.inverse() * difference) <
+         kMostSigmasOfVelocity * kMostSigmasOfVelocity;
 }
 
 // Whether most pixels between two boxes have this disparity, if they are side by side or one above
