@@ -182,6 +182,7 @@ std::optional<ShiftFound> searchShift(const PastView& view, const std::vector<cv
       if (m < best) best = m, at = shift;
     }
   const float still = mismatchAt(image, samples, 1, {});
+  // Mismatches below half of a decisive difference are noise.
   return ShiftFound{{2.0f * static_cast<float>(at.x), 2.0f * static_cast<float>(at.y)},
                     still / std::max(best, 0.5f * kDecisive_grey)};
 }
