@@ -1,6 +1,7 @@
 #include "detection/segmentation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -42,8 +43,10 @@ void dropLowColumns(const PastView& view, cv::Point origin, cv::Mat1b& mask) {
       if (heights_m[static_cast<size_t>(u)] < lowest_m) mask(v, u) = 0;
 }
 
+constexpr uchar kConnected = 254;
+
 // The smallest box around the parts of the layer that are connected to a seed; empty if no seed is
-// in the layer. Sets these parts to a value other than 0 and 255.
+// in the layer. Sets these parts to kConnected.
 cv::Rect connectedToSeeds(const std::vector<cv::Point>& seeds, cv::Point origin, cv::Mat1b& layer) {
   cv::Rect all;
   const cv::Rect inside(cv::Point(), layer.size());
@@ -51,7 +54,7 @@ cv::Rect connectedToSeeds(const std::vector<cv::Point>& seeds, cv::Point origin,
     seed -= origin;
     if (!inside.contains(seed) || layer(seed) != 255) continue;
     cv::Rect box;
-    cv::floodFill(layer, seed, 254, &box, {}, {}, 4);
+    cv::floodFill(layer, seed, kConnected, &box, {}, {}, 4);
     all |= box;
   }
   return all;
@@ -74,22 +77,23 @@ cv::Rect reachOf(const FrameView& frame, const Hypothesis& hypothesis) {
 // The hypothesis' disparity layer, as far as it is connected to seeds, with its surroundings.
 struct Layer {
   cv::Rect area;   // lattice
-  cv::Mat1b mask;  // 0 outside the layer
+  cv::Mat1b mask;  // 255 in the layer, 0 outside
 };
 
 // 255 on the lattice points in `area` that stand and whose disparity is in the layer.
 cv::Mat1b standingLayer(const PastView& view, const Hypothesis& hypothesis, const cv::Rect& area) {
   const float farthest_px = hypothesis.farthest_px, nearest_px = hypothesis.nearest_px;
-  cv::Mat1b layer(area.size());
+  const cv::Mat1b& standing = view.frame.obstacles.standing;
+  cv::Mat1b layer(area.size(), 0);
+  if (standing.empty()) return layer;
   for (int v = 0; v < area.height; ++v) {
-    const float* const disparity = view.disparity_px()[2 * (area.y + v)] + 2 * area.x;
+    const float* const disparity = view.disparity_px()[2 * (area.y + v)];
+    const uchar* const stands = standing[std::min((area.y + v) / 2, standing.rows - 1)];
     uchar* const of_row = layer[v];
     for (int u = 0; u < area.width; ++u) {
-      const float d = disparity[2 * u];
-      of_row[u] = ((d >= farthest_px) & (d <= nearest_px)) &&
-                          view.frame.obstacles.standsAt(area.tl() + cv::Point(u, v))
-                      ? 255
-                      : 0;
+      const float d = disparity[2 * (area.x + u)];
+      const int is_within = (d >= farthest_px) & (d <= nearest_px);
+      of_row[u] = stands[std::min((area.x + u) / 2, standing.cols - 1)] & -is_within;
     }
   }
   return layer;
@@ -104,7 +108,7 @@ Layer layerAround(const PastView& view, const Hypothesis& hypothesis, int margin
   const cv::Rect part =
       cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
       cv::Rect(cv::Point(), reachable.size());
-  return {part + reachable.tl(), whole(part)};
+  return {part + reachable.tl(), whole(part) == kConnected};
 }
 
 // How much better the object's motion explains each cell than a static world does; 0: unknown.
@@ -140,24 +144,23 @@ cv::Mat1b supportedCells(const cv::Mat1b& layer, const cv::Mat1f& smooth, int ga
   return member;
 }
 
-// The most frequent label but 0, and how often it occurs.
-std::pair<int, int> mostFrequent(std::vector<int>& votes) {
-  votes[0] = 0;
-  const auto best = std::max_element(votes.begin(), votes.end());
-  return {static_cast<int>(best - votes.begin()), *best};
-}
-
-// The connected part with most seeds; empty if it has less than a third of them.
-cv::Mat1b partWithSeeds(const cv::Mat1b& member, const cv::Rect& area,
-                        const std::vector<cv::Point>& seeds) {
-  cv::Mat1i labels;
-  const int count = cv::connectedComponents(member, labels, 4, CV_32S);
-  std::vector<int> votes(static_cast<size_t>(count), 0);
-  for (cv::Point seed : seeds)
-    if (area.contains(seed)) ++votes[static_cast<size_t>(labels(seed - area.tl()))];
-  const auto [part, of_part] = mostFrequent(votes);
-  if (of_part * 3 < static_cast<int>(seeds.size())) return {};
-  return labels == part;
+// The connected part with most of the points; empty if it has fewer than `fewest`.
+/// @param cells  from `origin` on: 255, or 0. Overwritten.
+cv::Mat1b partWith(const std::vector<cv::Point>& points, int fewest, cv::Point origin,
+                   cv::Mat1b& cells) {
+  constexpr int kMostParts = 254;  // more: the others are left out
+  std::array<int, 256> points_in{};
+  int parts = 0;
+  const cv::Rect inside(cv::Point(), cells.size());
+  for (cv::Point p : points) {
+    p -= origin;
+    if (!inside.contains(p)) continue;
+    if (cells(p) == 255 && parts < kMostParts) cv::floodFill(cells, p, ++parts, nullptr, {}, {}, 4);
+    ++points_in[cells(p)];
+  }
+  const auto most = std::max_element(&points_in[1], &points_in[1] + kMostParts);
+  if (*most < std::max(fewest, 1)) return {};
+  return cells == static_cast<int>(most - points_in.data());
 }
 
 // Cells that one explanation fits clearly better than the other.
@@ -211,17 +214,13 @@ void growOverLayer(const cv::Mat1b& layer, const cv::Mat1f& support, const cv::M
                    double min_explained, cv::Mat1b& mask) {
   cv::Mat1b open = (smooth >= -kDecisive_grey) & layer;
   cv::morphologyEx(open, open, cv::MORPH_OPEN, cv::Mat1b::ones(3, 3));
-  cv::Mat1i labels;
-  const int count = cv::connectedComponents(open, labels, 4, CV_32S);
-  std::vector<int> common(static_cast<size_t>(count), 0);
-  int cells = 0;
-  for (int v = 0; v < mask.rows; ++v)
-    for (int u = 0; u < mask.cols; ++u)
-      if (mask(v, u)) ++cells, ++common[static_cast<size_t>(labels(v, u))];
-  const auto [part, of_part] = mostFrequent(common);
-  if (2 * of_part <= cells) return;
-  const cv::Mat1b grown = mask | (labels == part);
-  if (cv::countNonZero(grown) > kMostGrown * cells) return;
+  std::vector<cv::Point> cells;
+  cv::findNonZero(mask, cells);
+  const int count = static_cast<int>(cells.size());
+  const cv::Mat1b part = partWith(cells, count / 2 + 1, {}, open);
+  if (part.empty()) return;
+  const cv::Mat1b grown = mask | part;
+  if (cv::countNonZero(grown) > kMostGrown * count) return;
   // Refuted cells are in the layer, but not in the part: count in the whole box.
   const auto [better, worse] = countDecisive(layer, support, cv::boundingRect(grown));
   if (better >= min_explained * (better + worse)) mask = grown;
@@ -238,7 +237,9 @@ std::optional<Segment> segment(const PastView& view, const cv::Mat1f& static_wor
   const cv::Mat1f support = supportOf(view, static_world, hypothesis, layer.area);
   cv::Mat1f smooth;
   cv::boxFilter(support, smooth, CV_32F, {5, 5});
-  cv::Mat1b mask = partWithSeeds(supportedCells(layer.mask, smooth, gap), layer.area, seeds);
+  cv::Mat1b supported = supportedCells(layer.mask, smooth, gap);
+  const auto third_of_seeds = static_cast<int>((seeds.size() + 2) / 3);
+  cv::Mat1b mask = partWith(seeds, third_of_seeds, layer.area.tl(), supported);
   if (mask.empty()) return std::nullopt;
   growOverLayer(layer.mask, support, smooth, view.params().min_explained, mask);
   dropLowColumns(view, layer.area.tl(), mask);
