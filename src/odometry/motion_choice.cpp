@@ -25,8 +25,12 @@ constexpr double kUsualShare = 2.0 / 3;
 constexpr double kAheadByDepth = 0.1;
 // The largest one of a camera that is carried, driven or flown.
 constexpr double kLargestAcceleration_mps2 = 30;
-constexpr double kSamePlacePx = 2;  // tracking finds features from much farther away
-constexpr double kFarPx = 1e6;      // also replaces NaN, of points beside the camera
+// At the start, a point on the ground counts as so many others.
+constexpr double kGroundTrust = 10;
+constexpr double kGroundHeight = 0.2;   // above the lowest points, relative to the camera's height
+constexpr double kNearDisparityPx = 2;  // the height of a farther point is not known
+constexpr double kSamePlacePx = 2;      // tracking finds features from much farther away
+constexpr double kFarPx = 1e6;          // also replaces NaN, of points beside the camera
 
 bool isCertain(const Matrix6d& covariance) {
   const double largest_m2 = covariance.diagonal().head<3>().maxCoeff();
@@ -63,6 +67,21 @@ Eigen::Isometry3d movedAhead(const StereoRig& rig, const ReferenceFrame& referen
   std::nth_element(disparities_px.begin(), middle, disparities_px.end());
   T.translation().z() = -kAheadByDepth * rig.fx_px * rig.baseline_m / *middle;
   return T;
+}
+
+// What is static is not known at the start, but the ground is: raises the trust of the points near
+// the lowest ones.
+void trustGround(const StereoRig& rig, std::vector<Correspondence>& points) {
+  const auto below_camera = [&](const Correspondence& c) {
+    return c.previous.z() > kNearDisparityPx ? (c.previous.y() - rig.cy_px) / c.previous.z() : 0;
+  };
+  std::vector<double> all;
+  for (const Correspondence& c : points)
+    if (below_camera(c) > 0) all.push_back(below_camera(c));
+  if (all.empty()) return;
+  const double lowest = highQuantile(all);
+  for (Correspondence& c : points)
+    if (below_camera(c) > (1 - kGroundHeight) * lowest) c.trust *= kGroundTrust;
 }
 
 // The features of the reference, followed from one expectation, and what most of them agree with.
@@ -140,6 +159,7 @@ class MotionTrials {
   Trial follow(const Eigen::Isometry3d& T_expected) {
     tried_.push_back(T_expected);
     Trial trial{follow_(T_expected), {}};
+    if (!usual_.known) trustGround(rig_, trial.points.correspondences);
     trial.solution = solve(trial.points.correspondences, T_expected);
     if (!usual_.known) weighSecondMotion(T_expected, trial);
     return trial;

@@ -51,7 +51,8 @@ using FollowFeatures = std::function<FollowedFeatures(const Eigen::Isometry3d& T
 ///
 /// The first motion of all has rivals even if it is not doubtful, because no history says what is
 /// static: the second motion that its points agree with, and the two of the points that are found
-/// where a camera that moves ahead would see them.
+/// where a camera that moves ahead would see them. Points on the ground decide most: it is static,
+/// and what stands on it may not be.
 /// @param offset_jitter_px  as PoseSolverParams::offset_jitter_px.
 MotionChoice chooseMotion(const StereoRig& rig, const ReferenceFrame& reference,
                           const UsualMotion& usual, double offset_jitter_px,
