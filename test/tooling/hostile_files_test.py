@@ -82,6 +82,7 @@ class HostileFiles(unittest.TestCase):
         return [
             ['street_to_bag', self.disk / 'new.bag', '--frames', '6', '--size', '496x160'],
             ['replay', '--bag', self.bag, '--output', self.disk / 'out.bag'],
+            ['replay', '--bag', self.bag, '--output', self.disk / 'out.bag', '--compress'],
             ['replay', '--bag', self.bag, '--output', self.folder / 'kept.bag', '--topics', 'odometry',
              '--csv', out / 'a.csv'],
             ['kitti_to_bag', self.day, DRIVE, self.disk / 'drive.bag'],
