@@ -325,8 +325,8 @@ TEST_F(EgoMotionScenarios, a_gyroscope_is_taken_and_what_it_lacks_is_told) {
   start();
   ASSERT_TRUE(odometryOf(0));
   ASSERT_TRUE(odometryOf(1)) << "ego-motion uses the images only";
-  EXPECT_TRUE(
-      says("EgoMotion", "use_imu: nobody publishes " + ns_ + "/imu (launch argument imu:="));
+  EXPECT_TRUE(says("EgoMotion", "use_imu: nobody publishes sensor_msgs/Imu on " + ns_ +
+                                    "/imu (launch argument imu:="));
 
   ros::Publisher imu = node_.advertise<sensor_msgs::Imu>("imu", 500);
   ASSERT_TRUE(eventually([&] { return imu.getNumSubscribers() > 0; }));
