@@ -92,7 +92,7 @@ TEST_F(EgoMotionScenarios, a_covered_camera_goes_on_and_is_found_again) {
   EXPECT_EQ(pose_->last()->pose.covariance[0], lost->pose.covariance[0]);
   EXPECT_TRUE(says("EgoMotion",
                    "lost: too few features agree on a motion. Are the images dark, blurred, "
-                   "without texture, or not rectified?"));
+                   "without texture, or not rectified, or the lenses covered?"));
   EXPECT_TRUE(eventually([&] { return value("EgoMotion", "pose") == "held"; }));
 
   // The next good frame is compared with the frame before the loss, so no motion is missing.
@@ -195,6 +195,7 @@ TEST_F(EgoMotionScenarios, images_that_freeze_for_ten_seconds_are_told) {
     EXPECT_EQ(odometry->pose.covariance[0] == kUnknownVariance, k > 2) << k;
   }
   EXPECT_TRUE(says("EgoMotion", "both images have been the same for more than max_gap = 1 s"));
+  EXPECT_TRUE(says("EgoMotion", "or are both lenses covered?"));
   for (int i : {3, 4}) {
     ASSERT_TRUE(odometry = odometryOf(later(street().pair(i), 10)));
     EXPECT_LT(odometry->pose.covariance[0], 1);
