@@ -1,6 +1,7 @@
 /// Odometry in situations that occur with cameras on robots.
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <rosgraph_msgs/Log.h>
 #include <sensor_msgs/Imu.h>
 #include <std_srvs/Empty.h>
 #include <tf2_msgs/TFMessage.h>
@@ -253,6 +254,22 @@ TEST_F(EgoMotionScenarios, a_pair_that_is_no_step_is_told_and_the_pose_goes_on) 
     ASSERT_TRUE(odometry = odometryOf(i));
     EXPECT_LT((position(*odometry) - truth(0, i).translation()).norm(), 0.08) << i;
   }
+}
+
+TEST_F(EgoMotionScenarios, stamps_that_go_back_restart_the_pose_with_a_warning) {
+  start();
+  const Recorder<rosgraph_msgs::Log> log(ros::NodeHandle(), "/rosout");
+  ASSERT_TRUE(eventually([&] { return log.connected(); }));
+  for (int i : {0, 1, 2}) ASSERT_TRUE(odometryOf(i));
+  const nav_msgs::OdometryConstPtr odometry = odometryOf(later(street().pair(3), -10));
+  ASSERT_TRUE(odometry);
+  EXPECT_EQ(position(*odometry).norm(), 0);
+  EXPECT_TRUE(eventually([&] {
+    for (const auto& line : log.messages())
+      if (line->msg.find("stamps went back by") != std::string::npos)
+        return line->level == rosgraph_msgs::Log::WARN;
+    return false;
+  }));
 }
 
 TEST_F(EgoMotionScenarios, the_twist_is_of_the_time_that_passed) {
