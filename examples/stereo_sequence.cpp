@@ -4,9 +4,10 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <opencv2/imgcodecs.hpp>
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using namespace predictive_stereo;
   if (argc != 8) return std::fputs("arguments: see the first lines of the source\n", stderr), 2;
   Pipeline pipeline(PipelineParams{});
@@ -33,4 +34,6 @@ int main(int argc, char** argv) {
       std::printf("  object %d: %.1f m away, %.1f m/s\n", object.id, object.distance_m,
                   object.velocity_mps.norm());
   }
+} catch (const std::exception& error) {  // e.g. the right image is missing
+  return std::fprintf(stderr, "%s\n", error.what()), 1;
 }

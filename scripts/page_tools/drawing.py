@@ -39,7 +39,7 @@ def write(folder, name, picture):
     """Writes pictures/NAME; returns its path, relative to the folder."""
     os.makedirs(os.path.join(folder, 'pictures'), exist_ok=True)
     if not cv2.imwrite(os.path.join(folder, 'pictures', name), picture):
-        raise OSError(0, 'cannot be written', os.path.join(folder, 'pictures', name))
+        raise OSError(0, 'cannot be written: is the disk full?', os.path.join(folder, 'pictures', name))
     return 'pictures/' + name
 
 

@@ -110,7 +110,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     if (output.frozen)
       return cv::format(
           "both images have been the same for more than max_gap = %g s. Does the camera driver "
-          "hang? (A simulator needs image noise.)",
+          "hang, or are both lenses covered? (A simulator needs image noise.)",
           params_.max_gap);
     if (!output.stuck.empty())
       return "the " + output.stuck +
@@ -124,7 +124,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     const bool goes_on = output.sequence.verdict == SequenceGuard::Verdict::kContinues;
     if (goes_on && output.pose_state != PoseState::kKnown)
       return "too few features agree on a motion. Are the images dark, blurred, without texture, "
-             "or not rectified? (The pose goes on with the last velocity.)";
+             "or not rectified, or the lenses covered? (The pose goes on with the last velocity.)";
     return "";
   }
 

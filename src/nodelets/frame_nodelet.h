@@ -97,10 +97,13 @@ class FrameNodelet : public nodelet::Nodelet {
     return view;
   }
 
-  /// Tells how a frame continues the sequence: one that starts anew is an event, two are a problem.
+  /// Tells how a frame continues the sequence: one that starts anew is logged, two are a problem.
   /// @throws std::invalid_argument for a frame that is ignored: nothing is done with it.
   void tell(const SequenceGuard::Result& sequence) {
-    if (sequence.startsAnew()) health_->event(sequence.reason);
+    if (sequence.verdict == SequenceGuard::Verdict::kBackward)
+      health_->warning(sequence.reason);  // the pose jumps to the origin
+    else if (sequence.startsAnew())
+      health_->event(sequence.reason);
     if (sequence.isIgnored()) throw std::invalid_argument(sequence.reason);
     const bool again = std::exchange(starts_anew_, sequence.startsAnew()) && starts_anew_;
     health_->problem("past", again ? "frame after frame: " + sequence.reason : "");

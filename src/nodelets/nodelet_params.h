@@ -123,6 +123,15 @@ struct MovingObjectsNodeletParams : FrameNodeletParams {
   }
 };
 
+struct RectifyNodeletParams {
+  std::string image_transport = "raw";  ///< see SyncParams
+
+  template <class Visitor>
+  void visit(Visitor&& v) {
+    v("image_transport", image_transport);
+  }
+};
+
 /// The parameters of all three nodelets as in a config file: under the nodelets' usual names.
 struct AllNodeletParams {
   EgoMotionNodeletParams ego_motion;

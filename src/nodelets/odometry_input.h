@@ -92,11 +92,12 @@ class OdometryInput {
     health_.problem(what, answer.value ? ""
                           : complete   ? answer.reason + effect
                                        : notInTf(now, what, effect));
-    health_.problem("odometry", !is_chosen_ || odometry_.isPublished()
-                                    ? ""
-                                    : "nobody publishes " + topic_ +
+    health_.problem("odometry", is_chosen_ && !odometry_.isPublished()
+                                    ? "nobody publishes nav_msgs/Odometry on " + topic_ +
                                           " (launch argument odometry:=<topic>): the covariance "
-                                          "of the motion is unknown");
+                                          "of the motion is unknown"
+                                : answer.value ? answer.reason
+                                               : "");
     return answer.value;
   }
 

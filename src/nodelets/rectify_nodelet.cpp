@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nodelets/health.h"
+#include "nodelets/live_params.h"
 #include "nodelets/rectifier.h"
 #include "nodelets/synced_topics.h"
 
@@ -47,13 +48,15 @@ class RectifyNodelet : public nodelet::Nodelet {
   }
 
   void makeInput(const ros::NodeHandle& node) {
-    const auto transport =
-        getPrivateNodeHandle().param<std::string>("image_transport", SyncParams().image_transport);
+    RectifyNodeletParams params;
+    ParamTable table(params, getPrivateNodeHandle().getNamespace() + "/");
+    for (const std::string& warning : setFromRosParams(getPrivateNodeHandle(), table))
+      health_->warning(warning);
     const std::string images = node.resolveName("image_raw");
     const std::string infos = image_transport::getCameraInfoTopic(images);
     using Type = SyncedTopics::Type;
     input_ = std::make_unique<SyncedTopics>(
-        node, *health_, SyncParams::exact(kQueue, transport),
+        node, *health_, SyncParams::exact(kQueue, params.image_transport),
         std::vector<SyncedTopics::Topic>{{images, Type::kCameraImage}, {infos, Type::kInfo}},
         SyncedTopics::Cures{
             "start the camera driver in this namespace (launch argument camera:=<namespace>)", "",

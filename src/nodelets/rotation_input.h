@@ -165,7 +165,8 @@ class RotationInput {
 
   std::optional<Eigen::Matrix3d> fromImu(ros::Time previous, const std_msgs::Header& now) {
     if (imu_.frame().empty() && !input_.isPublished())
-      return fail("imu", "use_imu: nobody publishes " + topic_ + " (launch argument imu:=<topic>)");
+      return fail("imu", "use_imu: nobody publishes sensor_msgs/Imu on " + topic_ +
+                             " (launch argument imu:=<topic>)");
     Answer<Eigen::Matrix3d> answer;
     const sensor_msgs::ImuConstPtr newest = input_.history().last();
     const ros::Time newest_stamp = newest ? newest->header.stamp : ros::Time();

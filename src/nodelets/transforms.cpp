@@ -196,23 +196,20 @@ Matrix6d motionCovariance(const nav_msgs::Odometry& odometry, double dt_s,
 MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odometry,
                           const std::string& camera, ros::Time previous, ros::Time now,
                           const std::string& fixed_frame) {
-  MotionAnswer answer;
+  std::string error;
   // Asked first, because tf receives poses meanwhile.
-  const bool has_now = lookUpTransform(tf, fixed_frame, camera, now, answer.reason).has_value();
-  const auto T_cam_prev = lookUpCameraMotion(tf, camera, previous, now, fixed_frame, answer.reason);
-  if (!T_cam_prev) {
-    // What tf lacks before a pose that it has will not come any more.
-    if (has_now) return {std::nullopt, true, "tf has no pose of the frame before"};
-    return answer;
-  }
-  answer.value = CameraMotion{*T_cam_prev, Matrix6d::Zero()};
+  const bool has_now = lookUpTransform(tf, fixed_frame, camera, now, error).has_value();
+  const auto T_cam_prev = lookUpCameraMotion(tf, camera, previous, now, fixed_frame, error);
+  // What tf lacks before a pose that it has will not come any more.
+  if (!T_cam_prev)
+    return {std::nullopt, has_now, has_now ? "tf has no pose of the frame before" : error};
+  MotionAnswer answer{CameraMotion{*T_cam_prev, Matrix6d::Zero()}, false, ""};
   const auto odometry_now = odometryOf(now, odometry, answer.complete);
   if (!odometry_now) return answer;
   const double dt_s = (now - previous).toSec();
   const std::string& child = odometry_now->child_frame_id;
   std::optional<Vector6d> motion;  // of the child
-  if (const auto T_child_prev =
-          lookUpCameraMotion(tf, child, previous, now, fixed_frame, answer.reason))
+  if (const auto T_child_prev = lookUpCameraMotion(tf, child, previous, now, fixed_frame, error))
     motion = dt_s * constantTwist(T_child_prev->inverse(), dt_s);
   const Vector6d off = motion
                            ? differenceFromPoses(*odometry, *odometry_now, previous, now, *motion)
@@ -224,8 +221,12 @@ MotionAnswer cameraMotion(const tf2::BufferCore& tf, const OdometryHistory* odom
            !(motion && explains(*odometry_now, *motion, dt_s));
   };
   if (is_of_tf && isLost()) return {std::nullopt, true, kLost};
-  const auto T_cam_child = lookUpTransform(tf, camera, child, now, answer.reason);
-  if (!T_cam_child) return answer;
+  const auto T_cam_child = lookUpTransform(tf, camera, child, now, error);
+  if (!T_cam_child) {
+    answer.reason = "child_frame_id '" + child + "' of odometry has no transform to '" + camera +
+                    "' in tf: the covariance of the motion is unknown";
+    return answer;
+  }
   answer.value->covariance = motionCovariance(*odometry_now, dt_s, *T_cam_child);
   if (is_of_tf || answer.value->covariance.isZero()) return answer;
   const Vector6d of_camera = adjoint(*T_cam_child) * off;
@@ -245,6 +246,7 @@ PoseAnswer cameraPose(const tf2::BufferCore& tf, const OdometryHistory* odometry
   if (!odometry_now || !previous) return answer;  // the first pose of a path has no twist
   const MotionAnswer since = cameraMotion(tf, odometry, camera, *previous, now, fixed_frame);
   if (!since.value && twistIsUnknown(*odometry_now)) return {std::nullopt, true, kLost};
+  if (since.value) answer.reason = since.reason;
   answer.value->motion_covariance = since.value ? since.value->covariance : unseenCovariance();
   return answer;
 }

@@ -65,7 +65,7 @@ template <class Value>
 struct Answer {
   std::optional<Value> value;
   bool complete = false;  ///< waiting longer does not help
-  std::string reason;     ///< why there is no value
+  std::string reason;     ///< why there is no value; or, with a value, no covariance
 };
 using MotionAnswer = Answer<CameraMotion>;
 using PoseAnswer = Answer<CameraPose>;

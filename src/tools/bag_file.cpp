@@ -47,7 +47,7 @@ void BagFile::abandon() {
 void BagFile::finish() {
   try {
     bag_->close();
-  } catch (const rosbag::BagIOException& error) {
+  } catch (const rosbag::BagException& error) {
     fail(error.what());
   }
   std::error_code error;

@@ -24,7 +24,7 @@ class BagFile {
   void write(const Arguments&... arguments) {
     try {
       bag_->write(arguments...);
-    } catch (const rosbag::BagIOException& error) {
+    } catch (const rosbag::BagException& error) {
       fail(error.what());
     }
   }

@@ -64,9 +64,14 @@ class Replay {
   }
 
   void run() {
-    const std::vector<Recorded> recorded = readTf();
-    chooseBase(recorded);
-    useTf(recorded);
+    readTf();
+    chooseBase();
+    fillTf();
+    if (std::any_of(recorded_.begin(), recorded_.end(),
+                    [&](const Recorded& recorded) { return isOurs(recorded.transform); }))
+      std::cerr << "note: the bag's own transforms to '" << params_.ego_motion.base_frame
+                << "' are replaced by those of the estimated ego-motion (--set "
+                   "ego_motion/publish_tf=false keeps them)\n";
     BagFile out(line_.get("output"), line_.has("compress"));
     for (const rosbag::MessageInstance& message :
          rosbag::View(in_, rosbag::TopicQuery("/tf_static"), ros::TIME_MIN, begin_))
@@ -104,8 +109,7 @@ class Replay {
   };
 
   // All transforms: they are known before the first frame, so that no frame has to wait.
-  std::vector<Recorded> readTf() {
-    std::vector<Recorded> recorded;
+  void readTf() {
     for (const rosbag::MessageInstance& message :
          rosbag::View(in_, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
       const auto tf = message.instantiate<tf2_msgs::TFMessage>();
@@ -113,19 +117,18 @@ class Replay {
       const bool is_static = message.getTopic() == "/tf_static";
       for (const geometry_msgs::TransformStamped& transform : tf->transforms)
         if (!refused_.has(message.getTopic(), transform, is_static))
-          recorded.push_back({transform, is_static});
+          recorded_.push_back({transform, is_static});
     }
-    return recorded;
   }
 
   // Without a path from the chosen frame to the camera, the base is what the camera is fixed to.
-  void chooseBase(const std::vector<Recorded>& recorded) {
+  void chooseBase() {
     const std::string camera = cameraFrame();
     std::string& base = params_.ego_motion.base_frame;
     if (base.empty()) base = camera;
     tf2::BufferCore tf(kWholeRecording);
     FixedFrames fixed;
-    for (const auto& [transform, is_static] : recorded) {
+    for (const auto& [transform, is_static] : recorded_) {
       tf.setTransform(transform, "bag", is_static);
       if (is_static) fixed.add(transform.child_frame_id, transform.header.frame_id);
     }
@@ -152,18 +155,10 @@ class Replay {
     return "";
   }
 
-  void useTf(const std::vector<Recorded>& recorded) {
-    bool replaced = false;
-    for (const auto& [transform, is_static] : recorded) {
-      if (isOurs(transform))
-        replaced = true;
-      else
-        tf_.setTransform(transform, "bag", is_static);
-    }
-    if (replaced)
-      std::cerr << "note: the bag's own transforms to '" << params_.ego_motion.base_frame
-                << "' are replaced by those of the estimated ego-motion (--set "
-                   "ego_motion/publish_tf=false keeps them)\n";
+  void fillTf() {
+    tf_.clear();
+    for (const auto& [transform, is_static] : recorded_)
+      if (!isOurs(transform)) tf_.setTransform(transform, "bag", is_static);
   }
 
   bool isOurs(const geometry_msgs::TransformStamped& transform) const {
@@ -182,12 +177,16 @@ class Replay {
       if (const std::string slow = processor_->slowTargetWarning(); !slow.empty())
         std::cerr << "warning: " << slow << "\n";
     }
+    // tf keeps the pose of an earlier pass, e.g. before a simulator's reset, if it has this stamp.
+    const ros::Time stamp = pair.left->header.stamp;
+    if ((last_ - stamp).toSec() > SequenceGuard::kLargestDelay_s) fillTf();
     std::optional<PipelineProcessor::Output> frame;
     if (refused_.refuses("pairs", [&] { frame = processor_->process(pair); })) return;
     if (!frame) {
       ++ignored_;
       return;
     }
+    last_ = stamp;
     count(*frame);
     if (!frame->event.empty()) std::cerr << "\npair " << pairs_ << ": " << frame->event << "\n";
     write(*frame, time, out);
@@ -269,7 +268,9 @@ class Replay {
   StereoTopics topics_;
   ros::Time begin_, end_;
   static inline const ros::Duration kWholeRecording{24 * 3600.0};
+  std::vector<Recorded> recorded_;
   tf2::BufferCore tf_{kWholeRecording};
+  ros::Time last_;  // stamp of the last frame
   Rectifier left_rectifier_, right_rectifier_;
   std::optional<PipelineProcessor> processor_;
   StageTable table_;

@@ -72,7 +72,13 @@ void checkStamps(const std::vector<StampStream>& streams, BagCheck& result) {
                    " has stamps of zero: the camera driver must stamp its images");
       return;
     }
-  const std::vector<ros::Time>& left = streams[0].stamps;
+  std::vector<ros::Time> left = streams[0].stamps;
+  left.erase(std::unique(left.begin(), left.end()), left.end());
+  if (const size_t repeated = streams[0].stamps.size() - left.size())
+    result.advice(cv::format(
+        "%zu left images have the stamp of the one before, and are ignored: was the topic recorded "
+        "twice, or does the driver send frames twice?",
+        repeated));
   if (left.size() < 2) {
     result.advice("the bag has fewer than two left images: prediction needs at least two");
     return;
@@ -81,7 +87,7 @@ void checkStamps(const std::vector<StampStream>& streams, BagCheck& result) {
   size_t backward = 0, gaps = 0;
   for (size_t i = 1; i < left.size(); ++i) {
     const double period = (left[i] - left[i - 1]).toSec();
-    if (period <= 0) ++backward;
+    if (period < 0) ++backward;
     if (period > kLargestGap_s) ++gaps;
     periods.push_back(period);
   }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
 #include "evaluation/simulation/street.h"
@@ -39,10 +40,11 @@ TEST_F(ExamplesTest, StereoSequenceFollowsTheCamera) {
     cv::imwrite(files_.path(cv::format("right_%04d.png", i)), frame.right);
   }
   const StereoRig& rig = street.rig();
-  const Result result =
-      run("env -u LD_LIBRARY_PATH " + build + "/stereo_sequence " + files_.path("left_%04d.png ") +
-          files_.path("right_%04d.png ") +
-          cv::format("%f %f %f %f 10", rig.fx_px, rig.cx_left_px, rig.cy_px, rig.baseline_m));
+  const std::string command =
+      "env -u LD_LIBRARY_PATH " + build + "/stereo_sequence " + files_.path("left_%04d.png ") +
+      files_.path("right_%04d.png ") +
+      cv::format("%f %f %f %f 10", rig.fx_px, rig.cx_left_px, rig.cy_px, rig.baseline_m);
+  const Result result = run(command);
   ASSERT_EQ(result.status, 0) << result.errors;
 
   const size_t last = result.out.find("frame 7:");
@@ -58,6 +60,11 @@ TEST_F(ExamplesTest, StereoSequenceFollowsTheCamera) {
   const Eigen::Vector3d truth_m = (street.poseOf(0).inverse() * street.poseOf(7)).translation();
   EXPECT_GT(truth_m.norm(), 3);
   EXPECT_LT((camera_m - truth_m).norm(), 0.05 * truth_m.norm()) << camera_m.transpose();
+
+  std::filesystem::remove(files_.path("right_0004.png"));
+  const Result without = run(command);
+  EXPECT_EQ(without.status, 1);
+  EXPECT_NE(without.errors.find("right image is 0x0 but"), std::string::npos) << without.errors;
 }
 
 }  // namespace

@@ -164,6 +164,23 @@ TEST_F(MotionFromOdometry, is_not_compared_with_poses_that_are_none) {
   }
 }
 
+TEST_F(MotionFromOdometry, says_that_tf_lacks_the_child_frame) {
+  add(10.0, 0, 0, true);
+  add(10.1, 1, 10);
+  EXPECT_EQ(motion(10.0, 10.1).reason, "");
+  add(10.2, 2, 10)->child_frame_id = "nowhere";
+  const std::string reason =
+      "child_frame_id 'nowhere' of odometry has no transform to 'camera' in tf: the covariance of "
+      "the motion is unknown";
+  ASSERT_TRUE(motion(10.1, 10.2).value);
+  EXPECT_TRUE(motion(10.1, 10.2).value->covariance.isZero());
+  EXPECT_EQ(motion(10.1, 10.2).reason, reason);
+  const PoseAnswer pose =
+      cameraPose(tf_, &odometry_, "camera", ros::Time(10.1), ros::Time(10.2), "odom");
+  EXPECT_TRUE(pose.value);
+  EXPECT_EQ(pose.reason, reason);
+}
+
 TEST_F(MotionFromOdometry, since_a_frame_before_the_first_pose_in_tf_will_not_come) {
   add(10.1, 1, 10);
   add(10.2, 2, 10);

@@ -121,7 +121,27 @@ TEST_F(Diagnosis, an_odometry_that_was_chosen_but_is_absent_is_told) {
   DisparityRecorder disparity(node_, "disparity");
   ASSERT_TRUE(player_.waitForSubscribers());
   for (const int frame : {0, 1}) ASSERT_TRUE(publishesDisparity(street().pair(frame), disparity));
-  EXPECT_TRUE(says("Disparity", "nobody publishes /nowhere (launch argument odometry:=<topic>)"));
+  EXPECT_TRUE(
+      says("Disparity",
+           "nobody publishes nav_msgs/Odometry on /nowhere (launch argument odometry:=<topic>)"));
+}
+
+TEST_F(Diagnosis, an_odometry_whose_child_frame_tf_does_not_have_is_told) {
+  ros::Publisher wheels = node_.advertise<nav_msgs::Odometry>("wheels", 10);
+  const StaticTransform extrinsic(street().extrinsic());
+  load("EgoMotion");
+  ASSERT_TRUE(loader_->load(ns_ + "/Disparity", "predictive_stereo/Disparity",
+                            {{ns_ + "/odometry", ns_ + "/wheels"}}, {}));
+  DisparityRecorder disparity(node_, "disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  nav_msgs::Odometry odometry;
+  odometry.child_frame_id = "nowhere";
+  for (const int frame : {0, 1, 2, 3}) {
+    odometry.header.stamp = street().stamp(frame);
+    wheels.publish(odometry);
+    ASSERT_TRUE(publishesDisparity(street().pair(frame), disparity));
+  }
+  EXPECT_TRUE(says("Disparity", "child_frame_id 'nowhere' of odometry has no transform to '"));
 }
 
 TEST_F(Diagnosis, stamps_that_differ_are_told_with_the_cure) {

@@ -1,6 +1,7 @@
 /// Odometry in situations that occur with cameras on robots.
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <rosgraph_msgs/Log.h>
 #include <sensor_msgs/Imu.h>
 #include <std_srvs/Empty.h>
 #include <tf2_msgs/TFMessage.h>
@@ -92,7 +93,7 @@ TEST_F(EgoMotionScenarios, a_covered_camera_goes_on_and_is_found_again) {
   EXPECT_EQ(pose_->last()->pose.covariance[0], lost->pose.covariance[0]);
   EXPECT_TRUE(says("EgoMotion",
                    "lost: too few features agree on a motion. Are the images dark, blurred, "
-                   "without texture, or not rectified?"));
+                   "without texture, or not rectified, or the lenses covered?"));
   EXPECT_TRUE(eventually([&] { return value("EgoMotion", "pose") == "held"; }));
 
   // The next good frame is compared with the frame before the loss, so no motion is missing.
@@ -195,6 +196,7 @@ TEST_F(EgoMotionScenarios, images_that_freeze_for_ten_seconds_are_told) {
     EXPECT_EQ(odometry->pose.covariance[0] == kUnknownVariance, k > 2) << k;
   }
   EXPECT_TRUE(says("EgoMotion", "both images have been the same for more than max_gap = 1 s"));
+  EXPECT_TRUE(says("EgoMotion", "or are both lenses covered?"));
   for (int i : {3, 4}) {
     ASSERT_TRUE(odometry = odometryOf(later(street().pair(i), 10)));
     EXPECT_LT(odometry->pose.covariance[0], 1);
@@ -252,6 +254,22 @@ TEST_F(EgoMotionScenarios, a_pair_that_is_no_step_is_told_and_the_pose_goes_on) 
     ASSERT_TRUE(odometry = odometryOf(i));
     EXPECT_LT((position(*odometry) - truth(0, i).translation()).norm(), 0.08) << i;
   }
+}
+
+TEST_F(EgoMotionScenarios, stamps_that_go_back_restart_the_pose_with_a_warning) {
+  start();
+  const Recorder<rosgraph_msgs::Log> log(ros::NodeHandle(), "/rosout");
+  ASSERT_TRUE(eventually([&] { return log.connected(); }));
+  for (int i : {0, 1, 2}) ASSERT_TRUE(odometryOf(i));
+  const nav_msgs::OdometryConstPtr odometry = odometryOf(later(street().pair(3), -10));
+  ASSERT_TRUE(odometry);
+  EXPECT_EQ(position(*odometry).norm(), 0);
+  EXPECT_TRUE(eventually([&] {
+    for (const auto& line : log.messages())
+      if (line->msg.find("stamps went back by") != std::string::npos)
+        return line->level == rosgraph_msgs::Log::WARN;
+    return false;
+  }));
 }
 
 TEST_F(EgoMotionScenarios, the_twist_is_of_the_time_that_passed) {
@@ -325,8 +343,8 @@ TEST_F(EgoMotionScenarios, a_gyroscope_is_taken_and_what_it_lacks_is_told) {
   start();
   ASSERT_TRUE(odometryOf(0));
   ASSERT_TRUE(odometryOf(1)) << "ego-motion uses the images only";
-  EXPECT_TRUE(
-      says("EgoMotion", "use_imu: nobody publishes " + ns_ + "/imu (launch argument imu:="));
+  EXPECT_TRUE(says("EgoMotion", "use_imu: nobody publishes sensor_msgs/Imu on " + ns_ +
+                                    "/imu (launch argument imu:="));
 
   ros::Publisher imu = node_.advertise<sensor_msgs::Imu>("imu", 500);
   ASSERT_TRUE(eventually([&] { return imu.getNumSubscribers() > 0; }));

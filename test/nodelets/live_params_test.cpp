@@ -225,6 +225,13 @@ TEST_F(LiveParamsTest, a_section_that_no_nodelet_reads_is_told) {
   EXPECT_FALSE(logSays("config has 'disparity'"));
 }
 
+TEST_F(LiveParamsTest, rectify_tells_a_name_that_it_does_not_read) {
+  setParam("Rectify", "queue_size", 20);
+  ASSERT_TRUE(eventually([&] { return log_.connected(); }));
+  load("Rectify");
+  EXPECT_TRUE(logSays("unknown parameter " + ns_ + "/Rectify/queue_size"));
+}
+
 TEST_F(LiveParamsTest, all_three_describe_themselves) {
   for (const char* nodelet : {"EgoMotion", "Disparity", "MovingObjects"}) {
     load(nodelet);

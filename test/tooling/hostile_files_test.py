@@ -82,6 +82,7 @@ class HostileFiles(unittest.TestCase):
         return [
             ['street_to_bag', self.disk / 'new.bag', '--frames', '6', '--size', '496x160'],
             ['replay', '--bag', self.bag, '--output', self.disk / 'out.bag'],
+            ['replay', '--bag', self.bag, '--output', self.disk / 'out.bag', '--compress'],
             ['replay', '--bag', self.bag, '--output', self.folder / 'kept.bag', '--topics', 'odometry',
              '--csv', out / 'a.csv'],
             ['kitti_to_bag', self.day, DRIVE, self.disk / 'drive.bag'],
@@ -143,11 +144,23 @@ class HostileFiles(unittest.TestCase):
         full = run(demo + [self.disk / 'demo'], env=environment)
         self.assertEqual(full.returncode, 1, full.stdout)
         self.assertIn('the disk is full', full.stdout)
+        report = self.folder / 'report'
+        run([TOOLS / 'evaluate_detection', self.bag, '--report', report], check=True)
+        (self.disk / 'pictures').mkdir()
+        (report / 'pictures').symlink_to(self.disk / 'pictures')
+        page = run([REPOSITORY / 'scripts/report', report])
+        self.assertEqual(page.returncode, 1, page.stdout)
+        self.assertIn('cannot be written: is the disk full?', page.stdout)
         self.assertEqual(self.files(), ['other'])
         subprocess.run(['mount', '-o', 'remount,ro', self.disk], check=True)
         read_only = run(demo + [self.disk / 'demo2'], env=environment)
         self.assertEqual(read_only.returncode, 1, read_only.stdout)
         self.assertIn('cannot be written: Read-only file system', read_only.stdout)
+        if shutil.which('Xvfb'):
+            picture = run([REPOSITORY / 'scripts/rviz_screenshot', self.disk / 'a.png', 'demo_street.launch',
+                           'bag:=%s' % self.bag], env=environment)
+            self.assertEqual(picture.returncode, 1, picture.stdout)
+            self.assertIn('rviz_screenshot: [Errno 30] Read-only file system', picture.stdout)
 
     def list_of(self, *bags):
         path = self.folder / 'list'

@@ -416,6 +416,15 @@ TEST_F(CheckBag, NoticesGapsAndStampsThatGoBack) {
   EXPECT_SAYS(advice(result), "go back 1 times");
 }
 
+TEST_F(CheckBag, NoticesATopicThatWasRecordedTwice) {
+  Recording twice;
+  twice.stamps_s = {0, 0, 0.1, 0.1, 0.2, 0.2, 0.3, 0.3};
+  const BagCheck result = check(twice);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
+  EXPECT_SAYS(advice(result), "4 left images have the stamp of the one before, and are ignored");
+  EXPECT_EQ(advice(result).find("go back"), std::string::npos);
+}
+
 TEST_F(CheckBag, TakesTheCameraAsTheBaseWhereTfDoesNotKnowIt) {
   Recording no_tf;
   no_tf.extrinsic = false;

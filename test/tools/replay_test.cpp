@@ -152,6 +152,33 @@ TEST_F(Replay, EgoMotionUsesTheMaskWhereItIsTold) {
   EXPECT_NE(last("true"), last("false"));
 }
 
+// As of a simulator that was reset: the poses of the first pass are not those of the second one.
+TEST_F(Replay, APassWithTheStampsOfAnotherHasItsOwnPoses) {
+  const std::string passes = files_.path("passes.bag");
+  {
+    rosbag::Bag out(passes, rosbag::bagmode::Write);
+    ros::Duration later;
+    for (const std::string scene : {"straight", "fast_rotation"}) {
+      const std::string path = files_.path(scene + ".bag");
+      const std::string options = " --frames 8 --size 496x160 --scene " + scene;
+      ASSERT_EQ(run(std::string(STREET_TO_BAG) + " " + path + options).status, 0);
+      rosbag::Bag in(path);
+      for (const rosbag::MessageInstance& message : rosbag::View(in))
+        out.write(message.getTopic(), message.getTime() + later, message);
+      later += ros::Duration(10);
+    }
+  }
+  const auto disparities = [&](const std::string& bag) {
+    const std::string out = files_.path("out.bag");
+    const Result result = replay("--topics disparity --bag " + bag + " --output " + out);
+    EXPECT_EQ(result.status, 0) << result.errors;
+    return messagesIn<stereo_msgs::DisparityImage>(out).at("/disparity");
+  };
+  const auto both = disparities(passes), second = disparities(files_.path("fast_rotation.bag"));
+  ASSERT_EQ(both.size(), 16u);
+  for (size_t k = 0; k < 8; ++k) EXPECT_EQ(both[8 + k]->image, second[k]->image) << k;
+}
+
 TEST_F(Replay, ReadsCompressedImages) {
   const std::string packed = files_.path("packed.bag"), from_raw = files_.path("from_raw.bag"),
                     from_packed = files_.path("from_packed.bag");
