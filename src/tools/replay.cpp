@@ -179,7 +179,7 @@ class Replay {
     }
     // tf keeps the pose of an earlier pass, e.g. before a simulator's reset, if it has this stamp.
     const ros::Time stamp = pair.left->header.stamp;
-    if ((last_ - stamp).toSec() > SequenceGuard::kLargestDelay_s) fillTf();
+    if (last_.toSec() - stamp.toSec() > SequenceGuard::kLargestDelay_s) fillTf();
     std::optional<PipelineProcessor::Output> frame;
     if (refused_.refuses("pairs", [&] { frame = processor_->process(pair); })) return;
     if (!frame) {
