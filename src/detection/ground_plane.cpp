@@ -109,6 +109,20 @@ std::optional<GroundPlane> fitTo(const StereoRig& rig, const Samples& samples,
   return planeOf(rig, A.ldlt().solve(Eigen::Vector3d(xd, yd, sd)));
 }
 
+// Whether an upright plane through the middle of its samples has nearly as many: they do not tell
+// then whether it is a far wall.
+bool mayBeUpright(const GroundPlane& plane, const Samples& samples, int on_plane) {
+  double sum_y_px = 0;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const auto expected = static_cast<float>(plane.disparityAt(samples.x_px[i], samples.y_px[i]));
+    if (expected > 0 && std::abs(samples.d_px[i] - expected) < toleranceAt(expected))
+      sum_y_px += samples.y_px[i];
+  }
+  const GroundPlane wall{plane.a, 0, plane.b * sum_y_px / on_plane + plane.c};
+  const int on_wall = scoreOf(wall, samples, -static_cast<int>(samples.size()) - 1).on_plane;
+  return on_wall > kMostOnWall * on_plane;
+}
+
 bool areAlike(const GroundPlane& one, const GroundPlane& other) {
   return one.normal.dot(other.normal) > kLeastCosTurned &&
          std::abs(std::log(one.camera_height_m / other.camera_height_m)) < kMostHeightChange;
@@ -150,7 +164,9 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
   if (!best) return std::nullopt;
   const double least_share =
       std::min(kGroundSharePerMetre * std::max(best->camera_height_m, 1.0), kMostGroundShare);
-  if (of_best.on_plane < least_share * static_cast<double>(samples.size())) return std::nullopt;
+  if (of_best.on_plane < least_share * static_cast<double>(samples.size()) ||
+      mayBeUpright(*best, samples, of_best.on_plane))
+    return std::nullopt;
   return best;
 }
 

@@ -162,6 +162,16 @@ TEST(GroundPlane, IsNoneWhereNoGroundIs) {
   EXPECT_FALSE(planeIn(rig, planeMap(rig, {1, 0, 0}, 2))) << "wall to the right";
 }
 
+// A hall whose floor has no texture. Its far end is nearer below than above, by less than the
+// errors of its disparities: 1.9 and 2.3 px.
+TEST(GroundPlane, IsNoFarWall) {
+  const StereoRig rig = testRig();
+  cv::Mat1f hall = planeMap(rig, {0, 0.34, 0.94}, 38);
+  hall.rowRange(140, hall.rows) = -1;
+  addNoise(0.4, hall);
+  EXPECT_FALSE(planeIn(rig, hall));
+}
+
 // Clutter nearer than a ground of which only every twelfth cell is seen.
 cv::Mat1f clutterOn(const cv::Mat1f& ground) {
   cv::RNG random(9);
