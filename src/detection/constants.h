@@ -41,7 +41,7 @@ constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
 /// that of one, and at most the second. A low camera may see little of the ground; a high one sees
 /// hardly anything else.
 constexpr double kGroundSharePerMetre = 0.04, kMostGroundShare = 0.5;
-/// Samples on an upright plane / on the ground that it could be as well.
+/// Samples on an upright plane / on the ground: with more, the ground may be a far wall.
 constexpr double kMostOnWall = 0.95;
 /// Largest angle between the ground's normal and the camera's y axis, in all and sideways.
 constexpr double kMostPitch_deg = 80, kMostRoll_deg = 30;

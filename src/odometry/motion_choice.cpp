@@ -25,9 +25,9 @@ constexpr double kUsualShare = 2.0 / 3;
 constexpr double kAheadByDepth = 0.1;
 // The largest one of a camera that is carried, driven or flown.
 constexpr double kLargestAcceleration_mps2 = 30;
-// At the start, a point on the ground counts as so many others.
+// At the start, each point on the ground counts as this many others.
 constexpr double kGroundTrust = 10;
-constexpr double kGroundHeight = 0.2;   // above the lowest points, relative to the camera's height
+constexpr double kGroundHeight = 0.2;   // of its points at most, relative to the camera's height
 constexpr double kNearDisparityPx = 2;  // the height of a farther point is not known
 constexpr double kSamePlacePx = 2;      // tracking finds features from much farther away
 constexpr double kFarPx = 1e6;          // also replaces NaN, of points beside the camera
