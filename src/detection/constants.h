@@ -29,6 +29,12 @@ constexpr float kGreyNoise = 3;
 /// Variance of the difference of two grey values.
 constexpr float kGreyVariance = 8;
 
+// --- Size of the images --------------------------------------------------------------------------
+
+/// Images of fewer pixels are enlarged to this number (1242x375), by at most the second: the image
+/// does not show smaller parts. By less than the third it is not worth the time.
+constexpr double kEnoughPixels = 465750, kMostEnlarged = 2, kLeastEnlarged = 1.3;
+
 // --- Surfaces -----------------------------------------------------------------------------------
 
 /// What is farther apart is not joined: steps in depth, gaps without texture, what stands and the

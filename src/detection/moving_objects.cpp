@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "detection/enlargement.h"
 #include "detection/motion_scheme.h"
 #include "detection/paper_windows.h"
 #include "detection/tracker.h"
@@ -101,7 +102,9 @@ struct MovingObjectDetector::State {
   DetectionParams params;
   ObjectTracker tracker;
   MotionScheme motion;
-  StereoRig rig;
+  Enlargement enlargement;
+  StereoRig rig;  // of enlarged images
+  DetectionInput enlarged;
 
   explicit State(const DetectionParams& p)
       : params(p), tracker(trackingOf(p), p.motion.largest_speed_mps), motion(p.range, p.motion) {}
@@ -110,12 +113,20 @@ struct MovingObjectDetector::State {
     tracker.reset();
     motion.reset();
   }
-  void setRig(const StereoRig& new_rig);
+  void setRig(const StereoRig& camera);
+  // The paper's scheme gets the camera's images.
+  const DetectionInput& enlargedOf(const DetectionInput& input) {
+    if (enlargement.isNone()) return input;
+    enlargement.enlarge(input, params.range, enlarged);
+    return enlarged;
+  }
 };
 
 // Another column correction changes all disparities by a constant: the past is corrected by it. Any
 // other change of the rig resets the detector.
-void MovingObjectDetector::State::setRig(const StereoRig& new_rig) {
+void MovingObjectDetector::State::setRig(const StereoRig& camera) {
+  if (params.scheme != DetectionScheme::kPaper) enlargement = Enlargement(camera.size);
+  const StereoRig new_rig = enlargement.of(camera);
   StereoRig other_columns = rig;
   other_columns.cx_right_px = new_rig.cx_right_px;
   if (other_columns != new_rig)
@@ -133,10 +144,11 @@ MovingObjectDetector::~MovingObjectDetector() = default;
 MovingObjectDetector::MovingObjectDetector(MovingObjectDetector&&) noexcept = default;
 MovingObjectDetector& MovingObjectDetector::operator=(MovingObjectDetector&&) noexcept = default;
 
-void MovingObjectDetector::detect(const DetectionInput& input, Detections& detections) {
+void MovingObjectDetector::detect(const DetectionInput& given, Detections& detections) {
   State& state = *state_;
-  requireSizes(input, state.params.scheme);
-  state.setRig(input.rig);
+  requireSizes(given, state.params.scheme);
+  state.setRig(given.rig);
+  const DetectionInput& input = state.enlargedOf(given);
   state.tracker.predict(
       input.stamp_s, input.rig,
       input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
@@ -164,6 +176,7 @@ void MovingObjectDetector::detect(const DetectionInput& input, Detections& detec
     }
     detections.objects.push_back(state.tracker.describe(track));
   }
+  if (!state.enlargement.isNone()) state.enlargement.reduce(detections);
 }
 
 void MovingObjectDetector::setParams(const DetectionParams& params) {
