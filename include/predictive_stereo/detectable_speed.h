@@ -27,7 +27,8 @@ struct DetectableSpeed {
 /// limit across therefore grows with Z at most, the limit along the line of sight with Z^2. Far
 /// away the disparity does not show motion along the line of sight, whatever the thresholds. Off
 /// the optical axis such motion also moves the image, and is detected earlier.
-/// @param rig  only size, fx_px and baseline_m are used: the detector enlarges small images.
+/// @param rig  only size, fx_px and baseline_m are used: the detector rescales small and large
+/// images.
 /// @param depth_m  Z of the object.
 /// @param frame_interval_s  time between two frames.
 /// @throws std::invalid_argument if depth_m or frame_interval_s is not positive and finite.

@@ -31,9 +31,10 @@ constexpr float kGreyVariance = 8;
 
 // --- Size of the images --------------------------------------------------------------------------
 
-/// Images of fewer pixels are enlarged to this number (1242x375), by at most the second: the image
-/// does not show smaller parts. By less than the third it is not worth the time.
-constexpr double kEnoughPixels = 465750, kMostEnlarged = 2, kLeastEnlarged = 1.3;
+/// Images are rescaled to this number of pixels (1242x375), if the side changes by more than the
+/// third: less is not worth the time. They are enlarged at most by the second: they do not show
+/// smaller parts.
+constexpr double kPixels = 465750, kMostEnlarged = 2, kLeastRescaled = 1.3;
 
 // --- Surfaces -----------------------------------------------------------------------------------
 

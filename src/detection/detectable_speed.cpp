@@ -7,9 +7,9 @@
 #include <string>
 
 #include "detection/constants.h"
-#include "detection/enlargement.h"
 #include "detection/motion_noise.h"
 #include "detection/point_tracks.h"
+#include "detection/rescaling.h"
 
 namespace predictive_stereo {
 namespace {
@@ -27,8 +27,8 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
                                 const VarianceParams& variance) {
   requirePositive("depth_m", depth_m);
   requirePositive("frame_interval_s", frame_interval_s);
-  const StereoRig enlarged = Enlargement(rig.size).of(rig);
-  const double fB = enlarged.disparityTimesDepth();
+  const StereoRig rescaled = Rescaling(rig.size).of(rig);
+  const double fB = rescaled.disparityTimesDepth();
   const double disparity_px = fB / depth_m;
   const double sigmas = std::sqrt(detection.min_mahalanobis);
 
@@ -41,11 +41,11 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
   const auto egoNoise_m = [&](double frames) {
     return std::sqrt(frames) * std::hypot(kUntoldMotionSigma_m, depth_m * kUntoldMotionSigma_rad);
   };
-  const double ego_flow_px = enlarged.fx_px * egoNoise_m(frames_across) / depth_m;
+  const double ego_flow_px = rescaled.fx_px * egoNoise_m(frames_across) / depth_m;
   const double flow_px = sigmas * std::hypot(kFlowSigma_px, ego_flow_px);
-  const double across_m = flow_px * depth_m / enlarged.fx_px;
+  const double across_m = flow_px * depth_m / rescaled.fx_px;
 
-  const double floor_px = variance.sigma_floor_px * enlarged.fx_px / rig.fx_px;
+  const double floor_px = variance.sigma_floor_px * rescaled.fx_px / rig.fx_px;
   const double match_px2 =
       std::max<double>(floor_px * floor_px, kDisparitySigma_px * kDisparitySigma_px);
   const double previous_px2 = double{kDisparitySigma_px} * kDisparitySigma_px;

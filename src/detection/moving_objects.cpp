@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "detection/enlargement.h"
 #include "detection/motion_scheme.h"
 #include "detection/paper_windows.h"
+#include "detection/rescaling.h"
 #include "detection/tracker.h"
 #include "imaging/size_check.h"
 #include "predictive_stereo/residual.h"
@@ -102,9 +102,9 @@ struct MovingObjectDetector::State {
   DetectionParams params;
   ObjectTracker tracker;
   MotionScheme motion;
-  Enlargement enlargement;
-  StereoRig rig;  // of enlarged images
-  DetectionInput enlarged;
+  Rescaling rescaling;
+  StereoRig rig;  // of rescaled images
+  DetectionInput rescaled;
 
   explicit State(const DetectionParams& p)
       : params(p), tracker(trackingOf(p), p.motion.largest_speed_mps), motion(p.range, p.motion) {}
@@ -115,18 +115,18 @@ struct MovingObjectDetector::State {
   }
   void setRig(const StereoRig& camera);
   // The paper's scheme gets the camera's images.
-  const DetectionInput& enlargedOf(const DetectionInput& input) {
-    if (enlargement.isNone()) return input;
-    enlargement.enlarge(input, params.range, enlarged);
-    return enlarged;
+  const DetectionInput& rescaledOf(const DetectionInput& input) {
+    if (rescaling.isNone()) return input;
+    rescaling.rescale(input, params.range, rescaled);
+    return rescaled;
   }
 };
 
 // Another column correction changes all disparities by a constant: the past is corrected by it. Any
 // other change of the rig resets the detector.
 void MovingObjectDetector::State::setRig(const StereoRig& camera) {
-  if (params.scheme != DetectionScheme::kPaper) enlargement = Enlargement(camera.size);
-  const StereoRig new_rig = enlargement.of(camera);
+  if (params.scheme != DetectionScheme::kPaper) rescaling = Rescaling(camera.size);
+  const StereoRig new_rig = rescaling.of(camera);
   StereoRig other_columns = rig;
   other_columns.cx_right_px = new_rig.cx_right_px;
   if (other_columns != new_rig)
@@ -148,7 +148,7 @@ void MovingObjectDetector::detect(const DetectionInput& given, Detections& detec
   State& state = *state_;
   requireSizes(given, state.params.scheme);
   state.setRig(given.rig);
-  const DetectionInput& input = state.enlargedOf(given);
+  const DetectionInput& input = state.rescaledOf(given);
   state.tracker.predict(
       input.stamp_s, input.rig,
       input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
@@ -176,7 +176,7 @@ void MovingObjectDetector::detect(const DetectionInput& given, Detections& detec
     }
     detections.objects.push_back(state.tracker.describe(track));
   }
-  if (!state.enlargement.isNone()) state.enlargement.reduce(detections);
+  if (!state.rescaling.isNone()) state.rescaling.restore(detections);
 }
 
 void MovingObjectDetector::setParams(const DetectionParams& params) {

@@ -1,0 +1,84 @@
+#include "detection/rescaling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "detection/constants.h"
+#include "parallel/tasks.h"
+
+namespace predictive_stereo {
+namespace {
+
+// For each of `rescaled_size` pixels that of `size` pixels in which its centre is.
+std::vector<int> sources(int size, int rescaled_size) {
+  std::vector<int> indices(static_cast<size_t>(rescaled_size));
+  for (int i = 0; i < rescaled_size; ++i)
+    indices[static_cast<size_t>(i)] = (2 * i + 1) * size / (2 * rescaled_size);
+  return indices;
+}
+
+}  // namespace
+
+Rescaling::Rescaling(cv::Size size) : size_(size), rescaled_size_(size) {
+  if (size.empty()) return;
+  const double scale = std::min(std::sqrt(kPixels / size.area()), kMostEnlarged);
+  if (std::max(scale, 1 / scale) < kLeastRescaled) return;
+  rescaled_size_ = {cvRound(scale * size.width), cvRound(scale * size.height)};
+}
+
+StereoRig Rescaling::of(const StereoRig& rig) const {
+  if (isNone()) return rig;
+  StereoRig rescaled = rig;
+  rescaled.size = rescaled_size_;
+  rescaled.fx_px *= scaleX();
+  rescaled.fy_px *= scaleY();
+  const auto centre = [](double px, double scale) { return scale * (px + 0.5) - 0.5; };
+  rescaled.cx_left_px = centre(rig.cx_left_px, scaleX());
+  rescaled.cx_right_px = centre(rig.cx_right_px, scaleX());
+  rescaled.cy_px = centre(rig.cy_px, scaleY());
+  return rescaled;
+}
+
+void Rescaling::rescale(const DetectionInput& input, const DisparityRange& range,
+                        DetectionInput& rescaled) const {
+  rescaled.stamp_s = input.stamp_s;
+  rescaled.pose_state = input.pose_state;
+  rescaled.T_odom_cam = input.T_odom_cam;
+  rescaled.motion_covariance = input.motion_covariance;
+  rescaled.rig = of(input.rig);
+  cv::resize(input.left, rescaled.left, rescaled_size_, 0, 0,
+             scaleX() > 1 ? cv::INTER_CUBIC : cv::INTER_AREA);
+  rescaled.measured_disparity_px.create(rescaled_size_);
+  rescaled.measured_variance_px2.create(rescaled_size_);
+  const std::vector<int> columns = sources(size_.width, rescaled_size_.width),
+                         rows = sources(size_.height, rescaled_size_.height);
+  const auto scale = static_cast<float>(scaleX()), least = static_cast<float>(range.min_disparity);
+  parallelForEach(rescaled_size_.height, [&](int y) {
+    const int from_y = rows[static_cast<size_t>(y)];
+    const float *const disparity = input.measured_disparity_px[from_y],
+                       *const variance = input.measured_variance_px2[from_y];
+    float *const rescaled_disparity = rescaled.measured_disparity_px[y],
+                 *const rescaled_variance = rescaled.measured_variance_px2[y];
+    for (int x = 0; x < rescaled_size_.width; ++x) {
+      const int from_x = columns[static_cast<size_t>(x)];
+      const float d = disparity[from_x];
+      rescaled_disparity[x] = range.isValid(d) ? std::max(scale * d, least) : range.invalid();
+      rescaled_variance[x] = scale * scale * variance[from_x];
+    }
+  });
+}
+
+void Rescaling::restore(Detections& detections) const {
+  const auto scale_x = static_cast<float>(scaleX()), scale_y = static_cast<float>(scaleY());
+  for (DetectedObject& object : detections.objects) {
+    cv::Rect2f& box = object.box_px;
+    box = {box.x / scale_x, box.y / scale_y, box.width / scale_x, box.height / scale_y};
+  }
+  cv::Mat1b mask;
+  cv::resize(detections.mask, mask, size_, 0, 0, cv::INTER_NEAREST);
+  detections.mask = mask;
+}
+
+}  // namespace predictive_stereo

@@ -1,0 +1,42 @@
+/// Brings images and maps of all sizes to about one size for the default detection scheme.
+///
+/// The scheme's numbers in pixels (patches, cells, errors of disparities and flow) were set on
+/// images of about 1242x375. In a smaller image of the same view, objects have fewer pixels, and
+/// errors, too: those of the calibration are angles, those of the lens and of the matcher's windows
+/// are blur. So small images are enlarged. Large ones are reduced, which also bounds the time.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "predictive_stereo/disparity_range.h"
+#include "predictive_stereo/moving_objects.h"
+#include "predictive_stereo/stereo_rig.h"
+
+namespace predictive_stereo {
+
+/// From the camera's images to the scheme's.
+class Rescaling {
+ public:
+  /// None.
+  Rescaling() = default;
+  /// @param size  of the camera's images.
+  explicit Rescaling(cv::Size size);
+
+  bool isNone() const { return size_ == rescaled_size_; }
+  /// The rig of the rescaled images.
+  StereoRig of(const StereoRig& rig) const;
+  /// All but the predicted maps, which the scheme does not need.
+  /// @param rescaled  its memory is used again.
+  void rescale(const DetectionInput& input, const DisparityRange& range,
+               DetectionInput& rescaled) const;
+  /// Boxes and mask, back in the camera's images.
+  void restore(Detections& detections) const;
+
+ private:
+  double scaleX() const { return double(rescaled_size_.width) / size_.width; }
+  double scaleY() const { return double(rescaled_size_.height) / size_.height; }
+
+  cv::Size size_, rescaled_size_;
+};
+
+}  // namespace predictive_stereo

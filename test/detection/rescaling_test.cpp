@@ -1,0 +1,109 @@
+/// Images of all sizes come to about one size, with the same points in space.
+#include "detection/rescaling.h"
+
+#include <gtest/gtest.h>
+
+namespace predictive_stereo {
+namespace {
+
+StereoRig rigOf(cv::Size size) {
+  StereoRig rig;
+  rig.size = size;
+  rig.fx_px = 0.6 * size.width;
+  rig.fy_px = rig.fx_px + 1;
+  rig.cx_left_px = 0.5 * size.width - 7;
+  rig.cx_right_px = rig.cx_left_px + 3;
+  rig.cy_px = 0.5 * size.height + 4;
+  rig.baseline_m = 0.12;
+  return rig;
+}
+
+cv::Size rescaled(cv::Size size) { return Rescaling(size).of(rigOf(size)).size; }
+
+TEST(Rescaling, LeavesCommonSizes) {
+  for (const cv::Size size : {cv::Size(1242, 375), {640, 480}, {752, 480}, {848, 480}, {1024, 768}})
+    EXPECT_EQ(rescaled(size), size);
+  EXPECT_TRUE(Rescaling().isNone());
+}
+
+TEST(Rescaling, EnlargesUpToTwiceAndReducesAny) {
+  EXPECT_EQ(rescaled({320, 240}), cv::Size(640, 480));
+  EXPECT_EQ(rescaled({8, 6}), cv::Size(16, 12));
+  for (const cv::Size size : {cv::Size(640, 400), {1280, 720}, {1920, 1080}, {4096, 3000}}) {
+    const cv::Size result = rescaled(size);
+    EXPECT_NEAR(result.area(), 1242 * 375, 2000) << size;
+    EXPECT_NEAR(double(result.width) / result.height, double(size.width) / size.height, 0.01);
+  }
+}
+
+// A pixel's centre stays where it is in space.
+TEST(Rescaling, KeepsPointsInSpace) {
+  for (const cv::Size size : {cv::Size(320, 200), {1920, 1080}}) {
+    const StereoRig rig = rigOf(size), other = Rescaling(size).of(rig);
+    const double sx = double(other.size.width) / size.width,
+                 sy = double(other.size.height) / size.height;
+    const Eigen::Vector3d point_m = rig.pointFromDisparity(20, 30, 12.5);
+    const Eigen::Vector3d seen = other.disparityFromPoint(point_m);
+    EXPECT_NEAR(seen.x(), sx * 20.5 - 0.5, 1e-9);
+    EXPECT_NEAR(seen.y(), sy * 30.5 - 0.5, 1e-9);
+    EXPECT_NEAR(seen.z(), sx * 12.5, 1e-9);
+    EXPECT_NEAR(other.principalOffset(), sx * rig.principalOffset(), 1e-9);
+  }
+}
+
+DetectionInput inputOf(cv::Size size, const DisparityRange& range) {
+  DetectionInput input;
+  input.rig = rigOf(size);
+  input.left = cv::Mat1b(size, uchar{90});
+  input.measured_disparity_px = cv::Mat1f(size, 20.0f);
+  input.measured_variance_px2 = cv::Mat1f(size, 0.25f);
+  input.measured_disparity_px(0, 1) = range.invalid();
+  input.stamp_s = 3.5;
+  input.pose_state = PoseState::kKnown;
+  return input;
+}
+
+TEST(Rescaling, DisparitiesAndSigmasGrowWithTheImage) {
+  const DisparityRange range;
+  const cv::Size size(100, 80);
+  const DetectionInput input = inputOf(size, range);
+  DetectionInput enlarged;
+  Rescaling(size).rescale(input, range, enlarged);
+  EXPECT_EQ(enlarged.left.size(), cv::Size(200, 160));
+  EXPECT_EQ(enlarged.rig, Rescaling(size).of(input.rig));
+  EXPECT_EQ(enlarged.stamp_s, input.stamp_s);
+  EXPECT_EQ(enlarged.pose_state, input.pose_state);
+  for (int y = 0; y < 160; ++y)
+    for (int x = 0; x < 200; ++x) {
+      const bool is_known = y / 2 != 0 || x / 2 != 1;
+      EXPECT_EQ(enlarged.measured_disparity_px(y, x), is_known ? 40 : range.invalid());
+      EXPECT_EQ(enlarged.measured_variance_px2(y, x), 1);
+      EXPECT_EQ(enlarged.left(y, x), 90);
+    }
+}
+
+// The range stays: what is behind infinity stays known, and does not become the unknown value.
+TEST(Rescaling, KeepsKnownDisparitiesKnown) {
+  const DisparityRange range{-8, 64};
+  DetectionInput input = inputOf({100, 80}, range), enlarged;
+  input.measured_disparity_px.setTo(-4.5f);
+  Rescaling(input.rig.size).rescale(input, range, enlarged);
+  EXPECT_TRUE(range.isValid(enlarged.measured_disparity_px(50, 50)));
+}
+
+TEST(Rescaling, RestoresBoxesAndMask) {
+  const cv::Size size(100, 80);
+  Detections detections;
+  detections.objects.resize(1);
+  detections.objects[0].box_px = {20, 40, 60, 30};
+  detections.mask = cv::Mat1b(160, 200, uchar{0});
+  detections.mask(cv::Rect(20, 40, 60, 30)).setTo(255);
+  Rescaling(size).restore(detections);
+  EXPECT_EQ(detections.objects[0].box_px, cv::Rect2f(10, 20, 30, 15));
+  cv::Mat1b expected(size, uchar{0});
+  expected(cv::Rect(10, 20, 30, 15)).setTo(255);
+  EXPECT_EQ(cv::countNonZero(detections.mask != expected), 0);
+}
+
+}  // namespace
+}  // namespace predictive_stereo
