@@ -29,13 +29,6 @@ constexpr float kGreyNoise = 3;
 /// Variance of the difference of two grey values.
 constexpr float kGreyVariance = 8;
 
-// --- Size of the images --------------------------------------------------------------------------
-
-/// Images are rescaled to this number of pixels (1242x375), if the side changes by more than the
-/// third: less is not worth the time. They are enlarged at most by the second: they do not show
-/// smaller parts.
-constexpr double kPixels = 465750, kMostEnlarged = 2, kLeastRescaled = 1.3;
-
 // --- Surfaces -----------------------------------------------------------------------------------
 
 /// What is farther apart is not joined: steps in depth, gaps without texture, what stands and the

@@ -22,12 +22,13 @@ std::optional<PastFrame> takePrevious(std::vector<PastFrame>& past) {
 }  // namespace
 
 const std::vector<Observation>& MotionScheme::observe(const DetectionInput& input,
+                                                      float camera_pixel_px,
                                                       const ObjectTracker& known) {
   runTogether(
       [&] {
         cells_.setFrame(range_, input.measured_disparity_px, input.measured_variance_px2);
         ground_.setFrame(input.rig, cells_);
-        obstacles_ = findObstacles(input.rig, cells_, ground_.plane());
+        obstacles_ = findObstacles(input.rig, cells_, ground_.plane(), camera_pixel_px);
       },
       [&] {
         frames_.remember(input);

@@ -20,9 +20,11 @@ class MotionScheme {
   /// Keeps the past frames.
   void setParams(const MotionDetectionParams& params) { params_ = params; }
 
+  /// @param camera_pixel_px  see Rescaling.
   /// @param known  tracks, predicted to this frame.
   /// @returns the objects of this frame; valid until the next call.
-  const std::vector<Observation>& observe(const DetectionInput& input, const ObjectTracker& known);
+  const std::vector<Observation>& observe(const DetectionInput& input, float camera_pixel_px,
+                                          const ObjectTracker& known);
   /// Whether the known objects were sought in this frame: not without a pose, nor in the first
   /// frame after that, nor with a wrong one.
   bool soughtKnown() const { return sought_known_; }

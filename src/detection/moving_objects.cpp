@@ -103,8 +103,10 @@ struct MovingObjectDetector::State {
   ObjectTracker tracker;
   MotionScheme motion;
   Rescaling rescaling;
-  StereoRig rig;  // of rescaled images
+  // Of the rescaled images.
+  StereoRig rig;
   DetectionInput rescaled;
+  Detections rescaled_detections;
 
   explicit State(const DetectionParams& p)
       : params(p), tracker(trackingOf(p), p.motion.largest_speed_mps), motion(p.range, p.motion) {}
@@ -120,6 +122,8 @@ struct MovingObjectDetector::State {
     rescaling.rescale(input, params.range, rescaled);
     return rescaled;
   }
+  void report(const DetectionInput& input, const std::vector<Observation>& observed,
+              Detections& detections) const;
 };
 
 // Another column correction changes all disparities by a constant: the past is corrected by it. Any
@@ -134,6 +138,30 @@ void MovingObjectDetector::State::setRig(const StereoRig& camera) {
   else if (rig != new_rig)
     motion.addToDisparities(new_rig.cx_right_px - rig.cx_right_px);
   rig = new_rig;
+}
+
+// The objects of all confirmed tracks that are in the image.
+void MovingObjectDetector::State::report(const DetectionInput& input,
+                                         const std::vector<Observation>& observed,
+                                         Detections& detections) const {
+  detections.objects.clear();
+  detections.mask.create(input.rig.size);
+  detections.mask.setTo(0);
+  const cv::Rect image(cv::Point(), input.rig.size);
+  cv::Mat1b unseen_mask;
+  for (const ObjectTrack& track : tracker.tracks()) {
+    if (!track.confirmed) continue;
+    if (track.observation >= 0) {
+      const Observation& object = observed[static_cast<size_t>(track.observation)];
+      detections.mask(object.box_px).setTo(255, object.mask);
+    } else if (wasSteadilySeen(track) && isStillThere(input, params.range, track.last,
+                                                      params.motion.layer_margin_m, unseen_mask)) {
+      detections.mask(track.last.box_px & image).setTo(255, unseen_mask);
+    } else {
+      continue;
+    }
+    detections.objects.push_back(tracker.describe(track));
+  }
 }
 
 MovingObjectDetector::MovingObjectDetector(const DetectionParams& params) {
@@ -154,29 +182,13 @@ void MovingObjectDetector::detect(const DetectionInput& given, Detections& detec
       input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
   const bool by_paper = state.params.scheme == DetectionScheme::kPaper;
   const std::vector<Observation> observed =
-      by_paper ? observeAsPaper(input, state.params) : state.motion.observe(input, state.tracker);
+      by_paper ? observeAsPaper(input, state.params)
+               : state.motion.observe(input, state.rescaling.cameraPixel_px(), state.tracker);
   state.tracker.update(observed, by_paper || state.motion.soughtKnown());
 
-  detections.objects.clear();
-  detections.mask.create(input.rig.size);
-  detections.mask.setTo(0);
-  const cv::Rect image(cv::Point(), input.rig.size);
-  cv::Mat1b unseen_mask;
-  for (const ObjectTrack& track : state.tracker.tracks()) {
-    if (!track.confirmed) continue;
-    if (track.observation >= 0) {
-      const Observation& object = observed[static_cast<size_t>(track.observation)];
-      detections.mask(object.box_px).setTo(255, object.mask);
-    } else if (wasSteadilySeen(track) &&
-               isStillThere(input, state.params.range, track.last,
-                            state.params.motion.layer_margin_m, unseen_mask)) {
-      detections.mask(track.last.box_px & image).setTo(255, unseen_mask);
-    } else {
-      continue;
-    }
-    detections.objects.push_back(state.tracker.describe(track));
-  }
-  if (!state.rescaling.isNone()) state.rescaling.restore(detections);
+  if (state.rescaling.isNone()) return state.report(input, observed, detections);
+  state.report(input, observed, state.rescaled_detections);
+  state.rescaling.restore(state.rescaled_detections, detections);
 }
 
 void MovingObjectDetector::setParams(const DetectionParams& params) {

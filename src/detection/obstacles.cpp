@@ -34,7 +34,8 @@ class JoinedCells {
   std::vector<int> parent_;
 };
 
-JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv::Mat1b& usable) {
+JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv::Mat1b& usable,
+                         float least_step_px) {
   const int columns = usable.cols;
   const auto step_per_px2 = static_cast<float>(kGap_m / rig.disparityTimesDepth());
   JoinedCells joined(usable.rows * columns);
@@ -45,8 +46,7 @@ JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv
     const float larger = std::max(d, e);
     // Standard deviations of the step have to be within it, too. Otherwise noise, as on a floor
     // without texture, joins all that touches it.
-    const float margin =
-        std::max(kDisparityError_px, step_per_px2 * larger * larger) - std::abs(d - e);
+    const float margin = std::max(least_step_px, step_per_px2 * larger * larger) - std::abs(d - e);
     if (margin >= 0 && margin * margin >= kSigmas * kSigmas * (variance[i] + variance[j]))
       joined.join(i, j);
   };
@@ -104,11 +104,12 @@ std::vector<cv::Point> Obstacles::cellsOf(int obstacle) const {
 }
 
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
-                        const std::optional<GroundPlane>& ground) {
+                        const std::optional<GroundPlane>& ground, float camera_pixel_px) {
   Obstacles obstacles{cv::Mat1i(cells.disparity_px.size(), -1),
                       {},
                       ground ? cellsAbove(*ground, cells) : cellsNotLevel(rig, cells)};
-  JoinedCells joined = joinSurfaces(rig, cells, obstacles.standing);
+  JoinedCells joined =
+      joinSurfaces(rig, cells, obstacles.standing, camera_pixel_px * kDisparityError_px);
   // Roots come first: a set's first cell is its root.
   int* const number = obstacles.number[0];
   const int count = static_cast<int>(obstacles.number.total());

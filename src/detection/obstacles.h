@@ -34,8 +34,9 @@ struct Obstacles {
 /// unknown cell.
 /// @param ground  cells on it, up to kGap_m above, are left out; none: those of level
 ///   surfaces are.
+/// @param camera_pixel_px  side of a pixel of the camera: what the matcher does not tell apart.
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
-                        const std::optional<GroundPlane>& ground);
+                        const std::optional<GroundPlane>& ground, float camera_pixel_px = 1);
 
 /// For each cell the width [px] of its obstacle at its thickest place: the largest square in it.
 /// Large for cells of no obstacle, such as the ground. An obstacle ends where a farther surface

@@ -5,11 +5,12 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "detection/constants.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
 namespace {
+
+constexpr double kPixels = 1242 * 375;
 
 // For each of `rescaled_size` pixels that of `size` pixels in which its centre is.
 std::vector<int> sources(int size, int rescaled_size) {
@@ -23,8 +24,9 @@ std::vector<int> sources(int size, int rescaled_size) {
 
 Rescaling::Rescaling(cv::Size size) : size_(size), rescaled_size_(size) {
   if (size.empty()) return;
-  const double scale = std::min(std::sqrt(kPixels / size.area()), kMostEnlarged);
-  if (std::max(scale, 1 / scale) < kLeastRescaled) return;
+  // Twice: a small image does not show smaller parts. A third: less is not worth the time.
+  const double scale = std::min(std::sqrt(kPixels / size.area()), 2.0);
+  if (std::max(scale, 1 / scale) < 4.0 / 3) return;
   rescaled_size_ = {cvRound(scale * size.width), cvRound(scale * size.height)};
 }
 
@@ -70,15 +72,14 @@ void Rescaling::rescale(const DetectionInput& input, const DisparityRange& range
   });
 }
 
-void Rescaling::restore(Detections& detections) const {
+void Rescaling::restore(const Detections& rescaled, Detections& detections) const {
   const auto scale_x = static_cast<float>(scaleX()), scale_y = static_cast<float>(scaleY());
+  detections.objects = rescaled.objects;
   for (DetectedObject& object : detections.objects) {
     cv::Rect2f& box = object.box_px;
     box = {box.x / scale_x, box.y / scale_y, box.width / scale_x, box.height / scale_y};
   }
-  cv::Mat1b mask;
-  cv::resize(detections.mask, mask, size_, 0, 0, cv::INTER_NEAREST);
-  detections.mask = mask;
+  cv::resize(rescaled.mask, detections.mask, size_, 0, 0, cv::INTER_NEAREST);
 }
 
 }  // namespace predictive_stereo

@@ -29,8 +29,11 @@ class Rescaling {
   /// @param rescaled  its memory is used again.
   void rescale(const DetectionInput& input, const DisparityRange& range,
                DetectionInput& rescaled) const;
-  /// Boxes and mask, back in the camera's images.
-  void restore(Detections& detections) const;
+  /// The detections in the camera's images.
+  /// @param detections  a mask of the camera's size keeps its memory.
+  void restore(const Detections& rescaled, Detections& detections) const;
+  /// The side of a pixel of the camera.
+  float cameraPixel_px() const { return isNone() ? 1 : static_cast<float>(scaleX()); }
 
  private:
   double scaleX() const { return double(rescaled_size_.width) / size_.width; }

@@ -22,7 +22,7 @@ TEST(MotionScheme, WhatFreeSpaceAndMotionFindHasThePixelsOfBoth) {
     Board runner{-1.5 + kStep_m * k, kCameraHeight_m - 1.7, 0.6, 1.7, kDepth_m};
     runner.texture = Texture(1, 100, 250, 0.08);
     const BoardView view = viewOf({{wallAt(12), runner}, kCameraHeight_m}, 0.1 * k);
-    const auto& objects = scheme.observe(view.input, nothing_known);
+    const auto& objects = scheme.observe(view.input, 1, nothing_known);
     if (k < 4) continue;
     const auto found = std::find_if(objects.begin(), objects.end(), [](const Observation& o) {
       return std::abs(o.distance_m - kDepth_m) < 0.1;

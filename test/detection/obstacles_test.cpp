@@ -53,12 +53,12 @@ TEST(Obstacles, ASlantedSideIsOne) {
 
 // Steps of 0.3 m and of 1 px are the same surface, if two standard deviations are within them.
 TEST(Obstacles, EndAtAStep) {
-  const auto countAt = [](float d, float e, float variance_px2) {
+  const auto countAt = [](float d, float e, float variance_px2, float camera_pixel_px = 1) {
     DepthCells cells = emptyCells();
     cells.variance_px2 = variance_px2;
     cells.disparity_px(cv::Rect(10, 10, 8, 8)) = d;
     cells.disparity_px(cv::Rect(18, 10, 8, 8)) = e;
-    return int(obstaclesIn(cells).sizes.size());
+    return int(findObstacles(cellRig(), cells, std::nullopt, camera_pixel_px).sizes.size());
   };
   // 0.3 m / 90 px m * (40 px)^2 = 5.33 px.
   EXPECT_EQ(countAt(40, 34.8f, 0), 1);
@@ -68,6 +68,9 @@ TEST(Obstacles, EndAtAStep) {
   EXPECT_EQ(countAt(8, 6.9f, 0), 2);
   EXPECT_EQ(countAt(8, 7.6f, 0.04f), 1);  // 0.4 px, and 2 sqrt(2) 0.2 px
   EXPECT_EQ(countAt(8, 7.6f, 0.05f), 2);
+  // Pixels of the camera: those of an enlarged image are half of them.
+  EXPECT_EQ(countAt(8, 6.1f, 0, 2), 1);
+  EXPECT_EQ(countAt(8, 5.9f, 0, 2), 2);
 }
 
 TEST(Obstacles, EndAtNoise) {

@@ -24,6 +24,7 @@ TEST(Rescaling, LeavesCommonSizes) {
   for (const cv::Size size : {cv::Size(1242, 375), {640, 480}, {752, 480}, {848, 480}, {1024, 768}})
     EXPECT_EQ(rescaled(size), size);
   EXPECT_TRUE(Rescaling().isNone());
+  EXPECT_EQ(Rescaling().cameraPixel_px(), 1);
 }
 
 TEST(Rescaling, EnlargesUpToTwiceAndReducesAny) {
@@ -70,6 +71,7 @@ TEST(Rescaling, DisparitiesAndSigmasGrowWithTheImage) {
   DetectionInput enlarged;
   Rescaling(size).rescale(input, range, enlarged);
   EXPECT_EQ(enlarged.left.size(), cv::Size(200, 160));
+  EXPECT_EQ(Rescaling(size).cameraPixel_px(), 2);
   EXPECT_EQ(enlarged.rig, Rescaling(size).of(input.rig));
   EXPECT_EQ(enlarged.stamp_s, input.stamp_s);
   EXPECT_EQ(enlarged.pose_state, input.pose_state);
@@ -91,18 +93,22 @@ TEST(Rescaling, KeepsKnownDisparitiesKnown) {
   EXPECT_TRUE(range.isValid(enlarged.measured_disparity_px(50, 50)));
 }
 
+// Into the mask's memory: it may be that of a message.
 TEST(Rescaling, RestoresBoxesAndMask) {
   const cv::Size size(100, 80);
-  Detections detections;
-  detections.objects.resize(1);
-  detections.objects[0].box_px = {20, 40, 60, 30};
-  detections.mask = cv::Mat1b(160, 200, uchar{0});
-  detections.mask(cv::Rect(20, 40, 60, 30)).setTo(255);
-  Rescaling(size).restore(detections);
+  Detections enlarged, detections;
+  enlarged.objects.resize(1);
+  enlarged.objects[0].box_px = {20, 40, 60, 30};
+  enlarged.mask = cv::Mat1b(160, 200, uchar{0});
+  enlarged.mask(cv::Rect(20, 40, 60, 30)).setTo(255);
+  cv::Mat1b of_message(size, uchar{7});
+  detections.mask = of_message;
+  Rescaling(size).restore(enlarged, detections);
+  ASSERT_EQ(detections.objects.size(), 1u);
   EXPECT_EQ(detections.objects[0].box_px, cv::Rect2f(10, 20, 30, 15));
   cv::Mat1b expected(size, uchar{0});
   expected(cv::Rect(10, 20, 30, 15)).setTo(255);
-  EXPECT_EQ(cv::countNonZero(detections.mask != expected), 0);
+  EXPECT_EQ(cv::countNonZero(of_message != expected), 0);
 }
 
 }  // namespace
