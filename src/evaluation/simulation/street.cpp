@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "parallel/tasks.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {
@@ -33,11 +34,8 @@ StereoRig rigOf(const StreetParams& params, const Camera& camera) {
 }
 
 Isometry3d mountOf(const Camera& camera) {
-  Eigen::Matrix3d R_body_cam;  // axes of a level camera
-  R_body_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  Isometry3d T_body_cam = Isometry3d::Identity();
-  T_body_cam.linear() =
-      Eigen::AngleAxisd(camera.down_rad, Vector3d::UnitY()).toRotationMatrix() * R_body_cam;
+  Isometry3d T_body_cam(Eigen::AngleAxisd(camera.down_rad, Vector3d::UnitY()).toRotationMatrix() *
+                        bodyFromOptical());
   T_body_cam.translation().z() = camera.up_m;
   return T_body_cam;
 }
