@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 
-#include "nodelets/fixed_frames.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
