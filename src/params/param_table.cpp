@@ -125,13 +125,6 @@ bool ParamTable::has(const std::string& name) const {
                      [&](const Entry& entry) { return entry.name == name; });
 }
 
-std::string ParamTable::get(const std::string& name) const {
-  const auto entry = std::find_if(entries_.begin(), entries_.end(),
-                                  [&](const Entry& e) { return e.name == name; });
-  if (entry == entries_.end()) throw std::invalid_argument("unknown parameter " + name);
-  return entry->get();
-}
-
 void ParamTable::remove(const std::string& beginning) {
   entries_.erase(std::remove_if(entries_.begin(), entries_.end(),
                                 [&](const Entry& entry) {
@@ -140,13 +133,10 @@ void ParamTable::remove(const std::string& beginning) {
                  entries_.end());
 }
 
-void ParamTable::set(const std::string& name, const std::string& text) {
+const ParamTable::Entry& ParamTable::entry(const std::string& name) const {
   std::vector<std::string> known;
   for (const Entry& entry : entries_) {
-    if (entry.name == name) {
-      entry.set(text);
-      return;
-    }
+    if (entry.name == name) return entry;
     known.push_back(entry.name);
   }
   throw std::invalid_argument(
