@@ -1,8 +1,6 @@
 #include "params/param_table.h"
 
-#include <cerrno>
-#include <climits>
-#include <cmath>
+#include <boost/lexical_cast/try_lexical_convert.hpp>
 #include <cstdlib>
 #include <limits>
 
@@ -79,21 +77,11 @@ std::string formatParam(int value) { return std::to_string(value); }
 std::string formatParam(bool value) { return value ? "true" : "false"; }
 
 void parseParam(const std::string& name, const std::string& text, double& value) {
-  char* end = nullptr;
-  const double parsed = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || std::isspace(static_cast<unsigned char>(text[0])))
-    refuse(name, text, "a number");
-  value = parsed;
+  if (!boost::conversion::try_lexical_convert(text, value)) refuse(name, text, "a number");
 }
 
 void parseParam(const std::string& name, const std::string& text, int& value) {
-  char* end = nullptr;
-  errno = 0;
-  const long parsed = std::strtol(text.c_str(), &end, 10);
-  if (text.empty() || *end != '\0' || errno == ERANGE || parsed < INT_MIN || parsed > INT_MAX ||
-      std::isspace(static_cast<unsigned char>(text[0])))
-    refuse(name, text, "a whole number");
-  value = static_cast<int>(parsed);
+  if (!boost::conversion::try_lexical_convert(text, value)) refuse(name, text, "a whole number");
 }
 
 void parseParam(const std::string& name, const std::string& text, bool& value) {
