@@ -6,7 +6,6 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <vector>
 
 #include "predictive_stereo/disparity_motion.h"
 #include "predictive_stereo/params.h"

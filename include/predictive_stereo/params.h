@@ -18,7 +18,6 @@
 /// such visitors, and so is `validate` below.
 #pragma once
 
-#include <algorithm>
 #include <initializer_list>
 #include <sstream>
 #include <stdexcept>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 
 #include "predictive_stereo/disparity_loop.h"
 #include "predictive_stereo/moving_objects.h"

@@ -37,4 +37,10 @@ Eigen::Matrix<double, 6, 1> constantTwist(const Eigen::Isometry3d& T_prev_now, d
 /// T_prev_now after dt_s with this constant twist: the inverse of constantTwist().
 Eigen::Isometry3d motionOf(const Eigen::Matrix<double, 6, 1>& twist, double dt_s);
 
+/// Rotates the axes of a camera (x right, y down, z ahead) to those of a body (x ahead, y left, z
+/// up; REP 103).
+inline Eigen::Matrix3d bodyFromOptical() {
+  return (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+}
+
 }  // namespace predictive_stereo

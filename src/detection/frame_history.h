@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>

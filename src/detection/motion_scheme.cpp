@@ -1,6 +1,5 @@
 #include "detection/motion_scheme.h"
 
-#include <algorithm>
 #include <optional>
 
 #include "detection/constants.h"

@@ -1,6 +1,5 @@
 #include "predictive_stereo/moving_objects.h"
 
-#include <algorithm>
 #include <limits>
 #include <sstream>
 #include <stdexcept>

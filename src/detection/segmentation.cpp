@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 #include <vector>
 
 #include "detection/constants.h"

@@ -1,16 +1,14 @@
 #include "evaluation/disparity_report.h"
 
-#include <algorithm>
-
 #include "evaluation/statistics.h"
 #include "tools/output_file.h"
 
 namespace predictive_stereo {
 
-const DisparityEvaluation* SequenceReport::find(const std::string& method) const {
-  const auto found = std::find_if(evaluations.begin(), evaluations.end(),
-                                  [&](const auto& known) { return known.method == method; });
-  return found == evaluations.end() ? nullptr : &*found;
+const VarianceCalibration* SequenceReport::variances() const {
+  for (const DisparityEvaluation& e : evaluations)
+    if (e.method == kOurs && e.variance.count() > 0) return &e.variance;
+  return nullptr;
 }
 
 Table accuracyTable(const SequenceReport& report) {
@@ -38,8 +36,7 @@ Table calibrationTable(const std::vector<std::pair<std::string, VarianceCalibrat
 
 std::vector<Table> tables(const SequenceReport& report) {
   std::vector<Table> result = {accuracyTable(report)};
-  if (const auto* ours = report.find(kOurs); ours && ours->variance.count() > 0)
-    result.push_back(calibrationTable({{"all", ours->variance}}));
+  if (report.variances()) result.push_back(calibrationTable({{"all", *report.variances()}}));
   return result;
 }
 
@@ -75,9 +72,9 @@ std::string framesCsv(const std::vector<SequenceReport>& reports) {
 std::string sharesCsv(const std::vector<SequenceReport>& reports) {
   Table csv = Table::ofCsv("sequence,sigmas,share");
   for (const SequenceReport& report : reports)
-    if (const auto* ours = report.find(kOurs); ours && ours->variance.count() > 0)
+    if (const VarianceCalibration* ours = report.variances())
       for (double k = 0; k <= 3.5; k += VarianceCalibration::kBinWidth)
-        csv.add(report.name, k, ours->variance.shareWithin(k));
+        csv.add(report.name, k, ours->shareWithin(k));
   return csv.csv();
 }
 
@@ -122,7 +119,7 @@ void add(const std::vector<SequenceReport>& reports, Report& page) {
     for (const Table& table : tables(report)) page.add(table);
     if (report.evaluations.front().score.frames > 0)
       page.add(reportItem("outliers", "frames.csv", {{"sequence", report.name}}));
-    if (const auto* ours = report.find(kOurs); ours && ours->variance.count() > 0)
+    if (report.variances())
       page.add(reportItem("variance", "variance.csv", {{"sequence", report.name}}));
     for (const YAML::Node& frame : report.frames) page.add(frame);
   }

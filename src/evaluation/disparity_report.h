@@ -18,8 +18,8 @@ struct SequenceReport {
   std::vector<DisparityEvaluation> evaluations;  ///< one per method
   std::vector<YAML::Node> frames;                ///< maps of some frames, see frameItem
 
-  /// nullptr if that method was not run.
-  const DisparityEvaluation* find(const std::string& method) const;
+  /// Those of `ours`; nullptr: none.
+  const VarianceCalibration* variances() const;
 };
 
 /// Time and errors of each method.

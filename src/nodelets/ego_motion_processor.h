@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 
-#include "nodelets/fixed_frames.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
@@ -70,7 +69,8 @@ class EgoMotionProcessor {
     last_left_ = pair.left;
     last_right_ = pair.right;
     if (odometry_.isOrigin())
-      odometry_.setOrigin(cameraIsBase(pair) ? bodyFromOptical() : Eigen::Isometry3d::Identity());
+      odometry_.setOrigin(
+          Eigen::Isometry3d(cameraIsBase(pair) ? bodyFromOptical() : Eigen::Matrix3d::Identity()));
     const OdometryOutput& followed = odometry_.follow({moving_mask, R_cam_prev, T_base_cam});
     output.estimate = followed.ego_motion;
     const ros::Time stamp = pair.left->header.stamp;
@@ -137,13 +137,6 @@ class EgoMotionProcessor {
 
     output.row_alignment = rowAlignmentMsg(output.estimate.row_alignment,
                                            output.estimate.column_offset, pair.left->header);
-  }
-
-  // From optical axes (x right, y down, z ahead) to body axes (x ahead, y left, z up; REP 103).
-  static Eigen::Isometry3d bodyFromOptical() {
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-    return T;
   }
 
   EgoMotionNodeletParams params_;

@@ -171,7 +171,7 @@ ConfigDescription descriptionOf(const ParamTable& defaults, const std::string& s
 Assignments changesBy(const Config& request, const ParamTable& table) {
   Assignments changes;
   const auto add = [&](const std::string& name, const std::string& text) {
-    if (!table.has(name) || table.get(name) != text) changes.emplace_back(name, text);
+    if (!table.has(name) || table.entry(name).get() != text) changes.emplace_back(name, text);
   };
   for (const auto& item : request.ints) add(item.name, formatParam(item.value));
   for (const auto& item : request.doubles) add(item.name, formatParam(item.value));
@@ -182,10 +182,9 @@ Assignments changesBy(const Config& request, const ParamTable& table) {
 
 void storeAsRosParams(const Assignments& changes, const ParamTable& table,
                       const ros::NodeHandle& node) {
-  for (const auto& [name, text] : changes)
-    for (const Entry& entry : table.entries())
-      if (entry.name == name)
-        useAs(entry, text, [&](const auto& value) { node.setParam(entry.name, value); });
+  for (const auto& change : changes)
+    useAs(table.entry(change.first), change.second,
+          [&](const auto& value) { node.setParam(change.first, value); });
 }
 
 }  // namespace predictive_stereo

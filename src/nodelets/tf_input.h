@@ -20,10 +20,10 @@
 #include <string>
 #include <utility>
 
-#include "nodelets/fixed_frames.h"
 #include "nodelets/health.h"
 #include "nodelets/message_checks.h"
 #include "nodelets/threads.h"
+#include "nodelets/transforms.h"
 
 namespace predictive_stereo {
 

@@ -12,9 +12,9 @@
 #include <string>
 #include <utility>
 
-#include "nodelets/fixed_frames.h"
 #include "nodelets/health.h"
 #include "nodelets/threads.h"
+#include "nodelets/transforms.h"
 
 namespace predictive_stereo {
 

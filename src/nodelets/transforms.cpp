@@ -5,8 +5,6 @@
 
 #include <cmath>
 
-#include "nodelets/fixed_frames.h"
-
 namespace predictive_stereo {
 namespace {
 

@@ -1,4 +1,5 @@
-/// Poses and motions: conversions from and to messages, those of the camera from tf and odometry.
+/// Frames, poses and motions: conversions from and to messages, those of the camera from tf and
+/// odometry.
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
@@ -6,7 +7,9 @@
 #include <tf2/buffer_core.h>
 
 #include <boost/array.hpp>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "nodelets/message_history.h"
@@ -14,6 +17,33 @@
 #include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
+
+/// Frame ids in tf2 have no leading slash, but some publishers still add one.
+inline std::string withoutSlash(const std::string& frame) {
+  return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
+}
+
+/// Frames that static transforms fix to others. A frame must have one parent: only their root can
+/// be moved by an odometry.
+class FixedFrames {
+ public:
+  void add(const std::string& child, const std::string& parent) {
+    parents_[withoutSlash(child)] = withoutSlash(parent);
+  }
+
+  /// The root of the static frames above this one; itself if it is fixed to none.
+  std::string rootOf(std::string frame) const {
+    frame = withoutSlash(frame);
+    std::set<std::string> seen;  // a wrong tree may have a circle
+    for (auto parent = parents_.find(frame); parent != parents_.end() && seen.insert(frame).second;
+         parent = parents_.find(frame))
+      frame = parent->second;
+    return frame;
+  }
+
+ private:
+  std::map<std::string, std::string> parents_;  // by child
+};
 
 /// Variance that means "unknown" in this package, as in other odometry packages.
 constexpr double kUnknownCovariance = 9999;

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 
 #include "odometry/pose_solver.h"
 #include "parallel/tasks.h"

@@ -1,8 +1,6 @@
 #include "params/param_table.h"
 
-#include <cerrno>
-#include <climits>
-#include <cmath>
+#include <boost/lexical_cast/try_lexical_convert.hpp>
 #include <cstdlib>
 #include <limits>
 
@@ -79,21 +77,11 @@ std::string formatParam(int value) { return std::to_string(value); }
 std::string formatParam(bool value) { return value ? "true" : "false"; }
 
 void parseParam(const std::string& name, const std::string& text, double& value) {
-  char* end = nullptr;
-  const double parsed = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || std::isspace(static_cast<unsigned char>(text[0])))
-    refuse(name, text, "a number");
-  value = parsed;
+  if (!boost::conversion::try_lexical_convert(text, value)) refuse(name, text, "a number");
 }
 
 void parseParam(const std::string& name, const std::string& text, int& value) {
-  char* end = nullptr;
-  errno = 0;
-  const long parsed = std::strtol(text.c_str(), &end, 10);
-  if (text.empty() || *end != '\0' || errno == ERANGE || parsed < INT_MIN || parsed > INT_MAX ||
-      std::isspace(static_cast<unsigned char>(text[0])))
-    refuse(name, text, "a whole number");
-  value = static_cast<int>(parsed);
+  if (!boost::conversion::try_lexical_convert(text, value)) refuse(name, text, "a whole number");
 }
 
 void parseParam(const std::string& name, const std::string& text, bool& value) {
@@ -125,13 +113,6 @@ bool ParamTable::has(const std::string& name) const {
                      [&](const Entry& entry) { return entry.name == name; });
 }
 
-std::string ParamTable::get(const std::string& name) const {
-  const auto entry = std::find_if(entries_.begin(), entries_.end(),
-                                  [&](const Entry& e) { return e.name == name; });
-  if (entry == entries_.end()) throw std::invalid_argument("unknown parameter " + name);
-  return entry->get();
-}
-
 void ParamTable::remove(const std::string& beginning) {
   entries_.erase(std::remove_if(entries_.begin(), entries_.end(),
                                 [&](const Entry& entry) {
@@ -140,13 +121,10 @@ void ParamTable::remove(const std::string& beginning) {
                  entries_.end());
 }
 
-void ParamTable::set(const std::string& name, const std::string& text) {
+const ParamTable::Entry& ParamTable::entry(const std::string& name) const {
   std::vector<std::string> known;
   for (const Entry& entry : entries_) {
-    if (entry.name == name) {
-      entry.set(text);
-      return;
-    }
+    if (entry.name == name) return entry;
     known.push_back(entry.name);
   }
   throw std::invalid_argument(

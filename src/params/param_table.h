@@ -50,14 +50,13 @@ class ParamTable {
 
   const std::vector<Entry>& entries() const { return entries_; }
   bool has(const std::string& name) const;
-  /// The value of a parameter.
-  /// @throws std::invalid_argument if the table does not have it.
-  std::string get(const std::string& name) const;
+  /// @throws std::invalid_argument for an unknown name (the nearest known one is suggested).
+  const Entry& entry(const std::string& name) const;
   /// Removes the parameters whose names begin with `beginning`.
   void remove(const std::string& beginning);
-  /// @throws std::invalid_argument for an unknown name (the nearest known one is suggested), a text
-  ///   that is not a value of this type, or a value outside its limits.
-  void set(const std::string& name, const std::string& text);
+  /// @throws std::invalid_argument as entry() does, for a text that is not a value of this type, or
+  ///   for a value outside its limits.
+  void set(const std::string& name, const std::string& text) { entry(name).set(text); }
   /// Sets a parameter from "name=value".
   /// @throws std::invalid_argument as set() does, or if there is no "=" or no name.
   void setAssignment(const std::string& assignment);

@@ -13,7 +13,6 @@
 #include <map>
 #include <stdexcept>
 
-#include "nodelets/fixed_frames.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"

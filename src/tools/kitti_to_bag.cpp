@@ -22,14 +22,6 @@
 namespace predictive_stereo {
 namespace {
 
-/// Rotation from the axes of a base (x forward, y left, z up) to those of a camera (x right, y
-/// down, z forward).
-Eigen::Isometry3d baseInCamera() {
-  Eigen::Isometry3d T_cam_base = Eigen::Isometry3d::Identity();
-  T_cam_base.linear() << 0, -1, 0, 0, 0, -1, 1, 0, 0;
-  return T_cam_base;
-}
-
 /// Position of the inertial unit on KITTI's car as in kitti2bag, where base_link is the ground
 /// projection of the rear axle's middle, shifted by half of the wheelbase.
 Eigen::Isometry3d imuInBase() {
@@ -112,6 +104,7 @@ class DriveWriter {
   void setTransforms() {
     const Eigen::Isometry3d T_left_right =
         drive_.leftCamera().T_cam_cam0 * drive_.rightCamera().T_cam_cam0.inverse();
+    const Eigen::Isometry3d T_optical_body(bodyFromOptical().transpose());
     Eigen::Isometry3d T_parent_left, T_left_base;
     std::string parent = "base_link";
     if (has_oxts_) {
@@ -122,7 +115,7 @@ class DriveWriter {
           transformMsg({}, "base_link", "imu_link", imuInBase()),
           transformMsg({}, "imu_link", "velo_link", drive_.T_velo_imu().inverse())};
     } else {
-      T_left_base = baseInCamera();
+      T_left_base = T_optical_body;
       T_parent_left = T_left_base.inverse();
     }
     static_.transforms.push_back(
@@ -133,7 +126,7 @@ class DriveWriter {
       for (const Eigen::Isometry3d& T_world_left : *poses) {
         // Without oxts the world has the axes of the first camera: rotate it so that z is up.
         const Eigen::Isometry3d upright =
-            has_oxts_ ? Eigen::Isometry3d::Identity() : baseInCamera().inverse();
+            has_oxts_ ? Eigen::Isometry3d::Identity() : T_optical_body.inverse();
         dynamic_.push_back(
             transformMsg({}, "world", "base_link", upright * T_world_left * T_left_base));
       }

@@ -18,8 +18,8 @@
 #include <system_error>
 #include <vector>
 
-#include "nodelets/fixed_frames.h"
 #include "nodelets/rectifier.h"
+#include "nodelets/transforms.h"
 #include "params/yaml_params.h"
 #include "tools/bag_file.h"
 #include "tools/command_line.h"

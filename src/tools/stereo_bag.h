@@ -2,7 +2,6 @@
 
 #include <rosbag/bag.h>
 #include <rosbag/message_instance.h>
-#include <sensor_msgs/Image.h>
 
 #include <array>
 #include <functional>

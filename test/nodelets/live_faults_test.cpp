@@ -190,7 +190,7 @@ class LiveFaults : public NodeletTest {
     objects_.clear();
   }
 
-  /// Of the pixels that both cameras see: whose disparity is known, and right to three pixels.
+  /// Of the pixels inside both images: whose disparity is known, and right to three pixels.
   double rightShare(const stereo_msgs::DisparityImage& disparity) const {
     const StreetFrame& truth = drive().truth(place(frame_));
     if (disparity.image.data.size() != truth.disparity_px.total() * sizeof(float)) return 0;
@@ -199,10 +199,10 @@ class LiveFaults : public NodeletTest {
     int seen = 0, right = 0;
     for (int y = 0; y < found.rows; ++y)
       for (int x = 0; x < found.cols; ++x) {
-        if (truth.occluded(y, x) || truth.disparity_px(y, x) == 0) continue;
+        const float d = truth.disparity_px(y, x);
+        if (d == 0 || static_cast<float>(x) < d) continue;
         ++seen;
-        right += found(y, x) >= disparity.min_disparity &&
-                 std::abs(found(y, x) - truth.disparity_px(y, x)) < 3;
+        right += found(y, x) >= disparity.min_disparity && std::abs(found(y, x) - d) < 3;
       }
     return static_cast<double>(right) / seen;
   }

@@ -150,11 +150,11 @@ TEST(ParamTable, tells_types_limits_and_choices) {
 TEST(ParamTable, parameters_can_be_taken_off) {
   Outer outer;
   ParamTable table(outer);
-  EXPECT_EQ(table.get("inner/colour"), "green");
+  EXPECT_EQ(table.entry("inner/colour").get(), "green");
   table.remove("inner/");
   EXPECT_FALSE(table.has("inner/count"));
   EXPECT_TRUE(table.has("other/count"));
-  EXPECT_THROW(table.get("inner/colour"), std::invalid_argument);
+  EXPECT_THROW(table.entry("inner/colour"), std::invalid_argument);
 }
 
 }  // namespace

@@ -107,10 +107,9 @@ RayGrid::RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_w
   tiles_.add(sorted);
 }
 
-Hit RayGrid::cast(float x_px, float y_px, float limit_m) const {
+Hit RayGrid::cast(float x_px, float y_px) const {
   const Vector3f direction = directionOf(x_px, y_px);
   Hit hit;
-  hit.t = limit_m;
   for (const Tiles::Item& item : tiles_.at(x_px, y_px)) {
     if (item.nearest >= hit.t) break;
     if (!item.bounds.contains(Vector2f(x_px, y_px))) continue;

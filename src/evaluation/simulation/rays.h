@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <limits>
 #include <vector>
 
 #include "evaluation/simulation/primitive.h"
@@ -47,8 +46,8 @@ class RayGrid {
   RayGrid(const std::vector<Primitive>& primitives, const Isometry3d& T_world_cam,
           const StereoRig& rig, double cx_px);
 
-  /// First hit of the ray through (x, y) nearer than `limit_m`.
-  Hit cast(float x_px, float y_px, float limit_m = std::numeric_limits<float>::infinity()) const;
+  /// First hit of the ray through (x, y).
+  Hit cast(float x_px, float y_px) const;
 
   /// Whether the ray through (x, y) hits this primitive.
   bool meets(int primitive, float x_px, float y_px) const;

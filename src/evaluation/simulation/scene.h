@@ -1,7 +1,6 @@
 /// Descriptions of the synthetic scenes.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>

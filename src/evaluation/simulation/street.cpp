@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "parallel/tasks.h"
+#include "predictive_stereo/rigid_motion.h"
 
 namespace predictive_stereo {
 namespace {
@@ -33,11 +34,8 @@ StereoRig rigOf(const StreetParams& params, const Camera& camera) {
 }
 
 Isometry3d mountOf(const Camera& camera) {
-  Eigen::Matrix3d R_body_cam;  // axes of a level camera
-  R_body_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  Isometry3d T_body_cam = Isometry3d::Identity();
-  T_body_cam.linear() =
-      Eigen::AngleAxisd(camera.down_rad, Vector3d::UnitY()).toRotationMatrix() * R_body_cam;
+  Isometry3d T_body_cam(Eigen::AngleAxisd(camera.down_rad, Vector3d::UnitY()).toRotationMatrix() *
+                        bodyFromOptical());
   T_body_cam.translation().z() = camera.up_m;
   return T_body_cam;
 }
@@ -150,28 +148,18 @@ Primitives Street::primitivesAt(double time_s) const {
   return primitives;
 }
 
-void Street::fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid& right,
-                       StreetFrame& frame) const {
+void Street::fillTruth(const RayGrid& left, const HitImage& hits, StreetFrame& frame) const {
   frame.disparity_px.create(rig_.size);
-  frame.occluded.create(rig_.size);
   frame.moving_id.create(rig_.size);
   std::vector<bool> moves = {false};  // by the number of the object; they count from 1
   for (const Mover& mover : movers_)
     moves.push_back(mover.velocityAt(exposureTimeOf(frame.index), *path_).norm() >
                     kMovingSpeed_mps);
-  const auto columns_apart = static_cast<float>(rig_.cx_left_px - rig_.cx_right_px);
   const auto scale = static_cast<float>(rig_.disparityTimesDepth());
   parallelForEach(rig_.size.height, [&](int y) {
     for (int x = 0; x < rig_.size.width; ++x) {
       const Hit& hit = hits.at(x, y);
-      const float disparity = hit.sky() ? 0.0f : scale / hit.t;
-      frame.disparity_px(y, x) = disparity;
-      const float x_right = static_cast<float>(x) - disparity - columns_apart;
-      const auto row = static_cast<float>(y);
-      // The limit is slightly nearer than the point, which must not occlude itself.
-      const bool hidden = x_right < -0.5f || x_right > static_cast<float>(rig_.size.width) - 0.5f ||
-                          !right.cast(x_right, row, hit.t * (1 - 1e-4f) - 2e-3f).sky();
-      frame.occluded(y, x) = hidden ? 255 : 0;
+      frame.disparity_px(y, x) = hit.sky() ? 0.0f : scale / hit.t;
       const int object = hit.sky() ? 0 : left.primitive(hit.primitive).object;
       frame.moving_id(y, x) = static_cast<ushort>(moves[static_cast<size_t>(object)] ? object : 0);
     }
@@ -243,7 +231,7 @@ StreetFrame Street::render(int index) const {
     addRadiance(right, light, right_row, right_radiance);
     if (step != 0) continue;
     frame.T_world_cam = pose;
-    fillTruth(left, left_hits, right, frame);
+    fillTruth(left, left_hits, frame);
     fillMovers(left, left_hits, frame);
   }
   const double gain =

@@ -66,9 +66,7 @@ struct StreetFrame {
   /// the sky, infinitely far away. It is that of the surface which the ray through the centre hits,
   /// also at edges, where the brightness is a mixture of two surfaces.
   cv::Mat1f disparity_px;
-  cv::Mat1b occluded;   ///< 255: this surface point is occluded in the right camera, or outside
-                        ///< its image
-  cv::Mat1w moving_id;  ///< StreetMover::id, 0: static
+  cv::Mat1w moving_id;            ///< StreetMover::id, 0: static
   Eigen::Isometry3d T_world_cam;  ///< pose of the left camera's optical frame
   std::vector<StreetMover> movers;
 };
@@ -117,8 +115,7 @@ class Street {
   /// image.
   float alignedRow(int x, int y) const;
   simulation::Primitives primitivesAt(double time_s) const;
-  void fillTruth(const RayGrid& left, const HitImage& hits, const RayGrid& right,
-                 StreetFrame& frame) const;
+  void fillTruth(const RayGrid& left, const HitImage& hits, StreetFrame& frame) const;
   void fillMovers(const RayGrid& left, const HitImage& hits, StreetFrame& frame) const;
 
   StreetParams params_;

@@ -1,6 +1,6 @@
 /// Estimates process and measurement noise from LiDAR and writes a parameter file.
+#include <boost/date_time/gregorian/gregorian.hpp>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <sstream>
@@ -25,13 +25,6 @@ std::string textOf(const char* name, const ErrorHistogram& errors) {
       name, static_cast<long long>(errors.count()), errors.mean_px(),
       std::sqrt(errors.variance_px2()), errors.robustSigma_px(), 100 * errors.shareWithin(1),
       100 * errors.grossShare(), std::sqrt(errors.varianceOfAll_px2()));
-}
-
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  char text[16];
-  std::strftime(text, sizeof(text), "%Y-%m-%d", std::gmtime(&now));
-  return text;
 }
 
 // All that was observed.
@@ -68,13 +61,15 @@ void addDrive(const DriveArgument& argument, const CommandLine& command_line,
 }
 
 std::string yamlOf(const Observations& all, bool all_errors) {
+  namespace date = boost::gregorian;
   const char* const errors_used = all_errors ? "all errors" : "errors that are not gross";
   const auto varianceOf = [&](const ErrorHistogram& errors) {
     return all_errors ? errors.varianceOfAll_px2() : errors.variance_px2();
   };
   std::ostringstream yaml;
   yaml.precision(3);
-  yaml << "# Noise, estimated from LiDAR by estimate_noise on " << today() << ".\n"
+  yaml << "# Noise, estimated from LiDAR by estimate_noise on "
+       << date::to_iso_extended_string(date::day_clock::universal_day()) << ".\n"
        << all.provenance << "# all\n#   " << textOf("process", all.process) << "#   "
        << textOf("measurement", all.measurement)
        << "disparity:\n  prediction:\n    process_noise_px2: " << varianceOf(all.process)

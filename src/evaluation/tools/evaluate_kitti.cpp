@@ -61,11 +61,6 @@ std::vector<NamedMethod> chooseMethods(const CommandLine& command_line,
   return chosen;
 }
 
-void print(const SequenceReport& report) {
-  for (const Table& table : tables(report)) std::cout << table.text();
-  std::cout << std::endl;
-}
-
 /// One pair, as frame `index` of a sequence.
 MethodInput pairInput(const Sequence& scene, const SequenceFrame& pair, int index) {
   MethodInput input{index, stereoFrame(scene, index, pair), {}};
@@ -161,7 +156,8 @@ int runProgram(const CommandLine& command_line) {
       evaluateDisparity(*sequence, methods, params, max_frames,
                         page ? FrameCallback(addMaps) : FrameCallback(), report.evaluations);
     }
-    print(report);
+    for (const Table& table : tables(report)) std::cout << table.text();
+    std::cout << std::endl;
     reports.push_back(std::move(report));
   }
   if (command_line.has("csv")) writeCsv(command_line.get("csv"), csv(reports), framesCsv(reports));

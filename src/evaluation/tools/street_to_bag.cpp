@@ -83,8 +83,7 @@ stereo_msgs::DisparityImage disparityMessage(const std_msgs::Header& header, con
 }
 
 tf2_msgs::TFMessage extrinsics(const ros::Time& stamp, const Eigen::Isometry3d& T_base_optical) {
-  Eigen::Isometry3d T_link_optical = Eigen::Isometry3d::Identity();
-  T_link_optical.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Eigen::Isometry3d T_link_optical(bodyFromOptical());
   tf2_msgs::TFMessage message;
   message.transforms = {
       transformMsg(stamp, kBaseFrame, kCameraFrame, T_base_optical * T_link_optical.inverse()),

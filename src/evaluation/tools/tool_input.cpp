@@ -1,7 +1,6 @@
 #include "evaluation/tools/tool_input.h"
 
-#include <algorithm>
-#include <cctype>
+#include <regex>
 
 #include "nodelets/nodelet_params.h"
 #include "params/yaml_params.h"
@@ -89,10 +88,7 @@ PipelineParams readParams(const CommandLine& command_line) {
 }
 
 std::string fileName(const std::string& name) {
-  std::string file = name;
-  std::replace_if(
-      file.begin(), file.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
-  return file;
+  return std::regex_replace(name, std::regex("[^A-Za-z0-9]"), "_");
 }
 
 void writeCsv(const fs::path& path, const std::string& csv, const std::string& frames_csv) {
