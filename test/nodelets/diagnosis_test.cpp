@@ -129,6 +129,7 @@ TEST_F(Diagnosis, an_odometry_that_was_chosen_but_is_absent_is_told) {
 TEST_F(Diagnosis, an_odometry_whose_child_frame_tf_does_not_have_is_told) {
   ros::Publisher wheels = node_.advertise<nav_msgs::Odometry>("wheels", 10);
   const StaticTransform extrinsic(street().extrinsic());
+  setParam("Disparity", "transform_timeout", 2.0);  // EgoMotion is slow under a sanitizer
   load("EgoMotion");
   ASSERT_TRUE(loader_->load(ns_ + "/Disparity", "predictive_stereo/Disparity",
                             {{ns_ + "/odometry", ns_ + "/wheels"}}, {}));
