@@ -103,7 +103,8 @@ struct MotionDetectionParams {
   double link_distance_m = 2.5;  ///< between them, across the line of sight; 0.6 times it along
   int min_tracks = 4;
   // Dense disparity residuals.
-  double dense_min_residual_px = 0.7;  ///< mean over 12x12 pixels; over an obstacle: half of it
+  /// Mean over 12x12 pixels of the rescaled image; over an obstacle: half of it.
+  double dense_min_residual_px = 0.7;
   // Verification in the object's disparity layer.
   double layer_margin_m = 0.6;  ///< of the layer before and behind the depths of the points
   double min_explained = 0.6;   ///< share of the layer that the object's motion explains better

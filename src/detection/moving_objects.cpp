@@ -103,19 +103,22 @@ struct MovingObjectDetector::State {
   MotionScheme motion;
   Rescaling rescaling;
   // Of the rescaled images.
+  DisparityRange range;
   StereoRig rig;
   DetectionInput rescaled;
   Detections rescaled_detections;
 
   explicit State(const DetectionParams& p)
-      : params(p), tracker(trackingOf(p), p.motion.largest_speed_mps), motion(p.range, p.motion) {}
+      : params(p),
+        tracker(trackingOf(p), p.motion.largest_speed_mps),
+        motion(p.range, p.motion),
+        range(p.range) {}
 
   void reset() {
     tracker.reset();
     motion.reset();
   }
   void setRig(const StereoRig& camera);
-  // The paper's scheme gets the camera's images.
   const DetectionInput& rescaledOf(const DetectionInput& input) {
     if (rescaling.isNone()) return input;
     rescaling.rescale(input, params.range, rescaled);
@@ -128,7 +131,12 @@ struct MovingObjectDetector::State {
 // Another column correction changes all disparities by a constant: the past is corrected by it. Any
 // other change of the rig resets the detector.
 void MovingObjectDetector::State::setRig(const StereoRig& camera) {
-  if (params.scheme != DetectionScheme::kPaper) rescaling = Rescaling(camera.size);
+  // The paper's scheme gets the camera's images.
+  if (params.scheme != DetectionScheme::kPaper && camera.size != rescaling.cameraSize()) {
+    rescaling = Rescaling(camera.size);
+    range = rescaling.of(params.range);
+    motion = MotionScheme(range, params.motion);
+  }
   const StereoRig new_rig = rescaling.of(camera);
   StereoRig other_columns = rig;
   other_columns.cx_right_px = new_rig.cx_right_px;
@@ -153,8 +161,8 @@ void MovingObjectDetector::State::report(const DetectionInput& input,
     if (track.observation >= 0) {
       const Observation& object = observed[static_cast<size_t>(track.observation)];
       detections.mask(object.box_px).setTo(255, object.mask);
-    } else if (wasSteadilySeen(track) && isStillThere(input, params.range, track.last,
-                                                      params.motion.layer_margin_m, unseen_mask)) {
+    } else if (wasSteadilySeen(track) &&
+               isStillThere(input, range, track.last, params.motion.layer_margin_m, unseen_mask)) {
       detections.mask(track.last.box_px & image).setTo(255, unseen_mask);
     } else {
       continue;

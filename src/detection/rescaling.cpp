@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
+#include "imaging/half_image.h"
 #include "parallel/tasks.h"
 
 namespace predictive_stereo {
@@ -28,6 +28,10 @@ Rescaling::Rescaling(cv::Size size) : size_(size), rescaled_size_(size) {
   const double scale = std::min(std::sqrt(kPixels / size.area()), 2.0);
   if (std::max(scale, 1 / scale) < 4.0 / 3) return;
   rescaled_size_ = {cvRound(scale * size.width), cvRound(scale * size.height)};
+  columns_ = sources(size.width, rescaled_size_.width);
+  rows_ = sources(size.height, rescaled_size_.height);
+  for (int width = size.width; width >= 2 * rescaled_size_.width; width /= 2)
+    halves_.emplace_back();
 }
 
 StereoRig Rescaling::of(const StereoRig& rig) const {
@@ -43,30 +47,45 @@ StereoRig Rescaling::of(const StereoRig& rig) const {
   return rescaled;
 }
 
+DisparityRange Rescaling::of(const DisparityRange& range) const {
+  DisparityRange rescaled = range;
+  rescaled.min_disparity = cvFloor(double{cameraPixel_px()} * range.min_disparity);
+  return rescaled;
+}
+
+// OpenCV's interpolation over areas takes as long as the detector. The linear one skips pixels
+// below half of the size.
+void Rescaling::rescaleImage(const cv::Mat1b& image, cv::Mat1b& rescaled) {
+  const cv::Mat1b* from = &image;
+  for (cv::Mat1b& half : halves_) {
+    halveImage(*from, half);
+    from = &half;
+  }
+  cv::resize(*from, rescaled, rescaled_size_, 0, 0,
+             scaleX() > 1 ? cv::INTER_CUBIC : cv::INTER_LINEAR);
+}
+
 void Rescaling::rescale(const DetectionInput& input, const DisparityRange& range,
-                        DetectionInput& rescaled) const {
+                        DetectionInput& rescaled) {
   rescaled.stamp_s = input.stamp_s;
   rescaled.pose_state = input.pose_state;
   rescaled.T_odom_cam = input.T_odom_cam;
   rescaled.motion_covariance = input.motion_covariance;
   rescaled.rig = of(input.rig);
-  cv::resize(input.left, rescaled.left, rescaled_size_, 0, 0,
-             scaleX() > 1 ? cv::INTER_CUBIC : cv::INTER_AREA);
+  rescaleImage(input.left, rescaled.left);
   rescaled.measured_disparity_px.create(rescaled_size_);
   rescaled.measured_variance_px2.create(rescaled_size_);
-  const std::vector<int> columns = sources(size_.width, rescaled_size_.width),
-                         rows = sources(size_.height, rescaled_size_.height);
-  const auto scale = static_cast<float>(scaleX()), least = static_cast<float>(range.min_disparity);
+  const float scale = cameraPixel_px(), unknown = of(range).invalid();
   parallelForEach(rescaled_size_.height, [&](int y) {
-    const int from_y = rows[static_cast<size_t>(y)];
+    const int from_y = rows_[static_cast<size_t>(y)];
     const float *const disparity = input.measured_disparity_px[from_y],
                        *const variance = input.measured_variance_px2[from_y];
     float *const rescaled_disparity = rescaled.measured_disparity_px[y],
                  *const rescaled_variance = rescaled.measured_variance_px2[y];
     for (int x = 0; x < rescaled_size_.width; ++x) {
-      const int from_x = columns[static_cast<size_t>(x)];
+      const int from_x = columns_[static_cast<size_t>(x)];
       const float d = disparity[from_x];
-      rescaled_disparity[x] = range.isValid(d) ? std::max(scale * d, least) : range.invalid();
+      rescaled_disparity[x] = range.isValid(d) ? scale * d : unknown;
       rescaled_variance[x] = scale * scale * variance[from_x];
     }
   });

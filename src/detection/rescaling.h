@@ -7,6 +7,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/moving_objects.h"
@@ -22,24 +23,30 @@ class Rescaling {
   /// @param size  of the camera's images.
   explicit Rescaling(cv::Size size);
 
+  cv::Size cameraSize() const { return size_; }
   bool isNone() const { return size_ == rescaled_size_; }
+  /// The side of a pixel of the camera.
+  float cameraPixel_px() const { return isNone() ? 1 : static_cast<float>(scaleX()); }
   /// The rig of the rescaled images.
   StereoRig of(const StereoRig& rig) const;
+  /// The range of their disparities.
+  DisparityRange of(const DisparityRange& range) const;
   /// All but the predicted maps, which the scheme does not need.
+  /// @param range  of the camera's images; unknown disparities get the rescaled range's value.
   /// @param rescaled  its memory is used again.
-  void rescale(const DetectionInput& input, const DisparityRange& range,
-               DetectionInput& rescaled) const;
+  void rescale(const DetectionInput& input, const DisparityRange& range, DetectionInput& rescaled);
   /// The detections in the camera's images.
   /// @param detections  a mask of the camera's size keeps its memory.
   void restore(const Detections& rescaled, Detections& detections) const;
-  /// The side of a pixel of the camera.
-  float cameraPixel_px() const { return isNone() ? 1 : static_cast<float>(scaleX()); }
 
  private:
   double scaleX() const { return double(rescaled_size_.width) / size_.width; }
   double scaleY() const { return double(rescaled_size_.height) / size_.height; }
+  void rescaleImage(const cv::Mat1b& image, cv::Mat1b& rescaled);
 
   cv::Size size_, rescaled_size_;
+  std::vector<int> columns_, rows_;  // of the camera's images, for each one of the rescaled ones
+  std::vector<cv::Mat1b> halves_;    // each one half of the one before it
 };
 
 }  // namespace predictive_stereo

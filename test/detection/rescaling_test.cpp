@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace predictive_stereo {
 namespace {
 
@@ -84,13 +86,39 @@ TEST(Rescaling, DisparitiesAndSigmasGrowWithTheImage) {
     }
 }
 
-// The range stays: what is behind infinity stays known, and does not become the unknown value.
-TEST(Rescaling, KeepsKnownDisparitiesKnown) {
-  const DisparityRange range{-8, 64};
-  DetectionInput input = inputOf({100, 80}, range), enlarged;
-  input.measured_disparity_px.setTo(-4.5f);
-  Rescaling(input.rig.size).rescale(input, range, enlarged);
-  EXPECT_TRUE(range.isValid(enlarged.measured_disparity_px(50, 50)));
+// Also where the range does not begin at 0; what is behind infinity stays known.
+TEST(Rescaling, KeepsDepths) {
+  const std::pair<int, float> cases[] = {{-8, -7.5f}, {-8, 30}, {20, 20}, {20, 22.5f}, {0, 0}};
+  for (const cv::Size size : {cv::Size(100, 80), {1800, 1200}})
+    for (const auto& [first, disparity_px] : cases) {
+      const DisparityRange range{first, 64};
+      DetectionInput input = inputOf(size, range), rescaled;
+      input.measured_disparity_px.setTo(disparity_px);
+      input.measured_disparity_px(cv::Rect(0, 0, 4, 4)) = range.invalid();
+      Rescaling rescaling(size);
+      rescaling.rescale(input, range, rescaled);
+      const DisparityRange other = rescaling.of(range);
+      const float found = rescaled.measured_disparity_px(50, 50);
+      EXPECT_FLOAT_EQ(found, rescaling.cameraPixel_px() * disparity_px);
+      EXPECT_TRUE(other.isValid(found)) << found;
+      EXPECT_EQ(rescaled.measured_disparity_px(0, 0), other.invalid());
+      EXPECT_FALSE(other.isValid(other.invalid()));
+    }
+}
+
+// A bright half of the image stays where it is.
+TEST(Rescaling, KeepsEdges) {
+  for (const cv::Size size : {cv::Size(100, 80), {1280, 720}, {1920, 1080}, {4096, 3000}}) {
+    const DisparityRange range;
+    DetectionInput input = inputOf(size, range), rescaled;
+    input.left.colRange(size.width / 2, size.width).setTo(190);
+    Rescaling(size).rescale(input, range, rescaled);
+    const int middle = rescaled.left.cols / 2;
+    const cv::Mat1b row = rescaled.left.row(rescaled.left.rows / 2);
+    for (int x = 0; x < middle - 3; ++x) EXPECT_NEAR(row(x), 90, 1) << size << x;
+    for (int x = middle + 4; x < row.cols; ++x) EXPECT_NEAR(row(x), 190, 1) << size << x;
+    EXPECT_NEAR(cv::mean(row)[0], 140, 1) << size;
+  }
 }
 
 // Into the mask's memory: it may be that of a message.
