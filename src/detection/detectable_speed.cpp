@@ -27,7 +27,7 @@ DetectableSpeed detectableSpeed(const StereoRig& rig, double depth_m, double fra
                                 const VarianceParams& variance) {
   requirePositive("depth_m", depth_m);
   requirePositive("frame_interval_s", frame_interval_s);
-  const StereoRig rescaled = Rescaling(rig.size).of(rig);
+  const StereoRig rescaled = Rescaling(rig).of(rig);
   const double fB = rescaled.disparityTimesDepth();
   const double disparity_px = fB / depth_m;
   const double sigmas = std::sqrt(detection.min_mahalanobis);

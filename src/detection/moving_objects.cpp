@@ -132,8 +132,8 @@ struct MovingObjectDetector::State {
 // other change of the rig resets the detector.
 void MovingObjectDetector::State::setRig(const StereoRig& camera) {
   // The paper's scheme gets the camera's images.
-  if (params.scheme != DetectionScheme::kPaper && camera.size != rescaling.cameraSize()) {
-    rescaling = Rescaling(camera.size);
+  if (params.scheme != DetectionScheme::kPaper && !rescaling.isOf(camera)) {
+    rescaling = Rescaling(camera);
     range = rescaling.of(params.range);
     motion = MotionScheme(range, params.motion);
   }

@@ -3,7 +3,8 @@
 /// The scheme's numbers in pixels (patches, cells, errors of disparities and flow) were set on
 /// images of about 1242x375. In a smaller image of the same view, objects have fewer pixels, and
 /// errors, too: those of the calibration are angles, those of the lens and of the matcher's windows
-/// are blur. So small images are enlarged. Large ones are reduced, which also bounds the time.
+/// are blur. So small images are enlarged, unless they are a narrow part of a view. Large ones are
+/// reduced, which also bounds the time.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -20,10 +21,12 @@ class Rescaling {
  public:
   /// None.
   Rescaling() = default;
-  /// @param size  of the camera's images.
-  explicit Rescaling(cv::Size size);
+  explicit Rescaling(const StereoRig& camera);
 
-  cv::Size cameraSize() const { return size_; }
+  /// Whether it is the one of this camera: it depends on the size and the focal length.
+  bool isOf(const StereoRig& camera) const {
+    return camera.size == size_ && camera.fx_px == focal_length_px_;
+  }
   bool isNone() const { return size_ == rescaled_size_; }
   /// The side of a pixel of the camera.
   float cameraPixel_px() const { return isNone() ? 1 : static_cast<float>(scaleX()); }
@@ -45,6 +48,7 @@ class Rescaling {
   void rescaleImage(const cv::Mat1b& image, cv::Mat1b& rescaled);
 
   cv::Size size_, rescaled_size_;
+  double focal_length_px_ = 0;
   std::vector<int> columns_, rows_;  // of the camera's images, for each one of the rescaled ones
   std::vector<cv::Mat1b> halves_;    // each one half of the one before it
 };

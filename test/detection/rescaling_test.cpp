@@ -20,7 +20,7 @@ StereoRig rigOf(cv::Size size) {
   return rig;
 }
 
-cv::Size rescaled(cv::Size size) { return Rescaling(size).of(rigOf(size)).size; }
+cv::Size rescaled(cv::Size size) { return Rescaling(rigOf(size)).of(rigOf(size)).size; }
 
 TEST(Rescaling, LeavesCommonSizes) {
   for (const cv::Size size : {cv::Size(1242, 375), {640, 480}, {752, 480}, {848, 480}, {1024, 768}})
@@ -32,17 +32,30 @@ TEST(Rescaling, LeavesCommonSizes) {
 TEST(Rescaling, EnlargesUpToTwiceAndReducesAny) {
   EXPECT_EQ(rescaled({320, 240}), cv::Size(640, 480));
   EXPECT_EQ(rescaled({8, 6}), cv::Size(16, 12));
-  for (const cv::Size size : {cv::Size(640, 400), {1280, 720}, {1920, 1080}, {4096, 3000}}) {
+  for (const cv::Size size :
+       {cv::Size(640, 400), {994, 300}, {1280, 720}, {1920, 1080}, {4096, 3000}}) {
     const cv::Size result = rescaled(size);
     EXPECT_NEAR(result.area(), 1242 * 375, 2000) << size;
     EXPECT_NEAR(double(result.width) / result.height, double(size.width) / size.height, 0.01);
   }
 }
 
+// A part of a large image has its objects' size.
+TEST(Rescaling, LeavesNarrowViews) {
+  StereoRig rig = rigOf({320, 240});
+  rig.fx_px = 600;
+  EXPECT_EQ(Rescaling(rig).of(rig).size, cv::Size(480, 360));
+  rig.fx_px = 900;
+  EXPECT_TRUE(Rescaling(rig).isNone());
+  EXPECT_TRUE(Rescaling(rig).isOf(rig));
+  rig.fx_px = 600;
+  EXPECT_FALSE(Rescaling(rigOf(rig.size)).isOf(rig));
+}
+
 // A pixel's centre stays where it is in space.
 TEST(Rescaling, KeepsPointsInSpace) {
   for (const cv::Size size : {cv::Size(320, 200), {1920, 1080}}) {
-    const StereoRig rig = rigOf(size), other = Rescaling(size).of(rig);
+    const StereoRig rig = rigOf(size), other = Rescaling(rigOf(size)).of(rig);
     const double sx = double(other.size.width) / size.width,
                  sy = double(other.size.height) / size.height;
     const Eigen::Vector3d point_m = rig.pointFromDisparity(20, 30, 12.5);
@@ -71,10 +84,10 @@ TEST(Rescaling, DisparitiesAndSigmasGrowWithTheImage) {
   const cv::Size size(100, 80);
   const DetectionInput input = inputOf(size, range);
   DetectionInput enlarged;
-  Rescaling(size).rescale(input, range, enlarged);
+  Rescaling(rigOf(size)).rescale(input, range, enlarged);
   EXPECT_EQ(enlarged.left.size(), cv::Size(200, 160));
-  EXPECT_EQ(Rescaling(size).cameraPixel_px(), 2);
-  EXPECT_EQ(enlarged.rig, Rescaling(size).of(input.rig));
+  EXPECT_EQ(Rescaling(rigOf(size)).cameraPixel_px(), 2);
+  EXPECT_EQ(enlarged.rig, Rescaling(rigOf(size)).of(input.rig));
   EXPECT_EQ(enlarged.stamp_s, input.stamp_s);
   EXPECT_EQ(enlarged.pose_state, input.pose_state);
   for (int y = 0; y < 160; ++y)
@@ -95,7 +108,7 @@ TEST(Rescaling, KeepsDepths) {
       DetectionInput input = inputOf(size, range), rescaled;
       input.measured_disparity_px.setTo(disparity_px);
       input.measured_disparity_px(cv::Rect(0, 0, 4, 4)) = range.invalid();
-      Rescaling rescaling(size);
+      Rescaling rescaling(rigOf(size));
       rescaling.rescale(input, range, rescaled);
       const DisparityRange other = rescaling.of(range);
       const float found = rescaled.measured_disparity_px(50, 50);
@@ -112,7 +125,7 @@ TEST(Rescaling, KeepsEdges) {
     const DisparityRange range;
     DetectionInput input = inputOf(size, range), rescaled;
     input.left.colRange(size.width / 2, size.width).setTo(190);
-    Rescaling(size).rescale(input, range, rescaled);
+    Rescaling(rigOf(size)).rescale(input, range, rescaled);
     const int middle = rescaled.left.cols / 2;
     const cv::Mat1b row = rescaled.left.row(rescaled.left.rows / 2);
     for (int x = 0; x < middle - 3; ++x) EXPECT_NEAR(row(x), 90, 1) << size << x;
@@ -131,7 +144,7 @@ TEST(Rescaling, RestoresBoxesAndMask) {
   enlarged.mask(cv::Rect(20, 40, 60, 30)).setTo(255);
   cv::Mat1b of_message(size, uchar{7});
   detections.mask = of_message;
-  Rescaling(size).restore(enlarged, detections);
+  Rescaling(rigOf(size)).restore(enlarged, detections);
   ASSERT_EQ(detections.objects.size(), 1u);
   EXPECT_EQ(detections.objects[0].box_px, cv::Rect2f(10, 20, 30, 15));
   cv::Mat1b expected(size, uchar{0});
