@@ -13,7 +13,7 @@ namespace {
 constexpr int kBlock = kBlockSize;  // blocks are compared at half resolution
 constexpr float kSmallestCorrelation = 0.8f;
 constexpr float kExpectedCorrelation = 0.9f;  // to accept an expected match without a search
-constexpr float kUniqueness = 0.03f;          // between the best correlation and any other
+constexpr float kUniqueness = 0.05f;          // between the best correlation and any other
 constexpr float kLargestSurprisePx = 3;       // from the expected position
 constexpr float kFarthestPx = 4;              // from the position found at half resolution
 constexpr int kIterations = 12;
