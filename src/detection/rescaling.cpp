@@ -20,7 +20,8 @@ std::vector<int> sources(int size, int rescaled_size) {
   return indices;
 }
 
-// - Between 640x480 and 1.3 times the side of kPixels nothing is gained that is worth the time.
+// - From 640x480 on, enlarging gains less than its time is worth; so does reducing by less than a
+//   quarter.
 // - A camera that sees a narrow part of the scene has few pixels, but large objects: it is not
 //   enlarged beyond a focal length.
 // - Twice: an enlarged image does not show smaller parts.
