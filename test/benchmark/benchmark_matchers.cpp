@@ -13,6 +13,7 @@
 #include "benchmark/matcher_times.h"
 #include "benchmark/matching_jobs.h"
 #include "benchmark/sequences.h"
+#include "benchmark/timing.h"
 
 namespace predictive_stereo {
 namespace {
@@ -118,6 +119,7 @@ void run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace predictive_stereo;
+  keepFreedMemory();
   try {
     for (int i = 1; i < argc; ++i)
       if (std::string(argv[i]) == "--help") {
