@@ -29,6 +29,18 @@ void FrameHistory::remember(const DetectionInput& input) {
   input.measured_disparity_px.copyTo(current.disparity_px);
 }
 
+bool FrameHistory::isShownAgain(const DetectionInput& input) const {
+  const RememberedFrame& current = frames_[0];
+  if (current.empty() || current.pose_state != PoseState::kKnown ||
+      input.pose_state != PoseState::kKnown || !(input.stamp_s - current.stamp_s < kLongestGap_s))
+    return false;
+  const cv::Mat1b& image = current.pyramid.level(0);
+  if (image.size() != input.left.size()) return false;
+  for (int y = 0; y < image.rows; ++y)
+    if (!std::equal(image[y], image[y] + image.cols, input.left[y])) return false;
+  return true;
+}
+
 // Before a new frame is added: whether the frame before the current one is far enough from those
 // before it. It also stays where nothing before it can be compared: there past() ends.
 bool FrameHistory::secondLastStays() const {

@@ -47,6 +47,9 @@ class FrameHistory {
   /// Adds a frame, which becomes the current one.
   void remember(const DetectionInput& input);
   const RememberedFrame& current() const { return frames_[0]; }
+  /// Whether a frame shows the image of the current one again, for at most kLongestGap_s: camera
+  /// drivers send it if the next image is late. Noise tells the images of a live camera apart.
+  bool isShownAgain(const DetectionInput& input) const;
   /// Adds `step_px` to the disparities of the past, after a change of the column correction.
   void addToDisparities(const DisparityRange& range, double step_px);
   void setFollows(bool follows) { frames_[0].follows = follows; }

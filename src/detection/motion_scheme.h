@@ -20,6 +20,8 @@ class MotionScheme {
   /// Keeps the past frames.
   void setParams(const MotionDetectionParams& params) { params_ = params; }
 
+  /// See FrameHistory.
+  bool isShownAgain(const DetectionInput& input) const { return frames_.isShownAgain(input); }
   /// @param camera_pixel_px  see Rescaling.
   /// @param known  tracks, predicted to this frame.
   /// @returns the objects of this frame; valid until the next call.

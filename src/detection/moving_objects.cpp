@@ -107,6 +107,7 @@ struct MovingObjectDetector::State {
   StereoRig rig;
   DetectionInput rescaled;
   Detections rescaled_detections;
+  std::vector<Observation> observed;
 
   explicit State(const DetectionParams& p)
       : params(p),
@@ -124,8 +125,8 @@ struct MovingObjectDetector::State {
     rescaling.rescale(input, params.range, rescaled);
     return rescaled;
   }
-  void report(const DetectionInput& input, const std::vector<Observation>& observed,
-              Detections& detections) const;
+  void find(const DetectionInput& input);
+  void report(const DetectionInput& input, Detections& detections) const;
 };
 
 // Another column correction changes all disparities by a constant: the past is corrected by it. Any
@@ -147,9 +148,18 @@ void MovingObjectDetector::State::setRig(const StereoRig& camera) {
   rig = new_rig;
 }
 
+void MovingObjectDetector::State::find(const DetectionInput& input) {
+  tracker.predict(
+      input.stamp_s, input.rig,
+      input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
+  const bool by_paper = params.scheme == DetectionScheme::kPaper;
+  observed = by_paper ? observeAsPaper(input, params)
+                      : motion.observe(input, rescaling.cameraPixel_px(), tracker);
+  tracker.update(observed, by_paper || motion.soughtKnown());
+}
+
 // The objects of all confirmed tracks that are in the image.
 void MovingObjectDetector::State::report(const DetectionInput& input,
-                                         const std::vector<Observation>& observed,
                                          Detections& detections) const {
   detections.objects.clear();
   detections.mask.create(input.rig.size);
@@ -184,17 +194,11 @@ void MovingObjectDetector::detect(const DetectionInput& given, Detections& detec
   requireSizes(given, state.params.scheme);
   state.setRig(given.rig);
   const DetectionInput& input = state.rescaledOf(given);
-  state.tracker.predict(
-      input.stamp_s, input.rig,
-      input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
-  const bool by_paper = state.params.scheme == DetectionScheme::kPaper;
-  const std::vector<Observation> observed =
-      by_paper ? observeAsPaper(input, state.params)
-               : state.motion.observe(input, state.rescaling.cameraPixel_px(), state.tracker);
-  state.tracker.update(observed, by_paper || state.motion.soughtKnown());
+  // An image that is shown again has the objects that it had.
+  if (!state.motion.isShownAgain(input)) state.find(input);
 
-  if (state.rescaling.isNone()) return state.report(input, observed, detections);
-  state.report(input, observed, state.rescaled_detections);
+  if (state.rescaling.isNone()) return state.report(input, detections);
+  state.report(input, state.rescaled_detections);
   state.rescaling.restore(state.rescaled_detections, detections);
 }
 

@@ -342,5 +342,6 @@ int run(const CommandLine& line) {
 }  // namespace predictive_stereo
 
 int main(int argc, char** argv) {
+  predictive_stereo::keepFreedMemory();
   return predictive_stereo::runTool(argc, argv, predictive_stereo::kHelp, predictive_stereo::run);
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "detection/board_scene.h"
 
 namespace predictive_stereo {
@@ -117,6 +119,42 @@ TEST(MovingObjectDetector, FramesWithoutPoseDoNotEndATrack) {
     ASSERT_FALSE(ids.empty());
     EXPECT_EQ(ids, std::vector<int>(ids.size(), ids[0]));
   }
+}
+
+// Somebody walks to the right; the camera's driver sends one image three times, with new stamps.
+TEST(MovingObjectDetector, AnImageThatIsShownAgainHasTheSameObjects) {
+  MovingObjectDetector detector{DetectionParams()};
+  std::vector<Detections> found(14);
+  for (int k = 0; k < 14; ++k) {
+    const int shown = k == 8 || k == 9 ? 7 : k;
+    const BoardScene scene{{wallAt(20), {-2 + 0.25 * shown, -0.2, 0.6, 1.7, 5}}, 1.5};
+    detector.detect(viewOf(scene, 0.1 * k).input, found[k]);
+  }
+  ASSERT_EQ(found[7].objects.size(), 1u);
+  const DetectedObject& shown = found[7].objects[0];
+  for (int k = 8; k < 14; ++k) {
+    ASSERT_EQ(found[k].objects.size(), 1u) << k;
+    const DetectedObject& object = found[k].objects[0];
+    EXPECT_EQ(object.id, shown.id) << k;
+    EXPECT_NEAR(object.velocity_mps.x(), 2.5, 0.3) << k;
+    if (k > 9) continue;
+    EXPECT_EQ(object.box_px, shown.box_px) << k;
+    EXPECT_EQ(cv::norm(found[k].mask, found[7].mask, cv::NORM_INF), 0) << k;
+  }
+}
+
+// Poses come from elsewhere, and go on.
+TEST(MovingObjectDetector, AFrozenCameraShowsNothingThatMoves) {
+  MovingObjectDetector detector{DetectionParams()};
+  Detections found;
+  for (int k = 0; k < 25; ++k) {
+    const BoardScene scene{{wallAt(20), {-2 + 0.25 * std::min(k, 7), -0.2, 0.6, 1.7, 5}}, 1.5};
+    detector.detect(viewOf(scene, 0.1 * k).input, found);
+    if (k == 7) {
+      EXPECT_EQ(found.objects.size(), 1u);
+    }
+  }
+  EXPECT_TRUE(found.objects.empty());
 }
 
 TEST(MovingObjectDetector, IdsGoOnAfterAChangeOfTheRange) {
