@@ -25,7 +25,7 @@ struct DetectedObject {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();         ///< in the odom frame
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< [m^2/s^2]; zero: not known
   double score = 0;                                               ///< confidence, 0..1
-  int age = 0;            ///< frames since the first detection
+  int age = 0;            ///< frames since the first detection, see detect()
   double distance_m = 0;  ///< depth of its nearest part, along the optical axis
 };
 
@@ -179,8 +179,10 @@ class MovingObjectDetector {
   MovingObjectDetector(MovingObjectDetector&&) noexcept;
   MovingObjectDetector& operator=(MovingObjectDetector&&) noexcept;
 
-  /// Another rig than before resets the detector. If only cx_right_px differs, the disparities of
-  /// the past frames are corrected by the difference instead.
+  /// A frame whose left image equals that of the previous frame, less than 1 s later and with a
+  /// known motion, is that frame, shown again: it has the same objects, and no age grows. Another
+  /// rig than before resets the detector. If only cx_right_px differs, the disparities of the past
+  /// frames are corrected by the difference instead.
   /// @param detections  overwritten; buffers of the right size are reused.
   /// @throws std::invalid_argument if rig.size is empty, or if a map does not have rig.size.
   void detect(const DetectionInput& input, Detections& detections);

@@ -37,9 +37,9 @@ constexpr double kGap_m = 0.3;
 /// Downwards, the disparity of a level surface grows by these shares of what is expected at its
 /// height, that of an upright one by less.
 constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
-/// Least share of the known cells on the ground, for each metre of the camera's height, at least
-/// that of one, and at most the second. A low camera may see little of the ground; a high one sees
-/// hardly anything else.
+/// Least share of the known cells on the ground, for each metre of the camera's height; below 1 m
+/// it is that of 1 m, and it is at most the second. A low camera may see little of the ground; a
+/// high one sees hardly anything else.
 constexpr double kGroundSharePerMetre = 0.04, kMostGroundShare = 0.5;
 /// Samples on an upright plane / on the ground: with more, the ground may be a far wall.
 constexpr double kMostOnWall = 0.95;

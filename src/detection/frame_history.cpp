@@ -31,9 +31,10 @@ void FrameHistory::remember(const DetectionInput& input) {
 
 bool FrameHistory::isShownAgain(const DetectionInput& input) const {
   const RememberedFrame& current = frames_[0];
-  if (current.empty() || current.pose_state != PoseState::kKnown ||
-      input.pose_state != PoseState::kKnown || !(input.stamp_s - current.stamp_s < kLongestGap_s))
-    return false;
+  const double apart_s = input.stamp_s - current.stamp_s;
+  const bool follows = input.pose_state == PoseState::kKnown &&
+                       !isUnseen(input.motion_covariance) && apart_s > 0 && apart_s < kLongestGap_s;
+  if (current.empty() || current.pose_state != PoseState::kKnown || !follows) return false;
   const cv::Mat1b& image = current.pyramid.level(0);
   if (image.size() != input.left.size()) return false;
   for (int y = 0; y < image.rows; ++y)

@@ -57,7 +57,7 @@ std::optional<GroundPlane> planeOf(const StereoRig& rig, const Eigen::Vector3d& 
   return GroundPlane{abc[0], abc[1], abc[2], rig.disparityTimesDepth() / length, normal / length};
 }
 
-// Largest error of a disparity of the ground.
+// Within which a disparity is that of the ground.
 float toleranceAt(float disparity_px) { return kDisparitySigma_px + kScaleSigma * disparity_px; }
 
 struct Score {

@@ -6,11 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "detection/motion_noise.h"
 #include "detection/motion_scheme.h"
 #include "detection/paper_windows.h"
 #include "detection/rescaling.h"
 #include "detection/tracker.h"
 #include "imaging/size_check.h"
+#include "predictive_stereo/path_covariance.h"
 #include "predictive_stereo/residual.h"
 
 namespace predictive_stereo {
@@ -108,6 +110,9 @@ struct MovingObjectDetector::State {
   DetectionInput rescaled;
   Detections rescaled_detections;
   std::vector<Observation> observed;
+  // Of the last frame, also if it showed an image again; the motion since another image was shown.
+  Eigen::Isometry3d T_odom_last = Eigen::Isometry3d::Identity();
+  PathCovariance motion_since_image;
 
   explicit State(const DetectionParams& p)
       : params(p),
@@ -125,6 +130,7 @@ struct MovingObjectDetector::State {
     rescaling.rescale(input, params.range, rescaled);
     return rescaled;
   }
+  void continueMotion(DetectionInput& input);
   void find(const DetectionInput& input);
   void report(const DetectionInput& input, Detections& detections) const;
 };
@@ -148,11 +154,22 @@ void MovingObjectDetector::State::setRig(const StereoRig& camera) {
   rig = new_rig;
 }
 
+// The covariance becomes that of the motion since the last frame that find() has seen.
+void MovingObjectDetector::State::continueMotion(DetectionInput& input) {
+  if (input.pose_state != PoseState::kKnown) return;
+  motion_since_image.add(
+      {relative(input.T_odom_cam, T_odom_last), toldCovariance(input.motion_covariance)},
+      CommonErrors::Zero());
+  T_odom_last = input.T_odom_cam;
+  input.motion_covariance = motion_since_image.covariance();
+}
+
 void MovingObjectDetector::State::find(const DetectionInput& input) {
   tracker.predict(
       input.stamp_s, input.rig,
       input.pose_state == PoseState::kKnown ? std::optional(input.T_odom_cam) : std::nullopt);
   const bool by_paper = params.scheme == DetectionScheme::kPaper;
+  motion_since_image = PathCovariance();
   observed = by_paper ? observeAsPaper(input, params)
                       : motion.observe(input, rescaling.cameraPixel_px(), tracker);
   tracker.update(observed, by_paper || motion.soughtKnown());
@@ -193,7 +210,8 @@ void MovingObjectDetector::detect(const DetectionInput& given, Detections& detec
   State& state = *state_;
   requireSizes(given, state.params.scheme);
   state.setRig(given.rig);
-  const DetectionInput& input = state.rescaledOf(given);
+  DetectionInput input = state.rescaledOf(given);
+  state.continueMotion(input);
   // An image that is shown again has the objects that it had.
   if (!state.motion.isShownAgain(input)) state.find(input);
 

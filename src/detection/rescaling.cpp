@@ -39,7 +39,8 @@ Rescaling::Rescaling(const StereoRig& camera)
   if (size_.empty()) return;
   const double scale = scaleOf(camera);
   if (scale == 1) return;
-  rescaled_size_ = {cvRound(scale * size_.width), cvRound(scale * size_.height)};
+  rescaled_size_ = {std::max(1, cvRound(scale * size_.width)),
+                    std::max(1, cvRound(scale * size_.height))};
   columns_ = sources(size_.width, rescaled_size_.width);
   rows_ = sources(size_.height, rescaled_size_.height);
   for (int width = size_.width; width >= 2 * rescaled_size_.width; width /= 2)

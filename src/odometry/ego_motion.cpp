@@ -33,6 +33,12 @@ void addCommonErrors(const EgoMotionParams& params, const StereoRig& rig,
   estimate.motion.covariance += common * common.transpose();
 }
 
+// Such a pair has been refused by the caller.
+bool hidesAll(const cv::Mat1b& ignored_mask) {
+  return !ignored_mask.empty() &&
+         cv::countNonZero(ignored_mask) == static_cast<int>(ignored_mask.total());
+}
+
 // Whether the camera is almost where the reference was seen, and sees most of it.
 bool hardlyMoved(const MotionChoice& choice) {
   const PoseSolution& solution = choice.solution;
@@ -101,7 +107,7 @@ EgoMotionEstimate EgoMotionState::estimate(const cv::Mat1b& left, const cv::Mat1
     chooseReference(choice, used);
   } else {
     estimate.motion.covariance = Matrix6d::Identity() * kUnseenVariance;
-    estimate.state = chooseReferencesAfterLoss(estimate.swapped);
+    estimate.state = chooseReferencesAfterLoss(estimate.swapped || hidesAll(ignored_mask));
   }
   estimate.row_alignment = features.rowAlignment();
   if (params.estimate_disparity_offset) describeOffset(estimate);
@@ -152,14 +158,14 @@ void EgoMotionState::chooseReference(const MotionChoice& choice, size_t used) {
 }
 
 // References for the next frame: the last good one, then this one.
-PoseState EgoMotionState::chooseReferencesAfterLoss(bool swapped) {
+PoseState EgoMotionState::chooseReferencesAfterLoss(bool unusable) {
   drift(offset);
   if (!references.empty()) drift(references.front().offset);
   ReferenceFrame here = makeReference(MotionChoice());
   if (!references.empty() && references.front().age >= EgoMotionEstimate::kMostFrames)
     references.clear();
   const PoseState state = references.empty() ? PoseState::kLost : PoseState::kHeld;
-  if (static_cast<int>(here.features.size()) < kBlindFeatures || swapped) return state;
+  if (static_cast<int>(here.features.size()) < kBlindFeatures || unusable) return state;
   references.resize(std::min<size_t>(references.size(), 1));
   references.push_back(std::move(here));
   return state;

@@ -48,7 +48,7 @@ struct EgoMotionState {
                       EgoMotionEstimate& estimate) const;
   void describeOffset(EgoMotionEstimate& estimate) const;
   void chooseReference(const MotionChoice& choice, size_t used);
-  PoseState chooseReferencesAfterLoss(bool swapped);
+  PoseState chooseReferencesAfterLoss(bool unusable);
   ReferenceFrame makeReference(const MotionChoice& choice);
   void drift(DisparityOffset& some_offset) const;
   DisparityOffset offsetNotTracked() const;

@@ -185,6 +185,33 @@ TEST(FrameHistory, EndsWhereTimeDoesNotGoOn) {
   }
 }
 
+TEST(FrameHistory, KnowsAnImageThatIsShownAgain) {
+  FrameHistory frames;
+  DetectionInput again = frameOf(0);
+  again.stamp_s += kPeriod_s;
+  EXPECT_FALSE(frames.isShownAgain(again)) << "there is no past";
+  frames.remember(frameOf(0));
+  EXPECT_TRUE(frames.isShownAgain(again));
+  again.T_odom_cam = frameOf(1).T_odom_cam;  // poses come from another sensor
+  EXPECT_TRUE(frames.isShownAgain(again));
+
+  DetectionInput other = again;
+  other.left = again.left.clone();
+  ++other.left(23, 39);
+  EXPECT_FALSE(frames.isShownAgain(other)) << "one pixel differs";
+  other = again;
+  other.pose_state = PoseState::kLost;
+  EXPECT_FALSE(frames.isShownAgain(other));
+  other = again;
+  other.motion_covariance = unseenCovariance();
+  EXPECT_FALSE(frames.isShownAgain(other));
+  for (const double seconds : {-kPeriod_s, 0.0, 1.5}) {
+    other = again;
+    other.stamp_s = frameOf(0).stamp_s + seconds;
+    EXPECT_FALSE(frames.isShownAgain(other)) << seconds;
+  }
+}
+
 TEST(FrameHistory, ForgetsOnReset) {
   FrameHistory history;
   for (int k = 0; k < 12; ++k) history.remember(frameOf(k));

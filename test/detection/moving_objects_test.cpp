@@ -149,7 +149,9 @@ TEST(MovingObjectDetector, AFrozenCameraShowsNothingThatMoves) {
   Detections found;
   for (int k = 0; k < 25; ++k) {
     const BoardScene scene{{wallAt(20), {-2 + 0.25 * std::min(k, 7), -0.2, 0.6, 1.7, 5}}, 1.5};
-    detector.detect(viewOf(scene, 0.1 * k).input, found);
+    BoardView view = viewOf(scene, 0.1 * k);
+    view.input.T_odom_cam.translation().z() += 0.05 * std::max(k - 7, 0);
+    detector.detect(view.input, found);
     if (k == 7) {
       EXPECT_EQ(found.objects.size(), 1u);
     }

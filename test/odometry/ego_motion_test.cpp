@@ -145,6 +145,30 @@ TEST_F(Losses, TheDisparityOffsetIsNeverLessCertainThanAtTheStart) {
               1e-9);
 }
 
+// The left camera hangs for longer than the last good pair is kept, while both move to the side.
+// The caller masks these pairs: they would give the next one wrong depths.
+TEST(EgoMotion, AMaskedPairIsNoReference) {
+  const testing::Corridor corridor(1);
+  const StereoRig rig = smallRig();
+  const cv::Mat1b all(rig.size, uint8_t{255});
+  EgoMotion ego_motion{EgoMotionParams()};
+  Pair hung;
+  for (int k = 0; k < 16; ++k) {
+    const Eigen::Isometry3d current = pose(0.02 * k, 0, 0);
+    Pair pair = renderPair(corridor, rig, current, k);
+    const bool hangs = k > 1 && k < 14;
+    if (hangs) pair.left = hung.left;
+    const EgoMotionEstimate estimate =
+        ego_motion.estimate(pair.left, pair.right, rig, hangs ? all : cv::Mat1b());
+    if (!hangs) hung = pair;
+    const bool is_known = k == 1 || k == 15;
+    EXPECT_EQ(estimate.state == PoseState::kKnown, is_known) << k;
+    if (is_known) {
+      EXPECT_LT(errorOf(estimate, pose(0.02 * (k - 1), 0, 0), current).translation_m, 0.01) << k;
+    }
+  }
+}
+
 TEST(EgoMotion, RefusesImagesOfAnotherSize) {
   EgoMotion ego_motion{EgoMotionParams()};
   const StereoRig rig = smallRig();
