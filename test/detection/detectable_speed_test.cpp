@@ -75,6 +75,21 @@ TEST(DetectableSpeed, FollowsFromRigRateAndThresholds) {
             detectableSpeed(rig, 30, 0.1, params).along_mps);
 }
 
+// The detector enlarges the images of a small camera, here of the same view.
+TEST(DetectableSpeed, OfASmallCameraIsThatOfTheRescaledImages) {
+  const StereoRig rig = kittiRig();
+  StereoRig half = rig;
+  half.size = {621, 188};
+  for (double* px : {&half.fx_px, &half.fy_px, &half.cx_left_px, &half.cx_right_px, &half.cy_px})
+    *px *= 0.5;
+  for (const double depth_m : {10.0, 40.0}) {
+    const DetectableSpeed speed = detectableSpeed(rig, depth_m, 0.1),
+                          of_half = detectableSpeed(half, depth_m, 0.1);
+    EXPECT_NEAR(of_half.across_mps, speed.across_mps, 0.01 * speed.across_mps);
+    EXPECT_NEAR(of_half.along_mps, speed.along_mps, 0.01 * speed.along_mps);
+  }
+}
+
 TEST(DetectableSpeed, RefusesWhatIsNotPositive) {
   EXPECT_THROW(detectableSpeed(kittiRig(), 0, 0.1), std::invalid_argument);
   EXPECT_THROW(detectableSpeed(kittiRig(), 10, -0.1), std::invalid_argument);
