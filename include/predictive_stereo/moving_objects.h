@@ -179,10 +179,11 @@ class MovingObjectDetector {
   MovingObjectDetector(MovingObjectDetector&&) noexcept;
   MovingObjectDetector& operator=(MovingObjectDetector&&) noexcept;
 
-  /// A frame whose left image equals that of the previous frame, less than 1 s later and with a
-  /// known motion, is that frame, shown again: it has the same objects, and no age grows. Another
-  /// rig than before resets the detector. If only cx_right_px differs, the disparities of the past
-  /// frames are corrected by the difference instead.
+  /// Another rig than before resets the detector. If only cx_right_px differs, the disparities of
+  /// the past frames are corrected by the difference instead.
+  /// Default scheme: a frame whose left image equals that of the previous frame, less than 1 s
+  /// later and with a known motion, is that frame, shown again. It has the same objects; no age
+  /// grows.
   /// @param detections  overwritten; buffers of the right size are reused.
   /// @throws std::invalid_argument if rig.size is empty, or if a map does not have rig.size.
   void detect(const DetectionInput& input, Detections& detections);
