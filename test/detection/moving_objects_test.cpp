@@ -159,6 +159,27 @@ TEST(MovingObjectDetector, AFrozenCameraShowsNothingThatMoves) {
   EXPECT_TRUE(found.objects.empty());
 }
 
+// Wheels slip to and fro while an image is shown again, and say how uncertain they are: nothing has
+// moved.
+TEST(MovingObjectDetector, TheCovarianceOfAnImageThatIsShownAgainCounts) {
+  MovingObjectDetector detector{DetectionParams()};
+  const BoardScene scene{{wallAt(20), {-0.3, -0.2, 0.6, 1.7, 5}}, 1.5};
+  double slipped_m = 0;
+  for (int k = 0; k < 24; ++k) {
+    BoardView view = viewOf(scene, 0.1 * k);
+    const bool is_again = k > 3 && k % 2 == 0;
+    view.input.left(0, 0) = static_cast<uchar>(is_again ? k - 1 : k);  // all else is the same
+    if (is_again) {
+      slipped_m = 0.1 - slipped_m;
+      view.input.motion_covariance.diagonal().head<3>().setConstant(0.01);
+    }
+    view.input.T_odom_cam.translation().x() = slipped_m;
+    Detections found;
+    detector.detect(view.input, found);
+    EXPECT_TRUE(found.objects.empty()) << k;
+  }
+}
+
 TEST(MovingObjectDetector, IdsGoOnAfterAChangeOfTheRange) {
   DetectionParams params;
   params.scheme = DetectionScheme::kPaper;
