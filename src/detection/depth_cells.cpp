@@ -48,23 +48,23 @@ void DepthCells::setFrame(const DisparityRange& range, const cv::Mat1f& map_px,
   static_assert(kCellSide_px == 2 * kLatticeStep_px && kCellCentre_px == kLatticeStep_px);
   const cv::Size lattice((map_px.cols + 1) / kLatticeStep_px, (map_px.rows + 1) / kLatticeStep_px);
   const cv::Size cells(map_px.cols / kCellSide_px, map_px.rows / kCellSide_px);
-  lattice_px_.create(lattice);
+  lattice_px.create(lattice);
   or_none_px_.create(lattice);
   disparity_px.create(cells);
   variance_px2.create(cells);
   const float least_px =
       std::max(static_cast<float>(range.min_disparity), std::numeric_limits<float>::denorm_min());
   parallelForEach(lattice.height, [&](int v) {
-    sampleRow(map_px[kLatticeStep_px * v], least_px, lattice.width, lattice_px_[v], or_none_px_[v]);
+    sampleRow(map_px[kLatticeStep_px * v], least_px, lattice.width, lattice_px[v], or_none_px_[v]);
   });
   parallelForEach(cells.height, [&](int v) {
-    const float *const upper = lattice_px_[2 * v], *const lower = lattice_px_[2 * v + 1];
+    const float *const upper = lattice_px[2 * v], *const lower = lattice_px[2 * v + 1];
     const int y = kCellSide_px * v;
     cellRow(upper, lower, map_px2[y], map_px2[y + kCellCentre_px], cells.width, disparity_px[v],
             variance_px2[v]);
   });
   const cv::Mat1b around = cv::Mat1b::ones(3, 3);
-  cv::dilate(lattice_px_, nearest_px, around);
+  cv::dilate(lattice_px, nearest_px, around);
   cv::erode(or_none_px_, farthest_px, around);
   cv::threshold(farthest_px, farthest_px, kNone / 2, 0, cv::THRESH_TOZERO_INV);
 }

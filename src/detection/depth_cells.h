@@ -11,15 +11,16 @@ namespace predictive_stereo {
 constexpr int kCellSide_px = 4;
 /// Where a cell is measured, from its first pixel.
 constexpr int kCellCentre_px = 2;
-/// Distance of the points of DepthCells::nearest_px [px].
+/// Distance of the lattice points [px]: every second pixel and row.
 constexpr int kLatticeStep_px = 2;
 
 class DepthCells {
  public:
   cv::Mat1f disparity_px;  ///< of each cell; 0: unknown
   cv::Mat1f variance_px2;  ///< of disparity_px
-  /// Largest and smallest known disparity of the 3x3 lattice points around each lattice point,
-  /// which is every second pixel and row; 0: none is known.
+  cv::Mat1f lattice_px;    ///< of each lattice point; 0: unknown
+  /// Largest and smallest known disparity of the 3x3 lattice points around each lattice point; 0:
+  /// none is known.
   cv::Mat1f nearest_px, farthest_px;
 
   /// Overwrites the maps; buffers of the right size are reused.
@@ -28,7 +29,7 @@ class DepthCells {
                 const cv::Mat1f& variance_px2);
 
  private:
-  cv::Mat1f lattice_px_, or_none_px_;  // of the lattice points; unknown: 0, or a large number
+  cv::Mat1f or_none_px_;  // as lattice_px, but unknown: a large number
 };
 
 }  // namespace predictive_stereo

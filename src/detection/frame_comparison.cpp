@@ -22,14 +22,15 @@ namespace predictive_stereo {
 // Lattice points of one row, and the previous image.
 struct LatticeRow {
   PastMap past;               // the previous image at half resolution, continuous in memory
-  const float* disparity_px;  // of the first point; the next one is two floats further
+  const float* disparity_px;  // of the points
   int x, y;                   // pixel of the first point
   int width;                  // points
-  float smallest_px;          // points with smaller disparities are left out
   const uint8_t* grey;        // current grey values of the points
   const uint8_t* before;      // those of the previous image
 };
 
+// Points with smaller disparities do not show motion.
+constexpr float kLeastShowing_px = 0.5f;
 // Side of the squares over which comparisons are summed, and their reach from the centre.
 constexpr int kComparedSide = 5, kComparedReach = kComparedSide / 2;
 // Rows from kComparedReach above to kComparedReach below, each with kComparedReach more points
@@ -62,7 +63,6 @@ HWY_NOINLINE void compareRow(const LatticeRow& row, float* HWY_RESTRICT differen
   const RowMotion motion(row.past, row.y);
   const auto end_x = static_cast<float>(2 * (row.past.columns - 1)),
              end_y = static_cast<float>(2 * (row.past.rows - 1));
-  const float smallest = row.smallest_px;
   const int step = row.past.stride;
   const uint8_t *const before = row.before, *const below = before + step;
   float is_seen[kChunk], fx[kChunk], fy[kChunk];
@@ -70,15 +70,15 @@ HWY_NOINLINE void compareRow(const LatticeRow& row, float* HWY_RESTRICT differen
   uint32_t corners[kChunk];  // upper left, upper right, lower left, lower right
   for (int first = 0; first < row.width; first += kChunk) {
     const int n = std::min(kChunk, row.width - first), x0 = row.x + 2 * first;
-    const float* HWY_RESTRICT disparity = row.disparity_px + 2 * first;
+    const float* HWY_RESTRICT disparity = row.disparity_px + first;
     const uint8_t* HWY_RESTRICT grey = row.grey + first;
     for (int i = 0; i < n; ++i) {
       const auto at = static_cast<float>(x0 + 2 * i);
-      const float d = disparity[2 * i];
+      const float d = disparity[i];
       const float w = motion.w(at, d);
       const float sx = motion.x(at, d) / w, sy = motion.y(at, d) / w, sd = motion.d(at, d) / w;
       const bool seen =
-          (d >= smallest) & (sx >= 0) & (sy >= 0) & (sx < end_x) & (sy < end_y) & (sd > 0);
+          (d >= kLeastShowing_px) & (sx >= 0) & (sy >= 0) & (sx < end_x) & (sy < end_y) & (sd > 0);
       const float x = seen ? 0.5f * sx : 0.0f, y = seen ? 0.5f * sy : 0.0f;
       const auto column = static_cast<int32_t>(x), line = static_cast<int32_t>(y);
       is_seen[i] = seen ? 1.0f : 0.0f;
@@ -157,8 +157,6 @@ HWY_EXPORT(compareRow);
 HWY_EXPORT(deviationRow);
 HWY_EXPORT(mismatchRow);
 
-constexpr float kNearestDisparity = 0.5f;  // points with smaller disparities do not show motion
-
 // The last kComparedSide rows of a map, with a border of kComparedReach zeros on both sides.
 class LastRows {
  public:
@@ -179,16 +177,15 @@ class LastRows {
 
 }  // namespace
 
-void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
-                   const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, cv::Mat1f& mismatch) {
+void compareFrames(const ImagePyramid& current, const cv::Mat1f& lattice_px,
+                   const ImagePyramid& previous, const SourceOf& source_of, const cv::Rect& area,
+                   cv::Mat1f& mismatch) {
   const cv::Mat1b& now = current.level(1);
   const cv::Mat1b& before = previous.level(1);
   CV_Assert(before.isContinuous());
   const PastMap past{source_of.H().data(), before.cols, before.cols, before.rows};
   mismatch.create(area.size());
   const int rows = area.height;
-  const float smallest_px = std::max(static_cast<float>(range.min_disparity), kNearestDisparity);
   const auto exists = [rows](int v) { return v >= 0 && v < rows; };
   // One pass over the rows of a band; rows that are needed again are kept.
   const auto compareBand = [&](const cv::Range& band) {
@@ -197,8 +194,7 @@ void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
       if (!exists(v)) return difference.clear(v), known.clear(v);
       const int x = 2 * area.x, y = area.y + v;
       HWY_DYNAMIC_DISPATCH(compareRow)
-      ({past, disparity_px[2 * y] + x, x, 2 * y, area.width, smallest_px, now[y] + area.x,
-        before.data},
+      ({past, lattice_px[y] + area.x, x, 2 * y, area.width, now[y] + area.x, before.data},
        difference.row(v), known.row(v));
     };
     const auto deviate = [&](int v) {

@@ -6,7 +6,6 @@
 
 #include "imaging/image_pyramid.h"
 #include "predictive_stereo/disparity_motion.h"
-#include "predictive_stereo/disparity_range.h"
 #include "predictive_stereo/stereo_rig.h"
 
 namespace predictive_stereo {
@@ -36,11 +35,12 @@ constexpr float kUnknownMismatch = -1;
 /// Compares the current image with the previous one, warped by source_of through the measured
 /// disparities, on a lattice of every second pixel and row: lattice point (u, v) is pixel (2u, 2v).
 /// The loops are compiled for every SIMD target: each gives the same results, bit by bit.
+/// @param lattice_px  disparities of the lattice points; 0: unknown.
 /// @param area  the part of the lattice that is compared.
 /// @param mismatch  of the area's size: mean |difference| over 5x5 lattice points after subtracting
 ///   the mean difference [grey levels]; kUnknownMismatch if too few points are known.
-void compareFrames(const ImagePyramid& current, const cv::Mat1f& disparity_px,
-                   const DisparityRange& range, const ImagePyramid& previous,
-                   const SourceOf& source_of, const cv::Rect& area, cv::Mat1f& mismatch);
+void compareFrames(const ImagePyramid& current, const cv::Mat1f& lattice_px,
+                   const ImagePyramid& previous, const SourceOf& source_of, const cv::Rect& area,
+                   cv::Mat1f& mismatch);
 
 }  // namespace predictive_stereo

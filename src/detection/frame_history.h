@@ -119,7 +119,7 @@ struct PastView {
   }
   /// See compareFrames.
   void compare(const SourceOf& source_of, const cv::Rect& area, cv::Mat1f& mismatch) const {
-    compareFrames(images(), disparity_px(), frame.range, past_images(), source_of, area, mismatch);
+    compareFrames(images(), frame.cells.lattice_px, past_images(), source_of, area, mismatch);
   }
 };
 

@@ -74,6 +74,16 @@ JoinedCells joinSurfaces(const StereoRig& rig, const DepthCells& cells, const cv
   return joined;
 }
 
+// Of the cells' lattice points, and of those beyond the last cell.
+cv::Mat1b onLattice(const cv::Mat1b& cells, cv::Size lattice) {
+  if (cells.empty()) return cv::Mat1b::zeros(lattice);
+  cv::Mat1b points;
+  cv::resize(cells, points, {}, 2, 2, cv::INTER_NEAREST);
+  cv::copyMakeBorder(points, points, 0, lattice.height - points.rows, 0,
+                     lattice.width - points.cols, cv::BORDER_REPLICATE);
+  return points;
+}
+
 // 255 on cells of an obstacle, 0 on those that end it: a farther surface begins beside them.
 // @param numbers, disparities_px  three rows; `inner` is the middle one.
 void innerCells(const int32_t* const numbers[3], const float* const disparities_px[3], int cells,
@@ -105,22 +115,21 @@ std::vector<cv::Point> Obstacles::cellsOf(int obstacle) const {
 
 Obstacles findObstacles(const StereoRig& rig, const DepthCells& cells,
                         const std::optional<GroundPlane>& ground, float camera_pixel_px) {
-  Obstacles obstacles{cv::Mat1i(cells.disparity_px.size(), -1),
-                      {},
-                      ground ? cellsAbove(*ground, cells) : cellsNotLevel(rig, cells)};
-  JoinedCells joined =
-      joinSurfaces(rig, cells, obstacles.standing, camera_pixel_px * kDisparityError_px);
+  cv::Mat1b standing = ground ? cellsAbove(*ground, cells) : cellsNotLevel(rig, cells);
+  JoinedCells joined = joinSurfaces(rig, cells, standing, camera_pixel_px * kDisparityError_px);
+  Obstacles obstacles{cv::Mat1i(standing.size(), -1), {}, {}};
   // Roots come first: a set's first cell is its root.
   int* const number = obstacles.number[0];
   const int count = static_cast<int>(obstacles.number.total());
   for (int i = 0; i < count; ++i) {
-    if (!obstacles.standing.data[i]) continue;
+    if (!standing.data[i]) continue;
     const int root = joined.rootOf(i);
     number[i] = root == i ? static_cast<int>(obstacles.sizes.size()) : number[root];
     if (root == i) obstacles.sizes.push_back(0);
     ++obstacles.sizes[static_cast<size_t>(number[i])];
   }
-  if (ground) addFeet(*ground, cells, obstacles.standing);
+  if (ground) addFeet(*ground, cells, standing);
+  obstacles.standing = onLattice(standing, cells.lattice_px.size());
   return obstacles;
 }
 

@@ -1,7 +1,6 @@
 /// Obstacles: depth-connected surfaces above the ground.
 #pragma once
 
-#include <algorithm>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -16,15 +15,9 @@ namespace predictive_stereo {
 struct Obstacles {
   cv::Mat1i number;        ///< of each cell's obstacle, from 0 on; -1: none
   std::vector<int> sizes;  ///< of each obstacle [cells]
-  /// 255 on cells that stand on the ground, with their feet; 0 on the ground and
-  /// where the disparity is unknown.
+  /// 255 on lattice points in cells that stand on the ground, with their feet; 0 on the ground and
+  /// in cells without a disparity. Points beyond the last cell are as those beside them.
   cv::Mat1b standing;
-
-  /// Whether a lattice point is in a standing cell; at the border, in the nearest one.
-  bool standsAt(cv::Point lattice_point) const {
-    return standing.data && standing(std::min(lattice_point.y / 2, standing.rows - 1),
-                                     std::min(lattice_point.x / 2, standing.cols - 1));
-  }
 
   /// The cells of one obstacle, row by row. Lists of all of them would take longer to make.
   std::vector<cv::Point> cellsOf(int obstacle) const;

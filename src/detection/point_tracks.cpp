@@ -224,9 +224,11 @@ void setLayer(const FrameView& frame, Hypothesis& hypothesis) {
   std::vector<float> values;
   for (cv::Point seed : hypothesis.seeds)
     values.push_back(frame.input.measured_disparity_px(2 * seed.y, 2 * seed.x));
-  std::sort(values.begin(), values.end());
   const auto quantile = [&](double share) {
-    return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
+    const auto at = values.begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
   };
   hypothesis.disparity_px = quantile(0.5);
   const auto fB = static_cast<float>(frame.input.rig.disparityTimesDepth());

@@ -80,21 +80,10 @@ struct Layer {
 
 // 255 on the lattice points in `area` that stand and whose disparity is in the layer.
 cv::Mat1b standingLayer(const PastView& view, const Hypothesis& hypothesis, const cv::Rect& area) {
-  const float farthest_px = hypothesis.farthest_px, nearest_px = hypothesis.nearest_px;
-  const cv::Mat1b& standing = view.frame.obstacles.standing;
-  cv::Mat1b layer(area.size(), 0);
-  if (standing.empty()) return layer;
-  for (int v = 0; v < area.height; ++v) {
-    const float* const disparity = view.disparity_px()[2 * (area.y + v)];
-    const uchar* const stands = standing[std::min((area.y + v) / 2, standing.rows - 1)];
-    uchar* const of_row = layer[v];
-    for (int u = 0; u < area.width; ++u) {
-      const float d = disparity[2 * (area.x + u)];
-      const int is_within = (d >= farthest_px) & (d <= nearest_px);
-      of_row[u] = stands[std::min((area.x + u) / 2, standing.cols - 1)] & -is_within;
-    }
-  }
-  return layer;
+  cv::Mat1b layer;
+  cv::inRange(view.frame.cells.lattice_px(area), hypothesis.farthest_px, hypothesis.nearest_px,
+              layer);
+  return layer & view.frame.obstacles.standing(area);
 }
 
 // Empty if no seed is in the layer.

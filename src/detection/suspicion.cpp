@@ -114,7 +114,7 @@ Suspects findSuspects(const FrameView& frame, const cv::Mat1f& texture, const cv
       const auto worst = mostSuspicious(texture, mismatch, first, least);
       if (!worst) continue;
       ++cells_of_row[r];
-      if (frame.obstacles.standsAt(*worst) && isWithinSurface(frame, 2 * *worst))
+      if (frame.obstacles.standing(*worst) && isWithinSurface(frame, 2 * *worst))
         points_of_row[r].push_back(2 * *worst);
     }
   });

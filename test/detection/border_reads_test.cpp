@@ -83,7 +83,7 @@ TEST(BorderReads, OfComparedFrames) {
       current.build(noise<uchar>(size, 0, 256), 2);
       previous.build(noise<uchar>(size, 0, 256), 2);
       cv::Mat1f mismatch;
-      compareFrames(current, noise<float>(size, -1, 30), DisparityRange(), previous, moved,
+      compareFrames(current, noise<float>(current.level(1).size(), 0, 30), previous, moved,
                     cv::Rect(cv::Point(), current.level(1).size()), mismatch);
     });
 }
@@ -113,7 +113,7 @@ TEST(BorderReads, OfTexture) {
     greyTexture(noise<uchar>(lattice, 0, 256), texture);
     FrameParts parts;
     parts.input.measured_disparity_px = noise<float>(lattice * 2, -1, 30);
-    parts.obstacles.standing = cv::Mat1b(lattice / 2, uchar{255});
+    parts.obstacles.standing = cv::Mat1b(lattice, uchar{255});
     findSuspects(parts.frame, texture, noise<float>(lattice, -1, 9));
   });
 }

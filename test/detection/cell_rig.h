@@ -23,6 +23,7 @@ inline DepthCells unknownCells(float variance_px2) {
   DepthCells cells;
   cells.disparity_px = cv::Mat1f(kCellRows, kCellColumns, 0.0f);
   cells.variance_px2 = cv::Mat1f(kCellRows, kCellColumns, variance_px2);
+  cells.lattice_px = cv::Mat1f(2 * kCellRows, 2 * kCellColumns + 1, 0.0f);
   return cells;
 }
 

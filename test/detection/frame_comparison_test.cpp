@@ -48,11 +48,20 @@ struct Frames {
       }
   }
 
+  // Rows are apart in memory, as those of a part of a map.
+  cv::Mat1f lattice_px() const {
+    const cv::Size lattice = current.level(1).size();
+    cv::Mat1f points = cv::Mat1f(lattice + cv::Size(7, 0)).colRange(3, 3 + lattice.width);
+    for (int v = 0; v < points.rows; ++v)
+      for (int u = 0; u < points.cols; ++u)
+        points(v, u) = std::max(disparity_px(2 * v, 2 * u), 0.0f);
+    return points;
+  }
+
   StereoRig rig;
   Eigen::Isometry3d T_prev_cam = Eigen::Isometry3d::Identity();
   ImagePyramid current, previous;
   cv::Mat1f disparity_px;
-  DisparityRange range{0, 128};
 };
 
 // (x, y, d) in the previous frame; d < 0: unknown.
@@ -146,10 +155,9 @@ TEST(FrameComparison, MismatchIsThatOfTheReference) {
       forEveryTarget([&] {
         cv::Mat1f found;
         // A buffer that was larger before, with arbitrary content.
-        compareFrames(frames.current, frames.disparity_px, frames.range, frames.previous, source_of,
+        compareFrames(frames.current, frames.lattice_px(), frames.previous, source_of,
                       cv::Rect(cv::Point(), lattice), found);
-        compareFrames(frames.current, frames.disparity_px, frames.range, frames.previous, source_of,
-                      area, found);
+        compareFrames(frames.current, frames.lattice_px(), frames.previous, source_of, area, found);
         expectEqual(found, expected);
       });
     }
@@ -166,8 +174,8 @@ TEST(FrameComparison, PointsBehindThePreviousCameraAreUnknown) {
     const SourceOf source_of(disparityMotion(frames.rig, frames.T_prev_cam));
     forEveryTarget([&] {
       cv::Mat1f found;
-      compareFrames(frames.current, frames.disparity_px, frames.range, frames.previous, source_of,
-                    {0, 0, 32, 24}, found);
+      compareFrames(frames.current, frames.lattice_px(), frames.previous, source_of, {0, 0, 32, 24},
+                    found);
       EXPECT_EQ(cv::countNonZero(found == kUnknownMismatch), 32 * 24);
     });
   }

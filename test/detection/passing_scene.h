@@ -45,7 +45,8 @@ struct Passing : FrameParts {
     input.measured_variance_px2 = variance;
     current.pyramid.build(now, 4);
     previous.pyramid.build(before, 4);
-    obstacles.standing = cv::Mat1b(disparity.size() / kCellSide_px, uchar{255});
+    obstacles.standing = cv::Mat1b(frame.lattice(), uchar{255});
+    cells.setFrame(range, disparity, variance);
     past = {&previous, T_prev_cam, motion_covariance, kSeconds};
     return frame.since(past);
   }

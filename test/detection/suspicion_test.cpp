@@ -24,7 +24,7 @@ std::vector<cv::Point> suspectsOf(FrameParts& parts, const cv::Mat1b& grey,
                                   const cv::Mat1f& mismatch, const cv::Mat1f& disparity_px) {
   parts.input.measured_disparity_px = disparity_px;
   if (parts.obstacles.standing.empty())
-    parts.obstacles.standing = cv::Mat1b(disparity_px.size() / kCellSide_px, uchar{255});
+    parts.obstacles.standing = cv::Mat1b(grey.size(), uchar{255});
   return findSuspects(parts.frame, textureOf(grey), mismatch).points_px;
 }
 
