@@ -112,11 +112,11 @@ TEST(Suspicion, LeavesOutWhatDoesNotStand) {
   const cv::Mat1b grey(100, 200, uchar{50});
   const cv::Mat1f mismatch(grey.size(), 20.0f);
   FrameParts parts;
-  parts.obstacles.standing = cv::Mat1b::zeros(50, 100);
-  parts.obstacles.standing.rowRange(0, 30).setTo(255);
+  parts.obstacles.standing = cv::Mat1b::zeros(grey.size());
+  parts.obstacles.standing.rowRange(0, 60).setTo(255);
   int upright = 0;
   for (cv::Point p : suspectsOf(parts, grey, mismatch, cv::Mat1f(200, 400, 3.0f))) {
-    EXPECT_LT(p.y, 30 * kCellSide_px);
+    EXPECT_LT(p.y, 120);
     ++upright;
   }
   EXPECT_GT(upright, 500);
