@@ -99,8 +99,8 @@ std::optional<VerifiedObject> Verification::verify(const PastView& view,
   return VerifiedObject{std::move(seen), hypothesis, std::move(*found)};
 }
 
-// Joins an object with another one if they move as one. Otherwise adds it, unless it was found
-// already, or is a part of another one.
+// Joins an object with another one if they move as one. Otherwise adds it instead of its parts,
+// unless it was found already, or is a part of another one.
 void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
   const Observation& seen = verified.object;
   if (!isFree(verified.hypothesis)) return;
@@ -114,8 +114,15 @@ void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
     other = std::move(whole);
     return take();
   }
+  // Which of them was found first does not matter.
+  const auto isPartOfSeen = [&](const Observation& other) {
+    return belongsTo(frame.params, other, seen);
+  };
   for (const Observation& other : objects_)
-    if (overlaps(frame.params, seen, other) || belongsTo(frame.params, seen, other)) return;
+    if (belongsTo(frame.params, seen, other) ||
+        (overlaps(frame.params, seen, other) && !isPartOfSeen(other)))
+      return;
+  objects_.erase(std::remove_if(objects_.begin(), objects_.end(), isPartOfSeen), objects_.end());
   take();
   objects_.push_back(std::move(verified.object));
 }

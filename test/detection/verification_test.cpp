@@ -81,6 +81,18 @@ TEST_F(FoundObjects, AreNotWiderThanAnObject) {
   EXPECT_EQ(boxesOf({moving(kRear, 5), moving(kFront, 5)}), (std::vector<cv::Rect>{kRear, kFront}));
 }
 
+// Whether the lorry or its side, which is farther away, is found first.
+TEST_F(FoundObjects, HaveNoPartsOfTheirOwn) {
+  const cv::Rect side(140, 80, 16, 24);
+  input.measured_disparity_px(side).setTo(car_px() / 1.2f);
+  const VerifiedObject whole = moving(kRear, 5), part = moving(side, 5);
+  EXPECT_EQ(boxesOf({whole, part}), std::vector<cv::Rect>{kRear});
+  verification.setFrame(frame, cv::Mat1f());
+  verification.forgetObjects();
+  EXPECT_EQ(boxesOf({part, whole}), std::vector<cv::Rect>{kRear});
+  EXPECT_TRUE(verification.isTaken(side.tl() / 2)) << "not found again";
+}
+
 TEST_F(FoundObjects, AreFoundOnce) {
   EXPECT_EQ(boxesOf({moving(kRear, 5), moving(kRear, 1)}).size(), 1u) << "the first one wins";
 }
