@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <tuple>
 
 #include "detection/constants.h"
@@ -204,9 +205,10 @@ bool isStillThere(const DetectionInput& input, const DisparityRange& range,
   const cv::Rect box = moved_along.box_px & cv::Rect(cv::Point(), input.rig.size);
   const double nearest_m = moved_along.distance_m - margin_m,
                farthest_m = moved_along.distance_m + moved_along.size_m.z() + margin_m;
-  if (box.empty() || !(nearest_m > margin_m)) return false;
+  if (box.empty()) return false;
   const auto disparityAt = [&](double depth_m) {
-    return static_cast<float>(input.rig.disparityTimesDepth() / depth_m);
+    return depth_m > 0 ? static_cast<float>(input.rig.disparityTimesDepth() / depth_m)
+                       : std::numeric_limits<float>::infinity();
   };
   const float nearest_px = disparityAt(nearest_m) + kDisparityError_px;
   const float farthest_px = disparityAt(farthest_m) - kDisparityError_px;

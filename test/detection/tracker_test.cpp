@@ -226,6 +226,16 @@ TEST(UnseenObject, ReachesAsFarAsItsOwnDepth) {
   EXPECT_TRUE(scene.isThere());
 }
 
+// A person before a small camera: the margin of 0.6 m reaches behind the camera.
+TEST(UnseenObject, MayBeNearerThanTheMargin) {
+  Scene scene;
+  scene.rig.baseline_m = 0.05;
+  scene.car.distance_m = scene.rig.disparityTimesDepth() / 60;  // 0.42 m
+  EXPECT_FALSE(scene.isThere());
+  scene.disparity_px(scene.car.box_px) = 60;
+  EXPECT_TRUE(scene.isThere());
+}
+
 TEST(UnseenObject, IsGoneWhereTheBackgroundShows) {
   Scene scene;
   EXPECT_FALSE(scene.isThere());
