@@ -126,7 +126,7 @@ class DisparityNodelet
 
   void process(const Job& job) override {
     const SequenceGuard::Result sequence = processor_->begin(job.frame);
-    tell(sequence);
+    if (!tell(sequence)) return;
     if (sequence.verdict != SequenceGuard::Verdict::kContinues) masks_->history().clear();
 
     StageTimes waiting;

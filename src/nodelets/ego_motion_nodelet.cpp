@@ -53,7 +53,6 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
 
   void process(const Job& job) override {
     const std_msgs::Header& header = job.frame.left->header;
-    if (header.frame_id.empty()) throw std::invalid_argument(kNoFrame);
     const std::optional<Eigen::Isometry3d> T_base_cam = extrinsic(job.frame);
     if (!T_base_cam) return;
 
@@ -65,7 +64,7 @@ class EgoMotionNodelet : public FrameNodelet<EgoMotionNodeletParams, StereoInput
     const EgoMotionProcessor::Output output =
         processor_->process(job.frame, *T_base_cam, usableMask(mask, *job.frame.left), R_cam_prev);
     watch.lap("ego-motion", times);
-    tell(output.sequence);
+    if (!tell(output.sequence)) return;
     // Images that repeat show no motion, whatever the gyroscope measures.
     if (!output.repeated) rotation_->learnBias(last_stamp_, header.stamp, output.estimate);
     outputs_->publish(output);

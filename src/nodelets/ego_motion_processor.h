@@ -94,10 +94,15 @@ class EgoMotionProcessor {
   }
 
   /// The pose of the left camera in that frame, from tf; none: `error` says why.
+  /// @throws std::invalid_argument for an image without a frame, and if that frame is odom_frame.
   std::optional<Eigen::Isometry3d> extrinsic(const tf2::BufferCore& tf, const StereoPair& pair,
                                              std::string& error) const {
-    if (cameraIsBase(pair)) return Eigen::Isometry3d::Identity();
     const std_msgs::Header& header = pair.left->header;
+    if (header.frame_id.empty()) throw std::invalid_argument(kNoFrame);
+    if (baseFrame(pair) == withoutSlash(params_.odom_frame))
+      throw std::invalid_argument("odom_frame '" + params_.odom_frame +
+                                  "' is the frame that moves in it: set another name");
+    if (cameraIsBase(pair)) return Eigen::Isometry3d::Identity();
     return lookUpTransform(tf, baseFrame(pair), header.frame_id, header.stamp, error);
   }
 

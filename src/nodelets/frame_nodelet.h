@@ -98,15 +98,17 @@ class FrameNodelet : public nodelet::Nodelet {
   }
 
   /// Tells how a frame continues the sequence: one that starts anew is logged, two are a problem.
-  /// @throws std::invalid_argument for a frame that is ignored: nothing is done with it.
-  void tell(const SequenceGuard::Result& sequence) {
+  /// @returns false for a frame that is ignored, which is a problem: nothing is done with it.
+  bool tell(const SequenceGuard::Result& sequence) {
     if (sequence.verdict == SequenceGuard::Verdict::kBackward)
       health_->warning(sequence.reason);  // the pose jumps to the origin
     else if (sequence.startsAnew())
       health_->event(sequence.reason);
-    if (sequence.isIgnored()) throw std::invalid_argument(sequence.reason);
+    health_->problem("order", sequence.isIgnored() ? sequence.reason : "");
+    if (sequence.isIgnored()) return false;
     const bool again = std::exchange(starts_anew_, sequence.startsAnew()) && starts_anew_;
     health_->problem("past", again ? "frame after frame: " + sequence.reason : "");
+    return true;
   }
 
   /// @param frames, images  what is dropped, and what finds no partner.

@@ -103,7 +103,7 @@ class MovingObjectsNodelet
     input.row_alignment = odometry_->columns().of(header.stamp);
     const MovingObjectsProcessor::Output output = processor_->process(input, pose);
     watch.lap("detection", times);
-    tell(output.sequence);
+    if (!tell(output.sequence)) return;
     passive_mask_.publish(output.mask);  // first: other nodelets wait for it
     outputs_->publish(output);
     health_->figure("objects", static_cast<double>(output.objects->objects.size()), "%.0f");

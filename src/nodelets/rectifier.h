@@ -5,6 +5,7 @@
 #include <sensor_msgs/distortion_models.h>
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -49,6 +50,12 @@ class Rectifier {
           std::to_string(info.P[0]) +
           "): calibrate the camera (camera_calibration's cameracalibrator), or, if its images are "
           "rectified already, do not set rectify");
+    const auto isFinite = [](double value) { return std::isfinite(value); };
+    if (!std::all_of(info.K.begin(), info.K.end(), isFinite) ||
+        !std::all_of(info.D.begin(), info.D.end(), isFinite) ||
+        !std::all_of(info.P.begin(), info.P.end(), isFinite))
+      throw std::invalid_argument(
+          "camera_info: a number in K, D or P is not finite: calibrate the camera again");
     const cv::Matx33d K = intrinsics(info), P = rectifiedIntrinsics(info), R(info.R.data());
     constexpr double kTolerance = 1e-2;  // of a rotation with few decimals
     if (!(cv::norm(R * R.t(), cv::Matx33d::eye(), cv::NORM_INF) <= kTolerance))
@@ -65,6 +72,13 @@ class Rectifier {
       throw std::invalid_argument(
           "camera_info has distortion_model '" + info.distortion_model +
           "': must be plumb_bob, rational_polynomial or equidistant; calibrate with one of these");
+    cv::Mat1b is_seen;
+    cv::inRange(map_, cv::Scalar(0, 0), cv::Scalar(size.width - 1, size.height - 1), is_seen);
+    if (cv::countNonZero(is_seen) < 0.01 * size.area())
+      throw std::invalid_argument(
+          "camera_info: by K, D and R the rectified image shows next to nothing of the raw one: "
+          "calibrate "
+          "the camera again");
     info_ = info;
   }
 

@@ -8,12 +8,14 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/join.hpp>
 #include <boost/algorithm/string/predicate.hpp>
 #include <limits>
 #include <map>
 #include <stdexcept>
 
 #include "nodelets/nodelet_params.h"
+#include "nodelets/rectifier.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
 #include "tools/pipeline_processor.h"
@@ -24,6 +26,7 @@ namespace {
 using Level = BagFinding::Level;
 
 constexpr double kLookedAt_s = 30;
+const std::string kOdometryArgument = "odometry:=";
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 double secondsBetween(ros::Time from, ros::Time to) { return to.toSec() - from.toSec(); }
@@ -199,6 +202,10 @@ class Checker {
     try {
       greyImage(*pair_.right, "right");
       checkBrightness(greyImage(*pair_.left, "left"));
+      if (camera_.is_raw) {
+        Rectifier().rectify(*pair_.left, *pair_.left_info);
+        Rectifier().rectify(*pair_.right, *pair_.right_info);
+      }
       result_.good(cv::format("images: %ux%u %s", pair_.left->width, pair_.left->height,
                               pair_.left->encoding.c_str()));
       const StereoRig rig = stereoRig(pair_);
@@ -254,11 +261,17 @@ class Checker {
         result_.advice(doubt);
     const auto odometry = moving_.find(moved);
     if (odometry != moving_.end()) {
-      const std::string arguments[] = {"ego_motion:=false",
-                                       "odom_frame:=" + odometry->second.parent};
-      result_.arguments.insert(result_.arguments.end(), arguments, arguments + 2);
+      std::vector<std::string> arguments{"ego_motion:=false",
+                                         "odom_frame:=" + odometry->second.parent};
+      const std::string topics = topicsOfType(types_, "nav_msgs/Odometry");
+      const bool is_one = !topics.empty() && topics.find(',') == std::string::npos;
+      if (is_one) arguments.push_back(kOdometryArgument + topics);
+      result_.arguments.insert(result_.arguments.end(), arguments.begin(), arguments.end());
       result_.advice("the bag's own tf moves " + moved + " in " + odometry->second.parent +
-                     ": give " + arguments[0] + " " + arguments[1] + " to use this motion");
+                     ": give " + boost::algorithm::join(arguments, " ") + " to use this motion" +
+                     (is_one || topics.empty()
+                          ? ""
+                          : ", and odometry:= the topic with its covariance, of " + topics));
       return checkOdometry(odometry->second);
     }
     const std::string no_path = "tf has no path from " + base + " to " + frame;
@@ -297,10 +310,12 @@ class Checker {
   void checkOutputs() {
     using boost::algorithm::starts_with;
     const std::string prefix = "camera:=";
-    std::string camera = "/kitti";
+    std::string camera = "/kitti", odometry;
     bool estimates_odometry = true;
     for (const std::string& argument : result_.arguments) {
       if (starts_with(argument, prefix)) camera = cameraNamespace(argument.substr(prefix.size()));
+      if (starts_with(argument, kOdometryArgument))
+        odometry = argument.substr(kOdometryArgument.size());
       if (argument == "ego_motion:=false") estimates_odometry = false;
     }
     std::vector<std::string> outputs;
@@ -312,7 +327,8 @@ class Checker {
     if (outputs.empty()) return;
     std::string inputs;
     for (const std::string& topic : camera_.topics.all()) inputs += "'" + topic + "', ";
-    if (!estimates_odometry) inputs += "'" + camera + "/odometry', ";
+    if (!estimates_odometry)
+      inputs += "'" + (odometry.empty() ? camera + "/odometry" : odometry) + "', ";
     result_.advice(
         cv::format("the bag has %zu outputs of the nodelets, e.g. %s: they mix with the new ones. "
                    "Make a bag of the inputs by rosbag filter IN.bag OUT.bag ",

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <opencv2/core/utility.hpp>
 #include <regex>
 
@@ -29,6 +30,17 @@ std::map<std::string, bool> optionsIn(const std::string& help) {
     options[(*found)[1]] |= (*found)[2].matched;
   return options;
 }
+
+bool isSameFile(const std::filesystem::path& one, const std::filesystem::path& other) {
+  std::error_code ignored;
+  const auto withoutLinks = [&](const std::filesystem::path& path) {  // it need not exist
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
+  };
+  return std::filesystem::equivalent(one, other, ignored) ||
+         withoutLinks(one) == withoutLinks(other);
+}
+
+const std::string kOutputs[] = {"output", "csv"};
 
 }  // namespace
 
@@ -61,6 +73,20 @@ CommandLine::CommandLine(int argc, const char* const* argv, const std::string& h
     else
       throw UsageError("option " + argument + " needs a value");
   }
+  for (const std::string& input : positional_) requireKept(input);
+  for (const auto& [name, values] : values_)
+    if (std::find(std::begin(kOutputs), std::end(kOutputs), name) == std::end(kOutputs))
+      for (const std::string& value : values) requireKept(value);
+  if (has("output") && has("csv") && isSameFile(get("output"), get("csv")))
+    throw UsageError("--output and --csv are the same file: give another name");
+}
+
+void CommandLine::requireKept(const std::string& input) const {
+  for (const std::string& name : kOutputs)
+    for (const std::string& output : all(name))
+      if (isSameFile(output, input))
+        throw UsageError("--" + name + " = " + output +
+                         ": is an input, which would be lost: give another name");
 }
 
 std::string CommandLine::get(const std::string& name, const std::string& otherwise) const {

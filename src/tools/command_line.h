@@ -20,7 +20,8 @@ class CommandLine {
  public:
   /// @param help  the tool's help text: the options are those that it names. One has a value if a
   ///   word with a capital follows, "--name VALUE"; it may be repeated. "--help" is always one.
-  /// @throws UsageError for unknown options (it suggests the nearest known one) or missing values.
+  /// @throws UsageError for unknown options (it suggests the nearest known one), missing values,
+  ///   and if --output or --csv is a file that another argument names.
   CommandLine(int argc, const char* const* argv, const std::string& help);
 
   bool has(const std::string& name) const { return values_.count(name) > 0; }
@@ -32,6 +33,8 @@ class CommandLine {
   /// @throws UsageError for a value that is not a number.
   double getDouble(const std::string& name, double otherwise) const;
   const std::vector<std::string>& positional() const { return positional_; }
+  /// @throws UsageError if --output or --csv is this file, which would be lost.
+  void requireKept(const std::string& input) const;
   /// The command line, with arguments separated by blanks.
   const std::string& command() const { return command_; }
 

@@ -153,11 +153,13 @@ boost::shared_ptr<Message> stamped(const boost::shared_ptr<const Message>& messa
   return copy;
 }
 
+// Their tf is their own: that of a robot on the same master may fix the camera to another frame.
 void loadNodelets(const std::string& ns, nodelet::Loader& loader) {
+  const ros::M_string own_tf{{"/tf", ns + "/tf"}, {"/tf_static", ns + "/tf_static"}};
   for (const auto& [name, type] :
        {std::pair("ego_motion", "EgoMotion"), std::pair("disparity", "Disparity"),
         std::pair("moving_objects", "MovingObjects")})
-    if (!loader.load(ns + "/" + name, std::string("predictive_stereo/") + type, {}, {}))
+    if (!loader.load(ns + "/" + name, std::string("predictive_stereo/") + type, own_tf, {}))
       throw std::runtime_error(std::string("the nodelet ") + type +
                                " cannot be loaded; source the workspace's setup.bash first");
 }

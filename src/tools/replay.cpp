@@ -292,9 +292,6 @@ int runProgram(const CommandLine& line) {
   for (const char* option : {"bag", "output"})
     if (line.get(option).empty()) throw UsageError("--" + std::string(option) + " is missing");
   if (!line.positional().empty()) throw UsageError("unexpected argument " + line.positional()[0]);
-  std::error_code ignored;
-  if (std::filesystem::equivalent(line.get("bag"), line.get("output"), ignored))
-    throw UsageError("--output is the recording itself, which would be lost: give another name");
   catchInterruptions();
   Replay(line).run();
   return 0;

@@ -171,6 +171,8 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
     std::string text = candidates.empty()
                            ? bag.getFileName() + " has no stereo camera of a known layout"
                            : bag.getFileName() + " has more than one stereo camera";
+    if (candidates.empty() && !choice.raw && !knownCameras(types, true).empty())
+      text += " but with raw images (rectify them: replay --rectify)";
     text += "; choose with --camera, or --left and --right, from these image topics:";
     for (const std::string& topic : topicsWithImages(types)) text += "\n  " + topic;
     if (topicsWithImages(types).empty()) text += " none";

@@ -2,7 +2,9 @@
 #include "tools/live_load.h"
 
 #include <gtest/gtest.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <cstdlib>
 #include <memory>
@@ -97,6 +99,22 @@ TEST_F(LiveLoadTest, in_haste_the_newest_is_taken_and_every_loss_is_counted) {
   EXPECT_EQ(all.lost, result.reported_losses);
   // In a growing queue latencies would reach seconds.
   EXPECT_LT(all.p50_ms, 1000);
+}
+
+// A robot may run on the same master, with the same camera.
+TEST_F(LiveLoadTest, the_tf_of_a_robot_is_left_alone) {
+  ros::NodeHandle robot;
+  ros::CallbackQueue queue;
+  robot.setCallbackQueue(&queue);
+  int read = 0, written = 0;
+  const ros::Publisher fixed = robot.advertise<tf2_msgs::TFMessage>(
+      "/tf_static", 1, [&](const ros::SingleSubscriberPublisher&) { ++read; });
+  const ros::Subscriber moving = robot.subscribe<tf2_msgs::TFMessage>(
+      "/tf", 100, [&](const tf2_msgs::TFMessageConstPtr&) { ++written; });
+  load_->run(0, 20, AllNodeletParams());
+  queue.callAvailable();
+  EXPECT_EQ(read, 0);
+  EXPECT_EQ(written, 0);
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 #include <sensor_msgs/CompressedImage.h>
 
 #include <algorithm>
+#include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodelets/disparity_processor.h"
@@ -148,6 +150,16 @@ TEST(Rectifier, names_what_it_cannot_use) {
   };
   auto info = kLeft.info(*pair.left_info);
   EXPECT_EQ(refusal(*info), "");
+  const sensor_msgs::CameraInfo good = *info;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (double* number : {&info->K[2], &info->D[1], &info->P[6]}) {
+    const double before = std::exchange(*number, nan);
+    EXPECT_NE(refusal(*info).find("is not finite"), std::string::npos);
+    *number = before;
+  }
+  info->D.assign(5, 1e6);
+  EXPECT_NE(refusal(*info).find("shows next to nothing"), std::string::npos);
+  *info = good;
   info->distortion_model = "kannala";
   EXPECT_NE(refusal(*info).find("distortion_model 'kannala'"), std::string::npos);
   info->distortion_model = "plumb_bob";

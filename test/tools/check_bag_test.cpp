@@ -61,6 +61,17 @@ TEST_F(CheckBag, PutsRectificationInFrontOfRawImages) {
   EXPECT_TRUE(hasArgument(result, "rectify:=true"));
 }
 
+TEST_F(CheckBag, RefusesRawImagesThatCannotBeRectified) {
+  Recording raw;
+  raw.left = "/stereo/left/image_raw";
+  raw.right = "/stereo/right/image_raw";
+  raw.R = {};
+  EXPECT_SAYS(faults(check(raw)), "is no rotation");
+  raw = {};
+  raw.R = {};
+  EXPECT_TRUE(check(raw).isUsable()) << "rectified ones do not need it";
+}
+
 TEST_F(CheckBag, KnowsAnInfraredPairWithoutANamespace) {
   Recording infrared;
   infrared.left = "/infra1/image_rect_raw";
@@ -324,8 +335,22 @@ TEST_F(CheckBag, UsesAnOdometryOfTheBag) {
   EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_TRUE(hasArgument(result, "ego_motion:=false"));
   EXPECT_TRUE(hasArgument(result, "odom_frame:=map"));
+  EXPECT_EQ(advice(result).find("odometry:="), std::string::npos) << "the bag has no topic of it";
   EXPECT_EQ(advice(result).find("this motion begins"), std::string::npos);
   EXPECT_EQ(advice(result).find("this motion was recorded"), std::string::npos);
+}
+
+TEST_F(CheckBag, NamesTheTopicOfAnOdometry) {
+  Recording own;
+  own.base_parent = "odom";
+  own.odometries = {"/wheels/odom"};
+  EXPECT_TRUE(hasArgument(check(own), "odometry:=/wheels/odom"));
+  own.others = {"/stereo/disparity/image"};
+  EXPECT_SAYS(advice(check(own)), "'/wheels/odom', '/tf'") << "of the inputs";
+  own.odometries = {"/wheels/odom", "/fused/odom"};
+  const BagCheck result = check(own);
+  EXPECT_SAYS(advice(result), "of /fused/odom, /wheels/odom");
+  EXPECT_FALSE(hasArgument(result, "odometry:=/wheels/odom"));
 }
 
 TEST_F(CheckBag, TellsThatTheBagHasOutputsOfTheNodelets) {

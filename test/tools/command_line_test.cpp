@@ -8,7 +8,8 @@ namespace {
 CommandLine parse(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), "tool");
   return {static_cast<int>(arguments.size()), arguments.data(),
-          "tool [--frames N]\n  --set NAME=VALUE  see other --help\n  --quick  without a value"};
+          "tool [--frames N]\n  --set NAME=VALUE  see other --help\n  --quick  without a value\n"
+          "--output FILE --csv FILE"};
 }
 
 std::string refusal(const std::vector<const char*>& arguments) {
@@ -36,6 +37,10 @@ TEST(CommandLine, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(refusal({"--frame", "7"}), "unknown option --frame; did you mean --frames?");
   EXPECT_EQ(refusal({"--frames"}), "option --frames needs a value");
   EXPECT_NE(refusal({"--quick=1"}), "accepted");
+  EXPECT_NE(refusal({"a.bag", "--csv", "./a.bag"}).find("is an input"), std::string::npos);
+  EXPECT_NE(refusal({"--csv", "a", "--set", "a"}).find("is an input"), std::string::npos);
+  EXPECT_NE(refusal({"--csv", "a", "--output", "./a"}).find("are the same"), std::string::npos);
+  EXPECT_EQ(refusal({"a.bag", "--csv", "a.csv", "--output", "b.bag"}), "accepted");
   EXPECT_THROW(parse({"--frames", "0"}).getInt("frames", 0, 1), UsageError);
   EXPECT_THROW(parse({"--frames", "x"}).getInt("frames", 0, 1), UsageError);
 }

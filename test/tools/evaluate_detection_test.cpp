@@ -115,6 +115,8 @@ TEST_F(EvaluateDetection, NamesWhatIsWrongAndTheCure) {
       "line 2");
   expectRefused(bag() + " " + drive + " --labels " + files_.write("c.csv", kHeader),
                 "must be a folder");
+  const std::string own = files_.write(std::string(KittiFixture::kDrive) + ".csv", kHeader);
+  expectRefused(drive + " --labels " + files_.path("") + " --csv " + own, "is an input");
   expectRefused(bag() + " --objects " + bag(), "0 topics .../moving_objects");
   expectRefused(bag() + " --scheme best", "default | paper");
   expectRefused(bag() + " --left /a", "give --left and --right together");

@@ -65,5 +65,29 @@ TEST(PipelineProcessor, odometry_has_the_names_that_its_frames_have_in_tf) {
   EXPECT_EQ(frame->ego_motion.pose->header.frame_id, "robot/odom");
 }
 
+TEST(PipelineProcessor, refuses_frames_that_make_no_sense_and_names_them) {
+  tf2::BufferCore tf;
+  addExtrinsic(tf, street().stamp(0));
+  const auto refusal = [&](const AllNodeletParams& params, const StereoPair& pair) -> std::string {
+    try {
+      PipelineProcessor(params, tf).process(pair);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  const StereoPair pair = street().pair(0);
+  AllNodeletParams params;
+  EXPECT_EQ(refusal(params, pair), "accepted");
+  params.ego_motion.odom_frame = "/base_link";
+  EXPECT_NE(refusal(params, pair).find("'/base_link' is the frame that moves in it"),
+            std::string::npos);
+  auto nameless = boost::make_shared<sensor_msgs::Image>(*pair.left);
+  nameless->header.frame_id.clear();
+  EXPECT_NE(refusal(AllNodeletParams(), {nameless, pair.right, pair.left_info, pair.right_info})
+                .find("has an empty frame_id"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace predictive_stereo

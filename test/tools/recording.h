@@ -2,6 +2,7 @@
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
+#include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -34,6 +35,8 @@ struct Recording {
   uint8_t grey = 100;
   bool compressed = false, broken = false;
   std::vector<std::string> others;  // more topics
+  std::vector<std::string> odometries;
+  boost::array<double, 9> K{{100, 0, 32, 0, 100, 16, 0, 0, 1}}, R{{1, 0, 0, 0, 1, 0, 0, 0, 1}};
 };
 
 inline sensor_msgs::Image image(const Recording& recording, unsigned width, ros::Time stamp) {
@@ -73,6 +76,8 @@ inline sensor_msgs::CameraInfo info(const Recording& recording, double P3, ros::
   message.header.stamp = stamp;
   message.width = recording.calibrated_width;
   message.height = recording.height;
+  message.K = recording.K;
+  message.R = recording.R;
   message.P = {100, 0, 32, P3, 0, 100, 16, 0, 0, 0, 1, 0};
   return message;
 }
@@ -108,6 +113,8 @@ inline void write(const Recording& recording, const std::string& path) {
     if (recording.optical) mount.transforms[0].transform.rotation = optical();
     bag.write("/tf_static", begin, mount);
   }
+  for (const std::string& topic : recording.odometries)
+    bag.write(topic, begin, nav_msgs::Odometry());
   for (const std::string& topic : recording.others)
     bag.write(topic, begin, image(recording, recording.width, begin));
   for (size_t i = 0; i < stamps_s.size(); ++i) {

@@ -434,10 +434,14 @@ TEST_F(Replay, MistakesAreNamedAndLeaveNothingBehind) {
 
 TEST_F(Replay, TheRecordingIsNotOverwritten) {
   const auto bytes = std::filesystem::file_size(street());
-  const Result result = replay("--bag " + street() + " --output " + files_.path("./street.bag"));
-  EXPECT_NE(result.status, 0);
-  EXPECT_NE(result.errors.find("--output is the recording itself"), std::string::npos);
-  EXPECT_EQ(std::filesystem::file_size(street()), bytes);
+  const std::string recording = files_.path("./street.bag");
+  for (const std::string& outputs :
+       {"--output " + recording, "--csv " + recording + " --output " + files_.path("out.bag")}) {
+    const Result result = replay("--bag " + street() + " " + outputs);
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.errors.find("is an input, which would be lost"), std::string::npos);
+    EXPECT_EQ(std::filesystem::file_size(street()), bytes);
+  }
 }
 
 }  // namespace

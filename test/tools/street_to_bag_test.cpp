@@ -134,6 +134,7 @@ TEST_F(StreetToBag, MistakesLeaveNothingBehind) {
   EXPECT_NE(streetToBag(path("a.bag") + " --size 8x8"), 0);
   EXPECT_NE(streetToBag(path("no/such/folder/a.bag") + " --frames 1"), 0);
   EXPECT_NE(streetToBag(path("a.bag") + " " + path("b.bag")), 0);
+  EXPECT_NE(streetToBag(path("a.bag") + " --namespace my-camera"), 0);
   EXPECT_NE(streetToBag(""), 0);
   EXPECT_EQ(bags(), 0u);
   EXPECT_EQ(streetToBag("--help"), 0);

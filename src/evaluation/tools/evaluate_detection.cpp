@@ -20,10 +20,12 @@ void setLabels(const CommandLine& command_line, Sequence& sequence) {
   fs::path file = path;
   if (fs::is_directory(path)) file = path / (sequence.name() + ".csv");
   const bool has_truth = sequence.objects(0).has_value();
-  if (command_line.has("labels") && (file == path || fs::exists(file) || !has_truth))
+  if (command_line.has("labels") && (file == path || fs::exists(file) || !has_truth)) {
     sequence.setLabels(readObjectLabels(file.string()));
-  else if (!has_truth)
+    command_line.requireKept(file.string());  // of a folder, too
+  } else if (!has_truth) {
     throw UsageError(sequence.name() + ": has no labels of moving objects; give --labels CSV");
+  }
 }
 
 void requireValidChoice(const CommandLine& command_line, size_t sequences) {

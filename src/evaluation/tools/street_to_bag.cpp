@@ -2,6 +2,7 @@
 #include <cv_bridge/cv_bridge.h>
 #include <nav_msgs/Odometry.h>
 #include <predictive_stereo/MovingObjectArray.h>
+#include <ros/names.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/image_encodings.h>
 #include <stereo_msgs/DisparityImage.h>
@@ -164,6 +165,8 @@ int runProgram(const CommandLine& line) {
   const StereoRig& rig = street.rig();
   const Eigen::Isometry3d T_world_odom = basePose(street, street.exposureTimeOf(0));
   const std::string ns = cameraNamespace(line.get("namespace", "/street"));
+  if (std::string error; !ros::names::validate(ns, error))
+    throw UsageError("--namespace = " + ns + ": " + error);
 
   BagFile file(line.positional()[0], line.has("compress"));
   catchInterruptions();
