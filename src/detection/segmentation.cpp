@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -80,9 +81,10 @@ struct Layer {
 
 // 255 on the lattice points in `area` that stand and whose disparity is in the layer.
 cv::Mat1b standingLayer(const PastView& view, const Hypothesis& hypothesis, const cv::Rect& area) {
+  // What is unknown is 0.
+  const float farthest_px = std::max(hypothesis.farthest_px, std::numeric_limits<float>::min());
   cv::Mat1b layer;
-  cv::inRange(view.frame.cells.lattice_px(area), hypothesis.farthest_px, hypothesis.nearest_px,
-              layer);
+  cv::inRange(view.frame.cells.lattice_px(area), farthest_px, hypothesis.nearest_px, layer);
   return layer & view.frame.obstacles.standing(area);
 }
 

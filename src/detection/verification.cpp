@@ -105,24 +105,29 @@ void Verification::add(const FrameView& frame, VerifiedObject&& verified) {
   const Observation& seen = verified.object;
   if (!isFree(verified.hypothesis)) return;
   const auto take = [&] { taken_(verified.segment.area).setTo(255, verified.segment.mask); };
+  const auto dropPartsOf = [&](const Observation& whole) {
+    objects_.erase(std::remove_if(objects_.begin(), objects_.end(),
+                                  [&](const Observation& other) {
+                                    return belongsTo(frame.params, other, whole);
+                                  }),
+                   objects_.end());
+  };
   for (Observation& other : objects_) {
     if (!moveAsOne(frame.input, frame.params, other, seen)) continue;
     Observation whole = joined(other, seen);
     if (!measureShape(frame.input, frame.range, whole) ||
         whole.size_m.x() > frame.params.max_width_m)
       continue;
-    other = std::move(whole);
+    other = whole;
+    dropPartsOf(whole);
     return take();
   }
   // Which of them was found first does not matter.
-  const auto isPartOfSeen = [&](const Observation& other) {
-    return belongsTo(frame.params, other, seen);
-  };
   for (const Observation& other : objects_)
     if (belongsTo(frame.params, seen, other) ||
-        (overlaps(frame.params, seen, other) && !isPartOfSeen(other)))
+        (overlaps(frame.params, seen, other) && !belongsTo(frame.params, other, seen)))
       return;
-  objects_.erase(std::remove_if(objects_.begin(), objects_.end(), isPartOfSeen), objects_.end());
+  dropPartsOf(seen);
   take();
   objects_.push_back(std::move(verified.object));
 }

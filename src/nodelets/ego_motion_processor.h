@@ -94,7 +94,8 @@ class EgoMotionProcessor {
   }
 
   /// The pose of the left camera in that frame, from tf; none: `error` says why.
-  /// @throws std::invalid_argument for an image without a frame, and if that frame is odom_frame.
+  /// @throws std::invalid_argument for an image without a frame_id, or if baseFrame() is
+  /// odom_frame.
   std::optional<Eigen::Isometry3d> extrinsic(const tf2::BufferCore& tf, const StereoPair& pair,
                                              std::string& error) const {
     const std_msgs::Header& header = pair.left->header;

@@ -63,22 +63,22 @@ class Rectifier {
           "camera_info: R, which begins with " + std::to_string(info.R[0]) +
           ", is no rotation: calibrate the cameras again (1 0 0 0 1 0 0 0 1 turns nothing)");
     namespace models = sensor_msgs::distortion_models;
+    cv::Mat1f x, y;
     if (info.D.empty() || info.distortion_model == models::PLUMB_BOB ||
         info.distortion_model == models::RATIONAL_POLYNOMIAL)
-      cv::initUndistortRectifyMap(K, info.D, R, P, size, CV_16SC2, map_, fractions_);
+      cv::initUndistortRectifyMap(K, info.D, R, P, size, CV_32FC1, x, y);
     else if (info.distortion_model == "equidistant" || info.distortion_model == "fisheye")
-      cv::fisheye::initUndistortRectifyMap(K, info.D, R, P, size, CV_16SC2, map_, fractions_);
+      cv::fisheye::initUndistortRectifyMap(K, info.D, R, P, size, CV_32FC1, x, y);
     else
       throw std::invalid_argument(
           "camera_info has distortion_model '" + info.distortion_model +
           "': must be plumb_bob, rational_polynomial or equidistant; calibrate with one of these");
-    cv::Mat1b is_seen;
-    cv::inRange(map_, cv::Scalar(0, 0), cv::Scalar(size.width - 1, size.height - 1), is_seen);
+    const cv::Mat is_seen = (x >= 0) & (y >= 0) & (x < size.width) & (y < size.height);
     if (cv::countNonZero(is_seen) < 0.01 * size.area())
       throw std::invalid_argument(
           "camera_info: by K, D and R the rectified image shows next to nothing of the raw one: "
-          "calibrate "
-          "the camera again");
+          "calibrate the camera again");
+    cv::convertMaps(x, y, map_, fractions_, CV_16SC2);
     info_ = info;
   }
 

@@ -26,7 +26,6 @@ namespace {
 using Level = BagFinding::Level;
 
 constexpr double kLookedAt_s = 30;
-const std::string kOdometryArgument = "odometry:=";
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 double secondsBetween(ros::Time from, ros::Time to) { return to.toSec() - from.toSec(); }
@@ -265,7 +264,7 @@ class Checker {
                                          "odom_frame:=" + odometry->second.parent};
       const std::string topics = topicsOfType(types_, "nav_msgs/Odometry");
       const bool is_one = !topics.empty() && topics.find(',') == std::string::npos;
-      if (is_one) arguments.push_back(kOdometryArgument + topics);
+      if (is_one) arguments.push_back("odometry:=" + topics);
       result_.arguments.insert(result_.arguments.end(), arguments.begin(), arguments.end());
       result_.advice("the bag's own tf moves " + moved + " in " + odometry->second.parent +
                      ": give " + boost::algorithm::join(arguments, " ") + " to use this motion" +
@@ -282,6 +281,8 @@ class Checker {
                      "base_frame:=");
     } else if (moved != base) {
       result_.arguments.push_back("base_frame:=" + moved);
+      if (moved == FrameNodeletParams().odom_frame)
+        result_.arguments.push_back(std::string("odom_frame:=") + kOtherOdomFrame);
       result_.advice((has_path ? "tf has " + base + " fixed to " + moved + ": give base_frame:=" +
                                      moved + ", as a frame has one parent only"
                                : no_path + ": give base_frame:=" + moved +
@@ -310,12 +311,10 @@ class Checker {
   void checkOutputs() {
     using boost::algorithm::starts_with;
     const std::string prefix = "camera:=";
-    std::string camera = "/kitti", odometry;
+    std::string camera = "/kitti";
     bool estimates_odometry = true;
     for (const std::string& argument : result_.arguments) {
       if (starts_with(argument, prefix)) camera = cameraNamespace(argument.substr(prefix.size()));
-      if (starts_with(argument, kOdometryArgument))
-        odometry = argument.substr(kOdometryArgument.size());
       if (argument == "ego_motion:=false") estimates_odometry = false;
     }
     std::vector<std::string> outputs;
@@ -327,8 +326,12 @@ class Checker {
     if (outputs.empty()) return;
     std::string inputs;
     for (const std::string& topic : camera_.topics.all()) inputs += "'" + topic + "', ";
-    if (!estimates_odometry)
-      inputs += "'" + (odometry.empty() ? camera + "/odometry" : odometry) + "', ";
+    if (!estimates_odometry) {
+      std::string odometries;
+      for (const auto& [topic, type] : types_)
+        if (type == "nav_msgs/Odometry") odometries += "'" + topic + "', ";
+      inputs += odometries.empty() ? "'" + camera + "/odometry', " : odometries;
+    }
     result_.advice(
         cv::format("the bag has %zu outputs of the nodelets, e.g. %s: they mix with the new ones. "
                    "Make a bag of the inputs by rosbag filter IN.bag OUT.bag ",

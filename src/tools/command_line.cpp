@@ -31,13 +31,11 @@ std::map<std::string, bool> optionsIn(const std::string& help) {
   return options;
 }
 
+// False for folders, and for what does not exist: nothing is lost then.
 bool isSameFile(const std::filesystem::path& one, const std::filesystem::path& other) {
   std::error_code ignored;
-  const auto withoutLinks = [&](const std::filesystem::path& path) {  // it need not exist
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
-  };
-  return std::filesystem::equivalent(one, other, ignored) ||
-         withoutLinks(one) == withoutLinks(other);
+  return std::filesystem::equivalent(one, other, ignored) &&
+         !std::filesystem::is_directory(one, ignored);
 }
 
 const std::string kOutputs[] = {"output", "csv"};
@@ -77,16 +75,17 @@ CommandLine::CommandLine(int argc, const char* const* argv, const std::string& h
   for (const auto& [name, values] : values_)
     if (std::find(std::begin(kOutputs), std::end(kOutputs), name) == std::end(kOutputs))
       for (const std::string& value : values) requireKept(value);
-  if (has("output") && has("csv") && isSameFile(get("output"), get("csv")))
+  const std::filesystem::path output = get("output"), csv = get("csv");
+  if (!csv.empty() && output.lexically_normal() == csv.lexically_normal())
     throw UsageError("--output and --csv are the same file: give another name");
 }
 
 void CommandLine::requireKept(const std::string& input) const {
   for (const std::string& name : kOutputs)
     for (const std::string& output : all(name))
-      if (isSameFile(output, input))
-        throw UsageError("--" + name + " = " + output +
-                         ": is an input, which would be lost: give another name");
+      if (isSameFile(output, input) || (name == "csv" && isSameFile(framesFile(output), input)))
+        throw UsageError("--" + name + " = " + output + ": " + input +
+                         " is an input, which would be lost: give another name");
 }
 
 std::string CommandLine::get(const std::string& name, const std::string& otherwise) const {
@@ -95,6 +94,10 @@ std::string CommandLine::get(const std::string& name, const std::string& otherwi
 
 std::vector<std::string> CommandLine::all(const std::string& name) const {
   return has(name) ? values_.at(name) : std::vector<std::string>();
+}
+
+std::filesystem::path framesFile(const std::filesystem::path& csv) {
+  return csv.parent_path() / (csv.stem().string() + "_frames.csv");
 }
 
 int CommandLine::getInt(const std::string& name, int otherwise, int smallest) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <csignal>
+#include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -21,7 +22,7 @@ class CommandLine {
   /// @param help  the tool's help text: the options are those that it names. One has a value if a
   ///   word with a capital follows, "--name VALUE"; it may be repeated. "--help" is always one.
   /// @throws UsageError for unknown options (it suggests the nearest known one), missing values,
-  ///   and if --output or --csv is a file that another argument names.
+  ///   and if --output or --csv would overwrite a file that another argument names.
   CommandLine(int argc, const char* const* argv, const std::string& help);
 
   bool has(const std::string& name) const { return values_.count(name) > 0; }
@@ -33,7 +34,7 @@ class CommandLine {
   /// @throws UsageError for a value that is not a number.
   double getDouble(const std::string& name, double otherwise) const;
   const std::vector<std::string>& positional() const { return positional_; }
-  /// @throws UsageError if --output or --csv is this file, which would be lost.
+  /// @throws UsageError if --output or --csv would overwrite this file.
   void requireKept(const std::string& input) const;
   /// The command line, with arguments separated by blanks.
   const std::string& command() const { return command_; }
@@ -43,6 +44,9 @@ class CommandLine {
   std::vector<std::string> positional_;
   std::string command_;
 };
+
+/// The file beside that of --csv which tools with figures of each frame write.
+std::filesystem::path framesFile(const std::filesystem::path& csv);
 
 /// Sets parameters by the options --config (a yaml file) and then --set (NAME=VALUE).
 template <class Params>

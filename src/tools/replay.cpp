@@ -15,7 +15,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "nodelets/rectifier.h"
@@ -141,6 +140,9 @@ class Replay {
     base = root == withoutSlash(camera) ? camera : root;
     std::cerr << (base == camera ? "the camera" : "'" + base + "', to which it is fixed,")
               << " is the base frame, whose odometry is written\n";
+    if (base == withoutSlash(params_.ego_motion.odom_frame))
+      params_.ego_motion.odom_frame = params_.disparity.odom_frame =
+          params_.moving_objects.odom_frame = kOtherOdomFrame;
   }
 
   // Of the first left image; empty: there is none.

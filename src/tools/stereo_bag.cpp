@@ -172,7 +172,7 @@ StereoTopics findStereoTopics(const rosbag::Bag& bag, const StereoTopicChoice& c
                            ? bag.getFileName() + " has no stereo camera of a known layout"
                            : bag.getFileName() + " has more than one stereo camera";
     if (candidates.empty() && !choice.raw && !knownCameras(types, true).empty())
-      text += " but with raw images (rectify them: replay --rectify)";
+      text += " but with raw images (replay takes them by --rectify)";
     text += "; choose with --camera, or --left and --right, from these image topics:";
     for (const std::string& topic : topicsWithImages(types)) text += "\n  " + topic;
     if (topicsWithImages(types).empty()) text += " none";

@@ -45,6 +45,9 @@ struct StereoTopicChoice {
   bool raw = false;         ///< images are not rectified: image_raw, not image_rect
 };
 
+/// For our odometry, where a bag fixes the camera to the default odom_frame.
+constexpr char kOtherOdomFrame[] = "visual_odom";
+
 /// The options --camera, --left, --right and --rectify.
 /// @throws UsageError for a choice that is incomplete or not unique.
 StereoTopicChoice topicChoice(const CommandLine& line);

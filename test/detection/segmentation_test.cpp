@@ -38,11 +38,12 @@ struct BehindAPole : Passing {
     for (cv::Point p : points_px) hypothesis.seeds.push_back(p / 2);
     hypothesis.disparity_px = kMover_px;
     hypothesis.nearest_px = kMover_px + 2;
-    hypothesis.farthest_px = kMover_px - 2;
+    hypothesis.farthest_px = farthest_px;
     const double depth_m = rig.disparityTimesDepth() / kMover_px;
     hypothesis.moved_m.x() = -kFlow_px * depth_m / rig.fx_px;
     return segment(seen, static_world, no_residual, hypothesis);
   }
+  float farthest_px = kMover_px - 2;
 };
 
 double overlap(const Segment& segment, const cv::Rect& truth) {
@@ -74,6 +75,20 @@ TEST(Segmentation, WhatIsLowBesideItIsNoPart) {
   EXPECT_GT(overlap(*without_shadow, visible), 0.7) << 2 * without_shadow->area.br().x;
   EXPECT_GT(2 * with_shadow->area.br().x, 320) << "no ground is known";
   EXPECT_GT(2 * with_arm->area.br().x, 320);
+}
+
+// The layer of a far object begins at 0, which is no disparity.
+TEST(Segmentation, WhatIsUnknownIsNoPart) {
+  BehindAPole scene;
+  scene.farthest_px = 0;
+  const cv::Rect hole(220, 70, 12, 12);
+  scene.disparity(hole).setTo(scene.range.invalid());
+  const auto found = scene.find(pointsIn({216, 56, 32, 48}));
+  ASSERT_TRUE(found);
+  cv::Mat1b mask(scene.frame.lattice(), uchar{0});
+  found->mask.copyTo(mask(found->area));
+  EXPECT_GT(cv::countNonZero(mask), 300);
+  EXPECT_EQ(cv::countNonZero(mask(cv::Rect(hole.tl() / 2, hole.size() / 2))), 0);
 }
 
 TEST(Segmentation, WhatNoPointLiesOnIsNoPart) {

@@ -81,16 +81,24 @@ TEST_F(FoundObjects, AreNotWiderThanAnObject) {
   EXPECT_EQ(boxesOf({moving(kRear, 5), moving(kFront, 5)}), (std::vector<cv::Rect>{kRear, kFront}));
 }
 
-// Whether the lorry or its side, which is farther away, is found first.
+// In whatever order the ends of a lorry and its side, which is farther away, are found.
 TEST_F(FoundObjects, HaveNoPartsOfTheirOwn) {
   const cv::Rect side(140, 80, 16, 24);
   input.measured_disparity_px(side).setTo(car_px() / 1.2f);
-  const VerifiedObject whole = moving(kRear, 5), part = moving(side, 5);
-  EXPECT_EQ(boxesOf({whole, part}), std::vector<cv::Rect>{kRear});
-  verification.setFrame(frame, cv::Mat1f());
-  verification.forgetObjects();
-  EXPECT_EQ(boxesOf({part, whole}), std::vector<cv::Rect>{kRear});
+  const VerifiedObject rear = moving(kRear, 5), part = moving(side, 5), front = moving(kFront, 5);
+  const auto foundIn = [&](const std::vector<VerifiedObject>& order) {
+    verification.setFrame(frame, cv::Mat1f());
+    verification.forgetObjects();
+    return boxesOf(order);
+  };
+  const std::vector<cv::Rect> rear_only{kRear}, whole{kRear | kFront};
+  EXPECT_EQ(foundIn({rear, part}), rear_only);
+  EXPECT_EQ(foundIn({part, rear}), rear_only);
   EXPECT_TRUE(verification.isTaken(side.tl() / 2)) << "not found again";
+  EXPECT_EQ(foundIn({rear, front, part}), whole);
+  EXPECT_EQ(foundIn({rear, part, front}), whole);
+  EXPECT_EQ(foundIn({part, rear, front}), whole);
+  EXPECT_EQ(foundIn({part, front, rear}), whole);
 }
 
 TEST_F(FoundObjects, AreFoundOnce) {

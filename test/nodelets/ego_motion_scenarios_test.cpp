@@ -247,6 +247,7 @@ TEST_F(EgoMotionScenarios, a_pair_that_is_no_step_is_told_and_the_pose_goes_on) 
   for (int i : {0, 1, 3}) ASSERT_TRUE(odometry = odometryOf(i));
   player_.publish(street().pair(3));
   EXPECT_TRUE(says("EgoMotion", "has the stamp of the one before, and is ignored"));
+  EXPECT_EQ(level("EgoMotion"), diagnostic_msgs::DiagnosticStatus::WARN);
   player_.publish(street().pair(2));
   EXPECT_TRUE(says("EgoMotion", "s older than the one before, and is ignored"));
   EXPECT_FALSE(odometry_->at(street().stamp(2)));

@@ -39,6 +39,9 @@ class NodeletTest : public testing::Test {
     return testing::AssertionFailure()
            << nodelet << " says: " << diagnostics_.of(ns_.substr(1) + "/" + nodelet).message;
   }
+  int level(const std::string& nodelet) {
+    return diagnostics_.of(ns_.substr(1) + "/" + nodelet).level;
+  }
   std::string value(const std::string& nodelet, const std::string& key) {
     return diagnostics_.value(ns_.substr(1) + "/" + nodelet, key);
   }

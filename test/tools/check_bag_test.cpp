@@ -326,6 +326,11 @@ TEST_F(CheckBag, TakesWhatTheCameraIsFixedToAsTheBase) {
             1);
   EXPECT_EQ(std::count(result.arguments.begin(), result.arguments.end(), "camera_is_base:=true"),
             0);
+  EXPECT_FALSE(hasArgument(result, "odom_frame:=visual_odom"));
+  mounted.base = "odom";
+  const BagCheck fixed = check(mounted);
+  EXPECT_TRUE(hasArgument(fixed, "base_frame:=odom"));
+  EXPECT_TRUE(hasArgument(fixed, "odom_frame:=visual_odom")) << "a frame does not move in itself";
 }
 
 TEST_F(CheckBag, UsesAnOdometryOfTheBag) {

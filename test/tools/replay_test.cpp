@@ -384,6 +384,20 @@ TEST_F(Replay, TheOutputHasTheMountingOfTheCamera) {
   EXPECT_EQ(staticFrames(out), expected);
 }
 
+TEST_F(Replay, DoesNotMoveAFrameInItself) {
+  const std::string path = files_.path("fixed.bag"), out = files_.path("out.bag");
+  copyChanged<tf2_msgs::TFMessage>(street(), path, [](const std::string&, auto& message) {
+    for (auto& transform : message.transforms)
+      if (transform.header.frame_id == "base_link") transform.header.frame_id = "odom";
+  });
+  const Result result =
+      replay("--bag " + path + " --topics odometry --camera street --output " + out);
+  ASSERT_EQ(result.status, 0) << result.errors;
+  const auto odometry = messagesIn<nav_msgs::Odometry>(out).at("/street/odometry");
+  EXPECT_EQ(odometry.back()->header.frame_id, "visual_odom");
+  EXPECT_EQ(odometry.back()->child_frame_id, "odom");
+}
+
 // As cameras have that bring their own static tf: a frame must not get a second parent.
 TEST_F(Replay, MovesWhatTheCameraIsFixedTo) {
   const std::string path = files_.path("mounted.bag"), out = files_.path("out.bag"),

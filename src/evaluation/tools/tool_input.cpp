@@ -93,7 +93,7 @@ std::string fileName(const std::string& name) {
 
 void writeCsv(const fs::path& path, const std::string& csv, const std::string& frames_csv) {
   writeText(path, csv);
-  writeText(path.parent_path() / (path.stem().string() + "_frames.csv"), frames_csv);
+  writeText(framesFile(path), frames_csv);
 }
 
 }  // namespace predictive_stereo
