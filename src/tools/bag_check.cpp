@@ -280,13 +280,14 @@ class Checker {
                      ": give camera_is_base:=true, which makes the left camera the base, or "
                      "base_frame:=");
     } else if (moved != base) {
-      result_.arguments.push_back("base_frame:=" + moved);
-      if (moved == FrameNodeletParams().odom_frame)
-        result_.arguments.push_back(std::string("odom_frame:=") + kOtherOdomFrame);
-      result_.advice((has_path ? "tf has " + base + " fixed to " + moved + ": give base_frame:=" +
-                                     moved + ", as a frame has one parent only"
-                               : no_path + ": give base_frame:=" + moved +
-                                     ", the frame that the camera is fixed to"));
+      std::vector<std::string> arguments{"base_frame:=" + moved};
+      if (moved == FrameNodeletParams().odom_frame)  // a frame does not move in itself
+        arguments.push_back(std::string("odom_frame:=") + kOtherOdomFrame);
+      result_.arguments.insert(result_.arguments.end(), arguments.begin(), arguments.end());
+      const std::string give = ": give " + boost::algorithm::join(arguments, " ");
+      result_.advice(has_path ? "tf has " + base + " fixed to " + moved + give +
+                                    ", as a frame has one parent only"
+                              : no_path + give + ", the frame that the camera is fixed to");
     }
   }
 

@@ -139,10 +139,15 @@ class Replay {
     const std::string root = fixed.rootOf(camera);
     base = root == withoutSlash(camera) ? camera : root;
     std::cerr << (base == camera ? "the camera" : "'" + base + "', to which it is fixed,")
-              << " is the base frame, whose odometry is written\n";
-    if (base == withoutSlash(params_.ego_motion.odom_frame))
-      params_.ego_motion.odom_frame = params_.disparity.odom_frame =
-          params_.moving_objects.odom_frame = kOtherOdomFrame;
+              << " is the base frame, whose odometry is written";
+    if (base == withoutSlash(params_.ego_motion.odom_frame)) {
+      std::cerr << ", in the frame '" << kOtherOdomFrame << "'";
+      params_.ego_motion.odom_frame = kOtherOdomFrame;
+      // Otherwise they follow the bag's own tf.
+      if (params_.ego_motion.publish_tf)
+        params_.disparity.odom_frame = params_.moving_objects.odom_frame = kOtherOdomFrame;
+    }
+    std::cerr << "\n";
   }
 
   // Of the first left image; empty: there is none.

@@ -201,8 +201,11 @@ TEST(Transforms, axes_whose_variance_is_not_told_get_the_default) {
     EXPECT_NEAR(motion(0, 5), 2e-5, 1e-12);
     EXPECT_EQ(motion(0, 4), 0);
   }
-  odometry.twist.covariance = covarianceMsg(Matrix6d::Zero());
-  EXPECT_TRUE(motionCovariance(odometry, 0.1, Eigen::Isometry3d::Identity()).isZero());
+  for (const double value :
+       {0.0, kUnknownCovariance}) {  // of all axes: MovingObjects has a default
+    odometry.twist.covariance = covarianceMsg(value * Matrix6d::Identity());
+    EXPECT_TRUE(motionCovariance(odometry, 0.1, Eigen::Isometry3d::Identity()).isZero());
+  }
 }
 
 }  // namespace

@@ -330,7 +330,8 @@ TEST_F(CheckBag, TakesWhatTheCameraIsFixedToAsTheBase) {
   mounted.base = "odom";
   const BagCheck fixed = check(mounted);
   EXPECT_TRUE(hasArgument(fixed, "base_frame:=odom"));
-  EXPECT_TRUE(hasArgument(fixed, "odom_frame:=visual_odom")) << "a frame does not move in itself";
+  EXPECT_TRUE(hasArgument(fixed, "odom_frame:=visual_odom"));
+  EXPECT_SAYS(advice(fixed), "give base_frame:=odom odom_frame:=visual_odom, the frame that");
 }
 
 TEST_F(CheckBag, UsesAnOdometryOfTheBag) {

@@ -396,6 +396,7 @@ TEST_F(Replay, DoesNotMoveAFrameInItself) {
   const auto odometry = messagesIn<nav_msgs::Odometry>(out).at("/street/odometry");
   EXPECT_EQ(odometry.back()->header.frame_id, "visual_odom");
   EXPECT_EQ(odometry.back()->child_frame_id, "odom");
+  EXPECT_NE(result.errors.find("in the frame 'visual_odom'"), std::string::npos);
 }
 
 // As cameras have that bring their own static tf: a frame must not get a second parent.
