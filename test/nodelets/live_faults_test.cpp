@@ -211,11 +211,11 @@ class LiveFaults : public NodeletTest {
   }
 
   using Faults = std::vector<std::pair<std::string, std::function<void()>>>;
-  /// Each fault four times. The first two rounds still fill pools. A lost image for each fault of
-  /// the others is 1.5 MB.
+  /// Each fault six times. The first two rounds still fill pools. An image lost at each new start
+  /// is 1.7 MB.
   void expectRightAfter(const Faults& faults) {
     double before = 0;
-    for (int round = 0; round < 4; ++round) {
+    for (int round = 0; round < 6; ++round) {
       for (const auto& [name, make] : faults) {
         watchdog_.step(ns_ + ", " + name);
         make();
