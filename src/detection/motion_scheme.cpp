@@ -8,14 +8,16 @@
 namespace predictive_stereo {
 namespace {
 
-// Removes the previous frame of a fast camera, if two others are there: little has moved since
-// then. Returns it if near objects have moved enough.
-std::optional<PastFrame> takePrevious(std::vector<PastFrame>& past) {
-  if (past.size() < 3 || past[0].seconds >= kLeastApart_s) return std::nullopt;
-  const PastFrame previous = past[0];
-  past.erase(past.begin());
-  if (previous.seconds < kLeastApart_s / 2) return std::nullopt;
-  return previous;
+// The frame to compare with beside past[0]: the one before. With a fast camera, little has moved
+// since the last frame: it is removed, and returned if near objects have moved enough.
+std::optional<PastFrame> takeOther(std::vector<PastFrame>& past) {
+  if (past.size() >= 3 && past[0].seconds < kLeastApart_s) {
+    const PastFrame last = past[0];
+    past.erase(past.begin());
+    if (last.seconds >= kLeastApart_s / 2) return last;
+  }
+  if (past.size() < 2) return std::nullopt;
+  return past[1];
 }
 
 }  // namespace
@@ -38,11 +40,15 @@ const std::vector<Observation>& MotionScheme::observe(const DetectionInput& inpu
   sought_known_ = false;
   if (input.pose_state != PoseState::kKnown) return objects_;
   std::vector<PastFrame> past = frames_.past();
-  const std::optional<PastFrame> previous = takePrevious(past);
+  const std::optional<PastFrame> other = takeOther(past);
   const FrameView frame{input,  range_,          params_,   frames_.current(),
                         cells_, ground_.plane(), obstacles_};
   if (!past.empty()) {
-    since_last_.compare(frame.since(past[0]), texture_);
+    runTogether([&] { since_last_.compare(frame.since(past[0]), texture_); },
+                [&] {
+                  if (other) since_other_.compare(frame.since(*other), texture_);
+                  along_.compare(frame, past);
+                });
     const double contradicting = since_last_.suspects.share;
     frames_.setFollows(pose_check_.agreesWithMotion(contradicting));
     if (PoseCheck::contradictsMost(contradicting)) free_space_.reset();
@@ -50,25 +56,19 @@ const std::vector<Observation>& MotionScheme::observe(const DetectionInput& inpu
   }
   runTogether([&] { objects_ = free_space_.find(frame, cells_); },
               [&] {
-                if (sought_known_) findByMotion(frame, past, previous, known);
+                if (sought_known_) findByMotion(frame, past, other, known);
               });
   addMoving(frame, verification_.objects());
   return objects_;
 }
 
 void MotionScheme::findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
-                                const std::optional<PastFrame>& previous,
-                                const ObjectTracker& known) {
-  along_.compare(frame, past);
+                                const std::optional<PastFrame>& other, const ObjectTracker& known) {
   verification_.setFrame(frame, along_.residual_px);
   const PastView since_last = frame.since(past[0]);
   since_last_.find(since_last, verification_);
   // Since that frame, near or fast objects may have moved too much, far or slow ones too little.
-  if (previous || past.size() > 1) {
-    const PastView view = frame.since(previous ? *previous : past[1]);
-    since_other_.compare(view, texture_);
-    since_other_.find(view, verification_);
-  }
+  if (other) since_other_.find(frame.since(*other), verification_);
   along_.find(frame, verification_);
   // The known objects at their predicted positions.
   verification_.addAll(

@@ -39,7 +39,7 @@ class MotionScheme {
 
  private:
   void findByMotion(const FrameView& frame, const std::vector<PastFrame>& past,
-                    const std::optional<PastFrame>& previous, const ObjectTracker& known);
+                    const std::optional<PastFrame>& other, const ObjectTracker& known);
   void addMoving(const FrameView& frame, const std::vector<Observation>& moving);
 
   DisparityRange range_;
