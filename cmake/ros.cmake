@@ -45,6 +45,7 @@ predictive_stereo_library(predictive_stereo_bag_tools FILES
   src/tools/live_load.cpp
   src/tools/stamp_check.cpp
   src/tools/stereo_bag.cpp
+  src/tools/tf_check.cpp
 )
 target_link_libraries(predictive_stereo_bag_tools
   PUBLIC predictive_stereo_ros predictive_stereo_tools

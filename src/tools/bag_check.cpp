@@ -4,44 +4,22 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
-#include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <boost/algorithm/string/join.hpp>
 #include <boost/algorithm/string/predicate.hpp>
-#include <limits>
-#include <map>
 #include <stdexcept>
 
-#include "nodelets/nodelet_params.h"
 #include "nodelets/rectifier.h"
 #include "nodelets/stereo_messages.h"
 #include "nodelets/transforms.h"
 #include "tools/pipeline_processor.h"
+#include "tools/tf_check.h"
 
 namespace predictive_stereo {
 namespace {
 
 using Level = BagFinding::Level;
-
-constexpr double kLookedAt_s = 30;
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-double secondsBetween(ros::Time from, ros::Time to) { return to.toSec() - from.toSec(); }
-
-// A frame that tf moves.
-struct MovingFrame {
-  std::string parent;
-  ros::Time first;                   // stamp
-  double least_delay_s = kInfinite;  // from a stamp until it was recorded
-
-  void add(const geometry_msgs::TransformStamped& transform, ros::Time recorded) {
-    if (parent.empty()) first = transform.header.stamp;
-    parent = withoutSlash(transform.header.frame_id);
-    least_delay_s = std::min(least_delay_s, secondsBetween(transform.header.stamp, recorded));
-  }
-};
 
 class Checker {
  public:
@@ -149,11 +127,7 @@ class Checker {
         for (const auto& transform : tf->transforms) {
           const bool is_static = message.getTopic().find("static") != std::string::npos;
           if (refused_.has(message.getTopic(), transform, is_static)) continue;
-          tf_.setTransform(transform, "bag", is_static);
-          if (is_static)
-            fixed_.add(transform.child_frame_id, transform.header.frame_id);
-          else
-            moving_[withoutSlash(transform.child_frame_id)].add(transform, message.getTime());
+          tf_.add(transform, is_static, message.getTime());
         }
   }
 
@@ -239,73 +213,13 @@ class Checker {
   }
 
   void checkFrames() {
-    const std::string frame = withoutSlash(pair_.left->header.frame_id);
-    if (frame.empty()) {
+    const std_msgs::Header& left = pair_.left->header;
+    if (withoutSlash(left.frame_id).empty())
       result_.fault(camera_.topics.left + " has an empty frame_id: set it in the camera driver");
-      return;
-    }
-    if (camera_.knows_tf) {
+    else if (camera_.knows_tf)
       result_.good("tf: " + camera_.launch_file + " has the transforms of this layout");
-      return;
-    }
-    const std::string base = EgoMotionNodeletParams().base_frame;
-    const bool has_path = tf_.canTransform(base, frame, ros::Time(0));
-    if (has_path) result_.good("tf: has the transform from " + base + " to " + frame);
-    const std::string moved = fixed_.rootOf(has_path ? base : frame);
-    std::string error;
-    if (const auto mount =
-            lookUpTransform(tf_, has_path ? base : moved, frame, ros::Time(0), error))
-      if (const std::string doubt = doubtAboutMount(*mount, has_path ? base : moved, frame);
-          !doubt.empty())
-        result_.advice(doubt);
-    const auto odometry = moving_.find(moved);
-    if (odometry != moving_.end()) {
-      std::vector<std::string> arguments{"ego_motion:=false",
-                                         "odom_frame:=" + odometry->second.parent};
-      const std::string topics = topicsOfType(types_, "nav_msgs/Odometry");
-      const bool is_one = !topics.empty() && topics.find(',') == std::string::npos;
-      if (is_one) arguments.push_back("odometry:=" + topics);
-      result_.arguments.insert(result_.arguments.end(), arguments.begin(), arguments.end());
-      result_.advice("the bag's own tf moves " + moved + " in " + odometry->second.parent +
-                     ": give " + boost::algorithm::join(arguments, " ") + " to use this motion" +
-                     (is_one || topics.empty()
-                          ? ""
-                          : ", and odometry:= the topic with its covariance, of " + topics));
-      return checkOdometry(odometry->second);
-    }
-    const std::string no_path = "tf has no path from " + base + " to " + frame;
-    if (!has_path && moved == frame) {
-      result_.arguments.push_back("camera_is_base:=true");
-      result_.advice(no_path +
-                     ": give camera_is_base:=true, which makes the left camera the base, or "
-                     "base_frame:=");
-    } else if (moved != base) {
-      std::vector<std::string> arguments{"base_frame:=" + moved};
-      if (moved == FrameNodeletParams().odom_frame)  // a frame does not move in itself
-        arguments.push_back(std::string("odom_frame:=") + kOtherOdomFrame);
-      result_.arguments.insert(result_.arguments.end(), arguments.begin(), arguments.end());
-      const std::string give = ": give " + boost::algorithm::join(arguments, " ");
-      result_.advice(has_path ? "tf has " + base + " fixed to " + moved + give +
-                                    ", as a frame has one parent only"
-                              : no_path + give + ", the frame that the camera is fixed to");
-    }
-  }
-
-  // A frame waits for tf no longer than transform_timeout.
-  void checkOdometry(const MovingFrame& odometry) {
-    const double timeout_s = FrameNodeletParams().transform_timeout;
-    const double begin_s = secondsBetween(pair_.left->header.stamp, odometry.first);
-    if (begin_s > timeout_s)
-      result_.advice(
-          cv::format("this motion begins %.2f s after the images: the frames before are "
-                     "matched without prediction",
-                     begin_s));
-    const double late_s = odometry.least_delay_s - image_delay_s_;
-    if (late_s > timeout_s)
-      result_.advice(
-          cv::format("this motion was recorded %.2f s or more after the images of its stamps: "
-                     "raise transform_timeout of disparity and moving_objects above that",
-                     late_s));
+    else
+      tf_.check(left, image_delay_s_, topicsOfType(types_, "nav_msgs/Odometry"), result_);
   }
 
   // Topics on which the nodelets publish, too. The odometry may be that of another node.
@@ -348,10 +262,8 @@ class Checker {
   StereoPair pair_;                   // first message of each topic
   std::vector<StampStream> streams_;  // left, right, left_info, right_info
   RefusedMessages refused_{[this](const std::string& text) { result_.advice(text); }};
-  tf2::BufferCore tf_{ros::Duration(2 * kLookedAt_s)};
-  FixedFrames fixed_;
-  double image_delay_s_ = kInfinite;  // the least one of a left image until it was recorded
-  std::map<std::string, MovingFrame> moving_;  // by child
+  TfCheck tf_;
+  double image_delay_s_ = kNoDelay_s;  // the least one of a left image until it was recorded
 };
 
 }  // namespace
