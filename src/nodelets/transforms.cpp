@@ -60,11 +60,12 @@ bool isFirst(const nav_msgs::Odometry& odometry) {
 }
 
 // Whether the odometry did not see the motion to one of the frames from `previous` until before
-// `now`.
+// `now`. If a path began since `previous`, it did not.
 bool wasUnseen(const OdometryHistory& odometry, ros::Time previous, ros::Time now) {
   for (auto message = odometry.before(now); message && message->header.stamp >= previous;
        message = odometry.before(message->header.stamp))
-    if (twistIsUnknown(*message) && !isFirst(*message)) return true;
+    if (twistIsUnknown(*message) && !(isFirst(*message) && message->header.stamp == previous))
+      return true;
   return false;
 }
 

@@ -136,6 +136,21 @@ TEST_F(MotionFromOdometry, from_the_first_frame_is_known_also_if_the_second_one_
   EXPECT_TRUE(motion(10.0, 10.2).value);
 }
 
+// As after ~reset of EgoMotion: the pose jumps to the origin.
+TEST_F(MotionFromOdometry, is_unknown_across_the_begin_of_another_path) {
+  add(10.0, 0, 0, true);
+  add(10.1, 1, 10);
+  add(10.2, 0, 0, true)->pose.covariance.fill(0);
+  add(10.3, 1, 10);
+  EXPECT_FALSE(motion(10.1, 10.2).value);
+  EXPECT_FALSE(motion(10.1, 10.3).value);
+  EXPECT_TRUE(motion(10.2, 10.3).value);
+  const PoseAnswer pose =
+      cameraPose(tf_, &odometry_, "camera", ros::Time(10.1), ros::Time(10.3), "odom");
+  ASSERT_TRUE(pose.value);
+  EXPECT_EQ(pose.value->motion_covariance, unseenCovariance());
+}
+
 // As of wheels, while EgoMotion runs with publish_tf:=false.
 TEST_F(MotionFromOdometry, is_doubted_by_its_difference_from_another_source_in_tf) {
   add(10.0, 0, 0, 0, true);
