@@ -1,6 +1,7 @@
 #include "tools/command_line.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
@@ -116,12 +117,16 @@ int runTool(int argc, char** argv, const std::string& help, int (*body)(const Co
   const std::string tool = std::filesystem::path(argv[0]).filename().string();
   try {
     const CommandLine command_line(argc, argv, help);
-    if (command_line.has("help")) {
-      std::cout << help;
-      return 0;
-    }
     if (command_line.has("threads")) cv::setNumThreads(command_line.getInt("threads", 1, 1));
-    return body(command_line);
+    int status = 0;
+    if (command_line.has("help"))
+      std::cout << help;
+    else
+      status = body(command_line);
+    std::cout.flush();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      throw std::runtime_error("standard output cannot be written: is the disk full?");
+    return status;
   } catch (const UsageError& error) {
     std::cerr << tool << ": " << error.what() << "\nSee " << tool << " --help\n";
     return 2;

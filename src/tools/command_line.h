@@ -71,11 +71,13 @@ int runTool(int argc, char** argv, const std::string& help, int (*body)(const Co
 
 inline volatile std::sig_atomic_t interrupted = 0;
 
-/// After this call SIGINT and SIGTERM do not terminate the process. Instead, throwIfInterrupted()
-/// throws, so that destructors remove incomplete files.
+/// After this call SIGINT, SIGTERM and SIGHUP do not terminate the process. Instead,
+/// throwIfInterrupted() throws, so that destructors remove incomplete files.
 inline void catchInterruptions() {
-  std::signal(SIGINT, [](int) { interrupted = 1; });
-  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  const auto interrupt = [](int) { interrupted = 1; };
+  std::signal(SIGINT, interrupt);
+  std::signal(SIGTERM, interrupt);
+  if (std::signal(SIGHUP, interrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup
 }
 
 inline void throwIfInterrupted() {

@@ -162,6 +162,14 @@ class HostileFiles(unittest.TestCase):
             self.assertEqual(picture.returncode, 1, picture.stdout)
             self.assertIn('rviz_screenshot: [Errno 30] Read-only file system', picture.stdout)
 
+    def test_text_that_is_lost_is_an_error(self):
+        for command in (['replay', '--parameters'], ['check_bag', '--launch', self.bag], ['kitti_to_bag', '--help']):
+            with self.subTest(command[0]), open('/dev/full', 'w') as full:
+                result = subprocess.run([str(word) for word in [TOOLS / command[0], *command[1:]]], stdout=full,
+                                        stderr=subprocess.PIPE, text=True)
+                self.assertEqual(result.returncode, 1)
+                self.assertIn('standard output cannot be written', result.stderr)
+
     def list_of(self, *bags):
         path = self.folder / 'list'
         path.write_text(''.join('%s\n' % bag for bag in bags))
@@ -169,7 +177,7 @@ class HostileFiles(unittest.TestCase):
 
     def test_killed_programs_leave_nothing_that_looks_whole(self):
         folder = self.folder / 'killed'
-        for how, left in ((signal.SIGTERM, 0), (signal.SIGINT, 0), (signal.SIGKILL, 1)):
+        for how, left in ((signal.SIGTERM, 0), (signal.SIGINT, 0), (signal.SIGHUP, 0), (signal.SIGKILL, 1)):
             for command in (
                     ['street_to_bag', folder / 'a.bag', '--frames', '200', '--size', '496x160'],
                     ['replay', '--bag', self.long_bag(), '--output', folder / 'a.bag'],
@@ -178,7 +186,8 @@ class HostileFiles(unittest.TestCase):
                     shutil.rmtree(folder, ignore_errors=True)
                     folder.mkdir()
                     process = subprocess.Popen([str(word) for word in [TOOLS / command[0], *command[1:]]],
-                                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+                                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                               preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
                     while process.poll() is None and not any(
                             file.stat().st_size > 50000 for file in folder.iterdir()):
                         time.sleep(0.01)
