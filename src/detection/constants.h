@@ -43,8 +43,8 @@ constexpr float kLeastGrowth = 0.3f, kMostGrowth = 2;
 constexpr double kGroundSharePerMetre = 0.04, kMostGroundShare = 0.5;
 /// Samples on an upright plane / on the ground: with more, the ground may be a far wall.
 constexpr double kMostOnWall = 0.95;
-/// Largest angle between the ground's normal and the camera's y axis, sideways.
-constexpr double kMostRoll_deg = 30;
+/// Largest angle between the ground's normal and the camera's y axis, in all and sideways.
+constexpr double kMostPitch_deg = 80, kMostRoll_deg = 30;
 /// The ground of two frames: largest turn, and largest relative change of the camera's height.
 constexpr double kMostTurn_deg = 20, kMostHeightChange = 0.1;
 

@@ -15,7 +15,8 @@ constexpr int kMostTrials = 150, kFits = 5;
 constexpr double kMayMiss = 1e-3;  // probability that no trial has three samples of the plane
 constexpr uint64_t kSeed = 7;
 constexpr double kLeastTriangle_px2 = 100;  // twice its area
-const double kMostSinRoll = std::sin(kMostRoll_deg * M_PI / 180),
+const double kLeastCos = std::cos(kMostPitch_deg * M_PI / 180),
+             kMostSinRoll = std::sin(kMostRoll_deg * M_PI / 180),
              kLeastCosTurned = std::cos(kMostTurn_deg * M_PI / 180);
 
 struct Samples {
@@ -50,7 +51,9 @@ std::optional<GroundPlane> planeOf(const StereoRig& rig, const Eigen::Vector3d& 
   const Eigen::Vector3d normal(abc[0] * rig.fx_px, abc[1] * rig.fy_px,
                                abc[0] * rig.cx_left_px + abc[1] * rig.cy_px + abc[2]);
   const double length = normal.norm();
-  if (!(normal.y() > 0) || std::abs(normal.x()) > kMostSinRoll * length) return std::nullopt;
+  if (!(length > 0) || normal.y() < kLeastCos * length ||
+      std::abs(normal.x()) > kMostSinRoll * length)
+    return std::nullopt;
   return GroundPlane{abc[0], abc[1], abc[2], rig.disparityTimesDepth() / length, normal / length};
 }
 
@@ -140,7 +143,7 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
     for (int k = 0; k < kFits && plane; ++k) plane = fitTo(rig, samples, *plane);
     if (!plane) return;
     const Score score = scoreOf(*plane, samples, of_best.value);
-    if (score.value <= of_best.value || mayBeUpright(*plane, samples, score.on_plane)) return;
+    if (score.value <= of_best.value) return;
     best = plane;
     of_best = score;
   };
@@ -161,7 +164,9 @@ std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCell
   if (!best) return std::nullopt;
   const double least_share =
       std::min(kGroundSharePerMetre * std::max(best->camera_height_m, 1.0), kMostGroundShare);
-  if (of_best.on_plane < least_share * static_cast<double>(samples.size())) return std::nullopt;
+  if (of_best.on_plane < least_share * static_cast<double>(samples.size()) ||
+      mayBeUpright(*best, samples, of_best.on_plane))
+    return std::nullopt;
   return best;
 }
 

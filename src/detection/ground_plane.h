@@ -30,10 +30,10 @@ struct GroundPlane {
 };
 
 /// The plane below the camera that most cells lie on and none shows through. The camera may look
-/// down until the ground cannot be told from a wall (about 85 degrees), and roll by up to 30.
+/// down by up to 80 degrees and roll by up to 30.
 /// @param last  of the previous frame: tried, too.
-/// @returns none if too few cells lie on one plane, the more the higher the camera: no ground is in
-///   view. A plane that may be a wall is none.
+/// @returns none if too few cells lie on one plane, the more the higher the camera, or if
+///   these may be a wall: no ground is in view.
 std::optional<GroundPlane> findGroundPlane(const StereoRig& rig, const DepthCells& cells,
                                            const std::optional<GroundPlane>& last);
 

@@ -8,8 +8,8 @@
 namespace predictive_stereo {
 namespace {
 
-// The frame to compare with beside past[0]: the one before. With a fast camera, little has moved
-// since the last frame: it is removed, and returned if near objects have moved enough.
+// Removes the last frame of a fast camera, as little has moved since then. Returns the other frame
+// to compare with: the removed one if near objects have moved enough, otherwise past[1].
 std::optional<PastFrame> takeOther(std::vector<PastFrame>& past) {
   if (past.size() >= 3 && past[0].seconds < kLeastApart_s) {
     const PastFrame last = past[0];

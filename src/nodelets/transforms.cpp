@@ -60,7 +60,7 @@ bool isFirst(const nav_msgs::Odometry& odometry) {
 }
 
 // Whether the odometry did not see the motion to one of the frames from `previous` until before
-// `now`. If a path began since `previous`, it did not.
+// `now`. Where a path begins there is none to see, but the pose has jumped there since `previous`.
 bool wasUnseen(const OdometryHistory& odometry, ros::Time previous, ros::Time now) {
   for (auto message = odometry.before(now); message && message->header.stamp >= previous;
        message = odometry.before(message->header.stamp))

@@ -11,6 +11,8 @@
 
 namespace predictive_stereo {
 
+constexpr double kLookedAt_s = 30;  ///< of a bag, from its beginning
+
 struct BagFinding {
   enum class Level {
     kGood,    ///< no problem

@@ -125,7 +125,7 @@ int runTool(int argc, char** argv, const std::string& help, int (*body)(const Co
       status = body(command_line);
     std::cout.flush();
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      throw std::runtime_error("standard output cannot be written: is the disk full?");
+      throw std::runtime_error("standard output cannot be written");
     return status;
   } catch (const UsageError& error) {
     std::cerr << tool << ": " << error.what() << "\nSee " << tool << " --help\n";

@@ -66,7 +66,9 @@ int runProgram(const CommandLine& line);
 /// Runs the body of a tool, with as many threads as the option --threads says.
 /// @param help  printed for --help; see CommandLine. Exceptions are printed to stderr as
 ///   "tool: message".
-/// @returns the exit status: 0, 1 after an exception, 2 after a UsageError.
+/// @returns the exit status: that of the body; 1 after an exception, or if standard output cannot
+/// be
+///   written; 2 after a UsageError.
 int runTool(int argc, char** argv, const std::string& help, int (*body)(const CommandLine&));
 
 inline volatile std::sig_atomic_t interrupted = 0;

@@ -1,9 +1,12 @@
 #include "tools/tf_check.h"
 
+#include <algorithm>
 #include <boost/algorithm/string/join.hpp>
+#include <opencv2/core/utility.hpp>
 #include <vector>
 
 #include "nodelets/nodelet_params.h"
+#include "tools/stereo_bag.h"
 
 namespace predictive_stereo {
 namespace {
@@ -41,8 +44,8 @@ void checkDelays(double begin_s, double late_s, BagCheck& result) {
                    late_s));
 }
 
-// The camera does not move in tf: what the ego-motion is to move.
-/// @param root  above the base, or above the camera if there is no path between them.
+// Chooses the frame that the ego-motion moves, where tf has no motion of the camera.
+// @param root  above the base, or above the camera if there is no path between them.
 void chooseBase(const std::string& frame, const std::string& base, const std::string& root,
                 bool has_path, BagCheck& result) {
   const std::string no_path = "tf has no path from " + base + " to " + frame;

@@ -5,7 +5,6 @@
 #include <std_msgs/Header.h>
 #include <tf2/buffer_core.h>
 
-#include <algorithm>
 #include <limits>
 #include <map>
 #include <string>
@@ -15,10 +14,9 @@
 
 namespace predictive_stereo {
 
-constexpr double kLookedAt_s = 30;  // of a bag
 constexpr double kNoDelay_s = std::numeric_limits<double>::infinity();
 
-/// Without the limits of ros::Duration.
+/// ros::Duration throws for stamps that are 68 years apart or more.
 inline double secondsBetween(ros::Time from, ros::Time to) { return to.toSec() - from.toSec(); }
 
 /// The part of checkBag for the camera's mount and motion in tf: adds the launch arguments that
@@ -27,9 +25,8 @@ class TfCheck {
  public:
   void add(const geometry_msgs::TransformStamped& transform, bool is_static, ros::Time recorded);
 
-  /// @param left  of the first left image. @param image_delay_s  least time from a left image's
-  /// stamp
-  ///   until it was recorded.
+  /// @param left  header of the first left image.
+  /// @param image_delay_s  least time from a left image's stamp until it was recorded.
   /// @param odometries  topics of the bag, separated by ", ".
   void check(const std_msgs::Header& left, double image_delay_s, const std::string& odometries,
              BagCheck& result) const;

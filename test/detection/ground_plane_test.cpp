@@ -74,7 +74,6 @@ struct Camera {
 const Camera kCameras[] = {
     {"ahead", {0, 1, 0}, 1.6},
     {"down by 50 degrees", {0, std::cos(50 * kDegree), std::sin(50 * kDegree)}, 2.7},
-    {"down by 83 degrees", {0, std::cos(83 * kDegree), std::sin(83 * kDegree)}, 2.7},
     {"rolled by 10 degrees", {std::sin(10 * kDegree), std::cos(10 * kDegree), 0}, 1.6},
     {"rolled by -10 degrees", {-std::sin(10 * kDegree), std::cos(10 * kDegree), 0}, 1.6},
 };

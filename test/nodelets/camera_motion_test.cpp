@@ -137,7 +137,7 @@ TEST_F(MotionFromOdometry, from_the_first_frame_is_known_also_if_the_second_one_
 }
 
 // As after ~reset of EgoMotion: the pose jumps to the origin.
-TEST_F(MotionFromOdometry, is_unknown_across_the_begin_of_another_path) {
+TEST_F(MotionFromOdometry, is_unknown_across_the_beginning_of_another_path) {
   add(10.0, 0, 0, true);
   add(10.1, 1, 10);
   add(10.2, 0, 0, true)->pose.covariance.fill(0);

@@ -201,6 +201,17 @@ class HostileFiles(unittest.TestCase):
                         self.assertEqual(process.returncode, 1)
                         self.assertIn('interrupted', errors)
 
+    def test_nohup_goes_on_without_its_terminal(self):
+        process = subprocess.Popen([str(TOOLS / 'street_to_bag'), str(self.folder / 'nohup.bag'), '--frames', '200'],
+                                   stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                   preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        time.sleep(1)
+        process.send_signal(signal.SIGHUP)
+        time.sleep(1)
+        self.assertIsNone(process.poll())
+        process.terminate()
+        self.assertIn('interrupted', process.communicate()[1].decode())
+
     def long_bag(self):
         path = self.folder / 'long.bag'
         if not path.exists():
