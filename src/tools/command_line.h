@@ -66,8 +66,7 @@ int runProgram(const CommandLine& line);
 /// Runs the body of a tool, with as many threads as the option --threads says.
 /// @param help  printed for --help; see CommandLine. Exceptions are printed to stderr as
 ///   "tool: message".
-/// @returns the exit status: that of the body; 1 after an exception, or if standard output cannot
-/// be
+/// @returns the exit status: the body's; 1 after an exception, or if standard output cannot be
 ///   written; 2 after a UsageError.
 int runTool(int argc, char** argv, const std::string& help, int (*body)(const CommandLine&));
 
