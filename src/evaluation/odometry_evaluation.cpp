@@ -36,7 +36,8 @@ std::vector<double> travelled(const Poses& poses) {
 void summarize(const std::vector<double>& normalized, const std::vector<double>& ms,
                OdometryEvaluation& e) {
   e.length_m = travelled(e.truth).back();
-  e.length_error_percent = 100 * (travelled(e.estimated).back() / e.length_m - 1);
+  e.length_error_percent =
+      e.length_m > 0 ? 100 * (travelled(e.estimated).back() / e.length_m - 1) : NAN;
   e.relative = relativePoseErrors(e.estimated, e.truth, {5, 10, 20, 50, 100});
   e.mean = meanMotionError(e.estimated, e.truth);
   e.mean_normalized_error = mean(normalized);

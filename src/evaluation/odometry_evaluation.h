@@ -48,7 +48,7 @@ struct OdometryEvaluation {
   std::vector<EgoMotionEstimate> estimates;  ///< one per frame: the motion from the previous one
 
   double length_m = 0;              ///< of the true path
-  double length_error_percent = 0;  ///< of the estimated path's length
+  double length_error_percent = 0;  ///< of the estimated path's length; NaN: the camera stands
   MotionError mean, largest;
   std::vector<RelativePoseError> relative;  ///< over 5, 10, 20, 50, 100 m
   double mean_normalized_error = 0, median_normalized_error = 0;

@@ -10,17 +10,6 @@
 
 namespace predictive_stereo {
 
-namespace {
-
-// As RFC 4180 says.
-std::string quoted(const std::string& cell) {
-  return cell.find_first_of(",\"\n") == std::string::npos
-             ? cell
-             : "\"" + boost::algorithm::replace_all_copy(cell, "\"", "\"\"") + "\"";
-}
-
-}  // namespace
-
 Table Table::ofCsv(const std::string& header) {
   Table table;
   boost::algorithm::split(table.header, header, [](char c) { return c == ','; });
@@ -51,7 +40,7 @@ std::string Table::csv() const {
   std::string text = boost::algorithm::join(header, ",") + "\n";
   for (Row row : rows) {
     row.resize(header.size());
-    std::transform(row.begin(), row.end(), row.begin(), quoted);
+    std::transform(row.begin(), row.end(), row.begin(), csvCell);
     text += boost::algorithm::join(row, ",") + "\n";
   }
   return text;

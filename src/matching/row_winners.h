@@ -76,7 +76,7 @@ struct WindowSums {
   const uint8_t* sums;
 };
 
-/// Fills all members of RowWinners except `agrees`.
+/// Fills all members of RowWinners except `agreement`.
 using WindowWinnersFunction = void (*)(const WindowSums&, WindowWinnersScratch&, RowWinners&);
 WindowWinnersFunction windowWinners(int64_t simd_target);
 

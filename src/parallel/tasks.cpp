@@ -23,6 +23,15 @@ tbb::task_arena& arenaOf(int threads) {
   return arenas.try_emplace(threads, threads).first->second;
 }
 
+std::exception_ptr thrownBy(const std::function<void()>& task) {
+  try {
+    task();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
+
 class TbbRunner : public TaskRunner {
  public:
   void loop(int count, const std::function<void(int, int)>& body) override {
@@ -37,25 +46,21 @@ class TbbRunner : public TaskRunner {
 
   void together(const std::function<void()>& here, const std::function<void()>& beside) override {
     const int threads = cv::getNumThreads();
-    std::exception_ptr thrown;
-    const auto catching = [&](const std::function<void()>& task) {
-      try {
-        task();
-      } catch (...) {
-        thrown = std::current_exception();
-      }
-    };
+    std::exception_ptr thrown_here, thrown_beside;
+    const auto doHere = [&] { thrown_here = thrownBy(here); };
+    const auto doBeside = [&] { thrown_beside = thrownBy(beside); };
     if (threads <= 1) {
       // `here` may wait for what others do: the later it begins, the more of that is done.
-      catching(beside);
-      here();
+      doBeside();
+      doHere();
     } else {
       tbb::task_group group;
-      arenaOf(threads).execute([&] { group.run(std::cref(beside)); });
-      catching(here);  // outside of the arena: TBB may let another thread execute what is inside
+      arenaOf(threads).execute([&] { group.run(doBeside); });
+      doHere();  // outside of the arena: TBB may let another thread execute what is inside
       arenaOf(threads).execute([&] { group.wait(); });
     }
-    if (thrown) std::rethrow_exception(thrown);
+    if (thrown_here) std::rethrow_exception(thrown_here);
+    if (thrown_beside) std::rethrow_exception(thrown_beside);
   }
 };
 

@@ -26,7 +26,7 @@ void parallelForEach(int count, const Body& body) {
 
 /// Calls both, and returns when both have returned. `here` runs in the calling thread and may wait;
 /// `beside` runs in another thread at the same time, or after `here`; on one thread, before it.
-/// @throws what one of them threw, after both have ended.
+/// @throws what `here` threw, or else what `beside` threw, after both have ended.
 void runTogether(const std::function<void()>& here, const std::function<void()>& beside);
 
 /// What executes them. Tests and benchmarks may replace it.

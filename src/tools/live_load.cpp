@@ -81,11 +81,13 @@ class Listener {
         });
     odometry_ = node_.subscribe("odometry", 10, &Listener::ignore);
     diagnostics_ = node_.subscribe<diagnostic_msgs::DiagnosticArray>(
-        "/diagnostics", 100, [this](const diagnostic_msgs::DiagnosticArrayConstPtr& array) {
+        "/diagnostics", 100, [this, ns](const diagnostic_msgs::DiagnosticArrayConstPtr& array) {
           const std::lock_guard<std::mutex> lock(mutex_);
-          for (const auto& status : array->status)
+          for (const auto& status : array->status) {
+            if (status.name.find(ns.substr(1) + "/") == std::string::npos) continue;  // another's
             for (const auto& value : status.values) figures_[status.name][value.key] = value.value;
-          ++reports_;
+            ++reports_;
+          }
         });
     spinner_.start();
   }
@@ -152,6 +154,21 @@ boost::shared_ptr<Message> stamped(const boost::shared_ptr<const Message>& messa
   copy->header.stamp = stamp;
   return copy;
 }
+
+/// The nodelets' parameters; a later run of another program does not find them.
+class OwnParams {
+ public:
+  OwnParams(const std::string& ns, AllNodeletParams params) : ns_(ns) {
+    const ParamTable table(params);
+    for (const auto& entry : table.entries()) ros::param::set(ns + "/" + entry.name, entry.get());
+  }
+  ~OwnParams() { ros::param::del(ns_); }
+  OwnParams(const OwnParams&) = delete;
+  OwnParams& operator=(const OwnParams&) = delete;
+
+ private:
+  const std::string ns_;
+};
 
 // Their tf is their own: that of a robot on the same master may fix the camera to another frame.
 void loadNodelets(const std::string& ns, nodelet::Loader& loader) {
@@ -234,9 +251,7 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
   params.ego_motion.base_frame = "";  // the camera, so no extrinsic is needed
   params.ego_motion.odom_frame = ns.substr(1) + "_odom";
   params.disparity.odom_frame = params.moving_objects.odom_frame = params.ego_motion.odom_frame;
-  const ParamTable table(params);
-  for (const auto& entry : table.entries()) ros::param::set(ns + "/" + entry.name, entry.get());
-
+  const OwnParams own_params(ns, params);
   LiveLoadResult result;
   result.frames.resize(static_cast<size_t>(frames));
   Listener listener(ns, result.frames);
@@ -281,7 +296,6 @@ LiveLoadResult LiveLoad::run(double rate_hz, int frames, const AllNodeletParams&
                            listener.count("/disparity", "unmatched left images") +
                            listener.count("/moving_objects", "dropped frames") +
                            listener.count("/moving_objects", "unmatched frames");
-  ros::param::del(ns);
   return result;
 }
 

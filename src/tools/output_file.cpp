@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <boost/algorithm/string/replace.hpp>
 #include <cerrno>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -43,6 +44,12 @@ void makeFolder(const fs::path& path) {
 
 void makeFolderOf(const fs::path& path) {
   if (path.has_parent_path()) makeFolder(path.parent_path());
+}
+
+std::string csvCell(const std::string& text) {
+  return text.find_first_of(",\"\n") == std::string::npos
+             ? text
+             : "\"" + boost::algorithm::replace_all_copy(text, "\"", "\"\"") + "\"";
 }
 
 void writeText(const fs::path& path, const std::string& text) {

@@ -13,6 +13,9 @@ void makeFolder(const std::filesystem::path& path);
 /// Makes the folder of a file, unless `path` has none.
 void makeFolderOf(const std::filesystem::path& path);
 
+/// A text as a cell of CSV (RFC 4180): quoted if it has a comma, a quotation mark or a new line.
+std::string csvCell(const std::string& text);
+
 /// Writes a text file atomically: to a temporary file beside `path`, which is renamed when the
 /// whole text is on the disk. Makes missing folders.
 /// @throws std::runtime_error with `path` and the reason, if it cannot be written.

@@ -240,7 +240,7 @@ class Replay {
     std::ostringstream text;
     text << "recording,pairs,unmatched,duplicates,lost_percent,unpredicted_percent,"
             "density_percent,objects_per_frame,median_ms,p95_ms\n"
-         << std::filesystem::path(line_.get("bag")).stem().string() << ',' << pairs_ << ','
+         << csvCell(std::filesystem::path(line_.get("bag")).stem().string()) << ',' << pairs_ << ','
          << unmatched << ',' << ignored_ << ',' << 100 * lost_ / frames << ','
          << 100 * unpredicted_ / frames << ',' << 100 * density_ / frames << ','
          << objects_ / frames << ',' << table_.quantileOf("whole frame", 0.5) << ','

@@ -77,15 +77,17 @@ TEST_P(TasksOn, HereIsTheCallingThread) {
 }
 
 TEST_P(TasksOn, TasksPassExceptionsOnAfterBothHaveEnded) {
-  for (const bool here_fails : {true, false}) {
+  for (const auto& [here_fails, beside_fails] :
+       {std::pair(true, false), {false, true}, {true, true}}) {
     std::atomic<int> ended{0};
-    const auto task = [&](bool fails) {
+    const auto task = [&](const char* name, bool fails) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       ++ended;
-      if (fails) throw std::runtime_error(here_fails ? "here" : "beside");
+      if (fails) throw std::runtime_error(name);
     };
     try {
-      runTogether([&] { task(here_fails); }, [&] { task(!here_fails); });
+      runTogether([&, fails = here_fails] { task("here", fails); },
+                  [&, fails = beside_fails] { task("beside", fails); });
       FAIL() << "nothing was thrown";
     } catch (const std::runtime_error& error) {
       EXPECT_EQ(error.what(), std::string(here_fails ? "here" : "beside"));

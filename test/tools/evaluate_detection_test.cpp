@@ -118,6 +118,9 @@ TEST_F(EvaluateDetection, NamesWhatIsWrongAndTheCure) {
   const std::string own = files_.write(std::string(KittiFixture::kDrive) + ".csv", kHeader);
   expectRefused(drive + " --labels " + files_.path("") + " --csv " + own, "is an input");
   expectRefused(bag() + " --objects " + bag(), "0 topics .../moving_objects");
+  const std::string twin = files_.write("twin/small.bag", "");
+  std::filesystem::copy_file(bag(), twin, std::filesystem::copy_options::overwrite_existing);
+  expectRefused(bag() + " " + twin, "two inputs are named small: rename one of the files");
   expectRefused(bag() + " --scheme best", "default | paper");
   expectRefused(bag() + " --left /a", "give --left and --right together");
   expectRefused(bag() + " --camera /nobody", "/nobody/left/image_rect");

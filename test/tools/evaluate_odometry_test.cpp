@@ -21,6 +21,17 @@ TEST_F(EvaluateOdometry, WritesFiguresOfSequences) {
   EXPECT_NE(line.find("straight,3,"), std::string::npos) << figures;
 }
 
+TEST_F(EvaluateOdometry, APathWithoutALengthHasNoErrorOfIt) {
+  const Result result =
+      run(std::string(EVALUATE_ODOMETRY) + " --street people_standing --street-frames 3 --csv " +
+          files_.path("a.csv"));
+  ASSERT_EQ(result.status, 0) << result.errors;
+  EXPECT_EQ(result.out.find("of the true one"), std::string::npos) << result.out;
+  EXPECT_NE(text("a.csv").find("people_standing,2,0,"), std::string::npos) << text("a.csv");
+  for (const std::string& out : {result.out, text("a.csv")})
+    EXPECT_EQ(out.find("inf"), std::string::npos) << out;
+}
+
 TEST_F(EvaluateOdometry, NamesWhatCannotBeWritten) {
   files_.write("file", "");
   const Result result =

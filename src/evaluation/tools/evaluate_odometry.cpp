@@ -16,7 +16,8 @@ void print(const OdometryEvaluation& e) {
   std::printf("  per frame           %.4f m  %.4f deg (largest %.4f m  %.4f deg)\n",
               e.mean.translation_m, e.mean.rotation_rad * 180 / M_PI, e.largest.translation_m,
               e.largest.rotation_rad * 180 / M_PI);
-  std::printf("  length              %+.3f %% of the true one\n", e.length_error_percent);
+  if (e.length_m > 0)
+    std::printf("  length              %+.3f %% of the true one\n", e.length_error_percent);
   for (const RelativePoseError& error : e.relative)
     if (error.stretches)
       std::printf("  over %5.0f m        %.3f %%  %.5f deg/m (%d stretches)\n", error.length_m,
@@ -40,7 +41,8 @@ std::string csv(const std::vector<OdometryEvaluation>& evaluations) {
     const auto relative = std::find_if(e.relative.rbegin(), e.relative.rend(),
                                        [](const auto& error) { return error.stretches > 0; });
     csv.add(e.name, e.truth.size() - 1, e.length_m, e.mean.translation_m,
-            e.mean.rotation_rad * 180 / M_PI, e.largest.translation_m, e.length_error_percent,
+            e.mean.rotation_rad * 180 / M_PI, e.largest.translation_m,
+            e.length_m > 0 ? row(e.length_error_percent) : row(""),
             relative == e.relative.rend()
                 ? row("", "")
                 : row(relative->translation_percent, relative->rotation_deg_per_m),

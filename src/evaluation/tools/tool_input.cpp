@@ -1,6 +1,7 @@
 #include "evaluation/tools/tool_input.h"
 
 #include <regex>
+#include <set>
 
 #include "nodelets/nodelet_params.h"
 #include "params/yaml_params.h"
@@ -16,6 +17,16 @@ SequenceGroup groupOfOne(std::unique_ptr<Sequence> sequence) {
   group.name = sequence->name();
   group.sequences.push_back(std::move(sequence));
   return group;
+}
+
+// Labels, images and rows of reports are found by the name.
+void requireDifferentNames(const std::vector<SequenceGroup>& groups) {
+  std::set<std::string> names;
+  for (const SequenceGroup& group : groups)
+    for (const auto& sequence : group.sequences)
+      if (!names.insert(sequence->name()).second)
+        throw UsageError("two inputs are named " + sequence->name() +
+                         ": rename one of the files, or leave one out");
 }
 
 }  // namespace
@@ -71,6 +82,7 @@ std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
   }
   if (groups.empty() && !command_line.has("kitti2015"))
     throw UsageError("nothing to evaluate: name a drive (DATE_DIR DRIVE) or --street SCENE");
+  requireDifferentNames(groups);
   return groups;
 }
 

@@ -34,7 +34,7 @@ using OpenFile = std::function<std::unique_ptr<Sequence>(const std::string& path
 /// Positional arguments DATE_DIR DRIVE [DRIVE ...] [DATE_DIR DRIVE ...] and the options
 /// of docs/help/common/sequences.txt.
 /// @param open_file  opens positional arguments that are files; empty: files are not allowed.
-/// @throws UsageError if there is no sequence.
+/// @throws UsageError if there is no sequence, or two have one name.
 /// @throws std::runtime_error if a sequence cannot be read.
 std::vector<SequenceGroup> openSequences(const CommandLine& command_line,
                                          const OpenFile& open_file = {});
