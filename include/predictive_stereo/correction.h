@@ -20,7 +20,7 @@ struct CorrectionParams {
   void visit(Visitor&& v) {
     v("measurement_noise_px2", measurement_noise_px2, 1e-6, 100.0);
     v("gate_sigma", gate_sigma, 0.0, 100.0);
-    v("max_missed_frames", max_missed_frames, 0, 100);
+    v("max_missed_frames", max_missed_frames, 0, 100);  // less than kSeenOnce
   }
 };
 
@@ -29,8 +29,8 @@ struct CorrectionParams {
 ///
 /// Without a prediction, or where the innovation fails the gate, the filter is reset to the
 /// measurement. Without a measurement the prediction is kept until max_missed_frames is exceeded,
-/// but only if two successive frames agreed on it before: a filter that is reset counts as having
-/// missed max_missed_frames. A surface that only one frame has seen may be a false match.
+/// but only if two successive frames agreed on it before: a filter that is reset is kSeenOnce. A
+/// surface that only one frame has seen may be a false match.
 ///
 /// A prediction without a measurement is dropped where the right camera sees through it: if the
 /// right camera matches a surface with a disparity more than 3 px smaller on the line of sight to

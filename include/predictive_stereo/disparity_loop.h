@@ -130,7 +130,7 @@ class DisparityLoop {
   void publish(DisparityOutput& maps);
 
   /// begin(), measure() and publish() in one call.
-  /// @returns false for a duplicate; `maps` are then unchanged.
+  /// @returns false for a duplicate or a late frame; `maps` are then unchanged.
   bool process(const StereoFrame& frame, const Motion& motion, DisparityOutput& maps) {
     if (begin(frame).isIgnored()) return false;
     measure(motion, {}, maps);

@@ -116,7 +116,7 @@ class EgoMotion {
 
   /// @param left, right  rectified 8-bit grey images of rig.size.
   /// @param rig  a change resets everything, including the disparity offset.
-  /// @param ignored_mask  empty, or of rig.size: not 0 where features of the previous frame are
+  /// @param ignored_mask  empty, or of rig.size: not 0 where features of earlier frames are
   ///   ignored. If it ignores all of them, later frames are not compared with this pair either.
   /// @param R_cam_prev  rotation since the previous frame from another sensor: maps directions of
   ///   the previous left camera to the current one. It is tried if few features agree on a motion,

@@ -62,7 +62,7 @@ class Pipeline {
   void process(const Follow& follow, PipelineOutput& output);
 
   /// begin() and process() in one call.
-  /// @returns false for a duplicate; `output` is then unchanged.
+  /// @returns false for a duplicate or a late frame; `output` is then unchanged.
   bool process(const StereoFrame& frame, const Follow& follow, PipelineOutput& output) {
     if (begin(frame).isIgnored()) return false;
     process(follow, output);

@@ -13,6 +13,8 @@ namespace predictive_stereo {
 /// Value of missed_frames for pixels of moving objects. Their prediction is used neither for search
 /// ranges nor for the filter.
 constexpr unsigned char kMovesByItself = 255;
+/// Value of missed_frames for pixels that only one frame has measured, see correct().
+constexpr unsigned char kSeenOnce = 254;
 
 /// The state of the filters, one filter per pixel. Matching passes nothing else to the next frame.
 /// All maps have the images' size.
@@ -20,8 +22,7 @@ struct DisparityState {
   cv::Mat1f disparity_px;  ///< range.invalid() where unknown
   /// Where the disparity is unknown it means nothing: 0, or that of a disparity without support.
   cv::Mat1f variance_px2;
-  /// Frames since the pixel was last measured (CorrectionParams::max_missed_frames where only one
-  /// frame has measured it, see correct()), or kMovesByItself.
+  /// Frames since the pixel was last measured, kSeenOnce, or kMovesByItself.
   cv::Mat1b missed_frames;
 
   bool empty() const { return disparity_px.empty(); }

@@ -17,12 +17,12 @@ namespace predictive_stereo {
 /// A published disparity has a variance of its own, not the filter's p: p treats the errors of
 /// successive matches as independent, which they are not. The published variance grows with
 /// - how much the surroundings do not continue the surface: 0..8, the sum over eight pairs of
-///   opposite pixels, 4 and 9 rows, columns, or both away (less at the image's border), of how far
-///   the pixel is from the middle of the pair: 1 if twice this distance is 4 px or more, or if the
-///   pair is not known. This disagreement counts times 1 + ambiguity_weight *
-///   ambiguity^2 (+ unpredicted_weight for a match without prediction), times 1 + residual_weight *
-///   the photometric residual's share of the contrast: where the match is ambiguous as well, no
-///   past confirms it, or the images differ, it may be wrong by any amount,
+///   opposite pixels, 4 and 9 rows, columns, or both away (near the image's border both only as far
+///   as the border), of how far the pixel is from the middle of the pair: 1 if twice this distance
+///   is 4 px or more, or if the pair is not known. This disagreement counts times 1 +
+///   ambiguity_weight * ambiguity^2 (+ unpredicted_weight for a match without prediction), times 1
+///   + residual_weight * the photometric residual's share of the contrast: where the match is
+///   ambiguous as well, no past confirms it, or the images differ, it may be wrong by any amount,
 /// - the row offset of the pair: row alignment removes it, but a pair with row offsets has column
 ///   offsets too, and lenses that are not modelled exactly. These change disparities and are not
 ///   removed. A missing prediction counts only as far as rectificationShare says.

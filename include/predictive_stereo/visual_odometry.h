@@ -42,7 +42,7 @@ class VisualOdometry {
   SequenceGuard::Result begin(const StereoFrame& frame);
   /// Estimates the motion to the frame that begin() took.
   const OdometryOutput& follow(const OdometryHints& hints = {});
-  /// begin() and follow() in one call; of a duplicate it returns the last output.
+  /// begin() and follow() in one call; of a frame that is ignored it returns the last output.
   const OdometryOutput& process(const StereoFrame& frame, const OdometryHints& hints = {}) {
     const bool ignored = begin(frame).isIgnored();
     return ignored ? output_ : follow(hints);

@@ -9,6 +9,9 @@
 namespace predictive_stereo {
 namespace {
 
+// Merging takes a time of the square of it: 0.05 s.
+constexpr size_t kMostWindows = 2000;
+
 // Value k of `count` values with equal steps from `first` to `last`.
 int windowSize(int first, int last, int k, int count) {
   if (count < 2) return first;
@@ -82,7 +85,12 @@ void mergeBoxes(double min_iou, std::vector<cv::Rect>& boxes) {
 
 std::vector<cv::Rect> movingBoxes(const cv::Mat1f& difference_px,
                                   const PaperDetectionParams& params) {
-  std::vector<cv::Rect> boxes = movingWindows(difference_px, params);
+  PaperDetectionParams coarse = params;
+  std::vector<cv::Rect> boxes = movingWindows(difference_px, coarse);
+  while (boxes.size() > kMostWindows) {
+    coarse.step_px *= 2;
+    boxes = movingWindows(difference_px, coarse);
+  }
   mergeBoxes(params.min_merge_iou, boxes);
   boxes.erase(std::remove_if(boxes.begin(), boxes.end(),
                              [&](const cv::Rect& box) {

@@ -31,7 +31,7 @@ struct CorrectionLimits {
   float r_px2;  ///< measurement noise
   float gate;   ///< squared, in standard deviations
   int max_missed_frames;
-  uint8_t moving;  ///< see kMovesByItself
+  uint8_t moving, seen_once;  ///< see kMovesByItself, kSeenOnce
   float principal_offset_px;
 };
 
@@ -83,7 +83,8 @@ void correctRow(const CorrectionRow& row, int width, const CorrectionLimits& lim
     const auto confirmed = hn::And(agree, surely);
     const auto unconfirmed = hn::RebindMask(di, hn::AndNot(confirmed, is_measured));
     const auto missed_again = hn::IfThenElseZero(kept_on, hn::Add(missed, hn::Set(di, 1)));
-    const auto missed_now = hn::IfThenElse(unconfirmed, most_missed, missed_again);
+    const auto missed_now =
+        hn::IfThenElse(unconfirmed, hn::Set(di, limits.seen_once), missed_again);
     hn::StoreU(hn::DemoteTo(d8, missed_now), d8, row.missed_frames + x);
   });
 }
@@ -188,6 +189,7 @@ void correct(const Prediction& prediction, const cv::Mat1f& measured_disparity_p
                                       : std::numeric_limits<float>::infinity();
   limits.max_missed_frames = params.max_missed_frames;
   limits.moving = kMovesByItself;
+  limits.seen_once = kSeenOnce;
   limits.principal_offset_px = static_cast<float>(principal_offset_px);
   parallelFor(cv::Range(0, size.height), [&](const cv::Range& part) {
     cv::AutoBuffer<float, 4096> nearest(static_cast<size_t>(size.width + kBesideNearest));

@@ -30,12 +30,13 @@ constexpr int kDisagreementReachPx[kDisagreementRings] = {4, 9};
 constexpr float kLargestBendPx = 4.0f;
 constexpr int kResidualShift = 2;  ///< of a column, to that of its residual
 static_assert(kResidualStep == 1 << kResidualShift);
-/// A row and, for each ring, the rows above and below it, or the image's first and last row if
-/// these are outside.
+/// A row and, for each ring, the rows above and below it: as far as the ring reaches, or both as
+/// far as the nearer border of the image.
 struct DisagreementRows {
   const float* centre;
   const float* above[kDisagreementRings];
   const float* below[kDisagreementRings];
+  float per_rise;  ///< one over the rows from the inner ring's row above to that below; 0: the same
 };
 
 struct PublishedRow {
@@ -54,7 +55,7 @@ struct PublishedTerms {
   float unpredicted_px2, kept_px2, filled_px2;
   float disagreement_px, ambiguity_weight, unpredicted_weight, residual_weight;
   float per_squared_disparity;
-  float per_rise_px;           ///< of the disparity, from the inner ring's row above to that below
+  float slope_weight;
   float largest_variance_px2;  ///< of published pixels
 };
 
@@ -124,8 +125,9 @@ HWY_INLINE void forPixelsWithNeighbours(int width, const Pixels& pixels) {
     Columns columns;
     columns.x = x;
     for (int ring = 0; ring < kDisagreementRings; ++ring) {
-      columns.left[ring] = std::max(x - kDisagreementReachPx[ring], 0);
-      columns.right[ring] = std::min(x + kDisagreementReachPx[ring], width - 1);
+      const int reach = std::min({kDisagreementReachPx[ring], x, width - 1 - x});
+      columns.left[ring] = x - reach;
+      columns.right[ring] = x + reach;
     }
     return columns;
   };
@@ -155,11 +157,11 @@ HWY_INLINE hn::Vec<D> doubtAt(D d, const PublishedRow& row, const PublishedTerms
 // By how much sigma is smaller on a surface whose disparities grow downwards.
 template <class D>
 HWY_INLINE hn::Vec<D> steepnessAt(D d, const DisagreementRows& rows, int x, hn::Vec<D> smallest,
-                                  float per_rise_px) {
+                                  float slope_weight) {
   const auto above = hn::LoadU(d, rows.above[0] + x), below = hn::LoadU(d, rows.below[0] + x);
   const auto rises = hn::And(hn::Ge(above, smallest), hn::Gt(below, above));
   const auto rise = hn::IfThenElseZero(rises, hn::Sub(below, above));
-  return hn::Add(hn::Set(d, 1.0f), hn::Mul(hn::Set(d, per_rise_px), rise));
+  return hn::Add(hn::Set(d, 1.0f), hn::Mul(hn::Set(d, slope_weight * rows.per_rise), rise));
 }
 
 void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms) {
@@ -183,7 +185,7 @@ void publishRow(const PublishedRow& row, int width, const PublishedTerms& terms)
     const auto of_rectification =
         hn::Mul(hn::Mul(hn::Set(d, terms.per_squared_disparity), disparity), disparity);
     const auto upright = hn::Add(hn::Add(of_any, of_surroundings), of_rectification);
-    const auto steepness = steepnessAt(d, row.disparity_px, x, smallest, terms.per_rise_px);
+    const auto steepness = steepnessAt(d, row.disparity_px, x, smallest, terms.slope_weight);
     const auto variance = hn::Div(upright, hn::Mul(steepness, steepness));
 
     const auto certain = hn::And(hn::Ge(disparity, smallest),
@@ -207,9 +209,10 @@ DisagreementRows rowsAround(const cv::Mat1f& disparity_px, int y) {
   DisagreementRows rows;
   rows.centre = disparity_px[y];
   for (int ring = 0; ring < kDisagreementRings; ++ring) {
-    rows.above[ring] = disparity_px[std::max(y - kDisagreementReachPx[ring], 0)];
-    rows.below[ring] =
-        disparity_px[std::min(y + kDisagreementReachPx[ring], disparity_px.rows - 1)];
+    const int reach = std::min({kDisagreementReachPx[ring], y, disparity_px.rows - 1 - y});
+    rows.above[ring] = disparity_px[y - reach];
+    rows.below[ring] = disparity_px[y + reach];
+    if (ring == 0) rows.per_rise = reach > 0 ? 0.5f / static_cast<float>(reach) : 0;
   }
   return rows;
 }
@@ -258,7 +261,7 @@ void publish(const cv::Mat1f& disparity_px, const DisparityEvidence& evidence,
   terms.unpredicted_weight = static_cast<float>(params.unpredicted_weight);
   terms.residual_weight = static_cast<float>(params.residual_weight);
   terms.per_squared_disparity = squared(params.sigma_per_row_offset * evidence.row_offset_px);
-  terms.per_rise_px = static_cast<float>(params.slope_weight / (2 * kDisagreementReachPx[0]));
+  terms.slope_weight = static_cast<float>(params.slope_weight);
   terms.largest_variance_px2 = params.max_sigma_px > 0 ? squared(params.max_sigma_px)
                                                        : std::numeric_limits<float>::infinity();
   parallelForEach(variance_px2.rows, [&](int y) {

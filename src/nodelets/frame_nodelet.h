@@ -203,18 +203,23 @@ class FrameNodelet : public nodelet::Nodelet {
 
   void processNext(const Job& job) {
     // Not before the last frame of a pass has ended: it may wait for its motion.
-    const ros::Time stamp = job.frame.left->header.stamp;
-    if (stamp < last_stamp_) {
-      tf_->goBackTo(stamp);
-      goBackTo(stamp);
-    }
-    last_stamp_ = stamp;
+    goBack(job.frame.left->header.stamp);
     if (const auto params = live_params_->takeChanged()) processor_->setParams(*params);
     const bool reset = reset_requested_.exchange(false);
     // The state from before a sleep is too old to be useful.
     if (forget_.exchange(false) || reset) processor_->reset();
     if (reset) health_->event("reset: the next frame is the first");
     if (awake_) process(job);
+  }
+
+  // A frame that is only late is ignored, and the messages that the next one needs are kept.
+  void goBack(ros::Time stamp) {
+    const double back_s = last_stamp_.toSec() - stamp.toSec();
+    const bool is_another_pass = back_s > SequenceGuard::kLargestDelay_s;
+    if (back_s < 0 || is_another_pass) last_stamp_ = stamp;
+    if (!is_another_pass) return;
+    tf_->goBackTo(stamp);
+    goBackTo(stamp);
   }
 
   // What was lost before the last ten or so frames that were not.

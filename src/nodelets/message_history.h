@@ -21,20 +21,25 @@ class MessageHistory {
   ///   messages since the previous frame.
   explicit MessageHistory(size_t most = 10000) : most_(most) {}
 
+  /// Out of order is allowed, but stamps that went back by more than half a second are those of
+  /// another pass: they replace all others.
   void add(const ConstPtr& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!messages_.empty() && message->header.stamp < messages_.back()->header.stamp)
-      messages_.clear();
-    messages_.push_back(message);
+    dropIfBefore(message->header.stamp);
+    messages_.insert(std::upper_bound(messages_.begin(), messages_.end(), message,
+                                      [](const ConstPtr& a, const ConstPtr& b) {
+                                        return a->header.stamp < b->header.stamp;
+                                      }),
+                     message);
     while (messages_.size() > most_ ||
-           message->header.stamp - messages_.front()->header.stamp > ros::Duration(kKept_s))
+           messages_.back()->header.stamp - messages_.front()->header.stamp >
+               ros::Duration(kKept_s))
       messages_.pop_front();
   }
   /// The stamps of images went back to this one: drops messages of the previous pass.
   void goBackTo(ros::Time stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!messages_.empty() && (messages_.back()->header.stamp - stamp).toSec() > kLeastJump_s)
-      messages_.clear();
+    dropIfBefore(stamp);
   }
   void clear() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -75,6 +80,11 @@ class MessageHistory {
 
  private:
   static constexpr double kKept_s = 3.0, kLeastJump_s = 0.5;
+
+  void dropIfBefore(ros::Time stamp) {
+    if (!messages_.empty() && (messages_.back()->header.stamp - stamp).toSec() > kLeastJump_s)
+      messages_.clear();
+  }
 
   // add() keeps the stamps in order.
   auto firstFrom(ros::Time stamp) const {

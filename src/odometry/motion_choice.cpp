@@ -99,7 +99,7 @@ class MotionTrials {
     params_.offset_jitter_px = offset_jitter_px;
     params_.common_errors = kCommonErrors;
     const double frames = reference.since_s / usual.interval_s;
-    if (!usual.known || !std::isfinite(frames)) return;
+    if (!usual.known || !std::isfinite(usual.interval_s) || !std::isfinite(frames)) return;
     params_.likely_position_m = compose(motionOf(constantTwist(usual.T_cam_prev, 1), frames),
                                         reference.to_previous.T_cam_prev)
                                     .inverse()

@@ -88,6 +88,24 @@ TEST(PaperWindows, FindsOneBoxPerBlobInTheLowerTwoThirds) {
   EXPECT_EQ(boxes[1] & cv::Rect(400, 200, 50, 50), cv::Rect(400, 200, 50, 50));
 }
 
+// The time of merging is the square of the number of windows.
+TEST(PaperWindows, ManyWindowsTakeALargerStep) {
+  PaperDetectionParams params, twice = params;
+  params.step_px = 2;
+  twice.step_px = 4;
+  cv::Mat1f difference = cv::Mat1f::zeros(300, 600);
+  const cv::Rect near(203, 121, 90, 101);
+  difference(near) = 4.0f;
+  ASSERT_GT(movingWindows(difference, params).size(), 2000u);
+  EXPECT_EQ(movingBoxes(difference, params), movingBoxes(difference, twice));
+  ASSERT_EQ(movingBoxes(difference, params).size(), 1u);
+  EXPECT_EQ(movingBoxes(difference, params)[0] & near, near);
+
+  difference.setTo(4.0f);
+  params.step_px = 1;
+  EXPECT_EQ(movingBoxes(difference, params).size(), 1u);
+}
+
 TEST(PaperWindows, DropsSmallBoxes) {
   cv::Mat1f difference = cv::Mat1f::zeros(300, 600);
   difference(cv::Rect(100, 150, 20, 20)) = 1.6f;  // enough for only one window

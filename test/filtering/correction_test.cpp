@@ -93,14 +93,16 @@ TEST(Correction, PredictionLivesOnForSomeFramesOnly) {
 }
 
 TEST(Correction, WhatOneFrameAloneHasSeenIsNotKept) {
-  const CorrectionParams params;
+  CorrectionParams params;
   const auto isKept = [&](float predicted_px, float variance_px2) {
+    params.max_missed_frames = 3;
     Pixel pixel;
     if (predicted_px > 0) pixel.predict(predicted_px, variance_px2);
     pixel.measured_px = 20.0f;
     pixel.correctBy(params);
     pixel.predict(20.0f, kNoise, pixel.missed());
     pixel.measured_px = kRange.invalid();
+    params.max_missed_frames = 10;  // set between the frames
     pixel.correctBy(params);
     return pixel.disparity() == 20.0f;
   };
@@ -129,7 +131,7 @@ TEST(Correction, WhatMovesByItselfIsNeitherFilteredNorKept) {
   pixel.correctBy(params);
   EXPECT_FLOAT_EQ(pixel.disparity(), 20.5f);
   EXPECT_FLOAT_EQ(pixel.variance(), kNoise);
-  EXPECT_EQ(pixel.missed(), params.max_missed_frames);
+  EXPECT_EQ(pixel.missed(), kSeenOnce);
   pixel.measured_px = kRange.invalid();
   pixel.correctBy(params);
   EXPECT_EQ(pixel.disparity(), kRange.invalid());
@@ -259,7 +261,7 @@ TEST(Correction, IsTheNaiveOneOnEveryTarget) {
                         agree ? rest * rest * p + gain * gain * kNoise : kNoise);
               const bool confirmed =
                   agree && innovation * innovation <= 9.0f * (std::min(p, kNoise) + kNoise);
-              ASSERT_EQ(state.missed_frames(y, x), confirmed ? 0 : params.max_missed_frames);
+              ASSERT_EQ(state.missed_frames(y, x), confirmed ? 0 : kSeenOnce);
               fused += agree;
               continue;
             }

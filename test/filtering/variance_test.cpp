@@ -57,18 +57,20 @@ TEST(Variance, MeasurementVarianceIsTheFormulaOnEveryTarget) {
 /// Eight pairs of opposite pixels, in the order of the kernel: sums of floats depend on it.
 float disagreementNaively(const cv::Mat1f& map, const DisparityRange& range, int x, int y) {
   const auto rise = [&](int dx, int dy) {
-    const float there =
-        map(std::clamp(y + dy, 0, map.rows - 1), std::clamp(x + dx, 0, map.cols - 1));
+    const float there = map(y + dy, x + dx);
     return range.isValid(there) ? there - map(y, x) : std::nanf("");
   };
   float sum_px = 0;
-  for (int reach : {4, 9})
+  for (int reach : {4, 9}) {
+    const int columns = std::min({reach, x, map.cols - 1 - x});
+    const int rows = std::min({reach, y, map.rows - 1 - y});
     for (const cv::Point& step :
          {cv::Point(-1, -1), cv::Point(0, -1), cv::Point(1, -1), cv::Point(-1, 0)}) {
       const float bend_px =
-          std::abs(rise(reach * step.x, reach * step.y) + rise(-reach * step.x, -reach * step.y));
+          std::abs(rise(columns * step.x, rows * step.y) + rise(-columns * step.x, -rows * step.y));
       sum_px += bend_px < 4 ? bend_px : 4.0f;
     }
+  }
   return sum_px * 0.25f;
 }
 
@@ -114,6 +116,10 @@ TEST(Variance, SteepSurfacesAgreeAndSpecksDoNot) {
   map(cv::Rect(35, 35, 5, 5)) = 5.0f;
   const cv::Mat1f disagreement = disagreementOf(map, kRange);
   EXPECT_EQ(disagreement(12, 12), 0);
+  for (int i = 0; i < 9; ++i)  // beside the borders, too
+    for (const float beside : {disagreement(i, 12), disagreement(12, i), disagreement(i, i),
+                               disagreement(59 - i, 12), disagreement(12, 59 - i)})
+      EXPECT_EQ(beside, 0) << i;
   EXPECT_EQ(disagreement(37, 37), 8);
   EXPECT_EQ(disagreement(37, 33), 1);  // beside the speck: the pair with a pixel in it
 }
@@ -269,10 +275,11 @@ float varianceNaively(const RandomFrame& frame, const DisparityRange& range,
   variance_px2 += around * around;
   const float per_disparity = squared(params.sigma_per_row_offset * evidence.row_offset_px);
   variance_px2 += per_disparity * d * d;
-  const float above = map(std::max(y - 4, 0), x), below = map(std::min(y + 4, map.rows - 1), x);
+  const int reach = std::min({4, y, map.rows - 1 - y});
+  const float above = map(y - reach, x), below = map(y + reach, x);
   const bool rises = range.isValid(above) && below > above;
-  const float steepness =
-      1 + (rises ? static_cast<float>(params.slope_weight / 8) * (below - above) : 0);
+  const float per_rise = static_cast<float>(params.slope_weight) * (0.5f / float(reach));
+  const float steepness = 1 + (rises ? per_rise * (below - above) : 0);
   return variance_px2 / (steepness * steepness);
 }
 

@@ -226,6 +226,26 @@ TEST_F(Scenarios, anybodys_odometry_serves_through_tf) {
   EXPECT_TRUE(eventually([&] { return value("Disparity", "predicted") == "yes"; }));
 }
 
+TEST_F(Scenarios, a_pair_that_is_late_takes_no_tf_from_those_that_follow) {
+  setParam("Disparity", "odom_frame", "world_of_others");
+  load("Disparity");
+  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
+  ASSERT_TRUE(player_.waitForSubscribers());
+  tf2_ros::TransformBroadcaster broadcaster;
+  std::vector<StereoPair> pairs;
+  for (int i = 0; i < 4; ++i) pairs.push_back(moved(i, "early_camera", broadcaster));
+  geometry_msgs::TransformStamped ahead = transformMsg(
+      street().stamp(3), "world_of_others", "early_camera", Eigen::Isometry3d::Identity());
+  ahead.header.stamp += ros::Duration(1);
+  broadcaster.sendTransform(ahead);
+  for (int i : {0, 1, 2}) ASSERT_TRUE(publishesDisparity(pairs[i], disparity));
+  player_.publish(pairs[1]);
+  EXPECT_TRUE(says("Disparity", "older than the one before, and is ignored"));
+  ASSERT_TRUE(publishesDisparity(pairs[3], disparity));
+  EXPECT_GT(validPixels(*predicted.at(street().stamp(3))),
+            StreetCamera::kWidth * StreetCamera::kHeight / 2u);
+}
+
 TEST_F(Scenarios, tf_that_is_late_is_told) {
   setParam("Disparity", "odom_frame", "world_of_others");
   load("Disparity");
