@@ -25,7 +25,7 @@ struct DetectedObject {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();         ///< in the odom frame
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< [m^2/s^2]; zero: not known
   double score = 0;                                               ///< confidence, 0..1
-  int age = 0;            ///< frames since the first detection (1 there), see detect()
+  int age = 0;            ///< number of frames from the first detection to this one, see detect()
   double distance_m = 0;  ///< depth of its nearest part, along the optical axis
 };
 
@@ -68,7 +68,7 @@ struct PaperDetectionParams {
   int largest_window_width_px = 75;
   int largest_window_height_px = 50;
   int window_sizes = 4;  ///< from the smallest to the largest in equal steps, both included
-  int step_px = 5;       ///< between neighbouring windows; doubled where more than 2000 differ
+  int step_px = 5;       ///< between windows; doubled while more than 2000 of a frame differ
   double skipped_top = 1.0 / 3.0;  ///< share of the image's rows, from the top, without windows
   double min_mean_difference_px = 1.5;  ///< of a window's pixels; unknown ones count as 0
   double max_difference_px = 5.0;       ///< larger differences count as this one

@@ -17,6 +17,7 @@
 #include "nodelets/live_params.h"
 #include "nodelets/nodelet_params.h"
 #include "nodelets/outputs.h"
+#include "nodelets/stereo_messages.h"
 #include "nodelets/synced_topics.h"
 #include "nodelets/tf_input.h"
 #include "nodelets/threads.h"
@@ -214,7 +215,7 @@ class FrameNodelet : public nodelet::Nodelet {
 
   // A frame that is only late is ignored, and the messages that the next one needs are kept.
   void goBack(ros::Time stamp) {
-    const double back_s = last_stamp_.toSec() - stamp.toSec();
+    const double back_s = toSeconds(stampOf(last_stamp_) - stampOf(stamp));
     const bool is_another_pass = back_s > SequenceGuard::kLargestDelay_s;
     if (back_s < 0 || is_another_pass) last_stamp_ = stamp;
     if (!is_another_pass) return;

@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "nodelets/nodelet_params.h"
+#include "predictive_stereo/sequence_guard.h"
 #include "tools/bag_check.h"
 
 namespace predictive_stereo {
@@ -84,10 +85,10 @@ void checkStamps(const std::vector<StampStream>& streams, BagCheck& result) {
     return;
   }
   std::vector<double> periods;
-  size_t backward = 0, gaps = 0;
+  size_t late = 0, backward = 0, gaps = 0;
   for (size_t i = 1; i < left.size(); ++i) {
     const double period = (left[i] - left[i - 1]).toSec();
-    if (period < 0) ++backward;
+    if (period < 0) ++(period < -SequenceGuard::kLargestDelay_s ? backward : late);
     if (period > kLargestGap_s) ++gaps;
     periods.push_back(period);
   }
@@ -96,6 +97,11 @@ void checkStamps(const std::vector<StampStream>& streams, BagCheck& result) {
   const double rate_hz = period_s > 0 ? 1 / period_s : 0;
   result.good(cv::format("%zu left images in the first %.1f s, %.1f Hz", left.size(),
                          (left.back() - left.front()).toSec(), rate_hz));
+  if (late)
+    result.advice(
+        cv::format("%zu left images are older than the one before, and are ignored: the "
+                   "camera driver must send them in the order of their stamps",
+                   late));
   if (backward)
     result.advice(cv::format("stamps go back %zu times: all nodelets reset there", backward));
   if (gaps)

@@ -297,6 +297,16 @@ TEST_F(CheckBag, NoticesGapsAndStampsThatGoBack) {
   EXPECT_TRUE(result.isUsable()) << faults(result);
   EXPECT_SAYS(advice(result), "1 gaps");
   EXPECT_SAYS(advice(result), "go back 1 times");
+  EXPECT_EQ(advice(result).find("older than the one before"), std::string::npos);
+}
+
+TEST_F(CheckBag, NoticesSwappedImages) {
+  Recording swapped;
+  swapped.stamps_s = {0, 0.1, 0.3, 0.2, 0.4, 0.5};
+  const BagCheck result = check(swapped);
+  EXPECT_TRUE(result.isUsable()) << faults(result);
+  EXPECT_SAYS(advice(result), "1 left images are older than the one before, and are ignored");
+  EXPECT_EQ(advice(result).find("go back"), std::string::npos);
 }
 
 TEST_F(CheckBag, NoticesATopicThatWasRecordedTwice) {
