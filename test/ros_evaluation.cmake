@@ -45,6 +45,8 @@ predictive_stereo_rostest(all_outputs_test
 )
 predictive_stereo_rostest(diagnosis_test nodelets/diagnosis.test nodelets/diagnosis_test.cpp)
 predictive_stereo_rostest(scenarios_test nodelets/scenarios.test nodelets/scenarios_test.cpp)
+predictive_stereo_rostest(foreign_odometry_test
+  nodelets/foreign_odometry.test nodelets/foreign_odometry_test.cpp)
 predictive_stereo_rostest(ego_motion_scenarios_test
   nodelets/ego_motion_scenarios.test nodelets/ego_motion_scenarios_test.cpp
 )
@@ -76,8 +78,8 @@ add_rostest(nodelets/all_outputs_nodes.test DEPENDENCIES
   predictive_stereo_ego_motion_node predictive_stereo_moving_objects_node
 )
 add_custom_target(predictive_stereo_nodelet_tests)
-foreach(name diagnosis ego_motion_scenarios hostile_messages live_faults live_params scenarios
-    stereo_input)
+foreach(name diagnosis ego_motion_scenarios foreign_odometry hostile_messages live_faults live_params
+    scenarios stereo_input)
   add_dependencies(predictive_stereo_nodelet_tests predictive_stereo_${name}_test)
 endforeach()
 # Load: what is lost is counted, and memory does not grow.

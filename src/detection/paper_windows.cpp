@@ -9,7 +9,7 @@
 namespace predictive_stereo {
 namespace {
 
-// The time of merging is the square of this: 0.05 s.
+// The time of merging grows with the square of this; it is 0.05 s.
 constexpr size_t kMostWindows = 2000;
 
 // Value k of `count` values with equal steps from `first` to `last`.

@@ -17,8 +17,8 @@ std::vector<cv::Rect> movingWindows(const cv::Mat1f& difference_px,
 /// over union by the smallest box that contains both; of equal pairs, the first one.
 void mergeBoxes(double min_iou, std::vector<cv::Rect>& boxes);
 
-/// movingWindows, merged, without boxes that are too small. The step is doubled
-/// until there are at most 2000 windows: a near car can have more, and a wrong pose many more.
+/// movingWindows, merged, without boxes that are too small. The step is doubled until there are at
+/// most 2000 windows: a near car can have more, and a wrong pose many more.
 std::vector<cv::Rect> movingBoxes(const cv::Mat1f& difference_px,
                                   const PaperDetectionParams& params);
 

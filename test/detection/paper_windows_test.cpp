@@ -88,7 +88,7 @@ TEST(PaperWindows, FindsOneBoxPerBlobInTheLowerTwoThirds) {
   EXPECT_EQ(boxes[1] & cv::Rect(400, 200, 50, 50), cv::Rect(400, 200, 50, 50));
 }
 
-// The time of merging is the square of the number of windows.
+// The time of merging grows with the square of the number of windows.
 TEST(PaperWindows, ManyWindowsTakeALargerStep) {
   PaperDetectionParams params, twice = params;
   params.step_px = 2;

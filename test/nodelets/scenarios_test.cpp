@@ -7,48 +7,20 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Empty.h>
 
-#include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "changed_pairs.h"
-#include "evaluation/sequence.h"
-#include "nodelet_fixture.h"
 #include "nodelets/stereo_messages.h"
+#include "posed_camera.h"
 
 namespace predictive_stereo {
 namespace {
 
-size_t validPixels(const stereo_msgs::DisparityImage& disparity) {
-  size_t valid = 0;
-  for (size_t i = 0; i < disparity.image.data.size(); i += sizeof(float)) {
-    float d;
-    std::memcpy(&d, &disparity.image.data[i], sizeof(d));
-    valid += d >= disparity.min_disparity;
-  }
-  return valid;
-}
-
-class Scenarios : public NodeletTest {
- protected:
-  /// A pair of a camera. Its true pose in the frame "world_of_others" is sent to tf.
-  StereoPair moved(int index, const std::string& camera,
-                   tf2_ros::TransformBroadcaster& broadcaster) const {
-    broadcaster.sendTransform(
-        transformMsg(street().stamp(index), "world_of_others", camera,
-                     jump_ * street().T_world_base(index) * street().cameraMount()));
-    StereoPair pair = street().pair(index);
-    auto left = boost::make_shared<sensor_msgs::Image>(*pair.left);
-    left->header.frame_id = camera;
-    pair.left = left;
-    return pair;
-  }
-  Eigen::Isometry3d jump_ = Eigen::Isometry3d::Identity();  ///< added to the poses that are sent
-};
+class Scenarios : public PosedCameraTest {};
 
 TEST_F(Scenarios, without_tf_disparity_comes_without_prediction) {
   load("Disparity");
@@ -213,122 +185,6 @@ TEST_F(Scenarios, a_bag_in_a_loop_gives_the_same_again) {
   }
 }
 
-TEST_F(Scenarios, anybodys_odometry_serves_through_tf) {
-  setParam("Disparity", "odom_frame", "world_of_others");
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  tf2_ros::TransformBroadcaster broadcaster;
-  for (int i = 0; i < 4; ++i)
-    ASSERT_TRUE(publishesDisparity(moved(i, "camera_of_others", broadcaster), disparity));
-  EXPECT_GT(validPixels(*predicted.at(street().stamp(3))),
-            StreetCamera::kWidth * StreetCamera::kHeight / 2u);
-  EXPECT_TRUE(eventually([&] { return value("Disparity", "predicted") == "yes"; }));
-}
-
-TEST_F(Scenarios, a_pair_that_is_late_takes_no_tf_from_those_that_follow) {
-  setParam("Disparity", "odom_frame", "world_of_others");
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  tf2_ros::TransformBroadcaster broadcaster;
-  std::vector<StereoPair> pairs;
-  for (int i = 0; i < 4; ++i) pairs.push_back(moved(i, "early_camera", broadcaster));
-  geometry_msgs::TransformStamped ahead = transformMsg(
-      street().stamp(3), "world_of_others", "early_camera", Eigen::Isometry3d::Identity());
-  ahead.header.stamp += ros::Duration(1);
-  broadcaster.sendTransform(ahead);
-  for (int i : {0, 1, 2}) ASSERT_TRUE(publishesDisparity(pairs[i], disparity));
-  player_.publish(pairs[1]);
-  EXPECT_TRUE(says("Disparity", "older than the one before, and is ignored"));
-  ASSERT_TRUE(publishesDisparity(pairs[3], disparity));
-  EXPECT_GT(validPixels(*predicted.at(street().stamp(3))),
-            StreetCamera::kWidth * StreetCamera::kHeight / 2u);
-}
-
-TEST_F(Scenarios, tf_that_is_late_is_told) {
-  setParam("Disparity", "odom_frame", "world_of_others");
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  tf2_ros::TransformBroadcaster broadcaster;
-  for (int i : {0, 1})
-    ASSERT_TRUE(publishesDisparity(moved(i, "slow_camera", broadcaster), disparity));
-  const StereoPair late = withStamp(moved(1, "slow_camera", broadcaster), street().stamp(2));
-  ASSERT_TRUE(publishesDisparity(late, disparity));
-  EXPECT_TRUE(says("Disparity", "older than the image: raise transform_timeout"));
-}
-
-bool allFinite(const stereo_msgs::DisparityImage& disparity) {
-  for (size_t i = 0; i < disparity.image.data.size(); i += sizeof(float)) {
-    float d;
-    std::memcpy(&d, &disparity.image.data[i], sizeof(d));
-    if (!std::isfinite(d)) return false;
-  }
-  return true;
-}
-
-TEST_F(Scenarios, a_jump_of_anybodys_odometry_is_told) {
-  setParam("Disparity", "odom_frame", "world_of_others");
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  tf2_ros::TransformBroadcaster broadcaster;
-  for (int i : {0, 1, 2})
-    ASSERT_TRUE(publishesDisparity(moved(i, "jumping_camera", broadcaster), disparity));
-  jump_.translate(Eigen::Vector3d(8, -2, 1))
-      .rotate(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()));
-  ASSERT_TRUE(publishesDisparity(moved(3, "jumping_camera", broadcaster), disparity));
-  EXPECT_TRUE(allFinite(*disparity.last()));
-  EXPECT_GT(validPixels(*disparity.last()), StreetCamera::kWidth * StreetCamera::kHeight / 2u);
-  EXPECT_TRUE(says("Disparity", "contradict the prediction by the motion of odom_frame"))
-      << value("Disparity", "prediction contradicted [%]") << " % are contradicted; predicted are "
-      << validPixels(*predicted.at(street().stamp(3))) << " pixels";
-  // From now on all poses have the jump, which does not affect their differences.
-  for (int i : {4, 5})
-    ASSERT_TRUE(publishesDisparity(moved(i, "jumping_camera", broadcaster), disparity));
-  EXPECT_GT(validPixels(*predicted.at(street().stamp(5))),
-            StreetCamera::kWidth * StreetCamera::kHeight / 2u);
-  EXPECT_TRUE(eventually(
-      [&] { return !diagnostics_.says(ns_.substr(1) + "/Disparity", "contradict"); }, 10));
-}
-
-TEST_F(Scenarios, tf_that_is_not_a_number_is_told) {
-  setParam("Disparity", "odom_frame", "world_of_others");
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  tf2_ros::TransformBroadcaster broadcaster;
-  for (int i : {0, 1})
-    ASSERT_TRUE(publishesDisparity(moved(i, "broken_camera", broadcaster), disparity));
-  const Eigen::Isometry3d good = jump_;
-  jump_.translation().x() = std::nan("");
-  ASSERT_TRUE(publishesDisparity(moved(2, "broken_camera", broadcaster), disparity));
-  EXPECT_TRUE(allFinite(*disparity.last()));
-  EXPECT_EQ(validPixels(*predicted.at(street().stamp(2))), 0u);
-  EXPECT_TRUE(says("Disparity", "relative to odom_frame 'world_of_others'"));
-  jump_ = good;
-  for (int i : {3, 4})
-    ASSERT_TRUE(publishesDisparity(moved(i, "broken_camera", broadcaster), disparity));
-  EXPECT_TRUE(allFinite(*disparity.last()));
-  EXPECT_GT(validPixels(*predicted.at(street().stamp(4))),
-            StreetCamera::kWidth * StreetCamera::kHeight / 2u);
-}
-
-// Share of the pixels known in both maps that differ by less than a pixel.
-double agreement(const stereo_msgs::DisparityImage& a, const stereo_msgs::DisparityImage& b) {
-  size_t known = 0, agree = 0;
-  for (size_t i = 0; i < a.image.data.size(); i += sizeof(float)) {
-    float of_a, of_b;
-    std::memcpy(&of_a, &a.image.data[i], sizeof(of_a));
-    std::memcpy(&of_b, &b.image.data[i], sizeof(of_b));
-    if (of_a < a.min_disparity || of_b < b.min_disparity) continue;
-    ++known;
-    agree += std::abs(of_a - of_b) < 1;
-  }
-  return static_cast<double>(agree) / static_cast<double>(std::max<size_t>(known, 1));
-}
-
 TEST_F(Scenarios, disparity_waits_for_what_moves_and_does_not_predict_from_it) {
   setParam("Disparity", "odom_frame", "world_of_others");
   setParam("Disparity", "transform_timeout", 10.0);
@@ -405,35 +261,6 @@ TEST_F(Scenarios, without_masks_there_is_no_static_cloud_and_that_is_told) {
   EXPECT_TRUE(says("Disparity", "points2_static is not published, as the mask of moving objects"));
   EXPECT_TRUE(says("Disparity", "moving_objects:=true"));
   EXPECT_EQ(still.count(), 0u);
-}
-
-TEST_F(Scenarios, kittis_poses_serve_through_tf) {
-  const char* kitti = std::getenv("KITTI_EXCERPTS");
-  if (!kitti) GTEST_SKIP() << "KITTI_EXCERPTS is not set";
-  const auto drive =
-      kittiDriveSequence(kitti + std::string("/2011_09_30"), "2011_09_30_drive_0020_sync");
-  const auto T_world_cam = drive->poses();
-  ASSERT_TRUE(T_world_cam);
-  setParam("Disparity", "odom_frame", "world_of_kitti");
-  load("Disparity");
-  DisparityRecorder disparity(node_, "disparity"), predicted(node_, "predicted_disparity"),
-      measured(node_, "measured_disparity");
-  ASSERT_TRUE(player_.waitForSubscribers());
-  tf2_ros::TransformBroadcaster broadcaster;
-  ros::Time stamp;
-  for (int i = 0; i < 4; ++i) {
-    stamp.fromSec(drive->stamp_s(i));
-    broadcaster.sendTransform(
-        transformMsg(stamp, "world_of_kitti", StreetCamera::kFrame, (*T_world_cam)[i]));
-    const SequenceFrame frame = drive->frame(i);
-    ASSERT_TRUE(publishesDisparity(
-        {street().image(frame.left, stamp), street().image(frame.right, stamp),
-         cameraInfo(drive->rig(), stamp, false), cameraInfo(drive->rig(), stamp, true)},
-        disparity));
-  }
-  ASSERT_TRUE(eventually([&] { return predicted.at(stamp) && measured.at(stamp); }));
-  EXPECT_GT(validPixels(*predicted.at(stamp)), drive->rig().size.area() / 2u);
-  EXPECT_GT(agreement(*predicted.at(stamp), *measured.at(stamp)), 0.8);
 }
 
 TEST_F(Scenarios, disparity_sleeps_while_nobody_listens_and_starts_anew) {
